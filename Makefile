@@ -1,0 +1,301 @@
+# The whole build, out of tree below build/. `make help` lists the targets; V=1 shows the commands.
+#
+#   BOARD=name   one of boards/          DEPS=no    install nothing, name what is missing
+#   UNITY=dir    your own copy of Unity 2.7 (its src/ and auto/) instead of the fetched one
+
+BOARD ?= atmega128
+BOARDS := $(sort $(notdir $(patsubst %/board.mk,%,$(wildcard boards/*/board.mk))))
+ifneq ($(words $(filter $(BOARDS),$(BOARD))),1)
+$(error there is no board '$(BOARD)'; BOARD= one of: $(BOARDS))
+endif
+
+ifneq ($(V),1)
+Q := @
+endif
+say = @printf '  %-8s %s\n' $(1) $(2)
+
+.DELETE_ON_ERROR:
+.SECONDEXPANSION:
+.SUFFIXES:
+.SECONDARY:
+.DEFAULT_GOAL := help
+
+WARNINGS := -Wall -Wextra -Wconversion -Werror
+DEPFILES := -MMD -MP
+INCLUDES := -Iinclude -Isrc/core
+
+## help: this list
+.PHONY: help
+help:
+	@printf 'cds55xx: a servo controller for CDS55xx servos. BOARD=%s (of: %s)\n\n' '$(BOARD)' '$(BOARDS)'
+	@sed -n 's/^## \([a-z-]*\): /\1\t/p' Makefile | awk -F '\t' '{ printf "  make %-10s %s\n", $$1, $$2 }'
+
+# ---- what must be there first ----------------------------------------------------------------------
+
+UNITY ?= build/unity
+export UNITY DEPS
+
+## deps: install what is missing (Debian packages; Unity out of its authors' gem)
+.PHONY: deps
+deps:
+	@scripts/deps.sh
+
+# Rewritten only when what it holds changes, so that other flags mean other objects.
+define stamp
+	@mkdir -p $(@D)
+	@printf '%s\n' '$(1)' | cmp -s - $@ || printf '%s\n' '$(1)' > $@
+endef
+.PHONY: force
+force:
+
+# ---- AVR: build/<board>/ ---------------------------------------------------------------------------
+
+AVR_CC := avr-gcc
+AVR_AR := avr-gcc-ar
+AVR_SIZE := avr-size
+AVR_COMMON := -std=gnu99 -Os -g -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
+	-fno-common $(WARNINGS)
+AVR_LINK := -Wl,--gc-sections -Wl,--relax
+
+CORE_SRC := $(wildcard src/core/*.c)
+AVR_SRC := $(wildcard src/avr/*.c)
+CONTROLLER_SRC := $(wildcard src/controller/*.c)
+EXAMPLE_SRC := $(wildcard examples/*.c)
+
+# The controller's own serial port to the PC is not the library's business.
+LIBRARY_SRC := $(CORE_SRC) $(filter-out src/avr/serial.c,$(AVR_SRC))
+FIRMWARE_SRC := $(CONTROLLER_SRC) src/avr/serial.c
+
+# $(1): board. Its board.mk has just been included.
+define board_rules
+$(1)_MCU := $(MCU)
+$(1)_FLAGS := -mmcu=$(MCU) -DF_CPU=$(F_CPU)UL -Iboards/$(1) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
+$(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
+
+build/$(1)/flags: force
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK))
+
+build/$(1)/obj/%.o: %.c build/$(1)/flags | deps
+	$$(call say,CC,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
+
+build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
+	$$(call say,AR,$$@)
+	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
+
+build/$(1)/controller.elf: $(FIRMWARE_SRC:%.c=build/$(1)/obj/%.o) build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
+build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
+build/$(1)/%.hex: build/$(1)/%.elf
+	$$(call say,HEX,$$@)
+	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
+endef
+$(foreach b,$(BOARDS),$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b))))
+
+# The variables of the board asked for.
+include boards/$(BOARD)/board.mk
+
+## lib: build/BOARD/libcds55xx.a
+.PHONY: lib
+lib: build/$(BOARD)/libcds55xx.a
+
+## firmware: build/BOARD/controller.elf and .hex
+.PHONY: firmware
+firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
+
+## examples: the programs of examples/, for BOARD
+.PHONY: examples
+examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
+
+## size: flash and RAM of every board's firmware beside its budget
+.PHONY: size
+size: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+	@scripts/size.py $(foreach b,$(BOARDS),build/$(b)/controller.elf $($(b)_LIMITS)) \
+	  --note $(BOARDS:%=build/%/examples/two_servos.elf)
+
+## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
+.PHONY: flash
+flash: build/$(BOARD)/controller.hex
+	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) -U flash:w:$<:i
+
+## fuses: write the fuses of BOARD with avrdude: needed once on a new ATmega128
+.PHONY: fuses
+fuses: deps
+	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) \
+	  -U lfuse:w:$(LFUSE):m -U hfuse:w:$(HFUSE):m -U efuse:w:$(EFUSE):m
+
+# ---- host: the simulator, build/host/cds55xx-sim ---------------------------------------------------
+
+CC := gcc
+HOST_COMMON := -std=gnu99 -g -D_GNU_SOURCE $(WARNINGS)
+SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
+SIM_LIBS := -lsimavr -lelf -lm
+SIM_SRC := $(wildcard sim/*.c)
+
+build/host/flags: force
+	$(call stamp,$(CC) $(SIM_FLAGS) $(SANITIZE))
+
+# $(1): variant, $(2): its flags
+define sim_rules
+build/host/$(1)/%.o: sim/%.c build/host/flags | deps
+	$$(call say,CC,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(CC) $$(SIM_FLAGS) $(2) $$(DEPFILES) -c $$< -o $$@
+endef
+$(eval $(call sim_rules,sim,-O2))
+$(eval $(call sim_rules,sim-checked,$(SANITIZE)))
+
+build/host/cds55xx-sim: $(SIM_SRC:sim/%.c=build/host/sim/%.o)
+	$(call say,LD,$@)
+	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
+
+## sim: build/host/cds55xx-sim, the simulated controller, wire and servos
+.PHONY: sim
+sim: build/host/cds55xx-sim
+
+# ---- the main job ----------------------------------------------------------------------------------
+
+## demo: the manual's examples and a wave of 18 servos, in the simulator; see build/demo/
+.PHONY: demo
+demo: build/atmega128/controller.elf build/host/cds55xx-sim
+	@scripts/demo.sh
+
+# ---- tests -----------------------------------------------------------------------------------------
+
+UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest
+
+# Unity is not ours: no warnings of ours for it. deps has fetched it.
+$(UNITY)/src/unity.c $(UNITY)/auto/generate_test_runner.rb: | deps ;
+
+CORE_TESTS := $(patsubst test/%.c,%,$(wildcard test/test_*.c))
+SIM_TESTS := $(patsubst test/sim/%.c,%,$(wildcard test/sim/test_*.c))
+RUN_TESTS := $(wildcard test/run/test_*.py)
+TEST_FIRMWARES := $(patsubst test/firmware/%.c,%,$(wildcard test/firmware/*.c))
+
+build/runner/%_runner.c: test/%.c $(UNITY)/auto/generate_test_runner.rb
+	@mkdir -p $(@D)
+	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
+
+build/runner/%_runner.c: test/sim/%.c $(UNITY)/auto/generate_test_runner.rb
+	@mkdir -p $(@D)
+	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
+
+# On the host, under AddressSanitizer and UBSan.
+HOST_TEST_FLAGS := $(HOST_COMMON) $(SANITIZE) $(INCLUDES) -Isrc/controller -Isim $(UNITY_FLAGS)
+
+build/host/test/flags: force
+	$(call stamp,$(CC) $(HOST_TEST_FLAGS))
+
+build/host/test/obj/%.o: %.c build/host/test/flags | deps
+	$(call say,CC,$@)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
+
+build/host/test/obj/runner/%.o: build/runner/%.c build/host/test/flags
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(HOST_TEST_FLAGS) -Wno-error $(DEPFILES) -c $< -o $@
+
+build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(HOST_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
+
+# What a test of the core or of the console is linked with.
+TESTED_SRC := $(CORE_SRC) $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/port_fake.c
+TESTED_OBJ := $(TESTED_SRC:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
+
+$(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o \
+		build/host/test/obj/runner/%_runner.o $(TESTED_OBJ)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(SANITIZE) $^ -o $@
+
+$(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj/test/sim/%.o \
+		build/host/test/obj/runner/%_runner.o build/host/test/obj/unity.o \
+		$(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
+	$(call say,LD,$@)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(SANITIZE) $^ $(SIM_LIBS) -o $@
+
+# The same suites on the simulated AVR.
+AVR_TEST_BOARD := arduino-mega
+AVR_TEST := build/avr-test
+AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -g,$($(AVR_TEST_BOARD)_FLAGS)) \
+	-Isrc/controller $(UNITY_FLAGS)
+
+$(AVR_TEST)/flags: force
+	$(call stamp,$(AVR_TEST_FLAGS))
+
+$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
+	$(call say,CC,$@)
+	@mkdir -p $(@D)
+	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@
+
+$(AVR_TEST)/obj/runner/%.o: build/runner/%.c $(AVR_TEST)/flags
+	@mkdir -p $(@D)
+	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -Wno-error $(DEPFILES) -c $< -o $@
+
+$(AVR_TEST)/obj/unity.o: $(UNITY)/src/unity.c $(AVR_TEST)/flags
+	@mkdir -p $(@D)
+	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
+
+$(CORE_TESTS:%=$(AVR_TEST)/%.elf): $(AVR_TEST)/%.elf: $(AVR_TEST)/obj/test/%.o \
+		$(AVR_TEST)/obj/runner/%_runner.o $(TESTED_SRC:%.c=$(AVR_TEST)/obj/%.o) \
+		$(AVR_TEST)/obj/test/unity_avr.o $(AVR_TEST)/obj/unity.o
+	$(call say,LD,$@)
+	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(AVR_LINK) $^ -o $@
+
+# Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
+build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | deps
+	$(call say,CC,$@)
+	@mkdir -p $(@D)
+	$(Q)$(AVR_CC) -mmcu=atmega128 -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
+
+TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
+	$(SIM_TESTS:%=build/host/test/sim/%)
+TEST_NEEDS := build/host/cds55xx-sim $(TEST_FIRMWARES:%=build/firmware/%.elf) \
+	build/atmega128/controller.elf build/arduino-mega/controller.elf \
+	build/atmega128/examples/two_servos.elf build/arduino-mega/examples/two_servos.elf
+
+## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
+.PHONY: test
+test: $(TEST_PROGRAMS) $(TEST_NEEDS)
+	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
+	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
+
+# ---- checks ----------------------------------------------------------------------------------------
+
+FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
+	test/*.[ch] test/*/*.[ch])
+
+## check: format, layering, docs, and every board built with warnings as errors
+.PHONY: check
+check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf) build/host/cds55xx-sim
+	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
+	@echo '  CHECK    layering'; scripts/layering.py
+	@echo '  CHECK    docs/errors.md'; scripts/errors.py | diff -u docs/errors.md - || \
+	  { echo 'docs/errors.md is out of date: run make docs'; exit 1; }
+	@$(MAKE) --no-print-directory size
+
+## docs: write docs/errors.md anew from the table of errors
+.PHONY: docs
+docs:
+	scripts/errors.py > docs/errors.md
+
+## format: put all C into the project's format
+.PHONY: format
+format: deps
+	clang-format -i $(FORMATTED)
+
+## clean: remove build/ (but for the fetched Unity)
+.PHONY: clean
+clean:
+	$(Q)find build -mindepth 1 -maxdepth 1 ! -name unity -exec rm -rf {} + 2>/dev/null || true
+
+-include $(shell find build -name '*.d' 2>/dev/null)

@@ -1,0 +1,105 @@
+/* The half-duplex direction of one bus: who may talk, and when the driver lets go.
+ *
+ *   HIGH_Z --open--> LISTENING --talk--> TALKING --last byte given--> DRAINING --complete-->
+ * LISTENING
+ *
+ * The driver is released by "transmit complete", never by "transmit ready" and never by counting
+ * time. The three events are called by the port's interrupt handlers, which pass the number of the
+ * port as a constant, so that port verbs inlined there act on constant addresses.
+ */
+#ifndef CDS_LINK_H
+#define CDS_LINK_H
+
+#include <stdint.h>
+
+#include "cds55xx/port.h" // the verbs
+#include "cds55xx/ring.h" // struct cds_ring
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum cds_link_state { CDS_LINK_HIGH_Z, CDS_LINK_LISTENING, CDS_LINK_TALKING, CDS_LINK_DRAINING };
+
+/* What a receiver says of a byte: the port maps its status register to these. */
+enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 };
+
+struct cds_link {
+    struct cds_ring rx;             // bytes heard; the handlers put, the bus takes
+    const uint8_t *volatile cursor; // next byte to be sent
+    const uint8_t *volatile last;   // the packet's last byte
+    volatile uint8_t state;         // enum cds_link_state
+    volatile uint8_t broken;    // not 0: a byte was damaged or lost since the bus last looked ...
+    volatile uint8_t broken_at; // ... the first of them at this index of the ring
+    volatile uint16_t framing_errors; // counted modulo 65536, read with cds_link_count()
+    volatile uint16_t overruns;
+    volatile uint16_t ring_overflows;
+};
+
+/* Starts listening. Main context. */
+void cds_link_open(struct cds_link *link, uint8_t port);
+
+/* Begins to send the `size` bytes (at least 1) at `packet`, which must stay as they are until the
+ * link listens again. Whatever was heard and not yet taken is thrown away. Main context; only while
+ * LISTENING. */
+void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
+
+/* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */
+void cds_link_abort(struct cds_link *link, uint8_t port);
+
+/* Reads a 16-bit counter that a handler may be changing. Main context. */
+uint16_t cds_link_count(const volatile uint16_t *counter);
+
+/* Notes where a damaged or lost byte broke the stream. From on_rx only. */
+static inline void cds_link_break_(struct cds_link *link)
+{
+    if (!link->broken) {
+        link->broken_at = link->rx.head;
+        link->broken = 1;
+    }
+}
+
+/* Event, from the receive handler: a byte, and what was wrong with it (CDS_LINE_* bits, 0 if
+ * nothing). A damaged byte is counted and marked, not stored. */
+static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t line_errors)
+{
+    if (line_errors) {
+        if (line_errors & CDS_LINE_OVERRUN)
+            link->overruns++;
+        if (line_errors & CDS_LINE_FRAMING)
+            link->framing_errors++;
+        cds_link_break_(link);
+        return;
+    }
+    if (!cds_ring_put(&link->rx, byte)) {
+        link->ring_overflows++;
+        cds_link_break_(link);
+    }
+}
+
+/* Event, from the data-register-empty handler: the transmitter can take a byte. */
+static inline void cds_link_on_tx_ready(struct cds_link *link, uint8_t port)
+{
+    const uint8_t *cursor = link->cursor;
+
+    if (cursor == link->last) {
+        cds_port_tx_last(port, *cursor);
+        link->state = CDS_LINK_DRAINING;
+        return;
+    }
+    cds_port_tx(port, *cursor);
+    link->cursor = cursor + 1;
+}
+
+/* Event, from the transmit-complete handler: the last stop bit has left. */
+static inline void cds_link_on_tx_complete(struct cds_link *link, uint8_t port)
+{
+    cds_port_listen(port);
+    link->state = CDS_LINK_LISTENING;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

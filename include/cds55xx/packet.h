@@ -1,0 +1,108 @@
+/* The wire: what a packet is made of, and building instruction packets in the caller's buffer.
+ * Manual: 2.2 (instruction packet), 2.3 (status packet), 2.4 (the seven instructions).
+ *
+ * All functions run in the main context, touch nothing but their arguments and never wait.
+ */
+#ifndef CDS_PACKET_H
+#define CDS_PACKET_H
+
+#include <stdint.h>
+
+#include "cds55xx/result.h" // enum cds_result
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CDS_HEADER       0xFF // stands twice before every packet
+#define CDS_ID_MAX       253  // IDs of servos: 0 to 253
+#define CDS_BROADCAST_ID 0xFE // all servos; answered by none, but for PING
+#define CDS_LENGTH_MIN   2    // no parameters
+#define CDS_LENGTH_MAX   254  // of LENGTH, the number of bytes that follow it
+
+/* Where the bytes of a packet stand. */
+enum {
+    CDS_AT_ID = 2,
+    CDS_AT_LENGTH = 3,
+    CDS_AT_INSTRUCTION = 4, // of an instruction packet
+    CDS_AT_ERROR = 4,       // of a status packet
+    CDS_AT_PARAMETERS = 5,
+};
+
+/* Bytes of a packet with n parameters: header (2), ID, LENGTH, INSTRUCTION or ERROR, checksum. */
+#define CDS_PACKET_SIZE(n) (6u + (n))
+/* Bytes of a SYNC WRITE of `length` bytes to each of `servos` servos. */
+#define CDS_SYNC_WRITE_SIZE(servos, length) CDS_PACKET_SIZE(2u + (servos) * (1u + (length)))
+
+enum cds_instruction {
+    CDS_PING = 0x01,
+    CDS_READ = 0x02,
+    CDS_WRITE = 0x03,
+    CDS_REG_WRITE = 0x04,
+    CDS_ACTION = 0x05,
+    CDS_RESET = 0x06,
+    CDS_SYNC_WRITE = 0x83,
+};
+
+/* Bits of the ERROR byte of a status packet (manual 2.3). */
+enum cds_error {
+    CDS_ERROR_VOLTAGE = 0x01,     // condition: supply outside registers 0x0C, 0x0D
+    CDS_ERROR_ANGLE = 0x02,       // packet: goal outside the angle limits
+    CDS_ERROR_OVERHEATING = 0x04, // condition: hotter than register 0x0B
+    CDS_ERROR_RANGE = 0x08,       // packet: a value, address or lock refuses it
+    CDS_ERROR_CHECKSUM = 0x10,    // packet: came damaged
+    CDS_ERROR_OVERLOAD = 0x20,    // condition: the load exceeds the torque
+    CDS_ERROR_INSTRUCTION = 0x40, // packet: no such instruction, or ACTION with nothing registered
+    /* The bits that say "this packet was not carried out", and those that report a condition. */
+    CDS_ERRORS_OF_PACKET = 0x5A,
+    CDS_ERRORS_OF_CONDITION = 0x25,
+};
+
+/* A packet in the making. The buffer is the caller's. */
+struct cds_packet {
+    uint8_t *bytes;
+    uint16_t room; // of `bytes`; 6 to 258 are of use
+    uint16_t size; // bytes put so far; may run past `room` in a packet that did not fit
+};
+
+/* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
+void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction);
+
+/* Appends one parameter. What does not fit is not stored, and cds_packet_end() will say so. */
+void cds_packet_put(struct cds_packet *packet, uint8_t byte);
+
+/* Appends a word, low byte first (R28). */
+void cds_packet_put_word(struct cds_packet *packet, uint16_t word);
+
+/* Fills in LENGTH and checksum.
+ * CDS_OK; CDS_NO_ROOM: longer than the buffer or than LENGTH can say; CDS_BAD_ARGUMENT: the ID is
+ * 0xFF. A refused packet must not be sent. */
+enum cds_result cds_packet_end(struct cds_packet *packet);
+
+/* The seven instructions (2.4.1 to 2.4.7), whole. `length` counts bytes, 1 to 251 for data.
+ * Each returns what cds_packet_end() returns, and CDS_BAD_ARGUMENT when the address (0 to 0x31) or
+ * the length is outside the control table, or an instruction is not meant for broadcast. */
+enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id);
+enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                uint8_t length);
+enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                 const uint8_t *data, uint8_t length);
+enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                     const uint8_t *data, uint8_t length);
+enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id);
+enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
+
+/* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
+ * `length`: bytes for each servo, 1 to 249. A block is the ID (0 to 253) and `length` data bytes.
+ */
+enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length);
+void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data);
+
+/* ~(ID + LENGTH + ... + last parameter) of the packet at `bytes`, by its LENGTH (2.2). */
+uint8_t cds_packet_checksum(const uint8_t *bytes);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

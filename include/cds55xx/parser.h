@@ -1,0 +1,51 @@
+/* Finding packets in the bytes a receiver has put into a ring. No input or output of its own.
+ * Manual: 2.3; rulings R27 (any number of 0xFF before the ID; LENGTH 2 to 254), R28.
+ *
+ * A packet is examined where it lies, byte by byte as it arrives, and leaves the ring only when it
+ * is accepted or refuted. A refuted one loses no more than its first byte: the search goes on right
+ * after it, so a header inside a damaged packet is never lost.
+ */
+#ifndef CDS_PARSER_H
+#define CDS_PARSER_H
+
+#include <stdint.h>
+
+#include "cds55xx/packet.h" // CDS_AT_*
+#include "cds55xx/ring.h"   // struct cds_ring
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A LENGTH above this cannot be a packet for us: it would not fit the ring. */
+#define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
+
+enum cds_parsed {
+    CDS_PARSED_MORE,    // nothing yet: the next byte decides, or the one after
+    CDS_PARSED_PACKET,  // a whole packet, checksum right, stands at the ring's tail
+    CDS_PARSED_REFUTED, // what looked like a packet was none (LENGTH or checksum)
+};
+
+/* Zeroed it is ready; cds_parser_reset() makes it so again. */
+struct cds_parser {
+    uint8_t seen;   // bytes of the candidate at the ring's tail examined so far
+    uint8_t sum;    // of its bytes from the ID on
+    uint8_t length; // its LENGTH, once seen
+};
+
+/* Forgets the candidate; the caller has emptied the ring, or will. Main context. */
+void cds_parser_reset(struct cds_parser *parser);
+
+/* Examines the next byte of the ring; there must be one: parser->seen < cds_ring_count(ring).
+ * After CDS_PARSED_PACKET the packet's bytes are cds_ring_peek(ring, CDS_AT_ID) and so on, its size
+ * is parser->length + 4; the caller then calls cds_parser_accept(). Consumer's context. */
+enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring);
+
+/* Takes the packet just found out of the ring. Consumer's context. */
+void cds_parser_accept(struct cds_parser *parser, struct cds_ring *ring);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,46 @@
+/* The seam between the core and a chip: the verbs a port must supply, found at link time.
+ * The events it raises in return are in link.h. src/avr is the port for AVRs; test/port_fake.c the
+ * one that records.
+ *
+ * `port` is the number of a bus of the board, from 0: what was given to cds_bus_open(). Circuit and
+ * meaning of the two enables: manual 1.2.3. The two are never both on.
+ */
+#ifndef CDS_PORT_H
+#define CDS_PORT_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Sets the line rate: 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04. Leaves the
+ * port in high impedance. Main context, interrupts on or off. */
+void cds_port_open(uint8_t port, uint8_t baud);
+
+/* Receiver and driver off, no events. Either context. */
+void cds_port_high_z(uint8_t port);
+
+/* Driver off, then receiver on; on_rx from here on. Either context. */
+void cds_port_listen(uint8_t port);
+
+/* Receiver off, then driver and transmitter on; on_tx_ready as soon as a byte can be taken.
+ * Main context. */
+void cds_port_talk(uint8_t port);
+
+/* Gives the transmitter the next byte. Only within on_tx_ready. */
+void cds_port_tx(uint8_t port, uint8_t byte);
+
+/* Gives the transmitter the last byte, then forgets any older "complete", then asks for
+ * on_tx_complete and for no further on_tx_ready: in this order, and all of it within less than a
+ * byte time, or a stale flag would release the driver too early. Only within on_tx_ready. */
+void cds_port_tx_last(uint8_t port, uint8_t byte);
+
+/* Microseconds, free running, wrapping at 2^32 (71.6 min). Either context. */
+uint32_t cds_port_now_us(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

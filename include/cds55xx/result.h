@@ -1,0 +1,28 @@
+/* Did it work? One answer for every call of the library, apart from what the servo itself reports
+ * (the CDS_ERROR_* bits of packet.h): the two are never mixed into one number.
+ *
+ * This table is the only list: the enum below, the console's texts and docs/errors.md come from it.
+ */
+#ifndef CDS_RESULT_H
+#define CDS_RESULT_H
+
+/* X(name, number, text, remedy) */
+#define CDS_RESULTS(X)                                                                             \
+    X(CDS_OK, 0, "ok", "nothing to do")                                                            \
+    X(CDS_PENDING, 1, "exchange in progress", "go on polling the bus")                             \
+    X(CDS_TIMEOUT, 2, "no reply by the deadline",                                                  \
+      "check power, wiring, ID and baud rate of the servo")                                        \
+    X(CDS_CORRUPT, 3, "reply damaged",                                                             \
+      "look for two servos with one ID, another baud rate, or noise on the line")                  \
+    X(CDS_BUSY, 4, "bus busy", "wait for the exchange in flight to end, then submit again")        \
+    X(CDS_BAD_ARGUMENT, 5, "argument out of range", "see the range in the header or in the help")  \
+    X(CDS_NO_ROOM, 6, "packet too long", "send fewer bytes, or give the request a larger buffer")  \
+    X(CDS_REFUSED, 7, "refused by a servo", "look at the error bits of that servo's reply")
+
+enum cds_result {
+#define CDS_RESULT_ENUM_(name, number, text, remedy) name = number,
+    CDS_RESULTS(CDS_RESULT_ENUM_)
+#undef CDS_RESULT_ENUM_
+};
+
+#endif

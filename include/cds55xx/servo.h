@@ -1,0 +1,57 @@
+/* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6).
+ *
+ * Each call builds its packet in the request's buffer and submits it. They return
+ *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING
+ *   CDS_BUSY          another exchange is in flight: nothing was touched
+ *   CDS_BAD_ARGUMENT  ID, address or length out of range: nothing is sent
+ *   CDS_NO_ROOM       the request's buffer is too small for the packet or its reply
+ * IDs are 0 to 253; where it says so also CDS_BROADCAST_ID, which no servo answers. Addresses are
+ * CDS_REG_* of control_table.h; a length counts bytes, and a value is in the register's own unit.
+ * Main context.
+ */
+#ifndef CDS_SERVO_H
+#define CDS_SERVO_H
+
+#include <stdint.h>
+
+#include "cds55xx/bus.h"           // struct cds_request
+#include "cds55xx/control_table.h" // CDS_REG_*
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Is it there? Broadcast: answered by whoever is alone on the bus; request->id says who (2.4.5,
+ * R1). */
+enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id);
+
+/* Reads `length` bytes (1 to 50) from `address` on; cds_request_byte() and cds_request_word() give
+ * them (2.4.2). */
+enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                               uint8_t address, uint8_t length);
+
+/* Writes `length` bytes (1 to 50) of `data` from `address` on, or one byte, or one word. Broadcast
+ * too (2.4.1). */
+enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                uint8_t address, const uint8_t *data, uint8_t length);
+enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                     uint8_t address, uint8_t value);
+enum cds_result cds_servo_write_word(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                     uint8_t address, uint16_t value);
+
+/* As cds_servo_write(), but the servo keeps it until ACTION. Broadcast too (2.4.3). */
+enum cds_result cds_servo_reg_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                    uint8_t address, const uint8_t *data, uint8_t length);
+
+/* Carries out what was registered. Broadcast too (2.4.4). */
+enum cds_result cds_servo_action(struct cds_bus *bus, struct cds_request *request, uint8_t id);
+
+/* Factory values: the servo is ID 1 at 1 Mbps afterwards. Broadcast resets every servo, and then
+ * all have the same ID (2.4.6, R25). */
+enum cds_result cds_servo_reset(struct cds_bus *bus, struct cds_request *request, uint8_t id);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,76 @@
+#!/bin/sh
+# Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
+# packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
+# everything there it takes a fraction of a second and touches nothing.
+#   DEPS=no      install nothing; name what is missing and fail
+#   UNITY=DIR    where Unity is, or is to be put (default build/unity)
+set -eu
+
+# what proves that it is there | its Debian package
+WANTED='
+/usr/bin/avr-gcc                    gcc-avr
+/usr/bin/avr-ld                     binutils-avr
+/usr/lib/avr/include/avr/io.h       avr-libc
+/usr/include/simavr/sim_avr.h       libsimavr-dev
+/usr/bin/simavr                     simavr
+/usr/bin/avr-gdb                    gdb-avr
+/usr/bin/avrdude                    avrdude
+/usr/bin/gcc                        gcc
+/usr/include/stdio.h                libc6-dev
+/usr/include/libelf.h               libelf-dev
+/usr/bin/python3                    python3
+/usr/bin/gem                        ruby
+/usr/bin/gnuplot                    gnuplot-nox
+/usr/bin/clang-format               clang-format
+/usr/sbin/update-ca-certificates    ca-certificates
+'
+GEM=ceedling
+GEM_VERSION=1.2.1
+GEM_SHA256=928095286b7a25777a2d520b9da6b6ee8255e17689910ddf60b12ec996ec115e
+UNITY=${UNITY:-build/unity}
+
+missing_packages()
+{
+    echo "$WANTED" | while read -r proof package; do
+        [ -z "$proof" ] || [ -e "$proof" ] || command -v "$(basename "$proof")" >/dev/null || echo "$package"
+    done
+}
+
+install_packages()
+{
+    root=
+    [ "$(id -u)" = 0 ] || root=sudo
+    echo "installing Debian packages:" $1
+    $root apt-get update -q
+    # shellcheck disable=SC2086 # a list of words
+    $root env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $1
+}
+
+fetch_unity()
+{
+    echo "fetching Unity 2.7 out of the gem $GEM $GEM_VERSION into $UNITY"
+    work=$(mktemp -d)
+    trap 'rm -rf "$work"' EXIT
+    (cd "$work" && gem fetch "$GEM" -v "$GEM_VERSION" >/dev/null)
+    echo "$GEM_SHA256  $work/$GEM-$GEM_VERSION.gem" | sha256sum -c --quiet - || {
+        echo "deps: the gem $GEM $GEM_VERSION is not the one we know (SHA-256 differs); not used" >&2
+        exit 1
+    }
+    tar -xf "$work/$GEM-$GEM_VERSION.gem" -C "$work" data.tar.gz
+    tar -xzf "$work/data.tar.gz" -C "$work" vendor/cmock/vendor/unity
+    mkdir -p "$UNITY"
+    cp -R "$work/vendor/cmock/vendor/unity/." "$UNITY"
+}
+
+packages=$(missing_packages | sort -u | tr '\n' ' ')
+unity_missing=
+[ -e "$UNITY/src/unity.c" ] && [ -e "$UNITY/auto/generate_test_runner.rb" ] || unity_missing=yes
+
+[ -n "$packages$unity_missing" ] || exit 0
+if [ "${DEPS:-yes}" = no ]; then
+    [ -z "$packages" ] || echo "missing Debian packages: $packages (make deps installs them)" >&2
+    [ -z "$unity_missing" ] || echo "missing Unity in $UNITY (make deps fetches it)" >&2
+    exit 1
+fi
+[ -z "$packages" ] || install_packages "$packages"
+[ -z "$unity_missing" ] || fetch_unity

@@ -1,0 +1,42 @@
+/* A board's two data files, read as plain text: board.mk (chip, clock) and board.h (wiring). */
+#ifndef SIM_BOARD_H
+#define SIM_BOARD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define BOARD_BUSES_MAX 3
+
+/* How a bus hangs on its USART. */
+enum board_wiring {
+    BOARD_TWO_ENABLES, // the manual's circuit: one buffer each way, an enable pin for each
+};
+
+struct board_pin {
+    char port; // 'A'...
+    uint8_t bit;
+};
+
+struct board_bus {
+    enum board_wiring wiring;
+    unsigned usart;
+    struct board_pin tx_enable;
+    struct board_pin rx_enable;
+    struct board_pin txd;
+    struct board_pin rxd;
+};
+
+struct board {
+    char mcu[64];
+    uint32_t clock_Hz;
+    unsigned bus_count;
+    struct board_bus bus[BOARD_BUSES_MAX];
+    unsigned host_usart;
+    uint32_t host_baud;
+};
+
+/* Reads FOLDER/NAME. False, with one line on stderr, when there is no such board (the line lists those
+ * there are) or a file lacks something. */
+bool board_read(struct board *board, const char *folder, const char *name);
+
+#endif

@@ -1,0 +1,34 @@
+/* What simavr's core leaves out or does not tell: the cycles of entering an interrupt, the one
+ * instruction after SEI and RETI, and where the time goes. */
+#ifndef SIM_CPU_H
+#define SIM_CPU_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <simavr/sim_avr.h>
+
+struct cpu {
+    avr_t *avr;
+    bool exact;           // charge and mend; else leave simavr as it is
+    uint64_t asleep;      // cycles
+    uint64_t in_handlers; // cycles, entry and RETI included
+    unsigned depth;       // of nested handlers
+    uint8_t vectors[64];  // that run, outermost first
+    uint64_t entered;     // when the outermost was
+    uint64_t latest;      // when the latest was
+    bool woken;           // slept since the latest entry
+    void *owner;
+    void (*on_handler)(void *owner, uint64_t now, uint8_t vector); // 0: none runs; may be 0
+};
+
+void cpu_init(struct cpu *cpu, avr_t *avr, bool exact);
+void cpu_reset(struct cpu *cpu);
+
+/* To be called after every step of avr_run. */
+void cpu_stepped(struct cpu *cpu);
+
+/* From avr->sleep. */
+void cpu_slept(struct cpu *cpu, uint64_t cycles);
+
+#endif

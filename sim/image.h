@@ -1,0 +1,25 @@
+/* The firmware's ELF file: where its code, its initialised data and its EEPROM go. */
+#ifndef SIM_IMAGE_H
+#define SIM_IMAGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <simavr/sim_avr.h>
+
+struct image {
+    const char *path;
+    uint8_t *file;
+    size_t size;
+    uint32_t code_end; // first byte address behind the code, in flash
+};
+
+/* False, with one line on stderr, when the file cannot be read or is no AVR program. */
+bool image_open(struct image *image, const char *path);
+void image_close(struct image *image);
+
+/* False, with one line on stderr, when the program was linked for another chip or does not fit. */
+bool image_load(struct image *image, avr_t *avr, const char *mcu);
+
+#endif

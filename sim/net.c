@@ -1,0 +1,73 @@
+#include "net.h"
+
+void net_init(struct net *net)
+{
+    *net = (struct net){.level = true};
+}
+
+void net_listen(struct net *net, struct listener *listener)
+{
+    struct listener **end = &net->listeners;
+    while (*end) {
+        end = &(*end)->next;
+    }
+    listener->next = 0;
+    *end = listener;
+}
+
+void driver_init(struct driver *driver, struct net *net)
+{
+    *driver = (struct driver){.net = net, .level = true};
+}
+
+static void tell_driver(struct net *net, uint64_t time, struct driver *driver)
+{
+    for (struct listener *l = net->listeners; l; l = l->next) {
+        if (l->on_driver) {
+            l->on_driver(l->owner, time, driver);
+        }
+    }
+}
+
+static void tell_level(struct net *net, uint64_t time)
+{
+    for (struct listener *l = net->listeners; l; l = l->next) {
+        if (l->on_level) {
+            l->on_level(l->owner, time, net->level);
+        }
+    }
+}
+
+void driver_set(struct driver *driver, uint64_t time, bool enabled, bool level)
+{
+    struct net *net = driver->net;
+    bool switched = enabled != driver->enabled;
+    net->low -= driver->enabled && !driver->level;
+    net->enabled -= driver->enabled;
+    driver->enabled = enabled;
+    driver->level = level;
+    net->low += enabled && !level;
+    net->enabled += enabled;
+    if (switched) {
+        tell_driver(net, time, driver);
+    }
+    if (net->level != (net->low == 0)) {
+        net->level = net->low == 0;
+        net->time = time;
+        tell_level(net, time);
+    }
+}
+
+void driver_enable(struct driver *driver, uint64_t time, bool enabled)
+{
+    if (driver->enabled != enabled) {
+        driver_set(driver, time, enabled, driver->level);
+    }
+}
+
+void driver_level(struct driver *driver, uint64_t time, bool level)
+{
+    if (driver->level != level) {
+        driver_set(driver, time, driver->enabled, level);
+    }
+}

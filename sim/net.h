@@ -1,0 +1,48 @@
+/* A net: one copper wire with a pull-up and the drivers that hang on it.
+ *
+ * Its level is the AND of what its drivers put on it; nobody driving reads as 1. Listeners are told
+ * of every change, in the order in which they joined, so a net of nets (pin, buffer, bus, buffer,
+ * pin) settles within the call that started the change.
+ */
+#ifndef SIM_NET_H
+#define SIM_NET_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct net;
+
+struct driver {
+    struct net *net;
+    bool enabled;
+    bool level;
+    uint32_t bit_256; // bit time of the one who talks through it, in 1/256 cycle: for onlookers
+};
+
+struct listener {
+    void *owner;
+    /* The level has changed to `level`; may be 0. */
+    void (*on_level)(void *owner, uint64_t time, bool level);
+    /* A driver was enabled or disabled; called before on_level; may be 0. */
+    void (*on_driver)(void *owner, uint64_t time, struct driver *driver);
+    struct listener *next;
+};
+
+struct net {
+    bool level;
+    unsigned enabled; // drivers that are enabled
+    unsigned low;     // drivers that pull it low
+    uint64_t time;    // of the latest change of level
+    struct listener *listeners;
+};
+
+void net_init(struct net *net);
+void net_listen(struct net *net, struct listener *listener);
+
+/* A driver begins disabled, at level 1. */
+void driver_init(struct driver *driver, struct net *net);
+void driver_set(struct driver *driver, uint64_t time, bool enabled, bool level);
+void driver_enable(struct driver *driver, uint64_t time, bool enabled);
+void driver_level(struct driver *driver, uint64_t time, bool level);
+
+#endif

@@ -1,0 +1,50 @@
+#include "pins.h"
+
+#include <string.h>
+
+bool pin_find(struct pin *pin, avr_t *avr, char port, unsigned bit)
+{
+    for (avr_io_t *io = avr->io_port; io; io = io->next) {
+        if (strcmp(io->kind, "port") == 0 && ((avr_ioport_t *)io)->name == port && bit < 8) {
+            *pin = (struct pin){.port = (avr_ioport_t *)io, .bit = (uint8_t)bit};
+            return true;
+        }
+    }
+    return false;
+}
+
+void pin_watch(const struct pin *pin, avr_irq_notify_t changed, void *owner)
+{
+    /* The last IRQ that a write raises, when both registers are up to date. simavr filters repeated
+     * values, which would swallow the first write after a reset. */
+    avr_irq_t *irq = pin->port->io.irq + IOPORT_IRQ_PIN_ALL;
+    avr_irq_set_flags(irq, (uint8_t)(avr_irq_get_flags(irq) & ~IRQ_FLAG_FILTERED));
+    avr_irq_register_notify(irq, changed, owner);
+}
+
+enum pin_state pin_state(const struct pin *pin)
+{
+    const uint8_t *data = pin->port->io.avr->data;
+    bool out = data[pin->port->r_ddr] >> pin->bit & 1;
+    bool set = data[pin->port->r_port] >> pin->bit & 1;
+    if (out) {
+        return set ? PIN_HIGH : PIN_LOW;
+    }
+    return set ? PIN_PULLED_UP : PIN_FLOATS;
+}
+
+void pin_input(const struct pin *pin, bool level)
+{
+    avr_ioport_t *port = pin->port;
+    uint8_t *data = port->io.avr->data;
+    uint8_t mask = (uint8_t)(1u << pin->bit);
+    uint8_t kept = (uint8_t)~mask;
+    uint8_t set = level ? mask : 0;
+    /* "external" is simavr's word for it: without it a write to PORT would forget the level */
+    port->external.pull_mask |= mask;
+    port->external.pull_value = (uint8_t)((port->external.pull_value & kept) | set);
+    if (!(data[port->r_ddr] & mask)) {
+        data[port->r_pin] = (uint8_t)((data[port->r_pin] & kept) | set);
+        avr_raise_irq(port->io.irq + pin->bit, level);
+    }
+}

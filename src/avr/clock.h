@@ -1,0 +1,20 @@
+/* The microsecond clock: a 16-bit timer at F_CPU / 8, two ticks a microsecond, and a count of its
+ * overflows, every 32 768 us. */
+#ifndef AVR_CLOCK_H
+#define AVR_CLOCK_H
+
+#include <stdint.h>
+
+#define AVR_CLOCK_OVERFLOW_US 32768u
+
+struct cds_avr_clock {
+    volatile uint32_t overflows_us; // time at the last overflow; written by its handler
+};
+
+/* The program's one clock; CDS_AVR_CLOCK() of cds55xx_avr.h defines it. */
+extern struct cds_avr_clock cds_avr_clock;
+
+/* Starts the clock at 0 us. Main context, once, before the first bus is opened. */
+void cds_avr_clock_open(void);
+
+#endif

@@ -1,0 +1,199 @@
+/* The exchange in flight; see bus.h. */
+#include "cds55xx/bus.h"
+
+#include <stddef.h>
+
+void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
+{
+    *bus = (struct cds_bus){
+        .port = port,
+        .byte_time_us = (uint16_t)(5u * (baud + 1u)), // ten bits of (baud + 1) / 2 us
+        .return_delay_us = CDS_RETURN_DELAY_MAX_US,
+    };
+    cds_port_open(port, baud);
+    cds_link_open(&bus->link, port);
+}
+
+void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
+{
+    bus->return_delay_us = return_delay_us;
+}
+
+/* The longest this exchange may take from now on, in microseconds. */
+static uint32_t time_allowed_us(const struct cds_bus *bus, const struct cds_request *request)
+{
+    uint16_t bytes = request->packet.size;
+    uint32_t time_us = CDS_REPLY_MARGIN_US;
+
+    if (request->reply_parameters != CDS_REPLY_NONE) {
+        bytes = (uint16_t)(bytes + CDS_PACKET_SIZE(request->reply_parameters));
+        time_us += bus->return_delay_us;
+    }
+    return time_us + (uint32_t)bytes * bus->byte_time_us;
+}
+
+enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
+{
+    uint8_t due = request->reply_parameters;
+
+    if (bus->request)
+        return CDS_BUSY;
+    if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
+        return CDS_BAD_ARGUMENT;
+    if (due != CDS_REPLY_NONE && due > request->packet.room)
+        return CDS_NO_ROOM;
+    request->result = CDS_PENDING;
+    request->id = request->packet.bytes[CDS_AT_ID];
+    request->error = 0;
+    request->length = 0;
+    bus->request = request;
+    bus->damaged = 0;
+    bus->counters.sent++;
+    cds_parser_reset(&bus->parser);
+    bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, request);
+    cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
+    return CDS_OK;
+}
+
+static void finish(struct cds_bus *bus, enum cds_result result)
+{
+    bus->request->result = (uint8_t)result;
+    bus->request = NULL;
+    if (result == CDS_OK)
+        bus->counters.ok++;
+    else if (result == CDS_CORRUPT)
+        bus->counters.corrupt++;
+    else
+        bus->counters.timeouts++;
+}
+
+/* Is the packet at the ring's tail the reply that is due? A servo that refuses sends its error bits
+ * and no parameters. */
+static bool is_reply(const struct cds_bus *bus)
+{
+    const struct cds_request *request = bus->request;
+    uint8_t id = cds_ring_peek(&bus->link.rx, CDS_AT_ID);
+    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+
+    if (id != request->id && request->id != CDS_BROADCAST_ID)
+        return false;
+    if (parameters == 0 && cds_ring_peek(&bus->link.rx, CDS_AT_ERROR) != 0)
+        return true;
+    return parameters == request->reply_parameters;
+}
+
+/* The instruction packet has served: the reply's parameters take its place in the buffer. */
+static void take_reply(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    const struct cds_ring *rx = &bus->link.rx;
+
+    request->id = cds_ring_peek(rx, CDS_AT_ID);
+    request->error = cds_ring_peek(rx, CDS_AT_ERROR);
+    request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    for (uint8_t i = 0; i < request->length; i++)
+        request->packet.bytes[i] = cds_ring_peek(rx, (uint8_t)(CDS_AT_PARAMETERS + i));
+}
+
+/* Examines one byte. True when the exchange has ended well. */
+static bool parse_byte(struct cds_bus *bus)
+{
+    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
+    bool ended = false;
+
+    if (parsed == CDS_PARSED_REFUTED) {
+        bus->counters.refuted++;
+        bus->damaged = 1;
+    } else if (parsed == CDS_PARSED_PACKET) {
+        ended = is_reply(bus);
+        if (ended)
+            take_reply(bus);
+        else
+            bus->counters.foreign++;
+        cds_parser_accept(&bus->parser, &bus->link.rx);
+    }
+    return ended;
+}
+
+/* A byte was damaged or lost: what stands on both sides of it must never be joined. All up to now
+ * goes, and the search begins anew. */
+static void drop_broken(struct cds_bus *bus)
+{
+    struct cds_link *link = &bus->link;
+
+    do {
+        link->broken = 0;
+        link->rx.tail = link->rx.head;
+    } while (link->broken); // broken again meanwhile: that mark may lie behind the tail
+    cds_parser_reset(&bus->parser);
+    bus->damaged = 1;
+}
+
+/* Parses what has been heard, up to the first damaged byte. At most a ring full, so that a babbling
+ * line cannot hold up the caller. True when the exchange has ended well. */
+static bool parse(struct cds_bus *bus)
+{
+    struct cds_link *link = &bus->link;
+    uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
+    bool broken = link->broken;
+
+    if (broken)
+        end = link->broken_at;
+    while ((uint8_t)(link->rx.tail + bus->parser.seen) != end) {
+        if (parse_byte(bus))
+            return true;
+    }
+    if (broken)
+        drop_broken(bus);
+    return false;
+}
+
+bool cds_bus_poll(struct cds_bus *bus)
+{
+    uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
+
+    if (!bus->request)
+        return false;
+    if (bus->link.state == CDS_LINK_LISTENING) {
+        if (bus->request->reply_parameters == CDS_REPLY_NONE || parse(bus)) {
+            finish(bus, CDS_OK);
+            return false;
+        }
+    }
+    if ((int32_t)(now_us - bus->deadline_us) < 0)
+        return true;
+    if (bus->link.state != CDS_LINK_LISTENING)
+        cds_link_abort(&bus->link, bus->port);
+    finish(bus, bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT);
+    return false;
+}
+
+void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
+{
+    *out = bus->counters;
+    out->framing_errors = cds_link_count(&bus->link.framing_errors);
+    out->overruns = cds_link_count(&bus->link.overruns);
+    out->ring_overflows = cds_link_count(&bus->link.ring_overflows);
+}
+
+enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
+{
+    if (request->result != CDS_OK)
+        return (enum cds_result)request->result;
+    if (index >= request->length)
+        return CDS_REFUSED;
+    *out = request->packet.bytes[index];
+    return CDS_OK;
+}
+
+enum cds_result cds_request_word(const struct cds_request *request, uint8_t index, uint16_t *out)
+{
+    uint8_t low = 0, high = 0;
+    enum cds_result result = cds_request_byte(request, index, &low);
+
+    if (result == CDS_OK)
+        result = cds_request_byte(request, (uint8_t)(index + 1), &high);
+    if (result == CDS_OK)
+        *out = (uint16_t)(low | (uint16_t)high << 8);
+    return result;
+}

@@ -1,0 +1,96 @@
+/* The control table by address and by name; see control_table.h. */
+#include "cds55xx/control_table.h"
+
+#include "flash.h" // CDS_FLASH
+
+static const CDS_FLASH struct cds_register registers[] = {
+#define ROW(name, address, width, access, area, initial, lowest, highest)                          \
+    {address, width, CDS_ACCESS_##access, CDS_AREA_##area, initial, lowest, highest},
+    CDS_REGISTERS(ROW)
+#undef ROW
+};
+
+/* All names one after the other, each with its NUL: "ID\0BAUD_RATE\0..." */
+static const CDS_FLASH char names[] =
+#define NAME(name, address, width, access, area, initial, lowest, highest) #name "\0"
+    CDS_REGISTERS(NAME)
+#undef NAME
+    ;
+
+#define REGISTERS (sizeof registers / sizeof registers[0])
+
+/* The row that holds the byte `address`, or REGISTERS. */
+static uint8_t row_of(uint8_t address)
+{
+    uint8_t row = 0;
+
+    while (row < REGISTERS && address >= registers[row].address + registers[row].width)
+        row++;
+    return row;
+}
+
+static const CDS_FLASH char *name_of(uint8_t row)
+{
+    const CDS_FLASH char *name = names;
+
+    for (; row; row--) {
+        while (*name)
+            name++;
+        name++;
+    }
+    return name;
+}
+
+bool cds_register_at(uint8_t address, struct cds_register *out)
+{
+    uint8_t row = row_of(address);
+
+    if (row == REGISTERS)
+        return false;
+    *out = registers[row];
+    return true;
+}
+
+static char upper(char c)
+{
+    if (c >= 'a' && c <= 'z')
+        return (char)(c - 'a' + 'A');
+    return c == '-' ? '_' : c;
+}
+
+static bool same(const char *name, uint8_t length, const CDS_FLASH char *stored)
+{
+    for (; length; length--)
+        if (upper(*name++) != *stored++)
+            return false;
+    return *stored == '\0';
+}
+
+bool cds_register_named(const char *name, uint8_t length, struct cds_register *out)
+{
+    const CDS_FLASH char *stored = names;
+
+    for (uint8_t row = 0; row < REGISTERS; row++) {
+        if (same(name, length, stored)) {
+            *out = registers[row];
+            return true;
+        }
+        while (*stored)
+            stored++;
+        stored++;
+    }
+    return false;
+}
+
+uint8_t cds_register_name(uint8_t address, char *name, uint8_t room)
+{
+    uint8_t row = row_of(address);
+    uint8_t length = 0;
+
+    if (row < REGISTERS)
+        for (const CDS_FLASH char *from = name_of(row); *from && length + 1 < room; from++)
+            name[length++] = *from;
+    if (room)
+        name[length] = '\0';
+    return length;
+}

@@ -1,0 +1,138 @@
+/* Building instruction packets; see packet.h. */
+#include "cds55xx/packet.h"
+
+#include <stdbool.h>
+
+#include "cds55xx/control_table.h" // CDS_TABLE_SIZE
+
+#define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
+
+void cds_packet_put(struct cds_packet *packet, uint8_t byte)
+{
+    if (packet->size < packet->room)
+        packet->bytes[packet->size] = byte;
+    if (packet->size < UINT16_MAX)
+        packet->size++;
+}
+
+void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
+{
+    cds_packet_put(packet, (uint8_t)word);
+    cds_packet_put(packet, (uint8_t)(word >> 8));
+}
+
+static void put_all(struct cds_packet *packet, const uint8_t *data, uint8_t length)
+{
+    for (uint8_t i = 0; i < length; i++)
+        cds_packet_put(packet, data[i]);
+}
+
+void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+{
+    packet->size = 0;
+    cds_packet_put(packet, CDS_HEADER);
+    cds_packet_put(packet, CDS_HEADER);
+    cds_packet_put(packet, id);
+    cds_packet_put(packet, 0); // LENGTH is known at the end
+    cds_packet_put(packet, instruction);
+}
+
+uint8_t cds_packet_checksum(const uint8_t *bytes)
+{
+    const uint8_t *end = bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH;
+    uint8_t sum = 0;
+
+    for (const uint8_t *at = bytes + CDS_AT_ID; at < end; at++)
+        sum = (uint8_t)(sum + *at);
+    return (uint8_t)~sum;
+}
+
+enum cds_result cds_packet_end(struct cds_packet *packet)
+{
+    uint16_t size = packet->size; // without the checksum
+
+    if (size >= packet->room || size + 1u - LENGTH_OFFSET > CDS_LENGTH_MAX)
+        return CDS_NO_ROOM;
+    if (packet->bytes[CDS_AT_ID] > CDS_BROADCAST_ID)
+        return CDS_BAD_ARGUMENT;
+    packet->bytes[CDS_AT_LENGTH] = (uint8_t)(size + 1u - LENGTH_OFFSET);
+    cds_packet_put(packet, cds_packet_checksum(packet->bytes));
+    return CDS_OK;
+}
+
+static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+{
+    cds_packet_begin(packet, id, instruction);
+    return cds_packet_end(packet);
+}
+
+enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
+{
+    return bare(packet, id, CDS_PING);
+}
+
+enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id)
+{
+    return bare(packet, id, CDS_ACTION);
+}
+
+enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id)
+{
+    return bare(packet, id, CDS_RESET);
+}
+
+/* Is there anything to transfer, and does it lie within the control table? */
+static bool in_table(uint8_t address, uint8_t length)
+{
+    return length > 0 && length <= CDS_TABLE_SIZE && address <= CDS_TABLE_SIZE - length;
+}
+
+enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                uint8_t length)
+{
+    if (!in_table(address, length) || id > CDS_ID_MAX)
+        return CDS_BAD_ARGUMENT;
+    cds_packet_begin(packet, id, CDS_READ);
+    cds_packet_put(packet, address);
+    cds_packet_put(packet, length);
+    return cds_packet_end(packet);
+}
+
+static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                                 uint8_t address, const uint8_t *data, uint8_t length)
+{
+    if (!in_table(address, length))
+        return CDS_BAD_ARGUMENT;
+    cds_packet_begin(packet, id, instruction);
+    cds_packet_put(packet, address);
+    put_all(packet, data, length);
+    return cds_packet_end(packet);
+}
+
+enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                 const uint8_t *data, uint8_t length)
+{
+    return with_data(packet, id, CDS_WRITE, address, data, length);
+}
+
+enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                     const uint8_t *data, uint8_t length)
+{
+    return with_data(packet, id, CDS_REG_WRITE, address, data, length);
+}
+
+enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
+{
+    if (!in_table(address, length))
+        return CDS_BAD_ARGUMENT;
+    cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    cds_packet_put(packet, address);
+    cds_packet_put(packet, length);
+    return CDS_OK;
+}
+
+void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
+{
+    cds_packet_put(packet, id);
+    put_all(packet, data, packet->bytes[CDS_AT_PARAMETERS + 1]);
+}

@@ -1,0 +1,58 @@
+/* Finding packets in a ring; see parser.h. */
+#include "cds55xx/parser.h"
+
+void cds_parser_reset(struct cds_parser *parser)
+{
+    parser->seen = 0;
+    parser->sum = 0;
+    parser->length = 0;
+}
+
+/* The first `count` bytes begin no packet. */
+static void skip(struct cds_parser *parser, struct cds_ring *ring, uint8_t count)
+{
+    cds_ring_drop(ring, count);
+    parser->seen = 0;
+}
+
+static enum cds_parsed refute(struct cds_parser *parser, struct cds_ring *ring)
+{
+    skip(parser, ring, 1);
+    return CDS_PARSED_REFUTED;
+}
+
+enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring)
+{
+    uint8_t byte = cds_ring_peek(ring, parser->seen);
+    uint8_t at = parser->seen++;
+
+    if (at < CDS_AT_ID) {
+        if (byte != CDS_HEADER)
+            skip(parser, ring, (uint8_t)(at + 1)); // it is none of the two, and begins none either
+        parser->sum = 0;
+        return CDS_PARSED_MORE;
+    }
+    if (at == CDS_AT_ID && byte == CDS_HEADER) { // R27: still header; the last two of them count
+        cds_ring_drop(ring, 1);
+        parser->seen = CDS_AT_ID;
+        return CDS_PARSED_MORE;
+    }
+    if (at == CDS_AT_LENGTH) {
+        if (byte < CDS_LENGTH_MIN || byte > CDS_PARSER_LENGTH_MAX)
+            return refute(parser, ring);
+        parser->length = byte;
+    }
+    if (at < CDS_AT_ERROR || at < (uint8_t)(parser->length + CDS_AT_LENGTH)) {
+        parser->sum = (uint8_t)(parser->sum + byte);
+        return CDS_PARSED_MORE;
+    }
+    if ((uint8_t)(byte + parser->sum) != 0xFF) // the checksum is the complement of the sum
+        return refute(parser, ring);
+    return CDS_PARSED_PACKET;
+}
+
+void cds_parser_accept(struct cds_parser *parser, struct cds_ring *ring)
+{
+    cds_ring_drop(ring, (uint8_t)(parser->length + CDS_AT_LENGTH + 1));
+    parser->seen = 0;
+}

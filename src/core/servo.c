@@ -1,0 +1,78 @@
+/* One servo's instructions; see servo.h. */
+#include "cds55xx/servo.h"
+
+/* Submits the packet just built, if it was. Broadcast is answered to PING only (R1). */
+static enum cds_result submit(struct cds_bus *bus, struct cds_request *request,
+                              enum cds_result built, uint8_t reply_parameters)
+{
+    const uint8_t *bytes = request->packet.bytes;
+
+    if (built != CDS_OK)
+        return built;
+    if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
+        reply_parameters = CDS_REPLY_NONE;
+    request->reply_parameters = reply_parameters;
+    return cds_bus_submit(bus, request);
+}
+
+/* In each: a request in flight must not be built over, for its buffer is being sent. */
+
+enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
+{
+    if (bus->request)
+        return CDS_BUSY;
+    return submit(bus, request, cds_packet_ping(&request->packet, id), 0);
+}
+
+enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                               uint8_t address, uint8_t length)
+{
+    if (bus->request)
+        return CDS_BUSY;
+    return submit(bus, request, cds_packet_read(&request->packet, id, address, length), length);
+}
+
+enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                uint8_t address, const uint8_t *data, uint8_t length)
+{
+    if (bus->request)
+        return CDS_BUSY;
+    return submit(bus, request, cds_packet_write(&request->packet, id, address, data, length), 0);
+}
+
+enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                     uint8_t address, uint8_t value)
+{
+    return cds_servo_write(bus, request, id, address, &value, 1);
+}
+
+enum cds_result cds_servo_write_word(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                     uint8_t address, uint16_t value)
+{
+    uint8_t data[2] = {(uint8_t)value, (uint8_t)(value >> 8)};
+
+    return cds_servo_write(bus, request, id, address, data, sizeof data);
+}
+
+enum cds_result cds_servo_reg_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                    uint8_t address, const uint8_t *data, uint8_t length)
+{
+    if (bus->request)
+        return CDS_BUSY;
+    return submit(bus, request, cds_packet_reg_write(&request->packet, id, address, data, length),
+                  0);
+}
+
+enum cds_result cds_servo_action(struct cds_bus *bus, struct cds_request *request, uint8_t id)
+{
+    if (bus->request)
+        return CDS_BUSY;
+    return submit(bus, request, cds_packet_action(&request->packet, id), 0);
+}
+
+enum cds_result cds_servo_reset(struct cds_bus *bus, struct cds_request *request, uint8_t id)
+{
+    if (bus->request)
+        return CDS_BUSY;
+    return submit(bus, request, cds_packet_reset(&request->packet, id), 0);
+}
