@@ -69,7 +69,7 @@ FIRMWARE_SRC := $(CONTROLLER_SRC) src/avr/serial.c
 # $(1): board. Its board.mk has just been included.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DF_CPU=$(F_CPU)UL -Iboards/$(1) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -Iboards/$(1) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 
 build/$(1)/flags: force
@@ -123,6 +123,7 @@ size: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
 flash: build/$(BOARD)/controller.hex
+	@echo "note: $(subst `,',$(FLASH_NOTE))"
 	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) -U flash:w:$<:i
 
 ## fuses: write the fuses of BOARD with avrdude: needed once on a new ATmega128
@@ -251,6 +252,13 @@ $(CORE_TESTS:%=$(AVR_TEST)/%.elf): $(AVR_TEST)/%.elf: $(AVR_TEST)/obj/test/%.o \
 	$(call say,LD,$@)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(AVR_LINK) $^ -o $@
 
+# Programs of the tests that link the library as a robot's firmware does.
+PROGRAM_SRC := $(wildcard test/program/*.c)
+build/atmega128/program/%.elf: build/atmega128/obj/test/program/%.o build/atmega128/libcds55xx.a
+	$(call say,LD,$@)
+	@mkdir -p $(@D)
+	$(Q)$(AVR_CC) $(atmega128_FLAGS) $(AVR_LINK) $^ -o $@
+
 # Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
 build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | deps
 	$(call say,CC,$@)
@@ -259,7 +267,8 @@ build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | deps
 
 TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
 	$(SIM_TESTS:%=build/host/test/sim/%)
-TEST_NEEDS := build/host/cds55xx-sim $(TEST_FIRMWARES:%=build/firmware/%.elf) \
+TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
+	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/atmega128/controller.elf build/arduino-mega/controller.elf \
 	build/atmega128/examples/two_servos.elf build/arduino-mega/examples/two_servos.elf
 

@@ -65,9 +65,14 @@ bool usart_transmits(const struct usart *usart)
     return (*ucsrb(usart) & UCSRB_TXEN) || usart->talker.busy || usart->waiting || usart->queued;
 }
 
+bool usart_rxen(const struct usart *usart)
+{
+    return *ucsrb(usart) & UCSRB_RXEN;
+}
+
 bool usart_listens(const struct usart *usart)
 {
-    return !usart->exact || (*ucsrb(usart) & UCSRB_RXEN);
+    return !usart->exact || usart_rxen(usart);
 }
 
 void usart_update_txd(struct usart *usart, uint64_t now)

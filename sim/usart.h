@@ -83,6 +83,8 @@ bool usart_transmits(const struct usart *usart);
  * over: it always says yes. */
 bool usart_listens(const struct usart *usart);
 
+bool usart_rxen(const struct usart *usart);
+
 /* Bit time in 1/256 cycle, from UBRR and U2X as they stand. */
 uint32_t usart_bit_256(const struct usart *usart);
 

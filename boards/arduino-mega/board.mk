@@ -7,6 +7,7 @@ FLASH_MAX  := 24576
 RAM_MAX    := 3072
 
 # Fuses: as Arduino ships it (external crystal, boot loader of 4096 words, brown-out at 2.7 V).
+FLASH_NOTE := the boot loader of Arduino is used; fuses stay as they are
 LFUSE      := 0xff
 HFUSE      := 0xd8
 EFUSE      := 0xfd

@@ -6,10 +6,11 @@ F_CPU      := 16000000
 FLASH_MAX  := 24576
 RAM_MAX    := 3072
 
-# Fuses: external crystal, slow start-up; M103C off (from the factory it is on, and an ATmega103 has
-# no USART1); JTAG off; EEPROM kept at chip erase; brown-out reset at 4.0 V; boot at 0.
-LFUSE      := 0x1f
-HFUSE      := 0xd1
+# Fuses: crystal of 8 MHz or more at full swing (CKOPT), slow start-up, brown-out reset at 4.0 V;
+# M103C off, JTAG off, EEPROM kept at chip erase. `make fuses` is needed once on a new chip:
+FLASH_NOTE := a new ATmega128 runs at 1 MHz and as an ATmega103 without USART1 (fuse M103C): run `make fuses` first
+LFUSE      := 0x3f
+HFUSE      := 0xc1
 EFUSE      := 0xff
 PROGRAMMER := usbasp
 PORT       := usb

@@ -1,4 +1,5 @@
-/* Framing: what is a packet and what is not, and that none is lost behind something damaged (R27). */
+/* Framing: what is a packet and what is not, and that none is lost behind something damaged (R27).
+ */
 #include <string.h>
 
 #include "unity.h"

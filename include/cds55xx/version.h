@@ -1,0 +1,7 @@
+/* The version of library and firmware. */
+#ifndef CDS_VERSION_H
+#define CDS_VERSION_H
+
+#define CDS_VERSION "0.1.0"
+
+#endif

@@ -1,0 +1,32 @@
+#!/usr/bin/env python3
+"""docs/errors.md from the two tables of errors, include/cds55xx/result.h and
+src/controller/errors.h. Prints the document."""
+import re
+
+ROW = re.compile(r'X\((\w+),\s*(\d+),\s*"([^"]*)",\s*"([^"]*)"\)')
+SOURCES = ["include/cds55xx/result.h", "src/controller/errors.h"]
+
+
+def rows(path):
+    text = open(path).read().replace("\\\n", " ")
+    return [match.groups() for match in ROW.finditer(text)]
+
+
+def main():
+    print("# Errors\n")
+    print("Results of the library (`enum cds_result`) and numbered errors of the console, which says")
+    print("`error N: text; remedy`. Written by `make docs` from the tables in")
+    print("`include/cds55xx/result.h` and `src/controller/errors.h`.\n")
+    print("| N | name | text | remedy |")
+    print("|---|---|---|---|")
+    numbers = set()
+    for source in SOURCES:
+        for name, number, text, remedy in rows(source):
+            if number in numbers:
+                raise SystemExit(f"{source}: error {number} stands twice")
+            numbers.add(number)
+            print(f"| {number} | `{name}` | {text} | {remedy} |")
+
+
+if __name__ == "__main__":
+    main()

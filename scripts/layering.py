@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Who may include whom. Prints every breach as file:line: why; exit 1 if there is one.
+
+usage: layering.py [DIR]   (the project's root; default: the current directory)
+"""
+import pathlib
+import re
+import sys
+
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
+
+# files, what must not be found in a line of code, why
+FORBIDDEN = [
+    (["include/**/*.h", "src/core/*.[ch]"],
+     re.compile(r"\bavr/|\bUCSR|\bISR\b|\bF_CPU\b|board\.h"),
+     "the core knows no chip and no board"),
+    (["src/controller/*.[ch]", "examples/*.c"],
+     re.compile(r"\bUCSR|\bUDR\d|\bPORT[A-L]\b|\bDDR[A-L]\b|\bTCNT"),
+     "only src/avr knows a register"),
+    (["boards/*/*.h"], re.compile(r"[{}();]"), "a board is data, without code"),
+    (["include/**/*.h", "src/**/*.[ch]"],
+     re.compile(r"0x[fF][fF]\b.*\b[hH]eader|CDS_HEADER\s+0x"),
+     "only packet.h says what a header is"),
+]
+EXEMPT = {"only packet.h says what a header is": "include/cds55xx/packet.h"}
+
+# files, the headers of ours they may include
+ALLOWED = [
+    (["src/avr/*.[ch]"],
+     re.compile(r"^(cds55xx/(port|link|ring)\.h|board\.h|(usart|clock|timer|serial|idle)\.h)$"),
+     "src/avr meets the core in port.h, link.h and ring.h only"),
+    (["sim/*.[ch]"],
+     re.compile(r"^(?!cds55xx|src/|.*/include/).*$"),
+     "the simulator includes nothing of include/ or src/"),
+]
+SYSTEM = re.compile(r"^(avr|util|std|sys|simavr)\w*(/|\.h$)|^(string|stdio|errno|math|time|poll|"
+                    r"fcntl|unistd|termios|pty|signal|limits|ctype|inttypes|dirent|elf|libelf|gelf)\.h$")
+
+
+def code_lines(path):
+    """(number, text) of each line, without comments."""
+    text = path.read_text()
+    text = re.sub(r"/\*.*?\*/", lambda m: "\n" * m.group().count("\n"), text, flags=re.S)
+    for number, line in enumerate(text.splitlines(), 1):
+        yield number, re.sub(r"//.*", "", line)
+
+
+def files(root, patterns):
+    return sorted({p for pattern in patterns for p in root.glob(pattern)})
+
+
+def breaches(root):
+    for patterns, what, why in FORBIDDEN:
+        for path in files(root, patterns):
+            name = path.relative_to(root).as_posix()
+            if EXEMPT.get(why) == name:
+                continue
+            for number, line in code_lines(path):
+                if what.search(line):
+                    yield f"{name}:{number}: {why}: {line.strip()}"
+    for patterns, allowed, why in ALLOWED:
+        for path in files(root, patterns):
+            name = path.relative_to(root).as_posix()
+            for number, line in code_lines(path):
+                match = INCLUDE.match(line)
+                if match and not SYSTEM.match(match[1]) and not allowed.match(match[1]):
+                    yield f"{name}:{number}: {why}: {match[1]}"
+
+
+def main(arguments):
+    root = pathlib.Path(arguments[0] if arguments else ".").resolve()
+    found = list(breaches(root))
+    for line in found:
+        print(line)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Flash and static RAM of firmwares beside their budgets; exit 1 when one is over.
+
+usage: size.py ELF FLASH_MAX RAM_MAX [ELF FLASH_MAX RAM_MAX ...] [--note ELF ...]
+Those after --note are shown without a budget.
+"""
+import subprocess
+import sys
+
+
+def sizes(elf):
+    """(flash, ram) in bytes: .text + .data, .data + .bss + .noinit"""
+    sections = {}
+    for line in subprocess.check_output(["avr-size", "-A", elf], text=True).splitlines():
+        words = line.split()
+        if len(words) == 3 and words[1].isdigit():
+            sections[words[0]] = int(words[1])
+    data = sections.get(".data", 0)
+    return (sections.get(".text", 0) + data,
+            data + sections.get(".bss", 0) + sections.get(".noinit", 0))
+
+
+def main(arguments):
+    split = arguments.index("--note") if "--note" in arguments else len(arguments)
+    budgeted, noted = arguments[:split], arguments[split + 1:]
+    rows = [(budgeted[i], int(budgeted[i + 1]), int(budgeted[i + 2]))
+            for i in range(0, len(budgeted), 3)]
+    over = False
+    print(f"  {'bytes of':<36}{'flash':>8}{'budget':>8}{'RAM':>8}{'budget':>8}")
+    for elf, flash_max, ram_max in rows:
+        flash, ram = sizes(elf)
+        verdict = ""
+        if flash > flash_max or ram > ram_max:
+            verdict, over = "  OVER BUDGET", True
+        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}{verdict}")
+    for elf in noted:
+        flash, ram = sizes(elf)
+        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}")
+    return 1 if over else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,15 @@
+/* A list of servo IDs as people write it: 1-18 or 0,1,5-7. */
+#ifndef SIM_IDS_H
+#define SIM_IDS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define IDS_MAX 254 // IDs are 0 to 253
+
+/* Returns 0, or what is wrong with the text. */
+const char *ids_parse(const char *text, bool allow_duplicates, uint8_t ids[IDS_MAX],
+                      unsigned *count);
+
+#endif

@@ -1,0 +1,84 @@
+#include "rules.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+
+#define TOLD_MAX 3 // breaches of one rule that are told in full
+
+static const struct {
+    const char *name;
+    const char *meaning;
+} rule_table[RULE_COUNT] = {
+    [RULE_EARLY_RELEASE] = {"early-release",
+                            "the driver let go before the last stop bit of a byte had ended"},
+    [RULE_TWO_DRIVERS] = {"two-drivers", "controller and servo drove the wire at the same time"},
+    [RULE_COLLISION] = {"collision", "two servos drove the wire at the same time"},
+    [RULE_BOTH_ENABLES] = {"both-enables", "TX enable and RX enable were on together"},
+    [RULE_DRIVER_OFF] = {"driver-off", "a byte was shifted out while the TX enable was off"},
+    [RULE_TRANSMITTER_OFF] = {"transmitter-off", "a byte was written to UDR while TXEN was off"},
+    [RULE_REPLY_LOST] = {"reply-lost",
+                         "a servo talked while the way to the receiver (RX enable, RXEN) was shut"},
+    [RULE_OVERRUN] = {"overrun", "the receiver lost a byte because nobody had read the earlier ones"},
+    [RULE_FLOATING_RXD] = {"floating-rxd",
+                           "RXD floated: RX enable was off and the AVR's pull-up too"},
+    [RULE_FLOATING_TXD] = {"floating-txd", "the TX enable was on while nothing drove TXD"},
+    [RULE_LOST_WRITE] = {"lost-write", "UDR was written while it was full (UDRE off)"},
+    [RULE_FRAME_FORMAT] = {"frame-format", "a byte was sent in another format than 8N1"},
+    [RULE_CRASH] = {"crash", "the firmware went where there is no code"},
+    [RULE_REPLY_WAS_ERROR] = {"reply-was-error", "the firmware answered a command with an error"},
+    [RULE_REPLY_WAS_OK] = {"reply-was-ok", "the script expected an error, the firmware said ok"},
+    [RULE_SCRIPT_UNFINISHED] = {"script-unfinished", "the run ended before the script did"},
+};
+
+void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out)
+{
+    *rules = (struct rules){.clock_Hz = clock_Hz, .out = out};
+}
+
+void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
+{
+    rules->breaches[rule]++;
+    if (!rules->out || rules->breaches[rule] > TOLD_MAX) {
+        return;
+    }
+    va_list arguments;
+    va_start(arguments, format);
+    fprintf(rules->out, "rule broken at %" PRIu64 " (%.3f ms): %s: ", now,
+            (double)now * 1000.0 / rules->clock_Hz, rule_name(rule));
+    vfprintf(rules->out, format, arguments);
+    fputc('\n', rules->out);
+    va_end(arguments);
+}
+
+uint32_t rules_broken(const struct rules *rules)
+{
+    uint32_t sum = 0;
+    for (int i = 0; i < RULE_COUNT; i++) {
+        sum += rules->breaches[i];
+    }
+    return sum;
+}
+
+const char *rule_name(enum rule rule)
+{
+    return rule_table[rule].name;
+}
+
+const char *rule_meaning(enum rule rule)
+{
+    return rule_table[rule].meaning;
+}
+
+void rules_report(const struct rules *rules, FILE *out)
+{
+    if (!rules_broken(rules)) {
+        fputs("rules:   none broken\n", out);
+        return;
+    }
+    for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
+        if (rules->breaches[rule]) {
+            fprintf(out, "BROKEN:  %s, %" PRIu32 " times: %s\n", rule_name(rule),
+                    rules->breaches[rule], rule_meaning(rule));
+        }
+    }
+}

@@ -1,0 +1,219 @@
+#include "servos.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#define SECOND_US 1000000u
+#define STAGGER_US 80 // servos tick one after the other: 50 of them fill the 4 ms
+
+static uint64_t cycles(const struct servos *servos, uint64_t us)
+{
+    return us * servos->clock_Hz / SECOND_US;
+}
+
+/* The manual: 2 000 000 / (register + 1) baud. */
+static uint32_t bit_256(const struct servos *servos, uint8_t baud)
+{
+    return (uint32_t)((uint64_t)servos->clock_Hz * 256 * (baud + 1u) / 2000000u);
+}
+
+static void *allocate(size_t count, size_t size)
+{
+    void *memory = calloc(count, size);
+    if (!memory) {
+        fputs("out of memory\n", stderr);
+        abort();
+    }
+    return memory;
+}
+
+/* --- hearing ------------------------------------------------------------------------------------- */
+
+static void byte_heard(void *owner, uint64_t now, const struct heard *heard);
+
+static struct servo_ear *ear_for(struct servos *servos, uint8_t baud)
+{
+    if (!servos->ears[baud]) {
+        struct servo_ear *ear = allocate(1, sizeof(*ear));
+        *ear = (struct servo_ear){.servos = servos, .baud = baud};
+        ear_init(&ear->ear, servos->schedule, servos->net, ear);
+        ear->ear.on_byte = byte_heard;
+        ear->ear.bit_256 = bit_256(servos, baud);
+        servos->ears[baud] = ear;
+    }
+    return servos->ears[baud];
+}
+
+static void use_ear(struct servos *servos, uint8_t baud, int users)
+{
+    struct servo_ear *ear = ear_for(servos, baud);
+    ear->users += (unsigned)users;
+    if (ear->ear.enabled != (ear->users > 0)) {
+        ear_enable(&ear->ear, ear->users > 0);
+    }
+}
+
+static void follow_baud(struct servo_node *node)
+{
+    uint8_t baud = servo_baud(&node->servo);
+    if (baud != node->baud) {
+        use_ear(node->servos, node->baud, -1);
+        use_ear(node->servos, baud, 1);
+        node->baud = baud;
+    }
+}
+
+/* The ear delivers in the middle of the stop bit; the return delay counts from its end. */
+static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
+{
+    (void)now;
+    struct servo_ear *ear = owner;
+    struct servos *servos = ear->servos;
+    uint8_t baud = ear->baud;
+    for (unsigned i = 0; i < servos->count; i++) {
+        struct servo_node *node = &servos->node[i];
+        if (node->baud != baud || node->driver.enabled || event_armed(&node->answer)) {
+            continue;
+        }
+        if (servo_receive(&node->servo, heard->byte, heard->framing_error)) {
+            uint64_t delay = cycles(servos, node->servo.reply.delay_us);
+            schedule_at(servos->schedule, &node->answer, heard->end + delay);
+        }
+        follow_baud(node);
+    }
+}
+
+/* --- talking ------------------------------------------------------------------------------------- */
+
+static void set_talking(struct servo_node *node, uint64_t now, bool talking)
+{
+    driver_enable(&node->driver, now, talking);
+    if (node->servos->on_talk) {
+        node->servos->on_talk(node->servos->owner, now, node);
+    }
+}
+
+static void say_next(struct servo_node *node, uint64_t now)
+{
+    const struct servo_reply *reply = &node->servo.reply;
+    uint8_t byte = reply->bytes[node->said++];
+    talker_say(&node->talker, now, bit_256(node->servos, reply->baud), byte);
+}
+
+static void answer(void *owner, uint64_t now)
+{
+    struct servo_node *node = owner;
+    node->said = 0;
+    say_next(node, now);
+    set_talking(node, now, true);
+}
+
+static void byte_begins(void *owner, uint64_t now)
+{
+    struct servo_node *node = owner;
+    if (node->servos->on_byte) {
+        node->servos->on_byte(node->servos->owner, now, talker_end(&node->talker));
+    }
+}
+
+static void byte_ended(void *owner, uint64_t now)
+{
+    struct servo_node *node = owner;
+    if (node->said < node->servo.reply.size) {
+        say_next(node, now);
+    } else {
+        set_talking(node, now, false);
+    }
+}
+
+static void fall_silent(struct servo_node *node, uint64_t now)
+{
+    schedule_cancel(node->servos->schedule, &node->answer);
+    talker_stop(&node->talker, now);
+    if (node->driver.enabled) {
+        set_talking(node, now, false);
+    }
+}
+
+/* --- the set of them ----------------------------------------------------------------------------- */
+
+static void tick(void *owner, uint64_t now)
+{
+    struct servo_node *node = owner;
+    servo_tick(&node->servo);
+    schedule_at(node->servos->schedule, &node->tick, now + cycles(node->servos, SERVO_TICK_US));
+}
+
+void servos_init(struct servos *servos, struct schedule *schedule, struct net *net,
+                 uint32_t clock_Hz)
+{
+    *servos = (struct servos){
+        .schedule = schedule, .net = net, .clock_Hz = clock_Hz, .power = true};
+}
+
+static void remove_all(struct servos *servos, uint64_t now)
+{
+    for (unsigned i = 0; i < servos->count; i++) {
+        struct servo_node *node = &servos->node[i];
+        fall_silent(node, now);
+        schedule_cancel(servos->schedule, &node->tick);
+        use_ear(servos, node->baud, -1);
+    }
+    free(servos->node);
+    servos->node = 0;
+    servos->count = 0;
+}
+
+void servos_free(struct servos *servos)
+{
+    remove_all(servos, servos->schedule->now);
+    for (unsigned i = 0; i < 256; i++) {
+        free(servos->ears[i]);
+        servos->ears[i] = 0;
+    }
+}
+
+void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, unsigned count)
+{
+    remove_all(servos, now);
+    servos->node = allocate(count ? count : 1, sizeof(*servos->node));
+    servos->count = count;
+    servos->power = true;
+    for (unsigned i = 0; i < count; i++) {
+        struct servo_node *node = &servos->node[i];
+        node->servos = servos;
+        node->id = ids[i];
+        servo_init(&node->servo, ids[i]);
+        driver_init(&node->driver, servos->net);
+        talker_init(&node->talker, servos->schedule, &node->driver, node);
+        node->talker.on_start = byte_begins;
+        node->talker.on_end = byte_ended;
+        event_init(&node->answer, answer, node);
+        event_init(&node->tick, tick, node);
+        node->baud = servo_baud(&node->servo);
+        use_ear(servos, node->baud, 1);
+        uint64_t phase = cycles(servos, i * STAGGER_US % SERVO_TICK_US);
+        schedule_at(servos->schedule, &node->tick, now + cycles(servos, SERVO_TICK_US) + phase);
+    }
+}
+
+void servos_power(struct servos *servos, uint64_t now, bool on)
+{
+    servos->power = on;
+    for (unsigned i = 0; i < servos->count; i++) {
+        struct servo_node *node = &servos->node[i];
+        fall_silent(node, now);
+        servo_power(&node->servo, on);
+        follow_baud(node);
+    }
+}
+
+const struct servo_node *servos_find(const struct servos *servos, const struct driver *driver)
+{
+    for (unsigned i = 0; i < servos->count; i++) {
+        if (driver == &servos->node[i].driver) {
+            return &servos->node[i];
+        }
+    }
+    return 0;
+}

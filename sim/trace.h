@@ -1,0 +1,46 @@
+/* Pictures of a run: the signals of a bus as a VCD, the motion of its servos as a table. */
+#ifndef SIM_TRACE_H
+#define SIM_TRACE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "schedule.h"
+#include "servos.h"
+#include "vcd.h"
+#include "wire.h"
+
+/* The signals of one bus. */
+struct bus_trace {
+    struct vcd *vcd;
+    unsigned bus;
+    const struct wire *wire;
+    unsigned sig, txd, rxd, tx_enable, rx_enable, controller;
+    struct listener on_sig, on_txd, on_rxd;
+};
+
+void bus_trace_init(struct bus_trace *trace, struct vcd *vcd, unsigned bus, struct wire *wire);
+/* An enable or the controller's transmitter has changed. */
+void bus_trace_wire(struct bus_trace *trace, uint64_t now);
+void bus_trace_servo(struct bus_trace *trace, uint64_t now, const struct servo_node *node);
+
+/* `time_ms,goal_1,present_1,...`, a line every 4 ms, positions as the registers have them (0..1023).
+ * New servos begin a new block with a head of its own, two empty lines behind the previous one: what
+ * gnuplot calls an index. */
+struct motion {
+    FILE *file; // 0: none
+    struct schedule *schedule;
+    const struct servos *servos;
+    uint32_t clock_Hz;
+    struct event sample;
+    unsigned blocks;
+};
+
+bool motion_open(struct motion *motion, const char *path, struct schedule *schedule,
+                 const struct servos *servos, uint32_t clock_Hz);
+bool motion_close(struct motion *motion);
+/* The servos are others now. */
+void motion_block(struct motion *motion, uint64_t now);
+
+#endif

@@ -1,0 +1,50 @@
+/* The bus of one USART: the signal wire, the buffers that join it to TXD and RXD, and its rules.
+ *
+ * The manual's circuit: TXD - buffer (TX enable) - SIG - buffer (RX enable) - RXD. 10 kOhm hold the TX
+ * enable low and the RX enable high while the AVR's pins float.
+ */
+#ifndef SIM_WIRE_H
+#define SIM_WIRE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "board.h"
+#include "machine.h"
+#include "net.h"
+#include "pins.h"
+#include "rules.h"
+#include "usart.h"
+
+struct wire {
+    const struct machine *machine;
+    struct rules *rules;
+    enum board_wiring wiring;
+    struct usart usart;
+    struct net sig;
+    struct net txd;
+    struct net rxd;
+    struct driver to_sig;  // the TX buffer
+    struct driver to_rxd;  // the RX buffer
+    struct driver txd_pin; // PORT and DDR on TXD while the USART leaves it alone
+    struct listener on_sig, on_txd, on_rxd;
+    struct pin pin_tx_enable, pin_rx_enable, pin_txd, pin_rxd;
+    bool tx_enable, rx_enable; // as the buffers see them
+    bool listening;            // RX enable and RXEN: a start bit now would be received
+    bool rxd_floats, txd_floats;
+    bool two_drivers, collision; // now
+    uint64_t servo_until;        // end of the latest byte of a servo
+    void *owner;
+    /* An enable has changed, or the controller's transmitter begins or falls idle; may be 0. */
+    void (*on_change)(void *owner, uint64_t now);
+};
+
+/* False, with one line on stderr, when the chip lacks the USART or a pin. */
+bool wire_init(struct wire *wire, struct machine *machine, const struct board_bus *bus, bool exact,
+               struct rules *rules);
+void wire_reset(struct wire *wire, uint64_t now);
+
+/* A servo's byte begins and will end at `end`. */
+void wire_servo_byte(struct wire *wire, uint64_t now, uint64_t end);
+
+#endif

@@ -1,0 +1,45 @@
+/* The numbered errors of the console: those of the library (result.h, numbers below 10), and these.
+ * One table: the console's texts and docs/errors.md come from it. */
+#ifndef CONTROLLER_ERRORS_H
+#define CONTROLLER_ERRORS_H
+
+#include <stdint.h>
+
+#include "cds55xx/result.h" // CDS_RESULTS
+#include "flash.h"          // CDS_FLASH
+
+/* X(name, number, text, remedy) */
+#define CONSOLE_ERRORS(X)                                                                          \
+    X(ERROR_UNKNOWN_COMMAND, 10, "unknown command", "'help' lists the commands")                   \
+    X(ERROR_COUNT, 11, "wrong number of arguments", "'help' shows what the command takes")         \
+    X(ERROR_NOT_A_NUMBER, 12, "not a number", "numbers are decimal or 0x and hexadecimal digits")  \
+    X(ERROR_OUT_OF_RANGE, 13, "number out of range",                                               \
+      "IDs are 0 to 253 (254: all), bytes 0 to 255, registers as in the manual, 3.1")              \
+    X(ERROR_UNKNOWN_REGISTER, 14, "unknown register",                                              \
+      "name it as in docs/registers.md, or give its address, 0 to 0x31")                           \
+    X(ERROR_LINE_TOO_LONG, 15, "line too long", "send at most 1200 characters in a line")          \
+    X(ERROR_INPUT_LOST, 16, "input lost", "send the next line only after the reply to this one")   \
+    X(ERROR_BLOCK, 17, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
+    X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
+      "it does not know the instruction, or ACTION found nothing registered")                      \
+    X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \
+      "a value or address is out of its range, read-only, or locked until power-off")              \
+    X(ERROR_SERVO_CHECKSUM, 22, "servo: checksum error",                                           \
+      "the packet reached it damaged: look for noise, then send it again")                         \
+    X(ERROR_SERVO_ANGLE, 23, "servo: angle limit error",                                           \
+      "the goal lies outside CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT")
+
+enum console_error {
+#define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,
+    CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_)
+#undef CONSOLE_ERROR_ENUM_
+};
+
+/* "text; remedy" of an error of either table, in flash. Any other number: "unknown error". */
+const CDS_FLASH char *error_text(uint8_t number);
+
+/* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if
+ * several are set), or 0 if none is; clears that bit in *bits. */
+uint8_t error_of_servo(uint8_t *bits);
+
+#endif

@@ -1,0 +1,35 @@
+/* Text for the PC, into a ring that empties at its own pace. Nothing waits: whoever writes asks
+ * first whether there is room (writer_ready()), writes a short piece, and comes back later. */
+#ifndef CONTROLLER_WRITER_H
+#define CONTROLLER_WRITER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/ring.h" // struct cds_ring
+#include "flash.h"        // CDS_FLASH
+
+/* Characters a piece may have besides one text out of flash, which may be of any length. */
+#define WRITER_PIECE 40
+
+struct writer {
+    struct cds_ring *ring;
+    const CDS_FLASH char *text; // what is left of the text being written, or NULL
+    bool ending;                // `text` is the end of line
+};
+
+/* Writes on what is left; true when a new piece may be written. */
+bool writer_ready(struct writer *writer);
+
+/* The parts of a piece. Numbers: decimal, or two hexadecimal digits. */
+void writer_char(struct writer *writer, char c);
+void writer_string(struct writer *writer, const char *string);
+void writer_decimal(struct writer *writer, uint16_t number);
+void writer_hex(struct writer *writer, uint8_t byte);
+
+/* The last part of a piece: the end of the line; or a text out of flash and the end of the line,
+ * which follow as the ring empties. */
+void writer_end_of_line(struct writer *writer);
+void writer_text_line(struct writer *writer, const CDS_FLASH char *text);
+
+#endif

@@ -1,0 +1,2 @@
+/* Accepted by simavr as it is and by the exact USART. */
+#include "half_duplex.h"

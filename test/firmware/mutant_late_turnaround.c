@@ -1,0 +1,3 @@
+/* Turns the receiver on 320 cycles late. */
+#define MUTANT_LATE_TURNAROUND
+#include "half_duplex.h"

@@ -1,0 +1,27 @@
+/* TXC comes once, when the last of a row of bytes has left; simavr's comes with every byte. */
+#include "chip.h"
+
+static volatile uint8_t count;
+static volatile uint16_t when;
+
+ISR(USART1_TX_vect)
+{
+    when = TCNT1;
+    count++;
+}
+
+int main(void)
+{
+    bus_talk();
+    sei();
+    clock_start();
+    UCSR1B = (1 << TXEN1) | (1 << TXCIE1);
+    UDR1 = 0x11;
+    UDR1 = 0x22;
+    wait(300);
+    cli();
+    print_open();
+    print("interrupts", count);
+    print("last", when);
+    end();
+}
