@@ -138,7 +138,7 @@ CC := gcc
 HOST_COMMON := -std=gnu99 -g -D_GNU_SOURCE $(WARNINGS)
 SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
-SIM_LIBS := -lsimavr -lelf -lm
+SIM_LIBS := -lsimavr -lm
 SIM_SRC := $(wildcard sim/*.c)
 
 build/host/flags: force
@@ -185,7 +185,7 @@ build/runner/%_runner.c: test/%.c $(UNITY)/auto/generate_test_runner.rb
 	@mkdir -p $(@D)
 	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
 
-build/runner/%_runner.c: test/sim/%.c $(UNITY)/auto/generate_test_runner.rb
+build/runner/sim/%_runner.c: test/sim/%.c $(UNITY)/auto/generate_test_runner.rb
 	@mkdir -p $(@D)
 	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
 
@@ -218,7 +218,7 @@ $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%
 	$(Q)$(CC) $(SANITIZE) $^ -o $@
 
 $(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj/test/sim/%.o \
-		build/host/test/obj/runner/%_runner.o build/host/test/obj/unity.o \
+		build/host/test/obj/runner/sim/%_runner.o build/host/test/obj/unity.o \
 		$(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
 	$(call say,LD,$@)
 	@mkdir -p $(@D)
@@ -228,7 +228,7 @@ $(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj
 AVR_TEST_BOARD := arduino-mega
 AVR_TEST := build/avr-test
 AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -g,$($(AVR_TEST_BOARD)_FLAGS)) \
-	-Isrc/controller $(UNITY_FLAGS)
+	-UBOARD_NAME -Isrc/controller $(UNITY_FLAGS)
 
 $(AVR_TEST)/flags: force
 	$(call stamp,$(AVR_TEST_FLAGS))
@@ -283,19 +283,21 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
 	test/*.[ch] test/*/*.[ch])
 
+GENERATED_DOCS := errors registers
+
 ## check: format, layering, docs, and every board built with warnings as errors
 .PHONY: check
 check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf) build/host/cds55xx-sim
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
 	@echo '  CHECK    layering'; scripts/layering.py
-	@echo '  CHECK    docs/errors.md'; scripts/errors.py | diff -u docs/errors.md - || \
-	  { echo 'docs/errors.md is out of date: run make docs'; exit 1; }
+	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
+	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
 	@$(MAKE) --no-print-directory size
 
-## docs: write docs/errors.md anew from the table of errors
+## docs: write the generated docs (errors, registers) anew
 .PHONY: docs
 docs:
-	scripts/errors.py > docs/errors.md
+	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 
 ## format: put all C into the project's format
 .PHONY: format

@@ -4,7 +4,8 @@
 #include <inttypes.h>
 #include <string.h>
 
-/* --- who tells whom ------------------------------------------------------------------------------ */
+/* --- who tells whom ------------------------------------------------------------------------------
+ */
 
 static void wire_changed(void *owner, uint64_t now)
 {
@@ -36,7 +37,9 @@ static void was_reset(void *owner, uint64_t now)
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
         wire_reset(&bench->bus[i].wire, now);
     }
-    usart_reset(&bench->host.usart, now);
+    if (bench->board.has_host) {
+        usart_reset(&bench->host.usart, now);
+    }
 }
 
 static void host_byte(void *owner, uint64_t now, uint8_t byte)
@@ -67,14 +70,12 @@ static void pty_bytes(void *owner, uint64_t now, const char *bytes, size_t size)
 static void time_is_over(void *owner, uint64_t now)
 {
     struct bench *bench = owner;
-    if (bench->options->host == BENCH_HOST_SCRIPT && !bench->script.done) {
-        rules_break(&bench->rules, RULE_SCRIPT_UNFINISHED, now, "%s:%u: --seconds were over",
-                    bench->script.path, script_line_number(&bench->script));
-    }
+    (void)now;
     machine_stop(&bench->machine);
 }
 
-/* --- what a script does -------------------------------------------------------------------------- */
+/* --- what a script does --------------------------------------------------------------------------
+ */
 
 static bool script_ready(void *owner)
 {
@@ -91,7 +92,11 @@ static void script_say(void *owner, uint64_t now, const char *bytes, size_t size
 static void script_servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count)
 {
     struct bench *bench = owner;
-    servos_replace(&bench->bus[0].servos, now, ids, count);
+    struct bench_bus *bus = &bench->bus[0];
+    servos_replace(&bus->servos, now, ids, count);
+    for (unsigned i = 0; i < count; i++) { // so that the signals are in the order of the list
+        bus_trace_servo(&bus->trace, now, &bus->servos.node[i]);
+    }
     motion_block(&bench->motion, now);
 }
 
@@ -111,8 +116,7 @@ static void script_echo(void *owner, bool on)
     }
 }
 
-static void script_outcome(void *owner, uint64_t now, enum script_outcome outcome,
-                           const char *what)
+static void script_outcome(void *owner, uint64_t now, enum script_outcome outcome, const char *what)
 {
     static const enum rule rule[] = {
         [SCRIPT_UNEXPECTED_ERROR] = RULE_REPLY_WAS_ERROR,
@@ -144,7 +148,8 @@ static const struct script_world script_world = {
     .finished = script_finished,
 };
 
-/* --- set-up -------------------------------------------------------------------------------------- */
+/* --- set-up --------------------------------------------------------------------------------------
+ */
 
 static bool open_transcript(struct bench *bench)
 {
@@ -184,6 +189,13 @@ static bool init_bus(struct bench *bench, unsigned index)
 static bool init_host(struct bench *bench)
 {
     const struct bench_options *options = bench->options;
+    if (!bench->board.has_host) {
+        if (options->host != BENCH_HOST_NONE) {
+            fprintf(stderr, "%s: the board has no host link: no --script, no --host\n",
+                    options->board);
+        }
+        return options->host == BENCH_HOST_NONE;
+    }
     if (!host_init(&bench->host, &bench->machine, bench->board.host_usart, bench->board.host_baud,
                    options->exact)) {
         return false;
@@ -193,7 +205,8 @@ static bool init_host(struct bench *bench)
     if (options->host == BENCH_HOST_SCRIPT) {
         bench->world = script_world;
         bench->world.owner = bench;
-        script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->world, stdout);
+        script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->world,
+                     stdout);
         bench->script.echo = options->echo;
     }
     if (options->host == BENCH_HOST_PTY) {
@@ -263,7 +276,17 @@ bool bench_init(struct bench *bench, const struct bench_options *options)
     return init_host(bench);
 }
 
-/* --- run and report ------------------------------------------------------------------------------ */
+/* --- run and report ------------------------------------------------------------------------------
+ */
+
+static const char *why_unfinished(const struct bench *bench)
+{
+    if (bench->cpu_done) {
+        return "the firmware sleeps with interrupts off";
+    }
+    bool over = bench->options->seconds > 0 && !event_armed(&bench->limit);
+    return over ? "--seconds were over" : "interrupted";
+}
 
 bool bench_run(struct bench *bench)
 {
@@ -273,13 +296,12 @@ bool bench_run(struct bench *bench)
     if (end == MACHINE_CRASHED) {
         rules_break(&bench->rules, RULE_CRASH, bench->end, "%s", bench->machine.crash);
     }
-    if (bench->cpu_done && bench->options->host == BENCH_HOST_SCRIPT) {
-        rules_break(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end,
-                    "%s:%u: the firmware went to sleep with interrupts off", bench->script.path,
-                    script_line_number(&bench->script));
+    if (bench->script.text && !bench->script.done && end != MACHINE_CRASHED) {
+        rules_break(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end, "%s:%u: %s",
+                    bench->script.path, script_line_number(&bench->script), why_unfinished(bench));
     }
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
-        transcript_flush(&bench->bus[i].transcript);
+        transcript_end(&bench->bus[i].transcript);
     }
     return rules_broken(&bench->rules) == 0;
 }
@@ -302,8 +324,11 @@ void bench_report(const struct bench *bench, FILE *out)
                 i, t->packets_in, t->packets_out, t->damaged, percent(t->busy, bench->end));
     }
     fprintf(out, "cpu:     %.1f %% in interrupt handlers, awake %.1f %%\n",
-            percent(cpu->in_handlers, bench->end),
-            100.0 - percent(cpu->asleep, bench->end));
+            percent(cpu->in_handlers, bench->end), 100.0 - percent(cpu->asleep, bench->end));
+    if (bench->host.framing_errors) {
+        fprintf(out, "host:    %" PRIu32 " bytes of the firmware with framing errors: baud rate?\n",
+                bench->host.framing_errors);
+    }
     rules_report(&bench->rules, out);
 }
 

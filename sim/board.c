@@ -27,7 +27,7 @@ static bool open_source(struct source *source, const char *folder, const char *n
 }
 
 /* The word behind `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
-static bool find_word(struct source *source, const char *key, char *word)
+static bool has_word(struct source *source, const char *key, char *word)
 {
     char line[LINE_ROOM];
     char name[LINE_ROOM];
@@ -40,12 +40,18 @@ static bool find_word(struct source *source, const char *key, char *word)
             return true;
         }
     }
-    if (source->good) {
-        fprintf(stderr, "%s: %s is missing\n", source->path, key);
-    }
-    source->good = false;
     word[0] = 0;
     return false;
+}
+
+static bool find_word(struct source *source, const char *key, char *word)
+{
+    bool found = has_word(source, key, word);
+    if (!found && source->good) {
+        fprintf(stderr, "%s: %s is missing\n", source->path, key);
+    }
+    source->good = source->good && found;
+    return found;
 }
 
 static void complain(struct source *source, const char *key, const char *word)
@@ -100,18 +106,36 @@ static void read_bus(struct board_bus *bus, struct source *source, unsigned inde
     bus->rxd = pin(source, index, "RXD");
 }
 
+/* Each USART has one job. */
+static void check_usarts(const struct board *board, struct source *source)
+{
+    unsigned used = 0;
+    bool twice = board->bus_count == 0 || (board->has_host && board->host_baud == 0);
+    for (unsigned i = 0; i < board->bus_count; i++) {
+        twice = twice || (used & 1u << board->bus[i].usart);
+        used |= 1u << board->bus[i].usart;
+    }
+    twice = twice || (board->has_host && (used & 1u << board->host_usart));
+    if (source->good && twice) {
+        fprintf(stderr, "%s: no bus, no host baud rate, or one USART for two of them\n",
+                source->path);
+        source->good = false;
+    }
+}
+
 static bool read_wiring(struct board *board, struct source *source)
 {
     board->bus_count = number(source, "BOARD_BUS_COUNT", BOARD_BUSES_MAX);
     for (unsigned i = 0; i < board->bus_count && source->good; i++) {
         read_bus(&board->bus[i], source, i);
     }
-    board->host_usart = number(source, "BOARD_HOST_USART", 3);
-    board->host_baud = number(source, "BOARD_HOST_BAUD", 2000000);
-    if (source->good && (board->bus_count == 0 || board->host_baud == 0)) {
-        fprintf(stderr, "%s: no bus, or no host baud rate\n", source->path);
-        source->good = false;
+    char word[VALUE_ROOM];
+    board->has_host = has_word(source, "BOARD_HOST_USART", word);
+    if (board->has_host) {
+        board->host_usart = number(source, "BOARD_HOST_USART", 3);
+        board->host_baud = number(source, "BOARD_HOST_BAUD", 2000000);
     }
+    check_usarts(board, source);
     fclose(source->file);
     return source->good;
 }

@@ -31,12 +31,13 @@ struct board {
     uint32_t clock_Hz;
     unsigned bus_count;
     struct board_bus bus[BOARD_BUSES_MAX];
+    bool has_host; // a USART is left for a PC: not so on a chip that has only one
     unsigned host_usart;
     uint32_t host_baud;
 };
 
-/* Reads FOLDER/NAME. False, with one line on stderr, when there is no such board (the line lists those
- * there are) or a file lacks something. */
+/* Reads FOLDER/NAME. False, with one line on stderr, when there is no such board (the line lists
+ * those there are) or a file lacks something. */
 bool board_read(struct board *board, const char *folder, const char *name);
 
 #endif

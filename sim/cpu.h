@@ -25,7 +25,7 @@ struct cpu {
 void cpu_init(struct cpu *cpu, avr_t *avr, bool exact);
 void cpu_reset(struct cpu *cpu);
 
-/* To be called after every step of avr_run. */
+/* To be called after every step of avr_run that leaves avr->interrupt_state negative. */
 void cpu_stepped(struct cpu *cpu);
 
 /* From avr->sleep. */

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <simavr/avr_watchdog.h>
+
 #define DATA_SPACE 0x10000u // what an AVR's pointers can reach
 #define SOON       16       // cycles: enter a vector without a handler and jump to 0
 
@@ -11,12 +13,13 @@ static void crash(struct machine *machine, const char *what)
 {
     if (!machine->crash[0]) {
         snprintf(machine->crash, sizeof(machine->crash), "%s at PC 0x%05x", what,
-                 (unsigned)machine->avr->pc);
+                 (unsigned)machine->pc);
     }
     machine->stop = true;
 }
 
-/* Every error that simavr logs is a crash of the firmware; its other messages are of no use here. */
+/* Every error that simavr logs is a crash of the firmware; its other messages are of no use here.
+ */
 static void log_message(struct avr_t *avr, const int level, const char *format, va_list arguments)
 {
     if (!avr || !avr->custom.data || level != LOG_ERROR) {
@@ -41,7 +44,8 @@ static void log_message(struct avr_t *avr, const int level, const char *format, 
     }
 }
 
-/* --- time ---------------------------------------------------------------------------------------- */
+/* --- time ----------------------------------------------------------------------------------------
+ */
 
 static avr_cycle_count_t drive(struct avr_t *avr, avr_cycle_count_t when, void *param)
 {
@@ -95,7 +99,8 @@ static void watch_resets(struct machine *machine)
     *tail = &machine->reset_watch;
 }
 
-/* --- set-up -------------------------------------------------------------------------------------- */
+/* --- set-up --------------------------------------------------------------------------------------
+ */
 
 /* simavr notices a write beyond the RAM and then makes it: give it room. */
 static void widen_data(avr_t *avr)
@@ -139,16 +144,38 @@ bool machine_init(struct machine *machine, struct schedule *schedule, const char
     return true;
 }
 
-void machine_free(struct machine *machine)
+/* What avr_terminate() forgets: the IRQs of vectors, of registers, and of a watchdog without
+ * vector. */
+static void free_irqs(avr_t *avr)
 {
-    image_close(&machine->image);
-    if (machine->avr) {
-        avr_terminate(machine->avr);
-        free(machine->avr);
+    for (unsigned i = 0; i < avr->interrupts.vector_count; i++) {
+        avr_free_irq(avr->interrupts.vector[i]->irq, AVR_INT_IRQ_COUNT);
+    }
+    avr_free_irq(avr->interrupts.irq, AVR_INT_IRQ_COUNT);
+    for (unsigned i = 0; i < MAX_IOs; i++) {
+        avr_free_irq(avr->io[i].irq, AVR_IOMEM_IRQ_ALL + 1);
+    }
+    for (avr_io_t *io = avr->io_port; io; io = io->next) {
+        if (strcmp(io->kind, "watchdog") == 0) {
+            avr_free_irq(((avr_watchdog_t *)io)->watchdog.irq, AVR_INT_IRQ_COUNT);
+        }
     }
 }
 
-/* --- running ------------------------------------------------------------------------------------- */
+void machine_free(struct machine *machine)
+{
+    avr_t *avr = machine->avr;
+    image_close(&machine->image);
+    if (avr) {
+        free_irqs(avr);
+        avr_terminate(avr);
+        free(avr->irq_pool.irq);
+        free(avr);
+    }
+}
+
+/* --- running -------------------------------------------------------------------------------------
+ */
 
 void machine_stop(struct machine *machine)
 {
@@ -160,7 +187,7 @@ static void check_jump(struct machine *machine, bool after_reset)
     avr_t *avr = machine->avr;
     const struct cpu *cpu = &machine->cpu;
     if (avr->pc == 0 && !after_reset) {
-        char what[80] = "jump to 0 (null function pointer, or a torn stack)";
+        char what[80] = "jump to 0 (null function pointer, torn stack)";
         if (cpu->depth && avr->cycle - cpu->latest <= SOON) {
             snprintf(what, sizeof(what), "interrupt vector %u has no handler",
                      cpu->vectors[cpu->depth - 1]);
@@ -176,8 +203,11 @@ enum machine_end machine_run(struct machine *machine)
     avr_t *avr = machine->avr;
     while (!machine->stop) {
         machine->fresh = false;
+        machine->pc = avr->pc;
         int state = avr_run(avr);
-        cpu_stepped(&machine->cpu);
+        if (avr->interrupt_state < 0) {
+            cpu_stepped(&machine->cpu);
+        }
         if (state == cpu_Done) {
             return MACHINE_DONE;
         }

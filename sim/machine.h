@@ -2,6 +2,7 @@
 #ifndef SIM_MACHINE_H
 #define SIM_MACHINE_H
 
+#include <signal.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -22,11 +23,12 @@ struct machine {
     struct schedule *schedule;
     struct cpu cpu;
     struct image image;
-    avr_io_t reset_watch; // simavr calls it when the chip is reset, after its own parts
-    bool fresh;           // has been reset and not yet run
-    bool driving;         // within schedule_run_until
-    bool stop;
-    char crash[240]; // what went wrong; "": nothing
+    avr_io_t reset_watch;       // simavr calls it when the chip is reset, after its own parts
+    uint32_t pc;                // of the latest instruction, byte address
+    bool fresh;                 // has been reset and not yet run
+    bool driving;               // within schedule_run_until
+    volatile sig_atomic_t stop; // may be set by a signal handler
+    char crash[240];            // what went wrong; "": nothing
     void *owner;
     void (*on_reset)(void *owner, uint64_t now); // by the watchdog; may be 0
 };

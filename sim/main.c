@@ -1,4 +1,5 @@
-/* cds55xx-sim: runs the firmware of a servo controller in a simulated AVR, with simulated servos. */
+/* cds55xx-sim: runs the firmware of a servo controller in a simulated AVR, with simulated servos.
+ */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,7 @@ static const char help[] =
     "runs the ELF on the board's simulated AVR, with simulated CDS55xx servos on its bus.\n"
     "\n"
     "  --board NAME       a folder below " SIM_BOARDS_DIR "\n"
-    "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7 (default: none)\n"
+    "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7, or none (default)\n"
     "  --script FILE      say its lines to the firmware's console, end with the last reply;\n"
     "                     ! expects an error; @servos @power @wait @print @echo, # comment\n"
     "  --host pty         open a terminal for the console, print its path, run in real time\n"
@@ -33,7 +34,8 @@ static const char help[] =
     "  --usart exact      USARTs as in the data sheet (default)\n"
     "  --usart stock      simavr's own USARTs and interrupt entry, for comparison\n"
     "\n"
-    "Exit status: 0 good; 1 the run failed (a rule was broken, an error reply, a crash); 2 bad input.\n";
+    "Exit status: 0 good; 1 the run failed (a rule was broken, an error reply, a crash); 2 bad "
+    "input.\n";
 
 static bool usage(const char *what, const char *word)
 {
@@ -78,6 +80,9 @@ static bool parse_seconds(struct bench_options *options, const char *value)
 
 static bool parse_servos(struct bench_options *options, const char *value)
 {
+    if (strcmp(value, "none") == 0) {
+        return true;
+    }
     const char *wrong = ids_parse(value, false, options->ids, &options->servos);
     return !wrong || usage(wrong, value);
 }
@@ -96,10 +101,14 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         const char **text; // keep the value as it is
         bool (*parse)(struct bench_options *options, const char *value);
     } known[] = {
-        {"--board", &options->board, 0},         {"--servos", 0, parse_servos},
-        {"--script", 0, parse_script},           {"--host", 0, parse_host},
-        {"--transcript", &options->transcript, 0}, {"--vcd", &options->vcd, 0},
-        {"--csv", &options->csv, 0},             {"--seconds", 0, parse_seconds},
+        {"--board", &options->board, 0},
+        {"--servos", 0, parse_servos},
+        {"--script", 0, parse_script},
+        {"--host", 0, parse_host},
+        {"--transcript", &options->transcript, 0},
+        {"--vcd", &options->vcd, 0},
+        {"--csv", &options->csv, 0},
+        {"--seconds", 0, parse_seconds},
         {"--usart", 0, parse_usart},
     };
     for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++) {

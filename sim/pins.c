@@ -35,16 +35,9 @@ enum pin_state pin_state(const struct pin *pin)
 
 void pin_input(const struct pin *pin, bool level)
 {
-    avr_ioport_t *port = pin->port;
-    uint8_t *data = port->io.avr->data;
-    uint8_t mask = (uint8_t)(1u << pin->bit);
-    uint8_t kept = (uint8_t)~mask;
-    uint8_t set = level ? mask : 0;
-    /* "external" is simavr's word for it: without it a write to PORT would forget the level */
-    port->external.pull_mask |= mask;
-    port->external.pull_value = (uint8_t)((port->external.pull_value & kept) | set);
-    if (!(data[port->r_ddr] & mask)) {
-        data[port->r_pin] = (uint8_t)((data[port->r_pin] & kept) | set);
-        avr_raise_irq(port->io.irq + pin->bit, level);
-    }
+    /* Not through simavr's pin IRQ: its INTn module would poll the pin, cycle by cycle, while it is
+     * low. So the firmware can read the pin, but it cannot interrupt. */
+    uint8_t *in = &pin->port->io.avr->data[pin->port->r_pin];
+    unsigned mask = 1u << pin->bit;
+    *in = (uint8_t)(level ? *in | mask : *in & ~mask);
 }

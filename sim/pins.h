@@ -18,13 +18,13 @@ struct pin {
 /* False when the chip has no such port. */
 bool pin_find(struct pin *pin, avr_t *avr, char port, unsigned bit);
 
-/* Calls `changed` after every write to the pin's DDR or PORT register, once per owner. simavr tells of
- * it with avr->cycle at the start of the writing instruction. */
+/* Calls `changed` after every write to the pin's DDR or PORT register, once per owner. simavr tells
+ * of it with avr->cycle at the start of the writing instruction. */
 void pin_watch(const struct pin *pin, avr_irq_notify_t changed, void *owner);
 
 enum pin_state pin_state(const struct pin *pin);
 
-/* What the outside puts on the pin, for the firmware to read in PINx. */
+/* What the outside puts on the pin, for the firmware to read in PINx (no INTn, no PCINT). */
 void pin_input(const struct pin *pin, bool level);
 
 #endif

@@ -1,6 +1,3 @@
-#define _XOPEN_SOURCE   600
-#define _DEFAULT_SOURCE // cfmakeraw
-
 #include "pty.h"
 
 #include <errno.h>

@@ -1,8 +1,9 @@
 /* The event queue: what happens next, in simulated time.
  *
- * Time is counted in cycles of the controller's clock from the start of the run. Events are embedded
- * in their owners; a run is deterministic because events of one cycle happen in the order in which
- * they were armed. It runs on its own (schedule_run_until) or is driven by simavr (machine.h).
+ * Time is counted in cycles of the controller's clock from the start of the run. Events are
+ * embedded in their owners; a run is deterministic because events of one cycle happen in the order
+ * in which they were armed. It runs on its own (schedule_run_until) or is driven by simavr
+ * (machine.h).
  */
 #ifndef SIM_SCHEDULE_H
 #define SIM_SCHEDULE_H
@@ -26,8 +27,9 @@ struct schedule {
     size_t size;
     size_t room;
     uint64_t order;
-    uint64_t now;                                   // time of the latest event that ran
-    void (*on_earlier)(void *owner, uint64_t time); // the head has moved to an earlier time; may be 0
+    uint64_t now; // time of the latest event that ran
+    void (*on_earlier)(void *owner,
+                       uint64_t time); // the head has moved to an earlier time; may be 0
     void *owner;
 };
 

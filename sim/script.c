@@ -8,7 +8,8 @@
 #define READY_POLL_US  100
 #define READY_AFTER_US 1000 // a PC is not that fast either
 
-/* --- reading ------------------------------------------------------------------------------------- */
+/* --- reading -------------------------------------------------------------------------------------
+ */
 
 static bool complain(const struct script *script, unsigned line, const char *what)
 {
@@ -159,7 +160,8 @@ void script_free(struct script *script)
     *script = (struct script){0};
 }
 
-/* --- running ------------------------------------------------------------------------------------- */
+/* --- running -------------------------------------------------------------------------------------
+ */
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {

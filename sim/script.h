@@ -19,8 +19,8 @@
 #include "ids.h"
 #include "schedule.h"
 
-#define SCRIPT_REPLY_ROOM 200  // longer lines of a reply are cut
-#define SCRIPT_PATIENCE_S 10   // simulated, for one reply
+#define SCRIPT_REPLY_ROOM 200 // longer lines of a reply are cut
+#define SCRIPT_PATIENCE_S 10  // simulated, for one reply
 #define SCRIPT_WAIT_MAX   3600000
 
 enum script_verb {

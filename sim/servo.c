@@ -243,9 +243,6 @@ static const struct instruction_row *find_instruction(uint8_t instruction)
 
 static uint32_t jitter_us(struct servo_quirks *quirks)
 {
-    if (quirks->jitter_us == 0) {
-        return 0;
-    }
     quirks->seed ^= quirks->seed << 13;
     quirks->seed ^= quirks->seed >> 17;
     quirks->seed ^= quirks->seed << 5;
@@ -416,14 +413,15 @@ bool servo_eeprom_set(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE
     memcpy(found, servo->registers, sizeof found);
     for (const struct table_row *row = table_rows; row->eeprom; row++) {
         uint16_t value = table_get(bytes, row->address, row->width);
-        if (!row->writable) {
-            continue;
-        }
-        if (value > row->highest ||
-            (row->address == TABLE_BAUD && !baud_is_listed(bytes[TABLE_BAUD]))) {
+        if (row->writable && value > row->highest) {
             return false;
         }
-        table_set(found, row->address, row->width, value);
+        if (row->writable) {
+            table_set(found, row->address, row->width, value);
+        }
+    }
+    if (!baud_is_listed(found[TABLE_BAUD])) {
+        return false;
     }
     memcpy(servo->registers, found, sizeof found);
     servo->saved_baud = found[TABLE_BAUD];

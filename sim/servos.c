@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define SECOND_US 1000000u
+#define SECOND_US  1000000u
 #define STAGGER_US 80 // servos tick one after the other: 50 of them fill the 4 ms
 
 static uint64_t cycles(const struct servos *servos, uint64_t us)
@@ -27,7 +27,8 @@ static void *allocate(size_t count, size_t size)
     return memory;
 }
 
-/* --- hearing ------------------------------------------------------------------------------------- */
+/* --- hearing -------------------------------------------------------------------------------------
+ */
 
 static void byte_heard(void *owner, uint64_t now, const struct heard *heard);
 
@@ -83,7 +84,8 @@ static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
     }
 }
 
-/* --- talking ------------------------------------------------------------------------------------- */
+/* --- talking -------------------------------------------------------------------------------------
+ */
 
 static void set_talking(struct servo_node *node, uint64_t now, bool talking)
 {
@@ -135,7 +137,8 @@ static void fall_silent(struct servo_node *node, uint64_t now)
     }
 }
 
-/* --- the set of them ----------------------------------------------------------------------------- */
+/* --- the set of them -----------------------------------------------------------------------------
+ */
 
 static void tick(void *owner, uint64_t now)
 {
@@ -147,8 +150,8 @@ static void tick(void *owner, uint64_t now)
 void servos_init(struct servos *servos, struct schedule *schedule, struct net *net,
                  uint32_t clock_Hz)
 {
-    *servos = (struct servos){
-        .schedule = schedule, .net = net, .clock_Hz = clock_Hz, .power = true};
+    *servos =
+        (struct servos){.schedule = schedule, .net = net, .clock_Hz = clock_Hz, .power = true};
 }
 
 static void remove_all(struct servos *servos, uint64_t now)
@@ -206,14 +209,4 @@ void servos_power(struct servos *servos, uint64_t now, bool on)
         servo_power(&node->servo, on);
         follow_baud(node);
     }
-}
-
-const struct servo_node *servos_find(const struct servos *servos, const struct driver *driver)
-{
-    for (unsigned i = 0; i < servos->count; i++) {
-        if (driver == &servos->node[i].driver) {
-            return &servos->node[i];
-        }
-    }
-    return 0;
 }

@@ -1,4 +1,5 @@
-/* Any number of simulated servos on one net: what each hears, when each answers, and their ticks. */
+/* Any number of simulated servos on one net: what each hears, when each answers, and their ticks.
+ */
 #ifndef SIM_SERVOS_H
 #define SIM_SERVOS_H
 
@@ -17,13 +18,13 @@ struct servos;
 struct servo_node {
     struct servos *servos;
     struct servo servo;
-    uint8_t id;            // when it was put there, for pictures
-    uint8_t baud;          // register value that its receiver uses
-    struct driver driver;  // on while it talks
+    uint8_t id;           // when it was put there, for pictures
+    uint8_t baud;         // register value that its receiver uses
+    struct driver driver; // on while it talks
     struct talker talker;
-    struct event answer;   // the return delay is over
+    struct event answer; // the return delay is over
     struct event tick;
-    uint16_t said;         // bytes of the reply
+    uint16_t said; // bytes of the reply
 };
 
 /* What is heard at one bit rate; shared by all servos at that rate. */
@@ -54,8 +55,5 @@ void servos_free(struct servos *servos);
 /* Fresh servos in place of those there were: factory values, these IDs, powered. */
 void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, unsigned count);
 void servos_power(struct servos *servos, uint64_t now, bool on);
-
-/* The node that talks through this driver, or 0. */
-const struct servo_node *servos_find(const struct servos *servos, const struct driver *driver);
 
 #endif

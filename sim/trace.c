@@ -3,7 +3,8 @@
 #include <errno.h>
 #include <string.h>
 
-/* --- signals ------------------------------------------------------------------------------------- */
+/* --- signals -------------------------------------------------------------------------------------
+ */
 
 static void sig_changed(void *owner, uint64_t now, bool level)
 {
@@ -71,7 +72,8 @@ void bus_trace_servo(struct bus_trace *trace, uint64_t now, const struct servo_n
     }
 }
 
-/* --- motion -------------------------------------------------------------------------------------- */
+/* --- motion --------------------------------------------------------------------------------------
+ */
 
 static void write_row(void *owner, uint64_t now)
 {

@@ -25,9 +25,9 @@ void bus_trace_init(struct bus_trace *trace, struct vcd *vcd, unsigned bus, stru
 void bus_trace_wire(struct bus_trace *trace, uint64_t now);
 void bus_trace_servo(struct bus_trace *trace, uint64_t now, const struct servo_node *node);
 
-/* `time_ms,goal_1,present_1,...`, a line every 4 ms, positions as the registers have them (0..1023).
- * New servos begin a new block with a head of its own, two empty lines behind the previous one: what
- * gnuplot calls an index. */
+/* `time_ms,goal_1,present_1,...`, a line every 4 ms, positions as the registers have them
+ * (0..1023). New servos begin a new block with a head of its own, two empty lines behind the
+ * previous one: what gnuplot calls an index. */
 struct motion {
     FILE *file; // 0: none
     struct schedule *schedule;

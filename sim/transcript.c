@@ -42,7 +42,7 @@ static bool is_packet(const struct transcript *t)
     return (sum & 0xFF) == 0xFF; // the checksum is the complement of the rest
 }
 
-static void write_line(const struct transcript *t, FILE *out, bool good)
+static void write_line(const struct transcript *t, FILE *out, const char *note)
 {
     if (!out) {
         return;
@@ -51,12 +51,19 @@ static void write_line(const struct transcript *t, FILE *out, bool good)
     for (unsigned i = 0; i < t->size; i++) {
         fprintf(out, " %02X%s", t->bytes[i], t->bad[i] ? "!" : "");
     }
-    fprintf(out, " (LEN:%03u)%s\n", t->size, good ? "" : " no packet");
+    fprintf(out, " (LEN:%03u)%s\n", t->size, note);
 }
 
-void transcript_flush(struct transcript *t)
+static void finish(struct transcript *t, const char *note)
 {
     schedule_cancel(t->schedule, &t->idle);
+    write_line(t, t->file, note);
+    write_line(t, t->echo, note);
+    t->size = 0;
+}
+
+static void end_packet(struct transcript *t)
+{
     if (!t->size) {
         return;
     }
@@ -64,15 +71,20 @@ void transcript_flush(struct transcript *t)
     t->packets_in += good && t->of_controller;
     t->packets_out += good && !t->of_controller;
     t->damaged += !good;
-    write_line(t, t->file, good);
-    write_line(t, t->echo, good);
-    t->size = 0;
+    finish(t, good ? "" : " no packet");
+}
+
+void transcript_end(struct transcript *t)
+{
+    if (t->size) {
+        finish(t, " unfinished");
+    }
 }
 
 static void fell_idle(void *owner, uint64_t now)
 {
     (void)now;
-    transcript_flush(owner);
+    end_packet(owner);
 }
 
 static void driver_changed(void *owner, uint64_t now, struct driver *driver)
@@ -99,7 +111,7 @@ static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
     struct transcript *t = owner;
     t->busy += heard->end - heard->start;
     if (t->size == TRANSCRIPT_ROOM || (t->size && t->of_controller != t->from_controller)) {
-        transcript_flush(t);
+        end_packet(t);
     }
     if (!t->size) {
         t->start = heard->start;
@@ -109,7 +121,7 @@ static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
     t->bad[t->size] = heard->framing_error;
     t->size++;
     if (t->size == whole_size(t)) {
-        transcript_flush(t);
+        end_packet(t);
     } else {
         uint64_t patience = IDLE_BYTES * (heard->end - heard->start);
         /* a byte that starts within the patience is heard one byte time later */

@@ -1,8 +1,8 @@
 /* What went over the wire, packet by packet, in the manual's notation, and the counts of it.
  *
  * It decodes the wire itself, at the rate of whoever drives it. A packet ends when its LENGTH is
- * complete, when another one drives, or when the line was idle for three byte times. Bytes that do not
- * make a packet are shown as well; a `!` behind a byte is a framing error.
+ * complete, when another one drives, or when the line was idle for three byte times. Bytes that do
+ * not make a packet are shown as well; a `!` behind a byte is a framing error.
  */
 #ifndef SIM_TRANSCRIPT_H
 #define SIM_TRANSCRIPT_H
@@ -21,12 +21,12 @@ struct transcript {
     struct schedule *schedule;
     const struct driver *controller;        // who of the net's drivers is the controller
     const struct driver *controller_talker; // whose bits that one repeats; knows the bit time
-    const struct driver *servo;      // the latest other one that began to drive
+    const struct driver *servo;             // the latest other one that began to drive
     struct ear ear;
     struct listener listener;
     struct event idle;
-    FILE *file; // 0: none
-    FILE *echo; // likewise
+    FILE *file;           // 0: none
+    FILE *echo;           // likewise
     bool from_controller; // the byte that is being heard
     bool of_controller;   // the packet so far
     uint16_t size;
@@ -44,7 +44,7 @@ struct transcript {
 void transcript_init(struct transcript *transcript, struct schedule *schedule, struct net *net,
                      const struct driver *controller);
 
-/* Writes down what is still incomplete. */
-void transcript_flush(struct transcript *transcript);
+/* The run is over: writes down what is still unfinished, and does not count it. */
+void transcript_end(struct transcript *transcript);
 
 #endif

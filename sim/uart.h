@@ -1,10 +1,10 @@
 /* The two halves of every UART in the simulation (AVR, servo, PC): talker and ear. 8N1 only.
  *
- * Bit times are in 1/256 cycle, so that 115200 baud is right at 16 MHz; an edge falls on the nearest
- * whole cycle, and the rounding does not add up within a frame.
+ * Bit times are in 1/256 cycle, so that 115200 baud is right at 16 MHz; an edge falls on the
+ * nearest whole cycle, and the rounding does not add up within a frame.
  *
- * An ear keeps no past: it fills in its samples whenever the net is about to change, so it needs one
- * event a frame, and a frame of ten slow bits may see any number of fast edges.
+ * An ear keeps no past: it fills in its samples whenever the net is about to change, so it needs
+ * one event a frame, and a frame of ten slow bits may see any number of fast edges.
  */
 #ifndef SIM_UART_H
 #define SIM_UART_H
@@ -73,8 +73,9 @@ struct ear {
 
 /* The ear begins disabled. */
 void ear_init(struct ear *ear, struct schedule *schedule, struct net *net, void *owner);
-/* A frame begins with a falling edge after the ear was enabled. What comes of a frame that had begun
- * before is what a real receiver makes of it: nothing, or garbage. Disabling drops the frame. */
+/* A frame begins with a falling edge after the ear was enabled. What comes of a frame that had
+ * begun before is what a real receiver makes of it: nothing, or garbage. Disabling drops the frame.
+ */
 void ear_enable(struct ear *ear, bool enabled);
 
 #endif

@@ -81,7 +81,8 @@ void usart_update_txd(struct usart *usart, uint64_t now)
     usart_tell(usart, USART_ENABLED, now);
 }
 
-/* --- interrupts: levels, not edges --------------------------------------------------------------- */
+/* --- interrupts: levels, not edges ---------------------------------------------------------------
+ */
 
 static void forget_pending(avr_t *avr, avr_int_vector_t *vector)
 {
@@ -128,7 +129,8 @@ static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
     }
 }
 
-/* --- transmitter --------------------------------------------------------------------------------- */
+/* --- transmitter ---------------------------------------------------------------------------------
+ */
 
 static void start_frame(struct usart *usart, uint64_t start, uint8_t byte)
 {
@@ -175,7 +177,8 @@ static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t byte, void *par
     follow_levels(usart);
 }
 
-/* --- receiver ------------------------------------------------------------------------------------ */
+/* --- receiver ------------------------------------------------------------------------------------
+ */
 
 static void show_received(struct usart *usart)
 {
@@ -241,7 +244,8 @@ static uint8_t read_udr(avr_t *avr, avr_io_addr_t address, void *param)
     return usart->read;
 }
 
-/* --- control registers --------------------------------------------------------------------------- */
+/* --- control registers ---------------------------------------------------------------------------
+ */
 
 static void write_ucsra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {

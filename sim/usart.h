@@ -1,13 +1,14 @@
 /* A USART of the AVR between its registers and two nets, TXD and RXD.
  *
  * Two makes: the exact one (usart.c) takes the registers over from simavr and does what the data
- * sheet says; the stock one (usart_stock.c) leaves simavr's own in place and hands bytes over, to show
- * what the exact one is for. Both use the same talker and ear, so the wire looks alike to the rest.
+ * sheet says; the stock one (usart_stock.c) leaves simavr's own in place and hands bytes over, to
+ * show what the exact one is for. Both use the same talker and ear, so the wire looks alike to the
+ * rest.
  *
- * simavr's clock stands at the start of an instruction while that instruction writes a register: the
- * write takes effect one cycle later (USART_WRITE_CYCLES).
- * A frame starts with the write that caused it. In silicon the transmitter's clock runs freely, and
- * the start bit may come up to one bit time later.
+ * simavr's clock stands at the start of an instruction while that instruction writes a register:
+ * the write takes effect one cycle later (USART_WRITE_CYCLES). A frame starts with the write that
+ * caused it. In silicon the transmitter's clock runs freely, and the start bit may come up to one
+ * bit time later.
  */
 #ifndef SIM_USART_H
 #define SIM_USART_H

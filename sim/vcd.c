@@ -14,6 +14,10 @@ bool vcd_open(struct vcd *vcd, const char *path, uint32_t clock_Hz)
     vcd->body = vcd->file ? tmpfile() : 0;
     if (!vcd->body) {
         fprintf(stderr, "%s: %s\n", path, strerror(errno));
+        if (vcd->file) {
+            fclose(vcd->file);
+        }
+        vcd->file = 0;
         return false;
     }
     fputs("#0\n", vcd->body);

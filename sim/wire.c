@@ -3,7 +3,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-/* --- rules --------------------------------------------------------------------------------------- */
+/* --- rules ---------------------------------------------------------------------------------------
+ */
 
 static unsigned sent_byte(const struct wire *wire)
 {
@@ -43,7 +44,8 @@ static void check_floating(struct wire *wire, uint64_t now)
     wire->rxd_floats = rxd;
     bool txd = wire->tx_enable && wire->txd.enabled == 0 && pin_state(&wire->pin_txd) == PIN_FLOATS;
     if (txd && !wire->txd_floats) {
-        rules_break(wire->rules, RULE_FLOATING_TXD, now, "TX enable on, TXEN off, TXD an open input");
+        rules_break(wire->rules, RULE_FLOATING_TXD, now,
+                    "TX enable on, TXEN off, TXD an open input");
     }
     wire->txd_floats = txd;
 }
@@ -108,7 +110,8 @@ static void usart_notice(void *owner, enum usart_notice notice, uint64_t now)
     }
 }
 
-/* --- the circuit --------------------------------------------------------------------------------- */
+/* --- the circuit ---------------------------------------------------------------------------------
+ */
 
 static void sig_level(void *owner, uint64_t now, bool level)
 {
@@ -200,7 +203,8 @@ void wire_reset(struct wire *wire, uint64_t now)
     pin_input(&wire->pin_rxd, wire->rxd.level);
 }
 
-/* --- set-up -------------------------------------------------------------------------------------- */
+/* --- set-up --------------------------------------------------------------------------------------
+ */
 
 static bool find_pin(struct wire *wire, struct pin *pin, const struct board_pin *where)
 {

@@ -1,7 +1,7 @@
 /* The bus of one USART: the signal wire, the buffers that join it to TXD and RXD, and its rules.
  *
- * The manual's circuit: TXD - buffer (TX enable) - SIG - buffer (RX enable) - RXD. 10 kOhm hold the TX
- * enable low and the RX enable high while the AVR's pins float.
+ * The manual's circuit: TXD - buffer (TX enable) - SIG - buffer (RX enable) - RXD. 10 kOhm hold the
+ * TX enable low and the RX enable high while the AVR's pins float.
  */
 #ifndef SIM_WIRE_H
 #define SIM_WIRE_H

@@ -61,6 +61,8 @@ void cds_port_talk(uint8_t port)
     breach_unless(*line(port) == FAKE_HIGH_Z);
     *line(port) = FAKE_TALK;
     port_fake.sent_size = 0;
+    if (port_fake.eager)
+        breach_unless(port_fake_transmit(port_fake.eager, port));
 }
 
 static void put_on_the_line(uint8_t byte)

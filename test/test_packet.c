@@ -224,8 +224,7 @@ void test_read_bounds_are_the_control_table(void)
     for (uint16_t address = 0; address < 256; address++)
         for (uint16_t length = 0; length < 256; length++) {
             bool inside = length > 0 && address + length <= 50;
-            enum cds_result result =
-                cds_packet_read(&packet, 1, (uint8_t)address, (uint8_t)length);
+            enum cds_result result = cds_packet_read(&packet, 1, (uint8_t)address, (uint8_t)length);
 
             if (result != (inside ? CDS_OK : CDS_BAD_ARGUMENT))
                 wrong++;

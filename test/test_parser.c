@@ -1,4 +1,5 @@
-/* Finding packets in a stream: the manual's, and what is left of them after every kind of damage. */
+/* Finding packets in a stream: the manual's, and what is left of them after every kind of damage.
+ */
 #include "cds55xx/parser.h"
 
 #include <string.h>
@@ -257,7 +258,7 @@ void test_single_bit_flips_never_give_another_packet(void)
 
         setUp();
         memcpy(bytes, word, sizeof word);
-        bytes[bit / 8] ^= (uint8_t)(1 << bit % 8);
+        bytes[bit / 8] = (uint8_t)(bytes[bit / 8] ^ 1 << bit % 8);
         hear_all(bytes, sizeof bytes);
         TEST_ASSERT_EQUAL_UINT8(0, found.count);
     }
@@ -381,8 +382,9 @@ void test_extra_55_at_every_position(void)
 
 void test_packet_inside_a_damaged_packet_is_found(void)
 {
-    static const uint8_t bytes[] = {0xFF, 0xFF, 0x01, 0x0A, 0x00,      0xFF, 0xFF,
-                                    0x00, 0x02, 0x00, 0xFD, /* then */ 0x11, 0x22, 0x33};
+    static const uint8_t bytes[] = {0xFF, 0xFF, 0x01, 0x0A, 0x00, 0xFF,
+                                    0xFF, 0x00, 0x02, 0x00, 0xFD, /* then */ 0x11,
+                                    0x22, 0x33};
 
     hear_all(bytes, sizeof bytes);
     TEST_ASSERT_EQUAL_UINT8(1, found.refuted);
@@ -472,7 +474,9 @@ void test_noise_never_leads_out_of_the_ring(void)
     for (uint16_t i = 0; i < 5000; i++) {
         random = random * 1103515245u + 12345u;
         // many FF and small numbers: noise that looks like packets
-        hear((uint8_t)(random >> 29 == 0 ? random >> 16 : random >> 29 < 4 ? 0xFF : random >> 24 & 7));
+        hear((uint8_t)(random >> 29 == 0  ? random >> 16
+                       : random >> 29 < 4 ? 0xFF
+                                          : random >> 24 & 7));
         TEST_ASSERT_TRUE(cds_ring_count(&ring) < CDS_RING_SIZE);
         TEST_ASSERT_TRUE(parser.seen <= cds_ring_count(&ring));
     }

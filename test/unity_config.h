@@ -1,5 +1,5 @@
-/* Unity as both machines need it: no floating point, and on the AVR 16-bit int and a character output
- * of our own. */
+/* Unity as both machines need it: no floating point, and on the AVR 16-bit int and a character
+ * output of our own. */
 #ifndef UNITY_CONFIG_H
 #define UNITY_CONFIG_H
 
@@ -7,9 +7,9 @@
 #define UNITY_EXCLUDE_DOUBLE
 
 #ifdef __AVR__
-#define UNITY_INT_WIDTH     16
-#define UNITY_LONG_WIDTH    32
-#define UNITY_POINTER_WIDTH 16
+#define UNITY_INT_WIDTH         16
+#define UNITY_LONG_WIDTH        32
+#define UNITY_POINTER_WIDTH     16
 #define UNITY_OUTPUT_CHAR(c)    unity_avr_put(c)
 #define UNITY_OUTPUT_START()    unity_avr_open()
 #define UNITY_OUTPUT_COMPLETE() unity_avr_end()

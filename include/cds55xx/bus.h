@@ -92,7 +92,7 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 /* Sends the packet of `request`, which cds_packet_end() has accepted.
  * CDS_OK: on its way, request->result is CDS_PENDING until it ends. CDS_BUSY: another exchange is
  * in flight; nothing was touched, submit again later. CDS_BAD_ARGUMENT: no bus is open, or
- * reply_parameters is above CDS_REPLY_MAX. */
+ * reply_parameters is above CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* Moves the exchange in flight on; to be called from the main loop, as often as it turns. Returns

@@ -17,7 +17,7 @@ extern "C" {
 
 /* SYNC WRITE: begin, add a servo at a time, send. Begin and add write into the request's buffer,
  * which must be CDS_SYNC_WRITE_SIZE(servos, length) bytes; what does not fit is noticed by send.
- * `length`: bytes for each servo, 1 to 249, from `address` on. Begin returns CDS_OK or
+ * `length`: bytes for each servo, 1 to 50, from `address` on. Begin returns CDS_OK or
  * CDS_BAD_ARGUMENT (address and length outside the control table). */
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length);
 

@@ -79,7 +79,7 @@ void cds_packet_put_word(struct cds_packet *packet, uint16_t word);
  * 0xFF. A refused packet must not be sent. */
 enum cds_result cds_packet_end(struct cds_packet *packet);
 
-/* The seven instructions (2.4.1 to 2.4.7), whole. `length` counts bytes, 1 to 251 for data.
+/* The seven instructions (2.4.1 to 2.4.7), whole. `length` counts bytes, 1 to 50 for data.
  * Each returns what cds_packet_end() returns, and CDS_BAD_ARGUMENT when the address (0 to 0x31) or
  * the length is outside the control table, or an instruction is not meant for broadcast. */
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id);
@@ -93,7 +93,7 @@ enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id);
 enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
- * `length`: bytes for each servo, 1 to 249. A block is the ID (0 to 253) and `length` data bytes.
+ * `length`: bytes for each servo, 1 to 50. A block is the ID (0 to 253) and `length` data bytes.
  */
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length);
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data);

@@ -7,7 +7,7 @@
 #define STRINGS(name, takes, instruction, arguments, what)                                         \
     static const CDS_FLASH char name_##name[] = #name;                                             \
     static const CDS_FLASH char takes_##name[] = takes;                                            \
-    static const CDS_FLASH char usage_##name[] = #name " " arguments ": " what;
+    static const CDS_FLASH char usage_##name[] = #name arguments ": " what;
 COMMANDS(STRINGS)
 #undef STRINGS
 

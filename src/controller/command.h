@@ -17,14 +17,14 @@
 #define COMMANDS(X)                                                                                \
     X(help, "", 0, "", "this list")                                                                \
     X(version, "", 0, "", "version and board")                                                     \
-    X(ping, "b", CDS_PING, "ID", "is it there? (254: who is there?)")                              \
-    X(read, "ir?n", CDS_READ, "ID REG [LENGTH]", "read a register, or LENGTH bytes from it on")    \
-    X(write, "brv", CDS_WRITE, "ID REG VALUE...", "write a register and those that follow it")     \
-    X(regwrite, "brv", CDS_REG_WRITE, "ID REG VALUE...",                                           \
+    X(ping, "b", CDS_PING, " ID", "is it there? (254: who is there?)")                             \
+    X(read, "ir?n", CDS_READ, " ID REG [LENGTH]", "read a register, or LENGTH bytes from it on")   \
+    X(write, "brv", CDS_WRITE, " ID REG VALUE...", "write a register and those that follow it")    \
+    X(regwrite, "brv", CDS_REG_WRITE, " ID REG VALUE...",                                          \
       "the same, kept by the servo until action")                                                  \
-    X(action, "?b", CDS_ACTION, "[ID]", "carry out what was kept (no ID: all servos)")             \
-    X(reset, "i", CDS_RESET, "ID", "factory values: it is ID 1 at 1 Mbps afterwards")              \
-    X(sync, "rns", CDS_SYNC_WRITE, "REG LENGTH ID:BYTE,BYTE,... ...", "write many servos at once")
+    X(action, "?b", CDS_ACTION, " [ID]", "carry out what was kept (no ID: all servos)")            \
+    X(reset, "i", CDS_RESET, " ID", "factory values: it is ID 1 at 1 Mbps afterwards")             \
+    X(sync, "rns", CDS_SYNC_WRITE, " REG LENGTH ID:BYTE,BYTE,... ...", "write many servos at once")
 
 enum command_kind {
 #define COMMAND_ENUM_(name, takes, instruction, arguments, what) COMMAND_##name,

@@ -75,7 +75,7 @@ static bool is_reply(const struct cds_bus *bus)
     uint8_t id = cds_ring_peek(&bus->link.rx, CDS_AT_ID);
     uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
 
-    if (id != request->id && request->id != CDS_BROADCAST_ID)
+    if (request->id == CDS_BROADCAST_ID ? id > CDS_ID_MAX : id != request->id)
         return false;
     if (parameters == 0 && cds_ring_peek(&bus->link.rx, CDS_AT_ERROR) != 0)
         return true;

@@ -61,7 +61,7 @@ static char upper(char c)
 static bool same(const char *name, uint8_t length, const CDS_FLASH char *stored)
 {
     for (; length; length--)
-        if (upper(*name++) != *stored++)
+        if (*stored == '\0' || upper(*name++) != *stored++)
             return false;
     return *stored == '\0';
 }

@@ -23,8 +23,11 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
 
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
 {
-    enum cds_result result = cds_packet_end(&request->packet);
+    enum cds_result result;
 
+    if (bus->request)
+        return CDS_BUSY; // before the packet is ended, which must happen only once
+    result = cds_packet_end(&request->packet);
     if (result != CDS_OK)
         return result;
     request->reply_parameters = CDS_REPLY_NONE;
@@ -54,20 +57,23 @@ void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
         goals[i].result = CDS_PENDING;
 }
 
-static enum cds_result send(struct cds_group_move *move)
+static enum cds_result arm(struct cds_group_move *move, const struct cds_goal *goal)
 {
-    const struct cds_goal *goal = &move->goals[move->next];
     uint8_t data[4] = {(uint8_t)goal->position, (uint8_t)(goal->position >> 8),
                        (uint8_t)goal->speed, (uint8_t)(goal->speed >> 8)};
 
-    switch (move->phase) {
-    case ARM:
-        if (goal->id > CDS_ID_MAX)
-            return CDS_BAD_ARGUMENT;
-        return cds_servo_reg_write(move->bus, move->request, goal->id, CDS_REG_GOAL_POSITION, data,
-                                   sizeof data);
+    if (goal->id > CDS_ID_MAX)
+        return CDS_BAD_ARGUMENT;
+    return cds_servo_reg_write(move->bus, move->request, goal->id, CDS_REG_GOAL_POSITION, data,
+                               sizeof data);
+}
+
+static enum cds_result send(struct cds_group_move *move)
+{
+    switch (move->phase) { // in the last one there is no goals[next] any more
+    case ARM: return arm(move, &move->goals[move->next]);
     case DISARM:
-        return cds_servo_write_byte(move->bus, move->request, goal->id,
+        return cds_servo_write_byte(move->bus, move->request, move->goals[move->next].id,
                                     CDS_REG_REGISTERED_INSTRUCTION, 0);
     default: return cds_servo_action(move->bus, move->request, CDS_BROADCAST_ID);
     }

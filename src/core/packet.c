@@ -5,7 +5,8 @@
 
 #include "cds55xx/control_table.h" // CDS_TABLE_SIZE
 
-#define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
+#define LENGTH_OFFSET  4u // LENGTH counts what follows it: packet size less four
+#define SYNC_LENGTH_AT (CDS_AT_PARAMETERS + 1) // of a SYNC WRITE: bytes for each servo
 
 void cds_packet_put(struct cds_packet *packet, uint8_t byte)
 {
@@ -134,5 +135,6 @@ enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
 {
     cds_packet_put(packet, id);
-    put_all(packet, data, packet->bytes[CDS_AT_PARAMETERS + 1]);
+    if (packet->room > SYNC_LENGTH_AT) // else it stands nowhere, and the packet is too long already
+        put_all(packet, data, packet->bytes[SYNC_LENGTH_AT]);
 }

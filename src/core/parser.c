@@ -25,6 +25,7 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
 {
     uint8_t byte = cds_ring_peek(ring, parser->seen);
     uint8_t at = parser->seen++;
+    uint8_t checksum;
 
     if (at < CDS_AT_ID) {
         if (byte != CDS_HEADER)
@@ -46,7 +47,8 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
         parser->sum = (uint8_t)(parser->sum + byte);
         return CDS_PARSED_MORE;
     }
-    if ((uint8_t)(byte + parser->sum) != 0xFF) // the checksum is the complement of the sum
+    checksum = (uint8_t)~parser->sum;
+    if (byte != checksum)
         return refute(parser, ring);
     return CDS_PARSED_PACKET;
 }

@@ -1,4 +1,5 @@
-/* One breach of the rules of the wire after the other, for the list that the simulator must print. */
+/* One breach of the rules of the wire after the other, for the list that the simulator must print.
+ */
 #include "chip.h"
 
 int main(void)

@@ -1,4 +1,5 @@
-/* UDR is free again as soon as its byte is in the shift register; in simavr only when it has left. */
+/* UDR is free again as soon as its byte is in the shift register; in simavr only when it has left.
+ */
 #include "chip.h"
 
 int main(void)

@@ -1,5 +1,6 @@
 /* A correct half-duplex driver, small and plain, for one packet at a time; and the places where a
- * mutant departs from it. A mutant defines one of the MUTANT_ words and includes this file.
+ * mutant departs from it. TXEN stays on, since simavr's own USART hangs when it is toggled. A
+ * mutant defines one of the MUTANT_ words and includes this file.
  *
  * main() gives all servos a return delay of 16 us, pings servo 1 eight times and prints how many
  * replies came in whole.
@@ -17,12 +18,15 @@ static volatile uint8_t replied;
 /* Release, then listen. */
 static inline void listen(void)
 {
+#ifdef MUTANT_LATE_RELEASE
+    wait(80); // 320 cycles
+#endif
     PORTD &= (uint8_t)~TX_ENABLE;
     PORTD |= RX_ENABLE;
 #ifdef MUTANT_LATE_TURNAROUND
     wait(80); // 320 cycles
 #endif
-    UCSR1B = (1 << RXEN1) | (1 << RXCIE1);
+    UCSR1B = (1 << TXEN1) | (1 << RXEN1) | (1 << RXCIE1);
 }
 
 ISR(USART1_TX_vect)
@@ -86,14 +90,16 @@ int main(void)
     PORTD = RXD | RX_ENABLE;
     DDRD = TX_ENABLE | RX_ENABLE;
     bus_rate_1M();
-    UCSR1B = (1 << RXEN1) | (1 << RXCIE1);
+    UCSR1B = (1 << TXEN1) | (1 << RXEN1) | (1 << RXCIE1);
     sei();
     talk(delay, sizeof(delay));
     wait(4000);
     for (uint8_t i = 0; i < 8; i++) {
         talk(ping, sizeof(ping));
         wait(2000);
-        whole += replied == REPLY_SIZE && reply[5] == 0xFC;
+        if (replied == REPLY_SIZE && reply[5] == 0xFC) {
+            whole++;
+        }
     }
     cli();
     UCSR1B = 0;

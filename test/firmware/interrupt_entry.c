@@ -1,5 +1,5 @@
-/* Entering a handler takes 4 cycles, and after SEI one instruction runs first. simavr charges nothing
- * and runs two. */
+/* Entering a handler takes 4 cycles, and after SEI one instruction runs first. simavr charges
+ * nothing and runs two. */
 #include "chip.h"
 
 static volatile uint16_t when;

@@ -16,8 +16,11 @@ int main(void)
     sei();
     clock_start();
     UCSR1B = (1 << TXEN1) | (1 << TXCIE1);
-    UDR1 = 0x11;
-    UDR1 = 0x22;
+    for (uint8_t i = 0; i < 5; i++) {
+        while (!(UCSR1A & (1 << UDRE1))) {
+        }
+        UDR1 = i;
+    }
     wait(300);
     cli();
     print_open();

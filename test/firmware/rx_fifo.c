@@ -27,7 +27,9 @@ int main(void)
         wait(60); // simavr offers its bytes one by one
         uint8_t status = UCSR1A;
         if ((status & (1 << RXC1)) && count < sizeof(bytes)) {
-            overrun |= (status & (1 << DOR1)) != 0;
+            if (status & (1 << DOR1)) {
+                overrun = 1;
+            }
             bytes[count++] = UDR1;
         }
     }

@@ -1,10 +1,11 @@
-/* TXEN off and on again leaves UDR writable; in simavr `while (!UDRE)` then hangs for ever. And what
- * was written before TXEN went off still leaves, in full. */
+/* TXEN off and on again leaves UDR writable; in simavr `while (!UDRE)` then hangs for ever. And
+ * what was written before TXEN went off still leaves, in full. */
 #include "chip.h"
 
 int main(void)
 {
     bus_talk();
+    PORTD |= 1 << PD3; // TXD is pulled up while the USART leaves it alone
     clock_start();
     uint16_t start = TCNT1;
     UDR1 = 0x5A;

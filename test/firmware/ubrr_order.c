@@ -1,5 +1,5 @@
-/* The byte time follows UBRR and U2X as they stand when the byte starts, in whatever order they were
- * written; simavr computes it when UBRRL is written. */
+/* The byte time follows UBRR and U2X as they stand when the byte starts, in whatever order they
+ * were written; simavr computes it when UBRRL is written. */
 #include "chip.h"
 
 int main(void)

@@ -1,5 +1,5 @@
-/* What the main loop does while a servo does not answer: it turns. Says on the host USART how often,
- * for how long in microseconds, and how the exchange ended. */
+/* What the main loop does while a servo does not answer: it turns. Says on the host USART how
+ * often, for how long in microseconds, and how the exchange ended. */
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 #include <avr/sleep.h>

@@ -302,6 +302,32 @@ void test_R35_speed_has_bit_10_for_CW(void)
     TEST_ASSERT_EQUAL(0x400 | 200, motor_present_speed(&motor));
 }
 
+void test_R35_values_in_registers_are_rounded_and_end_at_1023(void)
+{
+    static const int32_t rows[][3] = {
+        // per million, magnitude of speed, of load
+        {0, 0, 0},       {499999, 0, 0},           {500000, 1, 1},
+        {1, 0, 0},       {1000000, 1, 1},          {1499999, 1, 1},
+        {1500000, 2, 2}, {1023499999, 1023, 1023}, {1100000000, 1023, 1023},
+    };
+    for (unsigned i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        int32_t speed = (int32_t)((int64_t)rows[i][0] * MOTOR_SPEED_UNIT / 1000000);
+        motor.position = rows[i][0];
+        motor.speed = speed;
+        motor.torque = -rows[i][2];
+        TEST_ASSERT_EQUAL(rows[i][1], position());
+        TEST_ASSERT_EQUAL(rows[i][1], motor_present_speed(&motor));
+        TEST_ASSERT_EQUAL(rows[i][2], motor_present_load(&motor));
+        motor.speed = -speed;
+        motor.torque = rows[i][2];
+        int bit_10 = rows[i][1] ? 0x400 : 0; // none without a magnitude
+        TEST_ASSERT_EQUAL(rows[i][1] | bit_10, motor_present_speed(&motor));
+        TEST_ASSERT_EQUAL(rows[i][2] | bit_10, motor_present_load(&motor));
+    }
+    motor.torque = 1024;
+    TEST_ASSERT_EQUAL(0x7FF, motor_present_load(&motor));
+}
+
 void test_load_while_turning_is_load_and_friction(void)
 {
     order.endless = true;
@@ -321,7 +347,12 @@ void test_without_torque_friction_holds_a_small_load_only(void)
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
     world.load = MOTOR_FRICTION + 10;
     steps(100);
-    TEST_ASSERT_LESS_THAN(512 * MOTOR_UNIT, motor.position);
+    int32_t pushed = motor.position - 512 * MOTOR_UNIT;
+    TEST_ASSERT_LESS_THAN(0, pushed);
+    motor_init(&motor, 512, &world);
+    world.load = -(MOTOR_FRICTION + 10);
+    steps(100);
+    TEST_ASSERT_EQUAL(-pushed, motor.position - 512 * MOTOR_UNIT);
     TEST_ASSERT_FALSE(motor.moving);
 }
 
@@ -329,10 +360,12 @@ void test_without_torque_the_output_coasts_to_rest(void)
 {
     order.goal = 1000;
     steps(40);
-    int32_t start = motor.position;
+    int32_t start = motor.position, speed = motor.speed;
     order.torque = false;
     steps(1);
-    TEST_ASSERT_GREATER_THAN(start, motor.position);
+    TEST_ASSERT_EQUAL(start + speed / 2, motor.position);
+    steps(1);
+    TEST_ASSERT_EQUAL(start + speed / 2 + speed / 4, motor.position);
     steps(50);
     TEST_ASSERT_EQUAL(0, motor.speed);
 }
@@ -394,12 +427,13 @@ void test_a_short_jerk_is_no_overload(void)
 
 void test_a_blocked_output_is_overload_and_stands(void)
 {
+    steps(10);
     world.blocked = true;
     order.goal = 900;
     steps(24);
     TEST_ASSERT_FALSE(motor.overload);
     TEST_ASSERT_EQUAL(0x400 | 1023, motor_present_load(&motor));
-    steps(10);
+    steps(1); // 100 ms
     TEST_ASSERT_TRUE(motor.overload);
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
     TEST_ASSERT_EQUAL(0, motor_present_speed(&motor));
@@ -432,6 +466,7 @@ void test_a_joint_has_stops_15_degrees_beyond_the_range(void)
     world.load = 900;
     steps(1000);
     TEST_ASSERT_EQUAL(-51150000, motor.position);
+    TEST_ASSERT_EQUAL(0, motor_present_speed(&motor));
     TEST_ASSERT_EQUAL(0, position());
     world.load = -900;
     steps(1000);
@@ -452,6 +487,15 @@ void test_R16_endless_turn_goes_round(void)
     }
     TEST_ASSERT_EQUAL(1023, highest);
     TEST_ASSERT_EQUAL(4, wraps); // 4 s at 60.6 RPM from the middle
+    order.clockwise = true;
+    wraps = 0;
+    for (int i = 0; i < 1000; i++) {
+        steps(1);
+        wraps += position() > last + 500; // it turns CCW a little while it brakes
+        last = position();
+        TEST_ASSERT_INT32_WITHIN(MOTOR_FULL_TURN / 2, 512 * MOTOR_UNIT, motor.position);
+    }
+    TEST_ASSERT_EQUAL(4, wraps);
 }
 
 void test_R40_moving_in_endless_turn_while_the_speed_is_not_0(void)
@@ -474,6 +518,8 @@ void test_from_the_gap_of_the_sensor_it_finds_back(void)
         motor_init(&motor, 0, &world);
         motor.position = start * MOTOR_UNIT;
         order.goal = 300;
+        steps(1);
+        TEST_ASSERT_INT32_WITHIN(MOTOR_UNIT, start * MOTOR_UNIT, motor.position); // no jump
         steps_until_rest();
         TEST_ASSERT_INT_WITHIN(2, 300, position());
     }

@@ -451,6 +451,7 @@ void test_R3_level_1_answers_read_and_ping_only(void)
     EXPECT(SILENCE, SEND(1, REG_WRITE, TABLE_LED, 0));
     EXPECT(SILENCE, SEND0(1, ACTION));
     EXPECT(SILENCE, SEND0(1, 0x77));
+    EXPECT(SILENCE, SEND(1, SYNC_WRITE, TABLE_LED, 1, 1, 1));
     EXPECT(SILENCE, SEND0(1, RESET));
     TEST_ASSERT_EQUAL(2, get(TABLE_RETURN_LEVEL)); // the level on arrival decided
 }
@@ -707,6 +708,7 @@ void test_R37_reset_in_the_middle_of_a_move_stops_it(void)
     TEST_ASSERT_EQUAL(0, get(TABLE_MOVING));
     TEST_ASSERT_EQUAL(servo_present_position(&servo), servo_goal_position(&servo));
     TEST_ASSERT_LESS_THAN(500, servo_goal_position(&servo));
+    TEST_ASSERT_EQUAL(0, get_word(TABLE_MOVING_SPEED));
 }
 
 void test_power_off_keeps_the_eeprom_area(void)
@@ -904,6 +906,14 @@ void test_R22_data_that_equals_the_id_is_no_block(void)
     expect_initial_values();
 }
 
+void test_R22_the_checksum_is_no_block(void)
+{
+    for (unsigned data = 0; data <= 255; data++) { // one of them makes the checksum 1
+        SEND(ALL, SYNC_WRITE, TABLE_CW_MARGIN, 1, 2, (uint8_t)data);
+        expect_initial_values();
+    }
+}
+
 void test_R23_the_largest_sync_writes(void)
 {
     static const uint8_t sizes[][2] = {{4, 50}, {2, 83}, {1, 125}}; // L, N
@@ -931,6 +941,8 @@ void test_R34_a_malformed_sync_write_is_met_with_silence(void)
     EXPECT(SILENCE, SEND(ALL, SYNC_WRITE, TABLE_LED, 0, 1, 1));
     EXPECT(SILENCE, SEND(ALL, SYNC_WRITE, TABLE_LED, 1, 1, 1, 1));
     EXPECT(SILENCE, SEND(ALL, SYNC_WRITE, TABLE_LED, 255, 1, 1));
+    EXPECT(SILENCE, SEND(ALL, SYNC_WRITE, TABLE_LED, 1, 1, 1, 2));
+    TEST_ASSERT_EQUAL(SERVO_ERROR_INSTRUCTION, servo_errors(&servo));
     expect_initial_values();
 }
 
@@ -969,7 +981,9 @@ void test_R15_a_lone_byte_of_a_goal_is_judged_too(void)
     OK(DO(TABLE_CW_LIMIT, 0, 1, 0, 3));
     EXPECT(SERVO_ERROR_ANGLE, DO(TABLE_GOAL_POSITION + 1, 0));
     TEST_ASSERT_EQUAL(512, servo_goal_position(&servo));
-    OK(DO(TABLE_MOVING_SPEED, 5)); // a write beside the goal is not
+    OK(DO(TABLE_CW_LIMIT, 0, 2, 0, 3));
+    OK(DO(TABLE_CW_LIMIT, 1, 2));  // 513: the goal of 512 stands outside now
+    OK(DO(TABLE_MOVING_SPEED, 5)); // but a write beside it is none of a goal
     OK(DO(TABLE_CCW_PROPORTION, 5));
 }
 
@@ -997,6 +1011,9 @@ void test_R16_endless_turn_ignores_the_goal_and_has_a_direction_bit(void)
     OK(DO(TABLE_MOVING_SPEED, 0xFF, 3));
     ticks(100);
     TEST_ASSERT_EQUAL_HEX16(0x3FF, get_word(TABLE_PRESENT_SPEED));
+    OK(DO(TABLE_MOVING_SPEED, 0xFF, 7));
+    ticks(150);
+    TEST_ASSERT_EQUAL_HEX16(0x7FF, get_word(TABLE_PRESENT_SPEED));
 }
 
 void test_R16_one_limit_of_0_is_no_endless_turn(void)
@@ -1336,6 +1353,11 @@ void test_power_up_ends_an_overload(void)
     servo_power(&servo, true);
     OK(SEND0(1, PING));
     TEST_ASSERT_EQUAL(0, get(TABLE_MOVING));
+    TEST_ASSERT_EQUAL(0, get_word(TABLE_PRESENT_LOAD));
+    OK(DO(TABLE_TORQUE_ENABLE, 1));
+    OK(DO(TABLE_GOAL_POSITION, 0xFF, 3));
+    ticks(24); // 100 ms of stall anew
+    OK(SEND0(1, PING));
 }
 
 void test_R36_power_up_ends_a_packet_error(void)
@@ -1350,6 +1372,7 @@ void test_R36_power_up_ends_a_packet_error(void)
 void test_quirk_silent_for_1_s_after_power_up(void)
 {
     servo.quirks.silent_after_power_up = true;
+    ticks(500);
     servo_power(&servo, true);
     ticks(249);
     EXPECT(SILENCE, SEND0(1, PING));
@@ -1400,7 +1423,7 @@ void test_quirk_sync_write_limit_of_143_bytes(void)
         parameters[3 + i] = 1;
     }
     servo.quirks.sync_write_limit = true;
-    answer_to(ALL, SYNC_WRITE, parameters, 2 + 2 * 68); // 144 bytes
+    EXPECT(SILENCE, answer_to(ALL, SYNC_WRITE, parameters, 2 + 2 * 68)); // 144 bytes
     TEST_ASSERT_EQUAL(0, get(TABLE_LED));
     answer_to(ALL, SYNC_WRITE, parameters, 2 + 2 * 67); // 142 bytes
     TEST_ASSERT_EQUAL(1, get(TABLE_LED));
@@ -1422,6 +1445,11 @@ void test_quirk_sync_write_limit_is_exactly_143(void)
 
 void test_quirks_are_off_at_first(void)
 {
+    for (uint8_t id = 0; id < ALL; id++) {
+        servo_init(&servo, id);
+        TEST_ASSERT_NOT_EQUAL(0, servo.quirks.seed);
+    }
+    setUp();
     OK(SEND0(1, PING));
     TEST_ASSERT_EQUAL(2, servo.reply.delay_us);
     servo_power(&servo, true);

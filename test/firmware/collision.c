@@ -1,0 +1,28 @@
+/* Pings servo 1, again and again; the script puts two of them on the wire. Servos begin within a
+ * bit of each other, so the replies are the same and only the drivers tell. */
+#include "chip.h"
+
+int main(void)
+{
+    static const uint8_t ping[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};
+    UBRR0L = 8;
+    UCSR0B = 1 << RXEN0; // the script may begin
+    wait(10000);
+    bus_talk();
+    for (uint8_t i = 0; i < sizeof(ping); i++) {
+        while (!(UCSR1A & (1 << UDRE1))) {
+        }
+        if (i == sizeof(ping) - 1) {
+            UCSR1A = 1 << TXC1;
+        }
+        UDR1 = ping[i];
+    }
+    while (!(UCSR1A & (1 << TXC1))) {
+    }
+    PORTD = RXD;
+    PORTD = RXD | RX_ENABLE;
+    UCSR1B = 1 << RXEN1;
+    for (;;) {
+        (void)UDR1;
+    }
+}

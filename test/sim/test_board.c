@@ -1,0 +1,140 @@
+#include "board.h"
+#include "unity.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static char folder[64];
+static struct board board;
+
+static void put(const char *name, const char *text)
+{
+    char path[128];
+    snprintf(path, sizeof(path), "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    TEST_ASSERT_NOT_NULL(file);
+    fputs(text, file);
+    fclose(file);
+}
+
+static const char chip[] =
+    "# a comment\nMCU        := atmega128\nF_CPU := 16000000\nLFUSE := 0x1f\n";
+static const char wiring[] = "/* wiring */\n"
+                             "#ifndef BOARD_H\n"
+                             "#define BOARD_H\n"
+                             "#define BOARD_BUS_COUNT           1\n"
+                             "#define BOARD_BUS0_USART          1\n"
+                             "#define BOARD_BUS0_RXD_PORT       D\n"
+                             "#define BOARD_BUS0_RXD_BIT        2\n"
+                             "#define BOARD_BUS0_TXD_PORT       D\n"
+                             "#define BOARD_BUS0_TXD_BIT        3\n"
+                             "#define BOARD_BUS0_TX_ENABLE_PORT A\n"
+                             "#define BOARD_BUS0_TX_ENABLE_BIT  6\n"
+                             "#define BOARD_BUS0_RX_ENABLE_PORT D\n"
+                             "#define BOARD_BUS0_RX_ENABLE_BIT  7 // behind it a comment\n"
+                             "#define BOARD_HOST_USART          0\n"
+                             "#define BOARD_HOST_BAUD           115200\n"
+                             "#endif\n";
+
+void setUp(void)
+{
+    char path[128];
+    snprintf(folder, sizeof(folder), "/tmp/test_board.XXXXXX");
+    TEST_ASSERT_NOT_NULL(mkdtemp(folder));
+    snprintf(path, sizeof(path), "%s/one", folder);
+    mkdir(path, 0700);
+    put("one/board.mk", chip);
+    put("one/board.h", wiring);
+    TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr)); // complaints are not looked at here
+}
+
+void tearDown(void)
+{
+    char command[128];
+    snprintf(command, sizeof(command), "rm -r %s", folder);
+    TEST_ASSERT_EQUAL_INT(0, system(command));
+}
+
+void test_a_board_is_read_from_its_two_files(void)
+{
+    TEST_ASSERT_TRUE(board_read(&board, folder, "one"));
+    TEST_ASSERT_EQUAL_STRING("atmega128", board.mcu);
+    TEST_ASSERT_EQUAL_UINT32(16000000, board.clock_Hz);
+    TEST_ASSERT_EQUAL_UINT(1, board.bus_count);
+    TEST_ASSERT_EQUAL_INT(BOARD_TWO_ENABLES, board.bus[0].wiring);
+    TEST_ASSERT_EQUAL_UINT(1, board.bus[0].usart);
+    TEST_ASSERT_EQUAL_CHAR('A', board.bus[0].tx_enable.port);
+    TEST_ASSERT_EQUAL_UINT(6, board.bus[0].tx_enable.bit);
+    TEST_ASSERT_EQUAL_UINT(7, board.bus[0].rx_enable.bit);
+    TEST_ASSERT_EQUAL_UINT(3, board.bus[0].txd.bit);
+    TEST_ASSERT_EQUAL_UINT(2, board.bus[0].rxd.bit);
+    TEST_ASSERT_EQUAL_UINT(0, board.host_usart);
+    TEST_ASSERT_EQUAL_UINT32(115200, board.host_baud);
+}
+
+void test_an_unknown_board_is_refused(void)
+{
+    TEST_ASSERT_FALSE(board_read(&board, folder, "two"));
+    TEST_ASSERT_FALSE(board_read(&board, folder, ""));
+    TEST_ASSERT_FALSE(board_read(&board, folder, "../one"));
+    TEST_ASSERT_FALSE(board_read(&board, "/no/such/folder", "one"));
+}
+
+static void assert_refused_without(const char *line)
+{
+    char text[sizeof(wiring)];
+    snprintf(text, sizeof(text), "%s", wiring);
+    char *found = strstr(text, line);
+    TEST_ASSERT_NOT_NULL(found);
+    found[0] = '_';
+    put("one/board.h", text);
+    TEST_ASSERT_FALSE_MESSAGE(board_read(&board, folder, "one"), line);
+}
+
+void test_every_key_is_needed(void)
+{
+    assert_refused_without("BOARD_BUS_COUNT");
+    assert_refused_without("BOARD_BUS0_USART");
+    assert_refused_without("BOARD_BUS0_RXD_PORT");
+    assert_refused_without("BOARD_BUS0_TX_ENABLE_BIT");
+    assert_refused_without("BOARD_HOST_BAUD");
+}
+
+void test_a_board_of_two_buses_needs_the_pins_of_both(void)
+{
+    char text[sizeof(wiring)];
+    snprintf(text, sizeof(text), "%s", wiring);
+    *strstr(text, "1\n") = '2';
+    put("one/board.h", text);
+    TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
+}
+
+void test_a_board_may_lack_a_host_link(void)
+{
+    char text[sizeof(wiring)];
+    snprintf(text, sizeof(text), "%s", wiring);
+    memcpy(strstr(text, "BOARD_HOST_USART"), "_", 1);
+    put("one/board.h", text);
+    TEST_ASSERT_TRUE(board_read(&board, folder, "one"));
+    TEST_ASSERT_FALSE(board.has_host);
+}
+
+void test_one_usart_cannot_serve_bus_and_host(void)
+{
+    char text[sizeof(wiring)];
+    snprintf(text, sizeof(text), "%s", wiring);
+    strstr(strstr(text, "BOARD_HOST_USART"), "0\n")[0] = '1';
+    put("one/board.h", text);
+    TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
+}
+
+void test_the_chip_and_its_clock_are_needed(void)
+{
+    put("one/board.mk", "F_CPU := 16000000\n");
+    TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
+    put("one/board.mk", "MCU := atmega128\nF_CPU := fast\n");
+    TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
+}

@@ -1,0 +1,87 @@
+#include "net.h"
+#include "unity.h"
+
+static struct net net;
+static struct driver a, b;
+static struct listener listener;
+static unsigned levels, drivers;
+static uint64_t when;
+static bool level;
+static struct driver *who;
+
+static void on_level(void *owner, uint64_t time, bool now)
+{
+    TEST_ASSERT_EQUAL_PTR(&net, owner);
+    levels++;
+    when = time;
+    level = now;
+}
+
+static void on_driver(void *owner, uint64_t time, struct driver *driver)
+{
+    TEST_ASSERT_EQUAL_PTR(&net, owner);
+    (void)time;
+    drivers++;
+    who = driver;
+}
+
+void setUp(void)
+{
+    levels = drivers = 0;
+    net_init(&net);
+    driver_init(&a, &net);
+    driver_init(&b, &net);
+    listener = (struct listener){.owner = &net, .on_level = on_level, .on_driver = on_driver};
+    net_listen(&net, &listener);
+}
+
+void tearDown(void)
+{
+}
+
+void test_the_pull_up_holds_an_undriven_net_high(void)
+{
+    TEST_ASSERT_TRUE(net.level);
+    driver_level(&a, 1, false);
+    TEST_ASSERT_TRUE(net.level);
+    TEST_ASSERT_EQUAL_UINT(0, levels);
+}
+
+void test_the_level_is_the_and_of_the_drivers(void)
+{
+    driver_set(&a, 1, true, true);
+    driver_set(&b, 2, true, false);
+    TEST_ASSERT_FALSE(net.level);
+    driver_level(&a, 3, false);
+    driver_level(&b, 4, true);
+    TEST_ASSERT_FALSE(net.level);
+    driver_level(&a, 5, true);
+    TEST_ASSERT_TRUE(net.level);
+    TEST_ASSERT_EQUAL_UINT(2, levels);
+    TEST_ASSERT_EQUAL_UINT64(5, when);
+    TEST_ASSERT_TRUE(level);
+}
+
+void test_a_driver_that_lets_go_leaves_the_net_to_the_others(void)
+{
+    driver_set(&a, 1, true, false);
+    driver_set(&b, 1, true, true);
+    driver_enable(&a, 9, false);
+    TEST_ASSERT_TRUE(net.level);
+    TEST_ASSERT_EQUAL_UINT64(9, net.time);
+    TEST_ASSERT_EQUAL_UINT(1, net.enabled);
+}
+
+void test_listeners_hear_of_drivers_that_come_and_go(void)
+{
+    driver_enable(&a, 1, true);
+    driver_enable(&a, 2, true);
+    driver_level(&a, 3, false);
+    TEST_ASSERT_EQUAL_UINT(1, drivers);
+    driver_enable(&b, 4, true);
+    TEST_ASSERT_EQUAL_PTR(&b, who);
+    driver_enable(&b, 5, false);
+    TEST_ASSERT_EQUAL_UINT(3, drivers);
+    TEST_ASSERT_EQUAL_UINT(1, net.enabled);
+    TEST_ASSERT_EQUAL_UINT(1, net.low);
+}

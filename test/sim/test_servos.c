@@ -1,0 +1,204 @@
+/* Servos on a wire without an AVR: when they answer, what they hear, and their rates. */
+#include "servos.h"
+#include "unity.h"
+
+#include <string.h>
+
+#define CLOCK 16000000u
+#define FAST  (16u * 256u)
+#define ROOM  2000
+
+static struct schedule schedule;
+static struct net net;
+static struct driver driver;
+static struct talker talker;
+static struct servos servos;
+static struct ear ear; // at 1 Mbps
+static uint8_t heard[ROOM];
+static unsigned count;
+static uint64_t began; // first byte of a servo
+static unsigned most;  // servos that drove at once
+static struct listener listener;
+
+static void ended(void *owner, uint64_t now)
+{
+    (void)owner;
+    (void)now;
+}
+
+static void on_byte(void *owner, uint64_t now, const struct heard *byte)
+{
+    (void)owner;
+    (void)now;
+    heard[count++] = byte->byte;
+}
+
+static void servo_byte(void *owner, uint64_t now, uint64_t end)
+{
+    (void)owner;
+    TEST_ASSERT_TRUE(end > now);
+    if (!began) {
+        began = now;
+    }
+}
+
+static void on_driver(void *owner, uint64_t time, struct driver *who)
+{
+    (void)owner;
+    (void)time;
+    (void)who;
+    most = net.enabled > most ? net.enabled : most;
+}
+
+void setUp(void)
+{
+    schedule_init(&schedule);
+    net_init(&net);
+    driver_init(&driver, &net);
+    talker_init(&talker, &schedule, &driver, 0);
+    talker.on_end = ended;
+    listener = (struct listener){.on_driver = on_driver};
+    net_listen(&net, &listener);
+    servos_init(&servos, &schedule, &net, CLOCK);
+    servos.on_byte = servo_byte;
+    ear_init(&ear, &schedule, &net, 0);
+    ear.bit_256 = FAST;
+    ear.on_byte = on_byte;
+    ear_enable(&ear, true);
+    count = most = 0;
+    began = 0;
+}
+
+void tearDown(void)
+{
+    servos_free(&servos);
+    schedule_free(&schedule);
+}
+
+static void put(const uint8_t *ids, unsigned number)
+{
+    servos_replace(&servos, schedule.now, ids, number);
+}
+
+/* Says an instruction packet, checksum added, and returns the end of its last stop bit. */
+static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
+{
+    uint8_t packet[32] = {0xFF, 0xFF};
+    unsigned sum = 0;
+    memcpy(packet + 2, body, size);
+    for (unsigned i = 0; i < size; i++) {
+        sum += body[i];
+    }
+    packet[size + 2] = (uint8_t)~sum;
+    uint64_t time = schedule.now + 100;
+    driver_enable(&driver, time, true);
+    for (unsigned i = 0; i < size + 3; i++) {
+        talker_say(&talker, time, bit_256, packet[i]);
+        time = talker_end(&talker);
+        schedule_run_until(&schedule, time);
+    }
+    driver_enable(&driver, time, false);
+    count = most = 0; // its own bytes
+    began = 0;
+    return time;
+}
+
+static const uint8_t one[] = {1};
+static const uint8_t ping[] = {0x01, 0x02, 0x01};
+
+void test_the_return_delay_counts_from_the_end_of_the_last_stop_bit(void)
+{
+    put(one, 1);
+    uint64_t end = say(FAST, ping, 3);
+    schedule_run_until(&schedule, end + 2000);
+    TEST_ASSERT_EQUAL_UINT64(end + 32, began); // factory value: 2 us
+    TEST_ASSERT_EQUAL_UINT(6, count);
+    TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
+    TEST_ASSERT_EQUAL_UINT(0, net.enabled);
+}
+
+void test_a_return_delay_that_was_written_is_kept(void)
+{
+    static const uint8_t write[] = {0x01, 0x04, 0x03, 0x05, 0x08};
+    put(one, 1);
+    schedule_run_until(&schedule, say(FAST, write, 5) + 2000);
+    uint64_t end = say(FAST, ping, 3);
+    schedule_run_until(&schedule, end + 2000);
+    TEST_ASSERT_EQUAL_UINT64(end + 16 * 16, began);
+}
+
+void test_only_the_one_that_is_meant_answers(void)
+{
+    static const uint8_t ids[] = {1, 2, 3};
+    static const uint8_t ping_2[] = {0x02, 0x02, 0x01};
+    put(ids, 3);
+    schedule_run_until(&schedule, say(FAST, ping_2, 3) + 2000);
+    TEST_ASSERT_EQUAL_UINT(6, count);
+    TEST_ASSERT_EQUAL_UINT8(2, heard[2]);
+    TEST_ASSERT_EQUAL_UINT(1, most);
+}
+
+void test_two_of_one_id_drive_at_once(void)
+{
+    static const uint8_t ids[] = {1, 1};
+    put(ids, 2);
+    schedule_run_until(&schedule, say(FAST, ping, 3) + 2000);
+    TEST_ASSERT_EQUAL_UINT(2, most);
+}
+
+void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
+{
+    static const uint8_t write[] = {0x01, 0x04, 0x03, 0x04, 0x10}; // 115200, as the servo has it
+    uint32_t slow = 17 * 8 * 256;
+    put(one, 1);
+    schedule_run_until(&schedule, say(FAST, write, 5) + 2000);
+    TEST_ASSERT_EQUAL_UINT(6, count); // heard at 1 Mbps
+    schedule_run_until(&schedule, say(FAST, ping, 3) + 5000);
+    TEST_ASSERT_EQUAL_UINT(0, count);
+    TEST_ASSERT_EQUAL_UINT64(0, began);
+    schedule_run_until(&schedule, schedule.now + 20000);
+    ear.bit_256 = slow;
+    schedule_run_until(&schedule, say(slow, ping, 3) + 20000);
+    TEST_ASSERT_EQUAL_UINT(6, count);
+    TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
+}
+
+void test_a_servo_without_power_is_deaf_and_lets_go(void)
+{
+    put(one, 1);
+    uint64_t end = say(FAST, ping, 3);
+    schedule_run_until(&schedule, end + 500); // in the middle of its reply
+    TEST_ASSERT_EQUAL_UINT(1, net.enabled);
+    servos_power(&servos, schedule.now, false);
+    TEST_ASSERT_EQUAL_UINT(0, net.enabled);
+    TEST_ASSERT_TRUE(net.level);
+    schedule_run_until(&schedule, say(FAST, ping, 3) + 2000);
+    TEST_ASSERT_EQUAL_UINT(0, count);
+    servos_power(&servos, schedule.now, true);
+    schedule_run_until(&schedule, say(FAST, ping, 3) + 2000);
+    TEST_ASSERT_EQUAL_UINT(6, count);
+}
+
+void test_servos_can_be_replaced_while_one_talks(void)
+{
+    static const uint8_t others[] = {7, 8};
+    put(one, 1);
+    uint64_t end = say(FAST, ping, 3);
+    schedule_run_until(&schedule, end + 500);
+    put(others, 2);
+    TEST_ASSERT_EQUAL_UINT(0, net.enabled);
+    schedule_run_until(&schedule, say(FAST, ping, 3) + 2000);
+    TEST_ASSERT_EQUAL_UINT(0, count);
+}
+
+void test_servos_tick_every_4_ms(void)
+{
+    static const uint8_t write[] = {0x01, 0x05, 0x03, 0x1E, 0x00, 0x00};
+    static const uint8_t torque[] = {0x01, 0x04, 0x03, 0x18, 0x01};
+    put(one, 1);
+    schedule_run_until(&schedule, say(FAST, torque, 5) + 2000);
+    schedule_run_until(&schedule, say(FAST, write, 6) + 2000);
+    uint16_t before = servo_present_position(&servos.node[0].servo);
+    schedule_run_until(&schedule, schedule.now + CLOCK / 2);
+    TEST_ASSERT_LESS_THAN_UINT16(before, servo_present_position(&servos.node[0].servo));
+}

@@ -1,0 +1,87 @@
+#include "unity.h"
+#include "vcd.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static struct vcd vcd;
+static char path[64];
+static char text[4096];
+
+void setUp(void)
+{
+    snprintf(path, sizeof(path), "/tmp/test_vcd.XXXXXX");
+    close(mkstemp(path));
+    TEST_ASSERT_TRUE(vcd_open(&vcd, path, 16000000));
+}
+
+void tearDown(void)
+{
+    vcd_close(&vcd);
+    unlink(path);
+}
+
+static const char *written(void)
+{
+    TEST_ASSERT_TRUE(vcd_close(&vcd));
+    FILE *file = fopen(path, "r");
+    TEST_ASSERT_NOT_NULL(file);
+    text[fread(text, 1, sizeof(text) - 1, file)] = 0;
+    fclose(file);
+    return text;
+}
+
+void test_a_dump_of_two_signals(void)
+{
+    unsigned wire = vcd_signal(&vcd, "wire", 1);
+    unsigned vector = vcd_signal(&vcd, "vector", 8);
+    vcd_change(&vcd, wire, 16, 1);
+    vcd_change(&vcd, vector, 16, 32);
+    vcd_change(&vcd, wire, 17, 0);
+    TEST_ASSERT_EQUAL_STRING("$timescale 100 ps $end\n"
+                             "$scope module cds55xx $end\n"
+                             "$var wire 1 !! wire $end\n"
+                             "$var wire 8 \"! vector $end\n"
+                             "$upscope $end\n"
+                             "$enddefinitions $end\n"
+                             "#0\n0!!\nb00000000 \"!\n"
+                             "#10000\n1!!\nb00100000 \"!\n"
+                             "#10625\n0!!\n",
+                             written());
+}
+
+void test_what_does_not_change_is_not_written(void)
+{
+    unsigned wire = vcd_signal(&vcd, "wire", 1);
+    vcd_change(&vcd, wire, 5, 0);
+    TEST_ASSERT_NULL(strstr(written(), "#3125"));
+}
+
+void test_a_name_is_one_signal(void)
+{
+    TEST_ASSERT_EQUAL_UINT(vcd_signal(&vcd, "servo1", 1), vcd_signal(&vcd, "servo1", 1));
+    TEST_ASSERT_NOT_EQUAL(vcd_signal(&vcd, "servo1", 1), vcd_signal(&vcd, "servo2", 1));
+}
+
+void test_time_never_goes_back(void)
+{
+    unsigned wire = vcd_signal(&vcd, "wire", 1);
+    vcd_change(&vcd, wire, 100, 1);
+    vcd_change(&vcd, wire, 99, 0);
+    TEST_ASSERT_NOT_NULL(strstr(written(), "#62500\n1!!\n0!!\n"));
+}
+
+void test_without_a_file_nothing_happens(void)
+{
+    struct vcd none = {0};
+    vcd_change(&none, vcd_signal(&none, "wire", 1), 5, 1);
+    TEST_ASSERT_TRUE(vcd_close(&none));
+}
+
+void test_a_file_that_cannot_be_written_is_refused(void)
+{
+    struct vcd none;
+    TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr));
+    TEST_ASSERT_FALSE(vcd_open(&none, "/no/such/folder/x.vcd", 16000000));
+}
