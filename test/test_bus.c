@@ -515,6 +515,22 @@ void test_all_error_bits_reach_the_caller_with_the_data(void)
     }
 }
 
+/* The same request again: what the last reply brought must not be taken for this one's. */
+void test_new_exchange_begins_with_a_clean_request(void)
+{
+    uint8_t data[2] = {0x34, 0x12};
+
+    read_word();
+    port_fake_answer(&bus.link, 5, CDS_ERROR_VOLTAGE, data, 2);
+    assert_ended(CDS_OK);
+    submit_broadcast_action();
+    transmit();
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL_HEX8(0, request.error);
+    TEST_ASSERT_EQUAL_UINT8(0, request.length);
+    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, request.id);
+}
+
 void test_short_read_reply_is_no_reply(void)
 {
     uint8_t data[1] = {0x34};
@@ -861,7 +877,8 @@ void test_counters_of_one_exchange_of_each_kind(void)
     read_word();         // timeout
     assert_ends_at(WORD_DEADLINE_US, CDS_TIMEOUT);
     read_word(); // corrupt
-    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING | CDS_LINE_OVERRUN);
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
     assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
     submit_broadcast_action(); // no reply due
     transmit();
@@ -872,7 +889,7 @@ void test_counters_of_one_exchange_of_each_kind(void)
     TEST_ASSERT_EQUAL_UINT16(1, count.timeouts);
     TEST_ASSERT_EQUAL_UINT16(1, count.corrupt);
     TEST_ASSERT_EQUAL_UINT16(1, count.framing_errors);
-    TEST_ASSERT_EQUAL_UINT16(0, count.overruns);
+    TEST_ASSERT_EQUAL_UINT16(2, count.overruns);
     TEST_ASSERT_EQUAL_UINT16(0, count.ring_overflows);
 }
 

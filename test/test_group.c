@@ -227,9 +227,12 @@ void test_move_of_example_19_keeps_the_manuals_order(void)
 
 void test_move_of_one_servo(void)
 {
+    static const uint8_t arm_253[] = {0xFF, 0xFF, 253, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD8};
+
+    goals[0].id = CDS_ID_MAX; // the last there is
     begin(1);
-    SENDS(arm_0);
-    answered(0, 0);
+    SENDS(arm_253);
+    answered(253, 0);
     SENDS(action);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     assert_over(CDS_OK);

@@ -216,6 +216,12 @@ void test_id_ff_is_refused_by_every_instruction(void)
     }
 }
 
+void test_last_id_can_be_read(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&packet, 253, 0x24, 2));
+    TEST_ASSERT_EQUAL_HEX8(0xFD, buffer[CDS_AT_ID]);
+}
+
 /* Whatever starts and ends within 0x00 to 0x31 is allowed, and nothing else. */
 void test_read_bounds_are_the_control_table(void)
 {

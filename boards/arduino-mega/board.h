@@ -14,9 +14,9 @@
 #define BOARD_BUS0_RX_ENABLE_PORT A
 #define BOARD_BUS0_RX_ENABLE_BIT  1
 
-#define BOARD_HOST_USART          0
-#define BOARD_HOST_BAUD           115200
+#define BOARD_HOST_USART 0
+#define BOARD_HOST_BAUD  115200
 
-#define BOARD_CLOCK_TIMER         1
+#define BOARD_CLOCK_TIMER 1
 
 #endif
