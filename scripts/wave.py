@@ -23,6 +23,7 @@ def block(servo, step):
 
 def main():
     steps = int(sys.argv[1]) if len(sys.argv) > 1 else 60
+    print("@print")
     print("@print A wave through 18 fresh servos: SYNC WRITE of goal and speed, positions read back")
     print("@echo off")
     print("@servos 1-18")

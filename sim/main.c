@@ -192,6 +192,7 @@ static int run(const struct bench_options *options)
 int main(int argc, char **argv)
 {
     struct bench_options options = {.boards = SIM_BOARDS_DIR, .exact = true};
+    setvbuf(stdout, 0, _IOLBF, 0); // progress is to be seen when it happens, in a pipe too
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) {
             fputs(help, stdout);

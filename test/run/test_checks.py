@@ -107,6 +107,13 @@ class Build(unittest.TestCase):
             self.assertIn("OVER BUDGET", output)
 
 
+class Readme(unittest.TestCase):
+    def test_its_size_table_is_what_make_size_prints(self):
+        status, output = run("make", "-s", "-C", ROOT, "--no-print-directory", "size")
+        self.assertEqual(status, 0, output)
+        self.assertIn(output, (ROOT / "README.md").read_text())
+
+
 class Runner(unittest.TestCase):
     """run-tests.py takes nothing for passed that did not say so."""
 

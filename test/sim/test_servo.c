@@ -857,7 +857,7 @@ void test_eeprom_of_a_servo_without_power(void)
 
 /* SYNC WRITE. */
 
-void test_example_5_each_servo_takes_its_block(void)
+void test_R30_example_5_each_servo_takes_its_block(void)
 {
     static const uint16_t goals[] = {0x010, 0x220, 0x030, 0x220};
     static const uint16_t speeds[] = {0x150, 0x360, 0x170, 0x380};
