@@ -292,12 +292,14 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
+	@scripts/readme.py --check
 	@$(MAKE) --no-print-directory size
 
-## docs: write the generated docs (errors, registers) anew
+## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs
-docs:
+docs: deps
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
+	@scripts/readme.py
 
 ## format: put all C into the project's format
 .PHONY: format

@@ -84,9 +84,9 @@ AVR_INLINE void avr_usart_high_z(uint8_t port)
 {
     struct avr_usart usart = avr_usart(port);
 
+    *usart.ucsrb = AVR_STATE_HIGH_Z; // first: no handler may find the enables half way
     *usart.tx_enable_port &= (uint8_t)~usart.tx_enable;
     *usart.rx_enable_port &= (uint8_t)~usart.rx_enable;
-    *usart.ucsrb = AVR_STATE_HIGH_Z;
 }
 
 AVR_INLINE void avr_usart_listen(uint8_t port)

@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+"""Renews what README.md quotes from commands: each block that follows a line `<!-- COMMAND -->`.
+
+usage: readme.py [--check]    --check: changes nothing, exit 1 if a block is out of date
+Where COMMAND ends in `: TEXT` only the paragraph that begins with TEXT is quoted.
+"""
+import re
+import subprocess
+import sys
+
+BLOCK = re.compile(r"(<!-- (make [^>]*?)(?:: ([^>]*))? -->\n```\n)(.*?)(```\n)", re.S)
+
+
+def output_of(command, start):
+    words = command.split()
+    words[1:1] = ["-s", "--no-print-directory"]
+    for _ in "build", "quote":  # the first time it may tell what it builds
+        text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                              check=True).stdout
+    if start:
+        text = text[text.index(start):].split("\n\n")[0] + "\n"
+    return text
+
+
+def main(arguments):
+    before = open("README.md").read()
+    after = BLOCK.sub(lambda m: m[1] + output_of(m[2], m[3]) + m[5], before)
+    if after == before:
+        return 0
+    if arguments == ["--check"]:
+        print("README.md quotes figures that are out of date: run make docs")
+        return 1
+    open("README.md", "w").write(after)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
