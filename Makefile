@@ -37,8 +37,13 @@ export UNITY DEPS
 
 ## deps: install what is missing (Debian packages; Unity out of its authors' gem)
 .PHONY: deps
-deps:
-	@scripts/deps.sh
+deps: tools
+	@scripts/deps.sh unity
+
+# What all but the tests need.
+.PHONY: tools
+tools:
+	@scripts/deps.sh packages
 
 # Rewritten only when what it holds changes, so that other flags mean other objects.
 define stamp
@@ -53,9 +58,10 @@ force:
 AVR_CC := avr-gcc
 AVR_AR := avr-gcc-ar
 AVR_SIZE := avr-size
-AVR_COMMON := -std=gnu99 -Os -g -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
+AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
 	-fno-common $(WARNINGS)
-AVR_LINK := -Wl,--gc-sections -Wl,--relax
+# In one partition: then a debugger finds static variables and lines after link-time optimisation.
+AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
@@ -75,7 +81,7 @@ $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 build/$(1)/flags: force
 	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK))
 
-build/$(1)/obj/%.o: %.c build/$(1)/flags | deps
+build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
@@ -100,6 +106,7 @@ endef
 $(foreach b,$(BOARDS),$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b))))
 
 # The variables of the board asked for.
+FLASH_NOTE :=
 include boards/$(BOARD)/board.mk
 
 ## lib: build/BOARD/libcds55xx.a
@@ -123,14 +130,14 @@ size: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
 flash: build/$(BOARD)/controller.hex
-	@echo "note: $(subst `,',$(FLASH_NOTE))"
-	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) -U flash:w:$<:i
+	$(if $(FLASH_NOTE),@echo 'note: $(FLASH_NOTE)')
+	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) $(FLASH_FLAGS) -U flash:w:$<:i
 
 ## fuses: write the fuses of BOARD with avrdude: needed once on a new ATmega128
 .PHONY: fuses
-fuses: deps
-	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) \
-	  -U lfuse:w:$(LFUSE):m -U hfuse:w:$(HFUSE):m -U efuse:w:$(EFUSE):m
+fuses: tools
+	$(if $(FUSES),,@echo 'the fuses of $(BOARD) are right as shipped, and its boot loader cannot write them'; false)
+	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) $(FUSES)
 
 # ---- host: the simulator, build/host/cds55xx-sim ---------------------------------------------------
 
@@ -138,6 +145,7 @@ CC := gcc
 HOST_COMMON := -std=gnu99 -g -D_GNU_SOURCE $(WARNINGS)
 SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
 SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
+SIM_FLAGS += -DSIM_SCRIPTS_DIR='"$(CURDIR)/scripts"'
 SIM_LIBS := -lsimavr -lm
 SIM_SRC := $(wildcard sim/*.c)
 
@@ -146,7 +154,7 @@ build/host/flags: force
 
 # $(1): variant, $(2): its flags
 define sim_rules
-build/host/$(1)/%.o: sim/%.c build/host/flags | deps
+build/host/$(1)/%.o: sim/%.c build/host/flags | tools
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(CC) $$(SIM_FLAGS) $(2) $$(DEPFILES) -c $$< -o $$@
@@ -227,7 +235,7 @@ $(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj
 # The same suites on the simulated AVR.
 AVR_TEST_BOARD := arduino-mega
 AVR_TEST := build/avr-test
-AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -g,$($(AVR_TEST_BOARD)_FLAGS)) \
+AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -gdwarf-2,$($(AVR_TEST_BOARD)_FLAGS)) \
 	-UBOARD_NAME -Isrc/controller $(UNITY_FLAGS)
 
 $(AVR_TEST)/flags: force
@@ -260,10 +268,12 @@ build/atmega128/program/%.elf: build/atmega128/obj/test/program/%.o build/atmega
 	$(Q)$(AVR_CC) $(atmega128_FLAGS) $(AVR_LINK) $^ -o $@
 
 # Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
-build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | deps
+FIRMWARE_MCU := atmega128
+build/firmware/three_buses.elf: FIRMWARE_MCU := atmega2560
+build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | tools
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
-	$(Q)$(AVR_CC) -mmcu=atmega128 -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
+	$(Q)$(AVR_CC) -mmcu=$(FIRMWARE_MCU) -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
 
 TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
 	$(SIM_TESTS:%=build/host/test/sim/%)
@@ -297,13 +307,13 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 
 ## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs
-docs: deps
+docs: tools
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
 
 ## format: put all C into the project's format
 .PHONY: format
-format: deps
+format: tools
 	clang-format -i $(FORMATTED)
 
 ## clean: remove build/ (but for the fetched Unity)

@@ -2,6 +2,7 @@
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.
+#   usage: deps.sh packages|unity
 #   DEPS=no      install nothing; name what is missing and fail
 #   UNITY=DIR    where Unity is, or is to be put (default build/unity)
 set -eu
@@ -62,15 +63,26 @@ fetch_unity()
     cp -R "$work/vendor/cmock/vendor/unity/." "$UNITY"
 }
 
-packages=$(missing_packages | sort -u | tr '\n' ' ')
-unity_missing=
-[ -e "$UNITY/src/unity.c" ] && [ -e "$UNITY/auto/generate_test_runner.rb" ] || unity_missing=yes
-
-[ -n "$packages$unity_missing" ] || exit 0
-if [ "${DEPS:-yes}" = no ]; then
-    [ -z "$packages" ] || echo "missing Debian packages: $packages (make deps installs them)" >&2
-    [ -z "$unity_missing" ] || echo "missing Unity in $UNITY (make deps fetches it)" >&2
-    exit 1
-fi
-[ -z "$packages" ] || install_packages "$packages"
-[ -z "$unity_missing" ] || fetch_unity
+case "${1:-}" in
+packages)
+    packages=$(missing_packages | sort -u | tr '\n' ' ')
+    [ -n "$packages" ] || exit 0
+    [ "${DEPS:-yes}" != no ] || {
+        echo "missing Debian packages: $packages (make deps installs them)" >&2
+        exit 1
+    }
+    install_packages "$packages"
+    ;;
+unity)
+    [ ! -e "$UNITY/src/unity.c" ] || [ ! -e "$UNITY/auto/generate_test_runner.rb" ] || exit 0
+    [ "${DEPS:-yes}" != no ] || {
+        echo "missing Unity in $UNITY (make deps fetches it)" >&2
+        exit 1
+    }
+    fetch_unity
+    ;;
+*)
+    echo "usage: deps.sh packages|unity" >&2
+    exit 2
+    ;;
+esac

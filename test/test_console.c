@@ -238,9 +238,9 @@ void test_sync_with_one_servo_too_many_is_refused(void)
 
 void test_malformed_blocks(void)
 {
-    static const char *const lines[] = {"sync 0x1E 2 1:1",       "sync 0x1E 2 1:1,2,3",
-                                        "sync 0x1E 2 1,1,2",     "sync 0x1E 2 1:1:2",
-                                        "sync 0x1E 2 1:1,2 2:1", "sync 0x1E 2 1:1,2 2"};
+    static const char *const lines[] = {
+        "sync 0x1E 2 1:1",       "sync 0x1E 2 1:1,2,3", "sync 0x1E 2 1,1,2", "sync 0x1E 2 1:1:2",
+        "sync 0x1E 2 1:1,2 2:1", "sync 0x1E 2 1:1,2 2", "sync 0x1E 2 1:1,",  "sync 0x1E 2 1:"};
 
     for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
         assert_error(ERROR_BLOCK, lines[i]);
@@ -306,7 +306,7 @@ void test_the_first_error_of_a_line_counts(void)
 
 void test_line_too_long_is_one_error_and_the_next_line_works(void)
 {
-    for (uint16_t i = 0; i < 3000; i++)
+    for (uint16_t i = 0; i < 7000; i++)
         type("abcdefghij ");
     assert_error(ERROR_LINE_TOO_LONG, "");
     for (uint16_t i = 0; i < CONSOLE_LINE_MAX; i++)

@@ -195,6 +195,18 @@ void test_ranges_of_writable_registers(void)
     }
 }
 
+/* What can be read there: positions of ten bits, speed and load with a direction above them (R35).
+ */
+void test_ranges_of_what_can_only_be_read(void)
+{
+    TEST_ASSERT_EQUAL_HEX16(0x3FF, at(CDS_REG_PRESENT_POSITION).highest);
+    TEST_ASSERT_EQUAL_HEX16(0x7FF, at(CDS_REG_PRESENT_SPEED).highest);
+    TEST_ASSERT_EQUAL_HEX16(0x7FF, at(CDS_REG_PRESENT_LOAD).highest);
+    TEST_ASSERT_EQUAL_HEX16(0xFFFF, at(CDS_REG_UP_CALIBRATION).highest);
+    TEST_ASSERT_EQUAL_HEX16(0xFFFF, at(CDS_REG_DOWN_CALIBRATION).highest);
+    TEST_ASSERT_EQUAL_HEX16(1, at(CDS_REG_MOVING).highest);
+}
+
 void test_names_lead_to_their_registers(void)
 {
     assert_named(0x01, "MODEL_NUMBER");
@@ -217,6 +229,9 @@ void test_names_lead_to_their_registers(void)
     assert_named(0x2E, "MOVING");
     assert_named(0x2F, "LOCK");
     assert_named(0x30, "PUNCH");
+    assert_named(0x00, "RESERVED_00");
+    assert_named(0x13, "RESERVED_13");
+    assert_named(0x2D, "RESERVED_2D");
 }
 
 void test_addresses_have_the_names_of_the_manual(void)

@@ -433,3 +433,15 @@ void test_move_can_be_begun_anew(void)
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     assert_over(CDS_OK);
 }
+
+void test_goal_out_of_range_is_not_sent(void)
+{
+    static const uint16_t wrong[][3] = {{254, 0, 0}, {1, 1024, 0}, {1, 0, 1024}};
+
+    for (uint8_t i = 0; i < 3; i++) {
+        TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4));
+        cds_group_sync_add_goal(&request, (uint8_t)wrong[i][0], wrong[i][1], wrong[i][2]);
+        TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_sync_send(&bus, &request));
+    }
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}

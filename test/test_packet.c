@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "cds55xx/control_table.h"
 #include "packets.h"
 #include "unity.h"
 
@@ -370,4 +371,47 @@ void test_error_bits_are_the_manuals_and_each_has_one_kind(void)
     TEST_ASSERT_EQUAL_HEX8(0, CDS_ERRORS_OF_PACKET & CDS_ERRORS_OF_CONDITION);
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE | CDS_ERROR_OVERHEATING | CDS_ERROR_OVERLOAD,
                            CDS_ERRORS_OF_CONDITION);
+}
+
+void test_an_ended_packet_may_be_ended_again_and_stays_as_it_is(void)
+{
+    uint8_t before[8];
+
+    lend(sizeof buffer);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&packet, 1, CDS_REG_PRESENT_TEMPERATURE, 1));
+    memcpy(before, buffer, sizeof before);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&packet));
+    TEST_ASSERT_EQUAL_UINT16(sizeof before, packet.size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(before, buffer, sizeof before);
+}
+
+void test_nothing_may_be_put_behind_an_ended_packet(void)
+{
+    lend(sizeof buffer);
+    cds_packet_ping(&packet, 1);
+    cds_packet_put(&packet, 0);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+}
+
+void test_refused_sync_begin_refuses_all_that_follows(void)
+{
+    static const uint8_t data[4] = {1, 2, 3, 4};
+
+    lend(sizeof buffer);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&packet, 1));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_sync_begin(&packet, 0x31, 4));
+    cds_packet_sync_add(&packet, 1, data);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+}
+
+void test_sync_block_for_no_servo_is_refused(void)
+{
+    static const uint8_t data[1] = {1};
+
+    for (uint16_t id = CDS_ID_MAX; id < 256; id++) {
+        lend(sizeof buffer);
+        cds_packet_sync_begin(&packet, CDS_REG_LED, 1);
+        cds_packet_sync_add(&packet, (uint8_t)id, data);
+        TEST_ASSERT_EQUAL(id == CDS_ID_MAX ? CDS_OK : CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    }
 }

@@ -76,7 +76,7 @@ static void assert_only(const uint8_t *bytes, uint8_t size)
 void setUp(void)
 {
     memset(&ring, 0, sizeof ring);
-    cds_parser_reset(&parser);
+    cds_parser_begin(&parser, CDS_PARSER_LENGTH_MAX);
     memset(&found, 0, sizeof found);
 }
 
@@ -215,13 +215,13 @@ void test_length_255_is_refuted_at_once(void)
 
 void test_every_length_that_cannot_fit_the_ring_is_refuted_at_once(void)
 {
-    for (uint16_t length = CDS_PARSER_LENGTH_MAX + 1; length < 256; length++)
+    for (uint16_t length = CDS_RING_SIZE - 4 + 1; length < 256; length++)
         assert_length_is_refuted((uint8_t)length);
 }
 
 void test_every_length_that_fits_is_parsed(void)
 {
-    for (uint8_t length = 2; length <= CDS_PARSER_LENGTH_MAX; length++) {
+    for (uint8_t length = 2; length <= CDS_RING_SIZE - 4; length++) {
         uint8_t sum = (uint8_t)(1 + length);
 
         setUp();
@@ -447,7 +447,7 @@ void test_reset_forgets_the_candidate(void)
 {
     hear_all(word, 6);
     cds_ring_drop(&ring, cds_ring_count(&ring));
-    cds_parser_reset(&parser);
+    cds_parser_begin(&parser, CDS_PARSER_LENGTH_MAX);
     hear_all(word + 6, 2);
     TEST_ASSERT_EQUAL_UINT8(0, found.count);
     hear_all(done, sizeof done);

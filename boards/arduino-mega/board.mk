@@ -6,10 +6,9 @@ F_CPU      := 16000000
 FLASH_MAX  := 24576
 RAM_MAX    := 3072
 
-# Fuses: as Arduino ships it (external crystal, boot loader of 4096 words, brown-out at 2.7 V).
-FLASH_NOTE := the boot loader of Arduino is used; fuses stay as they are
-LFUSE      := 0xff
-HFUSE      := 0xd8
-EFUSE      := 0xfd
-PROGRAMMER := wiring
-PORT       := /dev/ttyACM0
+# The boot loader Arduino ships writes the flash; it can neither erase the chip (hence -D) nor write
+# fuses, and they are right as they are: external crystal, brown-out at 2.7 V.
+PROGRAMMER  := wiring
+PORT        := /dev/ttyACM0
+FLASH_FLAGS := -D
+FUSES       :=

@@ -6,11 +6,11 @@ F_CPU      := 16000000
 FLASH_MAX  := 24576
 RAM_MAX    := 3072
 
-# Fuses: crystal of 8 MHz or more at full swing (CKOPT), slow start-up, brown-out reset at 4.0 V;
-# M103C off, JTAG off, EEPROM kept at chip erase. `make fuses` is needed once on a new chip:
-FLASH_NOTE := a new ATmega128 runs at 1 MHz and as an ATmega103 without USART1 (fuse M103C): run `make fuses` first
-LFUSE      := 0x3f
-HFUSE      := 0xc1
-EFUSE      := 0xff
-PROGRAMMER := usbasp
-PORT       := usb
+PROGRAMMER  := usbasp
+PORT        := usb
+FLASH_FLAGS :=
+FLASH_NOTE  := a new ATmega128 runs at 1 MHz and as an ATmega103 without USART1 (fuse M103C): make fuses first
+
+# Crystal of 8 MHz or more at full swing (CKOPT), slow start-up, brown-out reset at 4.0 V; M103C off,
+# JTAG off, EEPROM kept at chip erase.
+FUSES       := -U lfuse:w:0x3f:m -U hfuse:w:0xc1:m -U efuse:w:0xff:m

@@ -33,7 +33,8 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* How many parameters a reply must have; a reply with an error bit may also have none. */
+/* How many parameters a reply must have; one that refuses the packet (CDS_ERRORS_OF_PACKET) may
+ * also have none. */
 #define CDS_REPLY_NONE 0xFF // no reply is due (broadcast, or the status return level)
 #define CDS_REPLY_MAX  50   // a READ of the whole control table
 
@@ -81,7 +82,8 @@ struct cds_bus {
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
- * (`baud` 0 to 254) and listens. Counters start at 0. */
+ * (`baud` 0 to 254) and listens. Counters start at 0. An exchange in flight, if the bus was open
+ * already, ends as CDS_TIMEOUT. */
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
 
 /* Tells how long the slowest servo of the bus waits before it replies, in microseconds: twice its

@@ -28,7 +28,9 @@ void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *
 void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t position,
                              uint16_t speed);
 
-/* Sends it; nothing is answered. As cds_servo_write(), plus CDS_NO_ROOM if a block did not fit. */
+/* Sends it; nothing is answered. As cds_servo_write(), plus CDS_NO_ROOM if a block did not fit and
+ * CDS_BAD_ARGUMENT if begin refused or a block was out of range. The same packet may be sent again.
+ */
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request);
 
 /* What one servo of a registered move is to do, and what became of it. */

@@ -29,8 +29,9 @@ struct cds_link {
     const uint8_t *volatile cursor; // next byte to be sent
     const uint8_t *volatile last;   // the packet's last byte
     volatile uint8_t state;         // enum cds_link_state
-    volatile uint8_t broken;    // not 0: a byte was damaged or lost since the bus last looked ...
-    volatile uint8_t broken_at; // ... the first of them at this index of the ring
+    volatile uint8_t broken;        // not 0: bytes were damaged or lost since the bus last looked:
+    volatile uint8_t broken_at;     // the first of them at this index of the ring,
+    volatile uint8_t whole_from;    // the last of them at this one
     volatile uint16_t framing_errors; // counted modulo 65536, read with cds_link_count()
     volatile uint16_t overruns;
     volatile uint16_t ring_overflows;
@@ -57,6 +58,7 @@ static inline void cds_link_break_(struct cds_link *link)
         link->broken_at = link->rx.head;
         link->broken = 1;
     }
+    link->whole_from = link->rx.head;
 }
 
 /* Event, from the receive handler: a byte, and what was wrong with it (CDS_LINE_* bits, 0 if

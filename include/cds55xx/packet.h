@@ -53,6 +53,7 @@ enum cds_error {
     CDS_ERROR_CHECKSUM = 0x10,    // packet: came damaged
     CDS_ERROR_OVERLOAD = 0x20,    // condition: the load exceeds the torque
     CDS_ERROR_INSTRUCTION = 0x40, // packet: no such instruction, or ACTION with nothing registered
+    CDS_ERROR_NONE_SUCH = 0x80,   // always 0: a packet that has it set is no servo's reply
     /* The bits that say "this packet was not carried out", and those that report a condition. */
     CDS_ERRORS_OF_PACKET = 0x5A,
     CDS_ERRORS_OF_CONDITION = 0x25,
@@ -65,6 +66,9 @@ struct cds_packet {
     uint16_t size; // bytes put so far; may run past `room` in a packet that did not fit
 };
 
+/* `size` of a packet that can no longer become one: cds_packet_end() says CDS_BAD_ARGUMENT. */
+#define CDS_PACKET_REFUSED UINT16_MAX
+
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction);
 
@@ -74,9 +78,10 @@ void cds_packet_put(struct cds_packet *packet, uint8_t byte);
 /* Appends a word, low byte first (R28). */
 void cds_packet_put_word(struct cds_packet *packet, uint16_t word);
 
-/* Fills in LENGTH and checksum.
+/* Fills in LENGTH and checksum. A packet that has been ended stays as it is, and may be sent again.
  * CDS_OK; CDS_NO_ROOM: longer than the buffer or than LENGTH can say; CDS_BAD_ARGUMENT: the ID is
- * 0xFF. A refused packet must not be sent. */
+ * 0xFF, something was put behind an ended packet, or what began or built it had refused. A refused
+ * packet must not be sent. */
 enum cds_result cds_packet_end(struct cds_packet *packet);
 
 /* The seven instructions (2.4.1 to 2.4.7), whole. `length` counts bytes, 1 to 50 for data.

@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* A LENGTH above this cannot be a packet for us: it would not fit the ring. */
+/* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
 enum cds_parsed {
@@ -26,15 +26,16 @@ enum cds_parsed {
     CDS_PARSED_REFUTED, // what looked like a packet was none (LENGTH or checksum)
 };
 
-/* Zeroed it is ready; cds_parser_reset() makes it so again. */
 struct cds_parser {
-    uint8_t seen;   // bytes of the candidate at the ring's tail examined so far
-    uint8_t sum;    // of its bytes from the ID on
-    uint8_t length; // its LENGTH, once seen
+    uint8_t longest; // LENGTH above this is refuted at once
+    uint8_t seen;    // bytes of the candidate at the ring's tail examined so far
+    uint8_t sum;     // of its bytes from the ID on
+    uint8_t length;  // its LENGTH, once seen
 };
 
-/* Forgets the candidate; the caller has emptied the ring, or will. Main context. */
-void cds_parser_reset(struct cds_parser *parser);
+/* Begins a search, with nothing seen: the caller has emptied the ring, or will. `longest`: highest
+ * LENGTH that can be due, 2 to CDS_PARSER_LENGTH_MAX. Main context. */
+void cds_parser_begin(struct cds_parser *parser, uint8_t longest);
 
 /* Examines the next byte of the ring; there must be one: parser->seen < cds_ring_count(ring).
  * After CDS_PARSED_PACKET the packet's bytes are cds_ring_peek(ring, CDS_AT_ID) and so on, its size

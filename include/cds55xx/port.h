@@ -36,7 +36,7 @@ void cds_port_tx(uint8_t port, uint8_t byte);
  * byte time, or a stale flag would release the driver too early. Only within on_tx_ready. */
 void cds_port_tx_last(uint8_t port, uint8_t byte);
 
-/* Microseconds, free running, wrapping at 2^32 (71.6 min). Either context. */
+/* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
 uint32_t cds_port_now_us(void);
 
 #ifdef __cplusplus

@@ -16,7 +16,8 @@
       "look for two servos with one ID, another baud rate, or noise on the line")                  \
     X(CDS_BUSY, 4, "bus busy", "wait for the exchange in flight to end, then submit again")        \
     X(CDS_BAD_ARGUMENT, 5, "argument out of range", "see the range in the header or in the help")  \
-    X(CDS_NO_ROOM, 6, "packet too long", "send fewer bytes, or give the request a larger buffer")  \
+    X(CDS_NO_ROOM, 6, "packet too long",                                                           \
+      "send fewer bytes or servos at once (LENGTH ends at 254), or enlarge the buffer")            \
     X(CDS_REFUSED, 7, "refused by a servo", "look at the error bits of that servo's reply")
 
 enum cds_result {

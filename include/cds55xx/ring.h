@@ -11,13 +11,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Bytes. A power of two, 128 at most; the longest reply, READ of all 50 registers, has 56. */
+/* Bytes: a power of two that holds the longest reply, READ of all 50 registers: 56. */
 #ifndef CDS_RING_SIZE
 #define CDS_RING_SIZE 64
 #endif
 
-#if CDS_RING_SIZE & (CDS_RING_SIZE - 1) || CDS_RING_SIZE < 8 || CDS_RING_SIZE > 128
-#error "CDS_RING_SIZE must be a power of two from 8 to 128"
+#if CDS_RING_SIZE != 64 && CDS_RING_SIZE != 128
+#error "CDS_RING_SIZE must be 64 or 128"
 #endif
 
 struct cds_ring {

@@ -7,9 +7,18 @@
  *
  * The handlers know their bus and their registers at compile time: a second bus costs RAM, not
  * cycles. The program calls cds_avr_clock_open() and sei() before it opens the bus.
+ *
+ * Other handlers of the program hold up those of the bus. At 1 Mbps a receive handler may wait 320
+ * cycles before a byte is lost. A reply is lost when the transmit-complete handler waits longer
+ * than the servo's return delay, register 0x05 x 32 cycles: raise that register, or begin longer
+ * handlers with ISR_NOBLOCK.
  */
 #ifndef CDS55XX_AVR_H
 #define CDS55XX_AVR_H
+
+#ifndef __OPTIMIZE__
+#error "compile with -Os: the handlers must be inlined to keep up with 1 Mbps"
+#endif
 
 #include <avr/interrupt.h>
 
@@ -57,7 +66,12 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
 #endif
 
 /* Binds bus `number` (0 to BOARD_BUS_COUNT - 1, a plain number) of the board to `bus`, a struct
- * cds_bus with static storage. At file scope, once for each bus. */
+ * cds_bus with static storage. At file scope, once for each bus.
+ *
+ * A servo may answer 32 cycles after the last stop bit, and the compiler saves registers for half
+ * of them. So the transmit-complete vector turns the line around before anything is saved. GCC
+ * promises naked functions for assembly only; what stands in this one is cbi and sbi, and a test
+ * looks. */
 #define CDS_AVR_BUS(bus, number)                                                                   \
     ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), RX))                                              \
     {                                                                                              \
@@ -67,15 +81,20 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
     {                                                                                              \
         cds_link_on_tx_ready(&(bus).link, number);                                                 \
     }                                                                                              \
-    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), TX))                                              \
+    ISR(__vector_cds_bus##number##_complete)                                                       \
     {                                                                                              \
         cds_link_on_tx_complete(&(bus).link, number);                                              \
+    }                                                                                              \
+    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), TX), ISR_NAKED)                                   \
+    {                                                                                              \
+        avr_usart_turn_around(number);                                                             \
+        __asm__("%~jmp __vector_cds_bus" #number "_complete" ::);                                  \
     }
 
 /* Binds the board's BOARD_CLOCK_TIMER. At file scope, once. */
 #define CDS_AVR_CLOCK()                                                                            \
     struct cds_avr_clock cds_avr_clock;                                                            \
-    ISR(TIMER_OVERFLOW_VECTOR)                                                                     \
+    ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK) /* the line's turnaround must not wait for it */       \
     {                                                                                              \
         cds_avr_clock.overflows_us += AVR_CLOCK_OVERFLOW_US;                                       \
     }

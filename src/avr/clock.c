@@ -2,7 +2,7 @@
 #include "clock.h"
 
 #include <avr/io.h>
-#include <util/atomic.h>
+#include <stdbool.h>
 
 #include "board.h"
 #include "cds55xx/port.h" // cds_port_now_us()
@@ -18,17 +18,21 @@ void cds_avr_clock_open(void)
     TIMER_CONTROL_B = TIMER_PRESCALE_8;
 }
 
+/* Without turning interrupts off, which would hold up the turnaround of a bus: if the handler ran
+ * between the two readings of its count, they are taken again. */
 uint32_t cds_port_now_us(void)
 {
     uint32_t now_us;
     uint16_t ticks;
+    bool overflowed;
 
-    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
-    {
+    do {
         now_us = cds_avr_clock.overflows_us;
         ticks = TIMER_COUNT;
-        if (TIMER_FLAGS & TIMER_OVERFLOW_FLAG && ticks < AVR_CLOCK_OVERFLOW_US)
-            now_us += AVR_CLOCK_OVERFLOW_US; // it overflowed, and its handler waits for us
-    }
+        overflowed = TIMER_FLAGS & TIMER_OVERFLOW_FLAG;
+    } while (now_us != cds_avr_clock.overflows_us);
+    if (overflowed && ticks < AVR_CLOCK_OVERFLOW_US)
+        now_us +=
+            AVR_CLOCK_OVERFLOW_US; // it overflowed before `ticks`, and its handler has yet to run
     return now_us + (ticks >> 1);
 }

@@ -10,6 +10,8 @@
  * work: an interrupt between the question and the sleep would otherwise be slept through. */
 static inline void avr_idle(bool (*busy)(const void *context), const void *context)
 {
+    if (busy(context)) // asked first with interrupts on: a busy loop must not hold up a handler
+        return;
     cli();
     if (!busy(context)) {
         sleep_enable();

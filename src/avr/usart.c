@@ -43,17 +43,27 @@ void cds_port_tx_last(uint8_t port, uint8_t byte)
     avr_usart_tx_last(port, byte);
 }
 
+void enable_out_of_reach_of_sbi(void)
+    __attribute__((error("choose enables on ports whose registers lie below 0x40")));
+
+AVR_INLINE void pin_output(struct avr_pin pin)
+{
+    *pin.ddr |= pin.mask;
+}
+
 AVR_INLINE void pins_listen(uint8_t port)
 {
     struct avr_usart usart = avr_usart(port);
 
-    *usart.rx_enable_port |= usart.rx_enable;
-    *usart.rx_enable_ddr |= usart.rx_enable;
-    *usart.tx_enable_port &= (uint8_t)~usart.tx_enable;
-    *usart.tx_enable_ddr |= usart.tx_enable;
-    *usart.rxd_port |= usart.rxd; // pull-up: RXD floats while the receive buffer is off
-    *usart.txd_port |= usart.txd; // an idle line is high, also while the transmitter is off
-    *usart.txd_ddr |= usart.txd;
+    if ((uintptr_t)usart.tx_enable.port >= 0x40 || (uintptr_t)usart.rx_enable.port >= 0x40)
+        enable_out_of_reach_of_sbi();
+    avr_pin_high(usart.rx_enable);
+    pin_output(usart.rx_enable);
+    avr_pin_low(usart.tx_enable);
+    pin_output(usart.tx_enable);
+    avr_pin_high(usart.rxd); // pull-up: RXD floats while the receive buffer is off
+    avr_pin_high(usart.txd); // an idle line is high, also while the transmitter is off
+    pin_output(usart.txd);
 }
 
 /* Runs before stack, .data and everything else: the first instructions after a reset leave no doubt

@@ -15,40 +15,41 @@
 /* Inlined wherever it is called; no copy is ever emitted. */
 #define AVR_INLINE extern inline __attribute__((gnu_inline, always_inline))
 
+struct avr_pin {
+    volatile uint8_t *port, *ddr;
+    uint8_t mask;
+};
+
 /* The registers and pins of one bus. All constants; never stands in memory. */
 struct avr_usart {
     volatile uint8_t *udr, *ucsra, *ucsrb, *ucsrc, *ubrrh, *ubrrl;
-    volatile uint8_t *rxd_port, *txd_port, *txd_ddr;
-    volatile uint8_t *tx_enable_port, *tx_enable_ddr, *rx_enable_port, *rx_enable_ddr;
-    uint8_t rxd, txd, tx_enable, rx_enable; // masks
+    struct avr_pin rxd, txd, tx_enable, rx_enable;
 };
 
 #define AVR_PASTE_(a, b)     a##b
 #define AVR_PASTE(a, b)      AVR_PASTE_(a, b)
 #define AVR_PASTE3_(a, b, c) a##b##c
 #define AVR_PASTE3(a, b, c)  AVR_PASTE3_(a, b, c)
-#define AVR_BUS(bus, key)    AVR_PASTE3(BOARD_BUS, bus, key)
-#define AVR_BUS_PORT(bus, key)                                                                     \
-    AVR_PASTE(PORT, AVR_PASTE3(BOARD_BUS, bus, AVR_PASTE3_(_, key, _PORT)))
-#define AVR_BUS_DDR(bus, key) AVR_PASTE(DDR, AVR_PASTE3(BOARD_BUS, bus, AVR_PASTE3_(_, key, _PORT)))
-#define AVR_BUS_MASK(bus, key)                                                                     \
-    (uint8_t)(1u << AVR_PASTE3(BOARD_BUS, bus, AVR_PASTE3_(_, key, _BIT)))
 
+/* BOARD_BUS<bus>_<key> of board.h, and what it means to the chip. */
+#define AVR_BUS(bus, key)          AVR_PASTE3(BOARD_BUS, bus, key)
+#define AVR_BUS_PIN(bus, key, end) AVR_PASTE3(BOARD_BUS, bus, AVR_PASTE3_(_, key, end))
+#define AVR_REGISTER(bus, name)    &AVR_PASTE(name, AVR_BUS(bus, _USART))
+#define AVR_REGISTER3(bus, a, b)   &AVR_PASTE3(a, AVR_BUS(bus, _USART), b)
+#define AVR_PIN(bus, key)                                                                          \
+    {                                                                                              \
+        &AVR_PASTE(PORT, AVR_BUS_PIN(bus, key, _PORT)),                                            \
+            &AVR_PASTE(DDR, AVR_BUS_PIN(bus, key, _PORT)),                                         \
+            (uint8_t)(1u << AVR_BUS_PIN(bus, key, _BIT))                                           \
+    }
+
+/* In the order of struct avr_usart, without names: C++ takes this header too. */
 #define AVR_USART_OF(bus)                                                                          \
     (struct avr_usart)                                                                             \
     {                                                                                              \
-        .udr = &AVR_PASTE(UDR, AVR_BUS(bus, _USART)),                                              \
-        .ucsra = &AVR_PASTE3(UCSR, AVR_BUS(bus, _USART), A),                                       \
-        .ucsrb = &AVR_PASTE3(UCSR, AVR_BUS(bus, _USART), B),                                       \
-        .ucsrc = &AVR_PASTE3(UCSR, AVR_BUS(bus, _USART), C),                                       \
-        .ubrrh = &AVR_PASTE3(UBRR, AVR_BUS(bus, _USART), H),                                       \
-        .ubrrl = &AVR_PASTE3(UBRR, AVR_BUS(bus, _USART), L), .rxd_port = &AVR_BUS_PORT(bus, RXD),  \
-        .rxd = AVR_BUS_MASK(bus, RXD), .txd_port = &AVR_BUS_PORT(bus, TXD),                        \
-        .txd = AVR_BUS_MASK(bus, TXD), .txd_ddr = &AVR_BUS_DDR(bus, TXD),                          \
-        .tx_enable_port = &AVR_BUS_PORT(bus, TX_ENABLE),                                           \
-        .tx_enable_ddr = &AVR_BUS_DDR(bus, TX_ENABLE), .tx_enable = AVR_BUS_MASK(bus, TX_ENABLE),  \
-        .rx_enable_port = &AVR_BUS_PORT(bus, RX_ENABLE),                                           \
-        .rx_enable_ddr = &AVR_BUS_DDR(bus, RX_ENABLE), .rx_enable = AVR_BUS_MASK(bus, RX_ENABLE),  \
+        AVR_REGISTER(bus, UDR), AVR_REGISTER3(bus, UCSR, A), AVR_REGISTER3(bus, UCSR, B),          \
+            AVR_REGISTER3(bus, UCSR, C), AVR_REGISTER3(bus, UBRR, H), AVR_REGISTER3(bus, UBRR, L), \
+            AVR_PIN(bus, RXD), AVR_PIN(bus, TXD), AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE) \
     }
 
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
@@ -62,8 +63,20 @@ enum {
     AVR_STATE_HIGH_Z = 0,
     AVR_STATE_LISTENING = 1 << 7 | 1 << 4, // RXCIE, RXEN
     AVR_STATE_TALKING = 1 << 5 | 1 << 3,   // UDRIE, TXEN
-    AVR_STATE_DRAINING = 1 << 6 | 1 << 3,  // TXCIE, TXEN
+    // TXCIE, TXEN; and RXEN, RXCIE: RX enable is still off, but the receiver needs no more once it
+    // is on
+    AVR_STATE_DRAINING = 1 << 6 | 1 << 3 | 1 << 4 | 1 << 7,
 };
+
+AVR_INLINE void avr_pin_high(struct avr_pin pin)
+{
+    *pin.port |= pin.mask; // sbi
+}
+
+AVR_INLINE void avr_pin_low(struct avr_pin pin)
+{
+    *pin.port &= (uint8_t)~pin.mask; // cbi
+}
 
 /* `port` is a bus of the board: 0 to BOARD_BUS_COUNT - 1. */
 AVR_INLINE struct avr_usart avr_usart(uint8_t port)
@@ -85,16 +98,24 @@ AVR_INLINE void avr_usart_high_z(uint8_t port)
     struct avr_usart usart = avr_usart(port);
 
     *usart.ucsrb = AVR_STATE_HIGH_Z; // first: no handler may find the enables half way
-    *usart.tx_enable_port &= (uint8_t)~usart.tx_enable;
-    *usart.rx_enable_port &= (uint8_t)~usart.rx_enable;
+    avr_pin_low(usart.tx_enable);
+    avr_pin_low(usart.rx_enable);
+}
+
+/* The driver lets go, and the receiver hears: two instructions that use no register and no flag. */
+AVR_INLINE void avr_usart_turn_around(uint8_t port)
+{
+    struct avr_usart usart = avr_usart(port);
+
+    avr_pin_low(usart.tx_enable);
+    avr_pin_high(usart.rx_enable);
 }
 
 AVR_INLINE void avr_usart_listen(uint8_t port)
 {
     struct avr_usart usart = avr_usart(port);
 
-    *usart.tx_enable_port &= (uint8_t)~usart.tx_enable;
-    *usart.rx_enable_port |= usart.rx_enable;
+    avr_usart_turn_around(port);
     *usart.ucsrb = AVR_STATE_LISTENING;
 }
 
@@ -102,8 +123,8 @@ AVR_INLINE void avr_usart_talk(uint8_t port)
 {
     struct avr_usart usart = avr_usart(port);
 
-    *usart.rx_enable_port &= (uint8_t)~usart.rx_enable;
-    *usart.tx_enable_port |= usart.tx_enable;
+    avr_pin_low(usart.rx_enable);
+    avr_pin_high(usart.tx_enable);
     *usart.ucsrb = AVR_STATE_TALKING;
 }
 

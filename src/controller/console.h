@@ -12,7 +12,7 @@
 #include "token.h"       // struct token
 #include "writer.h"      // struct writer
 
-#define CONSOLE_LINE_MAX 1200 // characters; 50 servos x 4 bytes in a SYNC WRITE need 1050
+#define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
 
 enum console_state { CONSOLE_READING, CONSOLE_WAITING, CONSOLE_REPLYING };
 

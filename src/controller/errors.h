@@ -14,10 +14,10 @@
     X(ERROR_COUNT, 11, "wrong number of arguments", "'help' shows what the command takes")         \
     X(ERROR_NOT_A_NUMBER, 12, "not a number", "numbers are decimal or 0x and hexadecimal digits")  \
     X(ERROR_OUT_OF_RANGE, 13, "number out of range",                                               \
-      "IDs are 0 to 253 (254: all), bytes 0 to 255, registers as in the manual, 3.1")              \
+      "IDs are 0 to 253 (254, all, where help says so), bytes 0 to 255, registers see manual 3.1") \
     X(ERROR_UNKNOWN_REGISTER, 14, "unknown register",                                              \
       "name it as in docs/registers.md, or give its address, 0 to 0x31")                           \
-    X(ERROR_LINE_TOO_LONG, 15, "line too long", "send at most 1200 characters in a line")          \
+    X(ERROR_LINE_TOO_LONG, 15, "line too long", "send at most 1400 characters in a line")          \
     X(ERROR_INPUT_LOST, 16, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 17, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \

@@ -5,12 +5,14 @@
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
+    cds_port_open(port, baud); // first: no handler may run while the struct is cleared
+    if (bus->request)
+        bus->request->result = CDS_TIMEOUT;
     *bus = (struct cds_bus){
         .port = port,
         .byte_time_us = (uint16_t)(5u * (baud + 1u)), // ten bits of (baud + 1) / 2 us
         .return_delay_us = CDS_RETURN_DELAY_MAX_US,
     };
-    cds_port_open(port, baud);
     cds_link_open(&bus->link, port);
 }
 
@@ -32,6 +34,12 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, const struct cds_requ
     return time_us + (uint32_t)bytes * bus->byte_time_us;
 }
 
+/* LENGTH of the reply that is due: no servo sends more than it was asked for. */
+static uint8_t longest_reply(uint8_t due)
+{
+    return due == CDS_REPLY_NONE ? CDS_LENGTH_MIN : (uint8_t)(due + CDS_LENGTH_MIN);
+}
+
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
@@ -49,7 +57,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     bus->request = request;
     bus->damaged = 0;
     bus->counters.sent++;
-    cds_parser_reset(&bus->parser);
+    cds_parser_begin(&bus->parser, longest_reply(due));
     bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, request);
     cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
     return CDS_OK;
@@ -73,13 +81,15 @@ static bool is_reply(const struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
     uint8_t id = cds_ring_peek(&bus->link.rx, CDS_AT_ID);
+    uint8_t error = cds_ring_peek(&bus->link.rx, CDS_AT_ERROR);
     uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
 
     if (request->id == CDS_BROADCAST_ID ? id > CDS_ID_MAX : id != request->id)
         return false;
-    if (parameters == 0 && cds_ring_peek(&bus->link.rx, CDS_AT_ERROR) != 0)
-        return true;
-    return parameters == request->reply_parameters;
+    if (error & CDS_ERROR_NONE_SUCH)
+        return false;
+    return parameters == request->reply_parameters ||
+           (parameters == 0 && error & CDS_ERRORS_OF_PACKET);
 }
 
 /* The instruction packet has served: the reply's parameters take its place in the buffer. */
@@ -115,45 +125,55 @@ static bool parse_byte(struct cds_bus *bus)
     return ended;
 }
 
-/* A byte was damaged or lost: what stands on both sides of it must never be joined. All up to now
- * goes, and the search begins anew. */
+/* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
+ * first to the last of them goes, and the search begins anew behind it. */
 static void drop_broken(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
 
     do {
         link->broken = 0;
-        link->rx.tail = link->rx.head;
-    } while (link->broken); // broken again meanwhile: that mark may lie behind the tail
-    cds_parser_reset(&bus->parser);
+        link->rx.tail = link->whole_from;
+    } while (link->broken); // broken again meanwhile: then its first mark is not the first
+    cds_parser_begin(&bus->parser, bus->parser.longest);
     bus->damaged = 1;
 }
 
-/* Parses what has been heard, up to the first damaged byte. At most a ring full, so that a babbling
- * line cannot hold up the caller. True when the exchange has ended well. */
-static bool parse(struct cds_bus *bus)
+/* Parses up to the first damaged byte, or all that has been heard by now: at most a ring full, so
+ * that a babbling line cannot hold up the caller. True when the exchange has ended well. */
+static bool parse_whole(struct cds_bus *bus, bool *broken)
 {
     struct cds_link *link = &bus->link;
     uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
-    bool broken = link->broken;
 
-    if (broken)
+    *broken = link->broken;
+    if (*broken)
         end = link->broken_at;
     while ((uint8_t)(link->rx.tail + bus->parser.seen) != end) {
         if (parse_byte(bus))
             return true;
     }
-    if (broken)
+    if (*broken)
         drop_broken(bus);
     return false;
+}
+
+/* Parses what stands before the damage, and what stands behind it. */
+static bool parse(struct cds_bus *bus)
+{
+    bool broken;
+
+    return parse_whole(bus, &broken) || (broken && parse_whole(bus, &broken));
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
 
-    if (!bus->request)
+    if (!bus->request) {
+        bus->link.rx.tail = bus->link.rx.head; // nothing is due: whatever it is, it is not ours
         return false;
+    }
     if (bus->link.state == CDS_LINK_LISTENING) {
         if (bus->request->reply_parameters == CDS_REPLY_NONE || parse(bus)) {
             finish(bus, CDS_OK);

@@ -16,9 +16,12 @@ void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *
 void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t position,
                              uint16_t speed)
 {
-    cds_packet_put(&request->packet, id);
-    cds_packet_put_word(&request->packet, position);
-    cds_packet_put_word(&request->packet, speed);
+    uint8_t data[4] = {(uint8_t)position, (uint8_t)(position >> 8), (uint8_t)speed,
+                       (uint8_t)(speed >> 8)};
+
+    cds_packet_sync_add(&request->packet, id, data);
+    if (position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
+        request->packet.size = CDS_PACKET_REFUSED;
 }
 
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
@@ -53,8 +56,10 @@ void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
         .phase = ARM,
         .result = count ? CDS_PENDING : CDS_BAD_ARGUMENT,
     };
-    for (uint8_t i = 0; i < count; i++)
+    for (uint8_t i = 0; i < count; i++) {
         goals[i].result = CDS_PENDING;
+        goals[i].error = 0;
+    }
 }
 
 static enum cds_result arm(struct cds_group_move *move, const struct cds_goal *goal)

@@ -11,6 +11,7 @@ void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, u
     cds_port_high_z(port); // the receiver is off: nothing stale can follow
     link->rx.tail = link->rx.head;
     link->broken = 0;
+    __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
     link->cursor = packet;
     link->last = packet + size - 1;
     link->state = CDS_LINK_TALKING; // before the verb: its first event may come at once

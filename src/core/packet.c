@@ -12,7 +12,7 @@ void cds_packet_put(struct cds_packet *packet, uint8_t byte)
 {
     if (packet->size < packet->room)
         packet->bytes[packet->size] = byte;
-    if (packet->size < UINT16_MAX)
+    if (packet->size < CDS_PACKET_REFUSED - 1)
         packet->size++;
 }
 
@@ -48,10 +48,21 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
     return (uint8_t)~sum;
 }
 
+/* Ended already, and nothing put behind it? LENGTH is 0 until then. */
+static bool is_ended(const struct cds_packet *packet)
+{
+    return packet->size > CDS_AT_LENGTH && packet->size <= packet->room &&
+           packet->bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == packet->size;
+}
+
 enum cds_result cds_packet_end(struct cds_packet *packet)
 {
     uint16_t size = packet->size; // without the checksum
 
+    if (is_ended(packet))
+        return CDS_OK;
+    if (size == CDS_PACKET_REFUSED || (size < packet->room && packet->bytes[CDS_AT_LENGTH] != 0))
+        return CDS_BAD_ARGUMENT;
     if (size >= packet->room || size + 1u - LENGTH_OFFSET > CDS_LENGTH_MAX)
         return CDS_NO_ROOM;
     if (packet->bytes[CDS_AT_ID] > CDS_BROADCAST_ID)
@@ -124,8 +135,10 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
-    if (!in_table(address, length))
+    if (!in_table(address, length)) {
+        packet->size = CDS_PACKET_REFUSED;
         return CDS_BAD_ARGUMENT;
+    }
     cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
     cds_packet_put(packet, address);
     cds_packet_put(packet, length);
@@ -134,6 +147,10 @@ enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
 {
+    if (id > CDS_ID_MAX)
+        packet->size = CDS_PACKET_REFUSED;
+    if (packet->size == CDS_PACKET_REFUSED)
+        return; // then no length stands in the buffer either
     cds_packet_put(packet, id);
     if (packet->room > SYNC_LENGTH_AT) // else it stands nowhere, and the packet is too long already
         put_all(packet, data, packet->bytes[SYNC_LENGTH_AT]);

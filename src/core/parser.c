@@ -1,8 +1,9 @@
 /* Finding packets in a ring; see parser.h. */
 #include "cds55xx/parser.h"
 
-void cds_parser_reset(struct cds_parser *parser)
+void cds_parser_begin(struct cds_parser *parser, uint8_t longest)
 {
+    parser->longest = longest;
     parser->seen = 0;
     parser->sum = 0;
     parser->length = 0;
@@ -39,7 +40,7 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
         return CDS_PARSED_MORE;
     }
     if (at == CDS_AT_LENGTH) {
-        if (byte < CDS_LENGTH_MIN || byte > CDS_PARSER_LENGTH_MAX)
+        if (byte < CDS_LENGTH_MIN || byte > parser->longest)
             return refute(parser, ring);
         parser->length = byte;
     }

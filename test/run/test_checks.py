@@ -1,13 +1,14 @@
 """The project's own checks notice what they are for."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 
-from simulator import ROOT
+from simulator import ROOT, SIM
 
 
 def run(*command, **options):
@@ -66,7 +67,7 @@ class Layering(unittest.TestCase):
 class Build(unittest.TestCase):
     def make(self, *arguments, **environment):
         return run("make", "-C", ROOT, "--no-print-directory", *arguments,
-                   env={**os.environ, "MAKEFLAGS": "", **environment})
+                   env={**os.environ, **environment})
 
     def test_an_unknown_board_lists_those_there_are(self):
         status, output = self.make("lib", "BOARD=toaster")
@@ -94,9 +95,16 @@ class Build(unittest.TestCase):
         self.assertIn("bus.o", output)
 
     def test_flash_and_fuses_are_avrdude_command_lines_with_the_boards_data(self):
-        self.assertIn("avrdude -p atmega128 -c usbasp -P usb -U flash:w:build/atmega128/controller.hex:i",
-                      self.make("flash", "-n")[1])
+        flash = self.make("flash", "-n")[1]
+        self.assertIn("avrdude -p atmega128 -c usbasp -P usb  -U flash:w:build/atmega128/controller.hex:i",
+                      flash)
+        self.assertIn("(fuse M103C): make fuses first", flash)
         self.assertIn("efuse:w:0xff:m", self.make("fuses", "-n")[1])
+        self.assertIn("avrdude -p atmega2560 -c wiring -P /dev/ttyUSB7 -D -U flash:w:",
+                      self.make("flash", "-n", "BOARD=arduino-mega", "PORT=/dev/ttyUSB7")[1])
+        status, output = self.make("fuses", "BOARD=arduino-mega")
+        self.assertNotEqual(status, 0)
+        self.assertIn("right as shipped", output)
 
     def test_a_firmware_over_budget_fails_the_size_check(self):
         elf = ROOT / "build/atmega128/controller.elf"
@@ -108,8 +116,49 @@ class Build(unittest.TestCase):
 
 
 class Readme(unittest.TestCase):
-    def test_what_it_quotes_of_commands_is_what_they_print(self):
-        self.assertEqual(run(ROOT / "scripts/readme.py", "--check", cwd=ROOT), (0, ""))
+    def test_a_program_outside_the_tree_builds_and_runs_with_its_command_line(self):
+        """The command line of "Link the library", word for word but for the folder."""
+        text = (ROOT / "README.md").read_text()
+        command = re.search(r"```sh\n(avr-gcc (?:.*\\\n)*.*)\n```", text)[1]
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(ROOT / "examples/two_servos.c", f"{folder}/robot.c")
+            command = command.replace("robot.c", f"{folder}/robot.c")
+            command = command.replace("robot.elf", f"{folder}/robot.elf")
+            self.assertEqual(run("sh", "-c", command, cwd=ROOT), (0, ""))
+            status, output = run(SIM, "firmware", f"{folder}/robot.elf", "--board", "atmega128",
+                                 "--servos", "1,2", "--seconds", "2.5")
+        self.assertEqual(status, 0, output)
+        self.assertIn("3 packets in, 0 out, 0 damaged", output)
+
+    def test_unoptimised_programs_are_refused_with_the_remedy(self):
+        status, output = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-O0", "-Iinclude",
+                             "-Isrc/avr", "-Iboards/atmega128", "-c", "examples/two_servos.c", "-o",
+                             "/dev/null", cwd=ROOT)
+        self.assertNotEqual(status, 0)
+        self.assertIn("compile with -Os", output)
+
+    def test_all_headers_compile_as_cpp(self):
+        headers = sorted(p.relative_to(ROOT / "include") for p in (ROOT / "include").rglob("*.h"))
+        source = "".join(f'#include "{h}"\n' for h in headers) + '#include "cds55xx_avr.h"\n' + """
+            static struct cds_bus bus;
+            CDS_AVR_BUS(bus, 0)
+            CDS_AVR_CLOCK()
+            """
+        done = subprocess.run(
+            ["avr-g++", "-mmcu=atmega2560", "-DF_CPU=16000000UL", "-Os", "-std=gnu++11", "-Wall",
+             "-Werror", "-Iinclude", "-Isrc/avr", "-Iboards/arduino-mega", "-x", "c++", "-c", "-",
+             "-o", "/dev/null"], input=source, text=True, cwd=ROOT, stderr=subprocess.PIPE)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
+class Turnaround(unittest.TestCase):
+    def test_the_transmit_complete_vector_turns_the_line_around_first(self):
+        """What stands in the naked handler is cbi and sbi, and a jump: nothing needs saving."""
+        for board, vector in [("atmega128", "32"), ("arduino-mega", "38")]:
+            code = run("avr-objdump", "-d", "--no-show-raw-insn",
+                       ROOT / f"build/{board}/controller.elf")[1]
+            body = re.search(rf"<__vector_{vector}>:\n((?:.+\n)+)", code)[1]
+            self.assertEqual(re.findall(r":\s+([a-z]+)", body), ["cbi", "sbi", "rjmp"], body)
 
 
 class Runner(unittest.TestCase):
