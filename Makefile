@@ -177,6 +177,16 @@ sim: build/host/cds55xx-sim
 demo: build/atmega128/controller.elf build/host/cds55xx-sim
 	@scripts/demo.sh
 
+## run: BOARD's firmware and 18 servos in real time; its console is a pty: Ctrl-C ends it
+.PHONY: run
+run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
+	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos 1-18 --host pty
+
+## sim-speed: how many times real time the simulator runs at on this machine
+.PHONY: sim-speed
+sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
+	@scripts/sim-speed.py $^
+
 # ---- tests -----------------------------------------------------------------------------------------
 
 UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest

@@ -1,8 +1,9 @@
-# The picture of a run, from the data files that sim/plot.c writes; gnuplot -e "folder='...'" plot.gp
+# The picture of a run, from the data files that sim/plot.c writes into a folder:
+# gnuplot -e "folder='...'" plot.gp
 # Upper pane: a lane for each talker. Lower pane: goal and present position of the servos.
 load folder.'/params.gp'
 
-# one row each: layer of sim/plot.c | what it is | colour | point type, 0: a bar
+# of each layer of sim/plot.c: what it is, colour, point type (0: a bar), point size
 styles = "controller servo bin1 bin10 bin50 bin100 fault collision breach damaged"
 array label[10] = ['packet of the '.talker, 'packet of a servo', 'up to 1 %', 'to 10 %', \
     'to 50 %', 'to 100 %', 'fault injected', 'collision', 'rule broken', 'no packet']
@@ -47,8 +48,10 @@ set grid xtics lc rgb '#e4e4e4' lt 1
 do for [i=0:lanes] { set arrow i+1 from graph 0, first i + 0.5 to graph 1, first i + 0.5 nohead \
     lc rgb '#eeeeee' back }
 set xlabel 'time ('.unit.')' offset 0,0.3
-set label 2 'Who talks on the bus'.(binned ? ': share of every '.bin : '') at screen x(left), y(head - 18) left
-set key at screen x(left + width), y(head - 18) right center horizontal samplen 1.5 font ',11' noautotitle
+set label 2 'Who talks on the bus'.(binned ? ': share of every '.bin : '') \
+    at screen x(left), y(head - 18) left
+set key at screen x(left + width), y(head - 18) right center horizontal samplen 1.5 \
+    font ',11' noautotitle
 file(i) = folder.'/'.word(layers, i)
 s(i) = style(word(layers, i))
 commands = 'NaN'
@@ -67,8 +70,8 @@ unset label 2
 unset arrow
 set tmargin at screen y(head + upper + between)
 set bmargin at screen y(head + upper + between + lower)
-set key at screen x(left + width), y(head + upper + between - 18) right center horizontal samplen 2 \
-    font ',11' noautotitle
+set key at screen x(left + width), y(head + upper + between - 18) right center horizontal \
+    samplen 2 font ',11' noautotitle
 set label 3 'Where the servos are'.(together ? '' : ': each row spans 0 to 300 degrees') \
     at screen x(left), y(head + upper + between - 18) left
 array hue[6] = ['#1b6ca8', '#d95f02', '#1b9e77', '#7b3294', '#a6761d', '#e7298a']
@@ -89,8 +92,8 @@ y_of(i, v) = together ? v : servos - i + 0.54 + 0.92 * v / 300.0
 positions = folder.'/positions'
 goal_dash = together ? 2 : 1
 plot NaN, \
-    for [i=1:servos] positions index i-1 using 1:(y_of(i, $2)) with steps lw 1.2 dt goal_dash \
-        lc rgb (together ? hue[i] : '#d95f02'), \
+    for [i=1:servos] positions index i-1 using 1:(y_of(i, $2)) with steps lw 1.2 \
+        dt goal_dash lc rgb (together ? hue[i] : '#d95f02'), \
     for [i=1:servos] positions index i-1 using 1:(y_of(i, $3)) with lines lw 1.6 \
         lc rgb (together ? hue[i] : '#1b6ca8') title (together ? servo[i] : ''), \
     keyentry with lines lw 1.2 dt goal_dash lc rgb (together ? '#444444' : '#d95f02') \

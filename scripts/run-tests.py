@@ -10,14 +10,16 @@ import argparse
 import concurrent.futures
 import os
 import re
+import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 UNITY = re.compile(r"^(\d+) Tests (\d+) Failures (\d+) Ignored", re.M)
 UNITTEST = re.compile(r"^Ran (\d+) tests? in", re.M)
 UNITTEST_BAD = re.compile(r"^FAILED \((.*)\)", re.M)
-TIMEOUT_S = 900
+TIMEOUT_S = 300
 # The make that runs this is none of the programs' business: one that calls make must not talk to it.
 ENVIRONMENT = {name: value for name, value in os.environ.items()
                if name not in ("MAKEFLAGS", "MFLAGS", "MAKELEVEL")}
@@ -51,15 +53,26 @@ def count(output, status):
 
 
 def run(program, board):
+    """Its output goes to a file, not a pipe, and its process group ends with it: what a test may
+    have left running cannot hold up the others."""
     where, command = command_of(program, board)
     start = time.monotonic()
-    try:
-        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              stdin=subprocess.DEVNULL, timeout=TIMEOUT_S, env=ENVIRONMENT)
-        output, status = done.stdout.decode(errors="replace"), done.returncode
-    except subprocess.TimeoutExpired as late:
-        output, status = (late.stdout or b"").decode(errors="replace") + "\ntimed out", 1
-    return where, program, output, *count(output, status), time.monotonic() - start
+    with tempfile.TemporaryFile() as output:
+        process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT,
+                                   stdin=subprocess.DEVNULL, env=ENVIRONMENT,
+                                   start_new_session=True)
+        try:
+            status = process.wait(TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            output.write(b"\ntimed out")
+            status = 1
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        output.seek(0)
+        text = output.read().decode(errors="replace")
+    return where, program, text, *count(text, status), time.monotonic() - start
 
 
 def main():

@@ -7,17 +7,25 @@
 #include <stdio.h>
 
 #include "board.h"
+#include "faults.h"
+#include "follow.h"
+#include "gdb.h"
 #include "host.h"
 #include "machine.h"
+#include "pace.h"
+#include "plot.h"
 #include "pty.h"
 #include "rules.h"
 #include "schedule.h"
 #include "script.h"
 #include "servos.h"
+#include "state.h"
 #include "trace.h"
 #include "transcript.h"
 #include "vcd.h"
 #include "wire.h"
+
+#define BENCH_FAULTS_MAX 64
 
 enum bench_host { BENCH_HOST_NONE, BENCH_HOST_SCRIPT, BENCH_HOST_PTY, BENCH_HOST_STDOUT };
 
@@ -25,23 +33,43 @@ struct bench_options {
     const char *elf;
     const char *boards; // folder
     const char *board;
-    uint8_t ids[IDS_MAX];
-    unsigned servos;
-    const char *script; // files; 0: none
+    struct bench_servos {
+        uint8_t ids[IDS_MAX];
+        unsigned count;
+    } servos[BOARD_BUSES_MAX]; // by bus
+    const char *script;        // files; 0: none
     const char *transcript;
     const char *vcd;
     const char *csv;
+    const char *plot;
+    const char *eeprom; // of the AVR
+    bool gdb;
+    uint16_t gdb_port; // 0: any
+    bool rules_warn;
     enum bench_host host;
-    double seconds; // 0: no limit
+    double seconds;    // 0: no limit
+    const char *state; // folder
+    const char *faults[BENCH_FAULTS_MAX];
+    unsigned fault_count;
+    uint32_t seed;
+    bool allow_duplicates;
     bool exact;
     bool echo;
+    bool bus; // servos only, no AVR
+    bool pty; // likewise
+    bool follow;
 };
 
 /* One bus and what hangs on it. */
 struct bench_bus {
     struct bench *bench;
+    unsigned index;
+    struct rules rules;
+    char label[16], where[24]; // of a board with several buses
     struct wire wire;
     struct servos servos;
+    struct faults faults;
+    struct state state;
     struct transcript transcript;
     struct bus_trace trace;
 };
@@ -57,10 +85,16 @@ struct bench {
     struct script script;
     struct script_world world;
     struct pty pty;
+    struct pace pace; // with a pty
+    struct event keep_pace;
     struct vcd vcd;
     unsigned handler; // the VCD's signal
     struct motion motion;
+    struct plot plot;
+    char title[128]; // of the plot
+    struct gdb gdb;
     FILE *transcript;
+    struct follow follow;
     struct event limit;
     uint64_t end;
     bool cpu_done;
@@ -68,6 +102,11 @@ struct bench {
 
 /* False, with one line on stderr: a file is missing or bad. bench_free() is due all the same. */
 bool bench_init(struct bench *bench, const struct bench_options *options);
+
+/* The faults of the command line. False, with one line on stderr, when one cannot be had. */
+bool bench_order_faults(const struct bench_options *options,
+                        const char *(*order)(void *owner, uint64_t now, const char *text),
+                        void *owner);
 
 /* False when a rule was broken. */
 bool bench_run(struct bench *bench);

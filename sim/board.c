@@ -1,11 +1,13 @@
 #include "board.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
-#define PATH_ROOM   512
+#define PATH_ROOM   1024
 #define VALUE_ROOM  64
 #define LINE_ROOM   256
 #define BOARDS_ROOM 512
@@ -14,16 +16,22 @@
 struct source {
     char path[PATH_ROOM];
     FILE *file;
-    bool good; // nothing was missing so far
+    unsigned line; // of the latest word that was found
+    bool good;     // nothing was missing so far
 };
+
+static bool open_path(struct source *source)
+{
+    source->file = fopen(source->path, "r");
+    source->good = source->file != 0;
+    return source->good;
+}
 
 static bool open_source(struct source *source, const char *folder, const char *name,
                         const char *file)
 {
     snprintf(source->path, sizeof(source->path), "%s/%s/%s", folder, name, file);
-    source->file = fopen(source->path, "r");
-    source->good = source->file != 0;
-    return source->good;
+    return open_path(source);
 }
 
 /* The word behind `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
@@ -32,7 +40,7 @@ static bool has_word(struct source *source, const char *key, char *word)
     char line[LINE_ROOM];
     char name[LINE_ROOM];
     rewind(source->file);
-    while (fgets(line, sizeof(line), source->file)) {
+    for (source->line = 1; fgets(line, sizeof(line), source->file); source->line++) {
         bool found = sscanf(line, " #define %255s %63s", name, word) == 2 ||
                      sscanf(line, " %255[A-Za-z0-9_] :=%63s", name, word) == 2 ||
                      sscanf(line, " %255[A-Za-z0-9_] =%63s", name, word) == 2;
@@ -57,12 +65,12 @@ static bool find_word(struct source *source, const char *key, char *word)
 static void complain(struct source *source, const char *key, const char *word)
 {
     if (source->good) {
-        fprintf(stderr, "%s: %s: \"%s\" will not do\n", source->path, key, word);
+        fprintf(stderr, "%s:%u: %s: \"%s\" will not do\n", source->path, source->line, key, word);
     }
     source->good = false;
 }
 
-static uint32_t number(struct source *source, const char *key, uint32_t max)
+static uint32_t number(struct source *source, const char *key, uint32_t min, uint32_t max)
 {
     char word[VALUE_ROOM];
     char *end = 0;
@@ -71,7 +79,7 @@ static uint32_t number(struct source *source, const char *key, uint32_t max)
     }
     unsigned long value = strtoul(word, &end, 0);
     size_t suffix = strspn(end, "UL"); // 16000000UL
-    if (end == word || end[suffix] != 0 || value > max) {
+    if (end == word || end[suffix] != 0 || value < min || value > max) {
         complain(source, key, word);
     }
     return (uint32_t)value;
@@ -90,7 +98,7 @@ static struct board_pin pin(struct source *source, unsigned bus, const char *nam
         }
     }
     snprintf(key, sizeof(key), "BOARD_BUS%u_%s_BIT", bus, name);
-    pin.bit = (uint8_t)number(source, key, 7);
+    pin.bit = (uint8_t)number(source, key, 0, 7);
     return pin;
 }
 
@@ -99,7 +107,7 @@ static void read_bus(struct board_bus *bus, struct source *source, unsigned inde
     char key[VALUE_ROOM];
     snprintf(key, sizeof(key), "BOARD_BUS%u_USART", index);
     bus->wiring = BOARD_TWO_ENABLES;
-    bus->usart = number(source, key, 3);
+    bus->usart = number(source, key, 0, 3);
     bus->tx_enable = pin(source, index, "TX_ENABLE");
     bus->rx_enable = pin(source, index, "RX_ENABLE");
     bus->txd = pin(source, index, "TXD");
@@ -107,47 +115,52 @@ static void read_bus(struct board_bus *bus, struct source *source, unsigned inde
 }
 
 /* Each USART has one job. */
+static void take_usart(struct source *source, const char *key, unsigned usart, unsigned *used)
+{
+    char word[VALUE_ROOM];
+    if (source->good && (*used & 1u << usart)) {
+        has_word(source, key, word); // for its line
+        fprintf(stderr, "%s:%u: %s: USART%u has another job already\n", source->path, source->line,
+                key, usart);
+        source->good = false;
+    }
+    *used |= 1u << usart;
+}
+
 static void check_usarts(const struct board *board, struct source *source)
 {
+    char key[VALUE_ROOM];
     unsigned used = 0;
-    bool twice = board->bus_count == 0 || (board->has_host && board->host_baud == 0);
     for (unsigned i = 0; i < board->bus_count; i++) {
-        twice = twice || (used & 1u << board->bus[i].usart);
-        used |= 1u << board->bus[i].usart;
+        snprintf(key, sizeof(key), "BOARD_BUS%u_USART", i);
+        take_usart(source, key, board->bus[i].usart, &used);
     }
-    twice = twice || (board->has_host && (used & 1u << board->host_usart));
-    if (source->good && twice) {
-        fprintf(stderr, "%s: no bus, no host baud rate, or one USART for two of them\n",
-                source->path);
-        source->good = false;
+    if (board->has_host) {
+        take_usart(source, "BOARD_HOST_USART", board->host_usart, &used);
     }
 }
 
 static bool read_wiring(struct board *board, struct source *source)
 {
-    board->bus_count = number(source, "BOARD_BUS_COUNT", BOARD_BUSES_MAX);
+    board->bus_count = number(source, "BOARD_BUS_COUNT", 1, BOARD_BUSES_MAX);
     for (unsigned i = 0; i < board->bus_count && source->good; i++) {
         read_bus(&board->bus[i], source, i);
     }
     char word[VALUE_ROOM];
     board->has_host = has_word(source, "BOARD_HOST_USART", word);
     if (board->has_host) {
-        board->host_usart = number(source, "BOARD_HOST_USART", 3);
-        board->host_baud = number(source, "BOARD_HOST_BAUD", 2000000);
+        board->host_usart = number(source, "BOARD_HOST_USART", 0, 3);
+        board->host_baud = number(source, "BOARD_HOST_BAUD", 1, 2000000);
     }
     check_usarts(board, source);
-    fclose(source->file);
     return source->good;
 }
 
-static bool read_chip(struct board *board, struct source *source)
+static bool read_chip(struct board *board, struct source *source, const char *mcu,
+                      const char *clock)
 {
-    find_word(source, "MCU", board->mcu);
-    board->clock_Hz = number(source, "F_CPU", 32000000);
-    if (source->good && board->clock_Hz < 1000000) {
-        complain(source, "F_CPU", "less than 1 MHz");
-    }
-    fclose(source->file);
+    find_word(source, mcu, board->mcu);
+    board->clock_Hz = number(source, clock, 1000000, 32000000);
     return source->good;
 }
 
@@ -186,21 +199,58 @@ static void list_boards(const char *folder, const char *name)
     free(entries);
 }
 
-bool board_read(struct board *board, const char *folder, const char *name)
+/* `wiring` is open. */
+static bool read_files(struct board *board, struct source *wiring)
 {
-    *board = (struct board){0};
-    struct source wiring;
-    struct source chip;
-    bool a_name = name[0] && name[0] != '.' && !strchr(name, '/');
-    if (!a_name || !open_source(&wiring, folder, name, "board.h")) {
+    struct source chip = {.good = false};
+    char *end = strrchr(wiring->path, '/');
+    char word[VALUE_ROOM];
+    if (!read_wiring(board, wiring)) {
+        return false;
+    }
+    if (has_word(wiring, "BOARD_MCU", word)) {
+        return read_chip(board, wiring, "BOARD_MCU", "BOARD_F_CPU");
+    }
+    snprintf(chip.path, sizeof(chip.path), "%.*sboard.mk", (int)(end ? end - wiring->path + 1 : 0),
+             wiring->path);
+    if (!open_path(&chip)) {
+        fprintf(stderr, "%s: %s; it or BOARD_MCU in board.h names the chip\n", chip.path,
+                strerror(errno));
+        return false;
+    }
+    bool good = read_chip(board, &chip, "MCU", "F_CPU");
+    fclose(chip.file);
+    return good;
+}
+
+static bool open_own(struct source *wiring, const char *path)
+{
+    struct stat what;
+    bool folder = stat(path, &what) == 0 && S_ISDIR(what.st_mode);
+    snprintf(wiring->path, sizeof(wiring->path), "%s%s", path, folder ? "/board.h" : "");
+    if (!open_path(wiring)) {
+        fprintf(stderr, "%s: %s\n", wiring->path, strerror(errno));
+    }
+    return wiring->good;
+}
+
+static bool open_known(struct source *wiring, const char *folder, const char *name)
+{
+    if (!name[0] || !open_source(wiring, folder, name, "board.h")) {
         list_boards(folder, name);
         return false;
     }
-    if (!open_source(&chip, folder, name, "board.mk")) {
-        fclose(wiring.file);
-        fprintf(stderr, "%s: cannot be read\n", chip.path);
+    return true;
+}
+
+bool board_read(struct board *board, const char *folder, const char *name)
+{
+    struct source wiring = {.good = false};
+    *board = (struct board){0};
+    if (!(strpbrk(name, "./") ? open_own(&wiring, name) : open_known(&wiring, folder, name))) {
         return false;
     }
-    bool wired = read_wiring(board, &wiring);
-    return read_chip(board, &chip) && wired;
+    bool good = read_files(board, &wiring);
+    fclose(wiring.file);
+    return good;
 }

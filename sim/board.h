@@ -36,8 +36,10 @@ struct board {
     uint32_t host_baud;
 };
 
-/* Reads FOLDER/NAME. False, with one line on stderr, when there is no such board (the line lists
- * those there are) or a file lacks something. */
+/* Reads FOLDER/NAME/board.h and board.mk. A name with `.` or `/` in it is the path of a board.h, or
+ * of the folder it is in; its chip and clock are BOARD_MCU and BOARD_F_CPU in it, or MCU and F_CPU
+ * in a board.mk beside it. False, with one line on stderr, when there is no such board (the line
+ * lists those there are) or a file lacks something. */
 bool board_read(struct board *board, const char *folder, const char *name);
 
 #endif

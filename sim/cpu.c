@@ -8,6 +8,39 @@ static void tell(struct cpu *cpu)
     }
 }
 
+void cpu_halt(avr_t *avr, avr_cycle_count_t cycles)
+{
+    avr->cycle += cycles;
+    /* what may still run before the next timer is due was counted without these cycles */
+    avr->run_cycle_count = avr->run_cycle_count > cycles ? avr->run_cycle_count - cycles : 1;
+}
+
+static void forget_pending(avr_t *avr, avr_int_vector_t *vector)
+{
+    avr_int_pending_t *fifo = &avr->interrupts.pending;
+    unsigned kept = fifo->read;
+    for (unsigned i = fifo->read; i != fifo->write; i = (i + 1) % avr_int_pending_fifo_size) {
+        if (fifo->buffer[i] != vector) {
+            fifo->buffer[kept] = fifo->buffer[i];
+            kept = (kept + 1) % avr_int_pending_fifo_size;
+        }
+    }
+    fifo->write = (__typeof__(fifo->write))kept;
+    vector->pending = 0;
+    if (fifo->read == fifo->write && avr->interrupt_state > 0) {
+        avr->interrupt_state = 0;
+    }
+}
+
+void cpu_follow_level(avr_t *avr, avr_int_vector_t *vector, bool on)
+{
+    if (on && !vector->pending) {
+        avr_raise_interrupt(avr, vector);
+    } else if (!on && vector->pending) {
+        forget_pending(avr, vector);
+    }
+}
+
 /* Data sheet: 4 cycles (5 with a 3-byte PC), 4 more when the CPU slept. simavr charges none. */
 static void charge_entry(struct cpu *cpu)
 {
@@ -16,9 +49,7 @@ static void charge_entry(struct cpu *cpu)
     if (cpu->woken) {
         cycles += 4;
     }
-    avr->cycle += cycles;
-    /* what may still run before the next timer is due was counted without these cycles */
-    avr->run_cycle_count = avr->run_cycle_count > cycles ? avr->run_cycle_count - cycles : 1;
+    cpu_halt(avr, cycles);
 }
 
 static void entered(struct cpu *cpu, uint8_t vector)

@@ -28,6 +28,13 @@ void cpu_reset(struct cpu *cpu);
 /* To be called after every step of avr_run that leaves avr->interrupt_state negative. */
 void cpu_stepped(struct cpu *cpu);
 
+/* The CPU stands still for so many cycles, from where the present instruction leaves it. */
+void cpu_halt(avr_t *avr, avr_cycle_count_t cycles);
+
+/* A level-triggered interrupt: pending as long as `on`, and no longer. simavr drops the request
+ * when the handler is entered: call it again then. */
+void cpu_follow_level(avr_t *avr, avr_int_vector_t *vector, bool on);
+
 /* From avr->sleep. */
 void cpu_slept(struct cpu *cpu, uint64_t cycles);
 

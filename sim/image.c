@@ -140,9 +140,13 @@ static bool check_device(const struct image *image, const avr_t *avr, const char
     char name[32];
     device_name(image, name, sizeof(name));
     unsigned arch = header(image).e_flags & ARCH_MASK;
-    if (name[0] ? strcmp(name, mcu) != 0 : arch != architecture(avr)) {
-        fprintf(stderr, "%s: built for %s%s, the board has an %s\n", image->path,
-                name[0] ? "" : "another AVR than the board's", name, mcu);
+    if (name[0] && strcmp(name, mcu) != 0) {
+        fprintf(stderr, "%s: built for %s, the board has an %s\n", image->path, name, mcu);
+        return false;
+    }
+    if (!name[0] && arch != architecture(avr)) {
+        fprintf(stderr, "%s: built for a chip of avr-gcc's family avr%u, the board's %s is avr%u\n",
+                image->path, arch, mcu, architecture(avr));
         return false;
     }
     return true;

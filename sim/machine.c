@@ -73,12 +73,51 @@ static void sleep_callback(struct avr_t *avr, avr_cycle_count_t cycles)
     cpu_slept(&machine->cpu, cycles);
 }
 
+/* --- reset ---------------------------------------------------------------------------------------
+ */
+
+static uint8_t *flags(const struct machine *machine)
+{
+    return &machine->avr->data[machine->avr->reset_flags.porf.reg];
+}
+
+static avr_watchdog_t *watchdog(avr_t *avr)
+{
+    for (avr_io_t *io = avr->io_port; io; io = io->next) {
+        if (strcmp(io->kind, "watchdog") == 0) {
+            return (avr_watchdog_t *)io;
+        }
+    }
+    return 0;
+}
+
+/* A watchdog stays on after its reset where it has an interrupt mode; in an ATmega128, which has no
+ * WDP3 either, WDTCR is 0 then (data sheet, WDTCR). simavr leaves it on in all of them. */
+static void stop_old_watchdog(avr_t *avr)
+{
+    avr_watchdog_t *dog = watchdog(avr);
+    if (!dog || dog->wdp[3].reg || !avr_regbit_get(avr, dog->wde)) {
+        return;
+    }
+    avr_io_write_t write = avr->io[AVR_DATA_TO_IO(dog->wde.reg)].w.c;
+    avr_regbit_clear(avr, dog->wdrf); // it would keep WDE on
+    write(avr, dog->wde.reg, (uint8_t)(1u << dog->wdce.bit | 1u << dog->wde.bit), dog);
+    write(avr, dog->wde.reg, 0, dog);
+    avr_regbit_clear(avr, dog->wdce);
+    avr_regbit_set(avr, dog->wdrf);
+}
+
 /* A reset throws all cycle timers away, ours included. */
 static void was_reset(struct avr_io_t *io)
 {
     struct machine *machine = io->avr->custom.data;
     machine->fresh = true;
     cpu_reset(&machine->cpu);
+    eeprom_reset(&machine->eeprom);
+    if (machine->cpu.exact) {
+        stop_old_watchdog(machine->avr);
+    }
+    *flags(machine) |= machine->flags;
     if (machine->on_reset) {
         machine->on_reset(machine->owner, machine->avr->cycle);
     }
@@ -97,6 +136,34 @@ static void watch_resets(struct machine *machine)
         tail = &(*tail)->next;
     }
     *tail = &machine->reset_watch;
+}
+
+void machine_reset(struct machine *machine, enum machine_reset cause)
+{
+    machine->reset_due |= 1u << cause;
+}
+
+/* The flags of earlier resets stay until the firmware or loss of power clears them. */
+static void reset(struct machine *machine)
+{
+    avr_t *avr = machine->avr;
+    unsigned due = machine->reset_due;
+    machine->reset_due = 0;
+    machine->flags = *flags(machine) & ((1u << MACHINE_RESETS) - 1u);
+    if (!due) {
+        return; // the watchdog: simavr does it all
+    }
+    if (due & (1u << MACHINE_POWER_ON | 1u << MACHINE_BROWN_OUT)) {
+        eeprom_lose_power(&machine->eeprom, avr->cycle);
+    }
+    if (due & 1u << MACHINE_POWER_ON) {
+        due = 1u << MACHINE_POWER_ON;
+        machine->flags = 0;
+        memset(avr->data, 0, avr->ramend + 1u);
+    }
+    machine->flags |= (uint8_t)due;
+    avr->run = machine->run;
+    avr_reset(avr);
 }
 
 /* --- set-up --------------------------------------------------------------------------------------
@@ -137,7 +204,9 @@ bool machine_init(struct machine *machine, struct schedule *schedule, const char
     avr->codeend = machine->image.code_end;
     avr->custom.data = machine;
     avr->sleep = sleep_callback;
+    machine->run = avr->run;
     cpu_init(&machine->cpu, avr, exact);
+    eeprom_init(&machine->eeprom, avr, schedule, exact);
     watch_resets(machine);
     schedule->on_earlier = head_moved;
     schedule->owner = machine;
@@ -155,10 +224,9 @@ static void free_irqs(avr_t *avr)
     for (unsigned i = 0; i < MAX_IOs; i++) {
         avr_free_irq(avr->io[i].irq, AVR_IOMEM_IRQ_ALL + 1);
     }
-    for (avr_io_t *io = avr->io_port; io; io = io->next) {
-        if (strcmp(io->kind, "watchdog") == 0) {
-            avr_free_irq(((avr_watchdog_t *)io)->watchdog.irq, AVR_INT_IRQ_COUNT);
-        }
+    avr_watchdog_t *dog = watchdog(avr);
+    if (dog) {
+        avr_free_irq(dog->watchdog.irq, AVR_INT_IRQ_COUNT);
     }
 }
 
@@ -198,10 +266,16 @@ static void check_jump(struct machine *machine, bool after_reset)
     }
 }
 
-enum machine_end machine_run(struct machine *machine)
+static enum machine_end run(struct machine *machine)
 {
     avr_t *avr = machine->avr;
     while (!machine->stop) {
+        if (machine->reset_due || avr->run != machine->run) {
+            reset(machine);
+        }
+        if (machine->gdb && !gdb_may_run(machine->gdb)) {
+            break;
+        }
         machine->fresh = false;
         machine->pc = avr->pc;
         int state = avr_run(avr);
@@ -219,4 +293,13 @@ enum machine_end machine_run(struct machine *machine)
         }
     }
     return machine->crash[0] ? MACHINE_CRASHED : MACHINE_STOPPED;
+}
+
+enum machine_end machine_run(struct machine *machine)
+{
+    enum machine_end end = run(machine);
+    if (machine->gdb) {
+        gdb_ended(machine->gdb, end == MACHINE_CRASHED);
+    }
+    return end;
 }

@@ -9,6 +9,8 @@
 #include <simavr/sim_avr.h>
 
 #include "cpu.h"
+#include "eeprom.h"
+#include "gdb.h"
 #include "image.h"
 #include "schedule.h"
 
@@ -18,25 +20,43 @@ enum machine_end {
     MACHINE_CRASHED,
 };
 
+/* In the order of the flags in MCUSR (MCUCSR), which tell them apart. */
+enum machine_reset {
+    MACHINE_POWER_ON, // RAM and an unfinished EEPROM write are lost
+    MACHINE_EXTERNAL,
+    MACHINE_BROWN_OUT, // an unfinished EEPROM write is lost
+    MACHINE_WATCHDOG,
+    MACHINE_RESETS
+};
+
 struct machine {
     avr_t *avr;
     struct schedule *schedule;
     struct cpu cpu;
+    struct eeprom eeprom;
     struct image image;
-    avr_io_t reset_watch;       // simavr calls it when the chip is reset, after its own parts
-    uint32_t pc;                // of the latest instruction, byte address
-    bool fresh;                 // has been reset and not yet run
-    bool driving;               // within schedule_run_until
+    struct gdb *gdb;      // 0: none
+    avr_run_t run;        // simavr's own way to run; its watchdog puts another one there to reset
+    unsigned reset_due;   // bits of enum machine_reset
+    uint8_t flags;        // of MCUSR, over a reset
+    avr_io_t reset_watch; // simavr calls it when the chip is reset, after its own parts
+    uint32_t pc;          // of the latest instruction, byte address
+    bool fresh;           // has been reset and not yet run
+    bool driving;         // within schedule_run_until
     volatile sig_atomic_t stop; // may be set by a signal handler
     char crash[240];            // what went wrong; "": nothing
     void *owner;
-    void (*on_reset)(void *owner, uint64_t now); // by the watchdog; may be 0
+    void (*on_reset)(void *owner, uint64_t now); // may be 0
 };
 
 /* False, with one line on stderr, when there is no such chip or the ELF file is not for it. */
 bool machine_init(struct machine *machine, struct schedule *schedule, const char *mcu,
                   uint32_t clock_Hz, const char *elf, bool exact);
 void machine_free(struct machine *machine);
+
+/* Resets the chip after the present instruction: registers and pins, not the RAM but for
+ * MACHINE_POWER_ON. No start-up time is charged. */
+void machine_reset(struct machine *machine, enum machine_reset cause);
 
 /* Ends machine_run after the present instruction. */
 void machine_stop(struct machine *machine);

@@ -1,5 +1,7 @@
 /* cds55xx-sim: runs the firmware of a servo controller in a simulated AVR, with simulated servos.
  */
+#include <ctype.h>
+#include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -7,6 +9,7 @@
 #include <time.h>
 
 #include "bench.h"
+#include "bus.h"
 
 #ifndef SIM_BOARDS_DIR
 #define SIM_BOARDS_DIR "boards"
@@ -14,22 +17,41 @@
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 1, EXIT_USAGE = 2 };
 
-static struct bench bench; // SIGINT ends its run; it is also too big for the stack
+/* SIGINT ends their run; they are also too big for the stack. */
+static struct bench bench;
+static struct bus bus;
 
 static const char help[] =
     "cds55xx-sim firmware ELF --board NAME [options]\n"
     "runs the ELF on the board's simulated AVR, with simulated CDS55xx servos on its bus.\n"
     "\n"
+    "cds55xx-sim bus --servos LIST --pty [options]\n"
+    "the servos alone: a pty in their place, as through a USB2Dynamixel, in real time; its path "
+    "is\n"
+    "the first line printed. Without --pty: --script or --seconds, as fast as it goes.\n"
+    "\n"
     "  --board NAME       a folder below " SIM_BOARDS_DIR "\n"
-    "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7, or none (default)\n"
-    "  --script FILE      say its lines to the firmware's console, end with the last reply;\n"
-    "                     ! expects an error; @servos @power @wait @print @echo, # comment\n"
+    "  --board FILE       or a board.h of yours, with a board.mk beside it\n"
+    "  --servos LIST      IDs of the servos, as in 1-18 or 0,1,5-7, or none (default);\n"
+    "                     1:LIST are those on bus 1 of a board with several\n"
+    "  --script FILE      run a scenario, docs/scenario.md: commands, causes, expectations;\n"
+    "                     ends with its last line\n"
     "  --host pty         open a terminal for the console, print its path, run in real time\n"
     "  --host stdout      print what the firmware says; ends when it sleeps with interrupts off\n"
     "  --echo             show commands, replies and packets as they come\n"
     "  --transcript FILE  every packet on the wire, with the cycle of its first start bit\n"
     "  --vcd FILE         waveforms of the bus, for GTKWave\n"
     "  --csv FILE         goal and present position of every servo, every 4 ms\n"
+    "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
+    "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
+    "  --gdb PORT         wait for avr-gdb (target remote :PORT) before the first instruction\n"
+    "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
+    "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
+    "  --follow           a live table of the servos on stderr\n"
+    "  --fault ORDER      inject a fault, as in --fault \"flip out 1 4 3\": docs/faults.md; any "
+    "number\n"
+    "  --seed N           of all that happens at random; 0 (default) to 4294967295\n"
+    "  --allow-duplicates several servos may have one ID\n"
     "  --seconds S        end after so much simulated time\n"
     "  --usart exact      USARTs as in the data sheet (default)\n"
     "  --usart stock      simavr's own USARTs and interrupt entry, for comparison\n"
@@ -83,8 +105,58 @@ static bool parse_servos(struct bench_options *options, const char *value)
     if (strcmp(value, "none") == 0) {
         return true;
     }
-    const char *wrong = ids_parse(value, false, options->ids, &options->servos);
+    unsigned bus = 0;
+    const char *list = value;
+    if (isdigit((unsigned char)value[0]) && value[1] == ':') {
+        bus = (unsigned)(value[0] - '0');
+        list = value + 2;
+    }
+    if (bus >= BOARD_BUSES_MAX) {
+        return usage("buses are 0 to 2", value);
+    }
+    struct bench_servos *servos = &options->servos[bus];
+    const char *wrong = ids_parse(list, true, servos->ids, &servos->count);
     return !wrong || usage(wrong, value);
+}
+
+static bool parse_fault(struct bench_options *options, const char *value)
+{
+    const char *wrong = faults_check(value);
+    if (wrong) {
+        return usage("--fault", wrong);
+    }
+    if (options->fault_count == BENCH_FAULTS_MAX) {
+        return usage("more than 64 times --fault", 0);
+    }
+    options->faults[options->fault_count++] = value;
+    return true;
+}
+
+static bool parse_seed(struct bench_options *options, const char *value)
+{
+    char *end = 0;
+    errno = 0;
+    unsigned long seed = strtoul(value, &end, 10);
+    options->seed = (uint32_t)seed;
+    return (isdigit((unsigned char)*value) && !*end && errno == 0 && seed <= UINT32_MAX) ||
+           usage("--seed wants 0 to 4294967295, not", value);
+}
+
+static bool parse_rules(struct bench_options *options, const char *value)
+{
+    options->rules_warn = strcmp(value, "warn") == 0;
+    return options->rules_warn || strcmp(value, "fail") == 0 ||
+           usage("--rules is fail or warn, not", value);
+}
+
+static bool parse_gdb(struct bench_options *options, const char *value)
+{
+    char *end = 0;
+    unsigned long port = strtoul(value, &end, 10);
+    options->gdb = true;
+    options->gdb_port = (uint16_t)port;
+    return (isdigit((unsigned char)*value) && !*end && port <= UINT16_MAX) ||
+           usage("--gdb wants a port, 0 (any) to 65535, not", value);
 }
 
 static bool parse_usart(struct bench_options *options, const char *value)
@@ -108,7 +180,14 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         {"--transcript", &options->transcript, 0},
         {"--vcd", &options->vcd, 0},
         {"--csv", &options->csv, 0},
+        {"--plot", &options->plot, 0},
+        {"--eeprom", &options->eeprom, 0},
+        {"--gdb", 0, parse_gdb},
+        {"--rules", 0, parse_rules},
+        {"--state", &options->state, 0},
         {"--seconds", 0, parse_seconds},
+        {"--fault", 0, parse_fault},
+        {"--seed", 0, parse_seed},
         {"--usart", 0, parse_usart},
     };
     for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++) {
@@ -127,14 +206,63 @@ static bool parse_option(struct bench_options *options, const char *name, const 
     return usage("unknown option", name);
 }
 
+static bool *find_switch(struct bench_options *options, const char *name)
+{
+    return strcmp(name, "--echo") == 0               ? &options->echo
+           : strcmp(name, "--follow") == 0           ? &options->follow
+           : strcmp(name, "--pty") == 0              ? &options->pty
+           : strcmp(name, "--allow-duplicates") == 0 ? &options->allow_duplicates
+                                                     : 0;
+}
+
+static bool check_firmware(const struct bench_options *options)
+{
+    if (!options->elf || !options->board) {
+        return usage("an ELF file and --board are wanted", 0);
+    }
+    if (options->pty) {
+        return usage("with a firmware it is --host pty", 0);
+    }
+    return options->host != BENCH_HOST_NONE || options->seconds > 0 ||
+           usage("without --script and --host, --seconds is wanted", 0);
+}
+
+static bool check_ids(const struct bench_options *options)
+{
+    for (unsigned bus = 0; bus < BOARD_BUSES_MAX; bus++) {
+        const struct bench_servos *servos = &options->servos[bus];
+        bool seen[IDS_MAX] = {false};
+        for (unsigned i = 0; i < servos->count; i++) {
+            if (seen[servos->ids[i]] && !options->allow_duplicates) {
+                return usage("an ID occurs twice, and there is no --allow-duplicates", 0);
+            }
+            seen[servos->ids[i]] = true;
+        }
+    }
+    return true;
+}
+
+static bool check_bus(const struct bench_options *options)
+{
+    if (options->elf || options->board || !options->exact || options->gdb || options->eeprom ||
+        (options->host != BENCH_HOST_NONE && !options->script)) {
+        return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom",
+                     0);
+    }
+    return options->pty || options->script || options->seconds > 0 ||
+           usage("without --pty and --script, --seconds is wanted", 0);
+}
+
 static bool parse(struct bench_options *options, int argc, char **argv)
 {
-    if (argc < 2 || strcmp(argv[1], "firmware") != 0) {
-        return usage("the first word must be: firmware", 0);
+    options->bus = argc >= 2 && strcmp(argv[1], "bus") == 0;
+    if (argc < 2 || (!options->bus && strcmp(argv[1], "firmware") != 0)) {
+        return usage("the first word must be: firmware, or: bus", 0);
     }
     for (int i = 2; i < argc; i++) {
-        if (strcmp(argv[i], "--echo") == 0) {
-            options->echo = true;
+        bool *flag = find_switch(options, argv[i]);
+        if (flag) {
+            *flag = true;
         } else if (argv[i][0] != '-') {
             if (options->elf) {
                 return usage("one ELF file only, not also", argv[i]);
@@ -146,19 +274,14 @@ static bool parse(struct bench_options *options, int argc, char **argv)
             i++;
         }
     }
-    if (!options->elf || !options->board) {
-        return usage("an ELF file and --board are wanted", 0);
-    }
-    if (options->host == BENCH_HOST_NONE && options->seconds <= 0) {
-        return usage("without --script and --host, --seconds is wanted", 0);
-    }
-    return true;
+    return check_ids(options) && (options->bus ? check_bus(options) : check_firmware(options));
 }
 
 static void interrupted(int signal_number)
 {
     (void)signal_number;
     machine_stop(&bench.machine);
+    bus.stop = 1;
 }
 
 static double real_seconds(void)
@@ -168,21 +291,36 @@ static double real_seconds(void)
     return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
 }
 
+static bool run_bench(double *simulated)
+{
+    bool good = bench_run(&bench);
+    *simulated = (double)bench.end / bench.board.clock_Hz;
+    bench_report(&bench, stdout);
+    return good;
+}
+
+static bool run_bus(double *simulated)
+{
+    bool good = bus_run(&bus);
+    *simulated = (double)bus.schedule.now / BUS_CLOCK_HZ;
+    bus_report(&bus, stdout);
+    return good;
+}
+
 static int run(const struct bench_options *options)
 {
-    bool ready = bench_init(&bench, options);
+    bool ready = options->bus ? bus_init(&bus, options) : bench_init(&bench, options);
     bool good = false;
     if (ready) {
         signal(SIGINT, interrupted);
         signal(SIGTERM, interrupted);
+        double simulated = 0;
         double start = real_seconds();
-        good = bench_run(&bench);
+        good = options->bus ? run_bus(&simulated) : run_bench(&simulated);
         double took = real_seconds() - start;
-        bench_report(&bench, stdout);
-        double simulated = (double)bench.end / bench.board.clock_Hz;
         fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);
     }
-    bool written = bench_free(&bench);
+    bool written = options->bus ? bus_free(&bus) : bench_free(&bench);
     if (!written) {
         fputs("cds55xx-sim: an output file could not be written\n", stderr);
     }

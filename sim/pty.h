@@ -1,32 +1,47 @@
-/* A pseudo terminal as the PC's end of a serial line, and the pace of real time. */
+/* A pseudo terminal: a serial port to which any program on this machine can connect, and at which
+ * one can come after the other. Raw from the start, and again whenever the last client has left.
+ */
 #ifndef SIM_PTY_H
 #define SIM_PTY_H
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <time.h>
+#include <stdio.h>
 
-#include "schedule.h"
+#define PTY_ROOM                                                                                   \
+    65536 // bytes for a client that pauses, besides what the system keeps (about 20 kB)
 
 struct pty {
-    int master;
-    int slave; // kept open, so that the line stays up when a client leaves
+    int master; // -1: not open
     char path[64];
-    struct schedule *schedule;
-    uint32_t clock_Hz;
-    struct timespec start;
-    struct event pace;
-    void *owner;
-    size_t (*room)(void *owner); // bytes that may come now
-    void (*on_bytes)(void *owner, uint64_t now, const char *bytes, size_t size);
+    bool client;             // somebody has opened the port
+    uint8_t queue[PTY_ROOM]; // for the client, a ring
+    size_t head, waiting;
+    uint64_t heard; // bytes from clients
+    uint64_t said;  // bytes for clients that were there
+    uint64_t lost;  // of these, for which there was no room
 };
 
-/* False, with one line on stderr. The run is paced from now on, a millisecond at a time. */
-bool pty_open(struct pty *pty, struct schedule *schedule, uint32_t clock_Hz);
+/* False, with one line on stderr. `baud` is what the port is set to until a client sets its own. */
+bool pty_open(struct pty *pty, uint32_t baud);
 void pty_close(struct pty *pty);
 
-/* Bytes for the client; lost when nobody reads them. */
-void pty_say(struct pty *pty, const char *bytes, size_t size);
+/* What a client has said, and who comes and goes: to be called often. */
+size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room);
+
+/* Bytes for the client. Without one they are gone, as at a port that nobody has opened. */
+void pty_say(struct pty *pty, const uint8_t *bytes, size_t size);
+/* Hands them over, as far as the system takes them. */
+void pty_flush(struct pty *pty);
+
+/* As the client has set it, any number; 0: it has hung up. */
+uint32_t pty_baud(const struct pty *pty);
+
+/* What passed, in a line or two; nothing when the port was never open. */
+void pty_report(const struct pty *pty, FILE *out);
+
+/* To wait on; -1 while there is no client: then the system cannot tell when one comes. */
+int pty_fd(const struct pty *pty);
 
 #endif

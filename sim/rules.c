@@ -8,6 +8,7 @@
 static const struct {
     const char *name;
     const char *meaning;
+    bool fatal; // a rule of the run, not of the wire
 } rule_table[RULE_COUNT] = {
     [RULE_EARLY_RELEASE] = {"early-release",
                             "the driver let go before the last stop bit of a byte had ended"},
@@ -25,10 +26,13 @@ static const struct {
     [RULE_FLOATING_TXD] = {"floating-txd", "the TX enable was on while nothing drove TXD"},
     [RULE_LOST_WRITE] = {"lost-write", "UDR was written while it was full (UDRE off)"},
     [RULE_FRAME_FORMAT] = {"frame-format", "a byte was sent in another format than 8N1"},
-    [RULE_CRASH] = {"crash", "the firmware went where there is no code"},
-    [RULE_REPLY_WAS_ERROR] = {"reply-was-error", "the firmware answered a command with an error"},
-    [RULE_REPLY_WAS_OK] = {"reply-was-ok", "the script expected an error, the firmware said ok"},
-    [RULE_SCRIPT_UNFINISHED] = {"script-unfinished", "the run ended before the script did"},
+    [RULE_CRASH] = {"crash", "the firmware went where there is no code", true},
+    [RULE_REPLY_WAS_ERROR] = {"reply-was-error", "the firmware answered a command with an error",
+                              true},
+    [RULE_REPLY_WAS_OK] = {"reply-was-ok", "the script expected an error, the firmware said ok",
+                           true},
+    [RULE_EXPECTATION] = {"expectation", "something that the script expected did not happen", true},
+    [RULE_SCRIPT_UNFINISHED] = {"script-unfinished", "the run ended before the script did", true},
 };
 
 void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out)
@@ -36,16 +40,26 @@ void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out)
     *rules = (struct rules){.clock_Hz = clock_Hz, .out = out};
 }
 
+void rules_join(struct rules *rules, struct rules *book, const char *where)
+{
+    *rules = (struct rules){.book = book, .where = where};
+}
+
 void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
 {
+    const char *where = rules->where ? rules->where : "";
+    if (rules->on_break) {
+        rules->on_break(rules->owner, rule, now);
+    }
+    rules = rules->book ? rules->book : rules;
     rules->breaches[rule]++;
     if (!rules->out || rules->breaches[rule] > TOLD_MAX) {
         return;
     }
     va_list arguments;
     va_start(arguments, format);
-    fprintf(rules->out, "rule broken at %" PRIu64 " (%.3f ms): %s: ", now,
-            (double)now * 1000.0 / rules->clock_Hz, rule_name(rule));
+    fprintf(rules->out, "rule broken at %" PRIu64 " (%.3f ms): %s%s: ", now,
+            (double)now * 1000.0 / rules->clock_Hz, where, rule_name(rule));
     vfprintf(rules->out, format, arguments);
     fputc('\n', rules->out);
     va_end(arguments);
@@ -58,6 +72,15 @@ uint32_t rules_broken(const struct rules *rules)
         sum += rules->breaches[i];
     }
     return sum;
+}
+
+bool rules_failed(const struct rules *rules)
+{
+    bool failed = false;
+    for (int i = 0; i < RULE_COUNT; i++) {
+        failed = failed || (rules->breaches[i] && (rule_table[i].fatal || !rules->warn));
+    }
+    return failed;
 }
 
 const char *rule_name(enum rule rule)
@@ -78,8 +101,10 @@ void rules_report(const struct rules *rules, FILE *out)
     }
     for (enum rule rule = 0; rule < RULE_COUNT; rule++) {
         if (rules->breaches[rule]) {
-            fprintf(out, "BROKEN:  %s, %" PRIu32 " times: %s\n", rule_name(rule),
-                    rules->breaches[rule], rule_meaning(rule));
+            bool warning = rules->warn && !rule_table[rule].fatal;
+            fprintf(out, "%s %s, %" PRIu32 " times: %s\n",
+                    warning ? "WARNING:" : "BROKEN: ", rule_name(rule), rules->breaches[rule],
+                    rule_meaning(rule));
         }
     }
 }

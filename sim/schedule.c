@@ -26,7 +26,10 @@ bool event_armed(const struct event *event)
 
 static bool before(const struct event *a, const struct event *b)
 {
-    return a->time != b->time ? a->time < b->time : a->order < b->order;
+    if (a->time != b->time) {
+        return a->time < b->time;
+    }
+    return a->rank != b->rank ? a->rank < b->rank : a->order < b->order;
 }
 
 static void place(struct schedule *schedule, struct event *event, size_t slot)
@@ -64,6 +67,19 @@ static void sink(struct schedule *schedule, struct event *event)
     place(schedule, event, slot);
 }
 
+/* Most events arm themselves or another one anew while they run, which fills the place. */
+static void close_hole(struct schedule *schedule)
+{
+    if (schedule->hole) {
+        schedule->hole = false;
+        struct event *last = schedule->heap[schedule->size--];
+        if (schedule->size) {
+            place(schedule, last, 1);
+            sink(schedule, last);
+        }
+    }
+}
+
 static void make_room(struct schedule *schedule)
 {
     if (schedule->size + 1 < schedule->room) {
@@ -83,9 +99,15 @@ void schedule_at(struct schedule *schedule, struct event *event, uint64_t time)
     make_room(schedule);
     event->time = time < schedule->now ? schedule->now : time;
     event->order = schedule->order++;
-    schedule->size++;
-    place(schedule, event, schedule->size);
-    rise(schedule, event);
+    if (schedule->hole) {
+        schedule->hole = false;
+        place(schedule, event, 1);
+        sink(schedule, event);
+    } else {
+        schedule->size++;
+        place(schedule, event, schedule->size);
+        rise(schedule, event);
+    }
     if (event->slot == 1 && schedule->on_earlier) {
         schedule->on_earlier(schedule->owner, event->time);
     }
@@ -97,6 +119,8 @@ void schedule_cancel(struct schedule *schedule, struct event *event)
     if (!slot) {
         return;
     }
+    close_hole(schedule);
+    slot = event->slot;
     struct event *last = schedule->heap[schedule->size--];
     event->slot = 0;
     if (last == event) {
@@ -107,8 +131,9 @@ void schedule_cancel(struct schedule *schedule, struct event *event)
     sink(schedule, last);
 }
 
-uint64_t schedule_next(const struct schedule *schedule)
+uint64_t schedule_next(struct schedule *schedule)
 {
+    close_hole(schedule);
     return schedule->size ? schedule->heap[1]->time : SCHEDULE_NEVER;
 }
 
@@ -116,9 +141,11 @@ void schedule_run_until(struct schedule *schedule, uint64_t time)
 {
     while (schedule->size && schedule->heap[1]->time <= time) {
         struct event *event = schedule->heap[1];
-        schedule_cancel(schedule, event);
+        event->slot = 0;
+        schedule->hole = true;
         schedule->now = event->time;
         event->run(event->owner, event->time);
+        close_hole(schedule);
     }
     if (schedule->now < time) {
         schedule->now = time;

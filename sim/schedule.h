@@ -2,8 +2,8 @@
  *
  * Time is counted in cycles of the controller's clock from the start of the run. Events are
  * embedded in their owners; a run is deterministic because events of one cycle happen in the order
- * in which they were armed. It runs on its own (schedule_run_until) or is driven by simavr
- * (machine.h).
+ * of their ranks, and of one rank in the order in which they were armed. It runs on its own
+ * (schedule_run_until) or is driven by simavr (machine.h).
  */
 #ifndef SIM_SCHEDULE_H
 #define SIM_SCHEDULE_H
@@ -19,6 +19,7 @@ struct event {
     void *owner;
     uint64_t time;
     uint64_t order; // how many events had been armed before this one
+    uint8_t rank;   // lower ones first in a cycle; 0, or set between event_init() and arming
     size_t slot;    // place in the heap, counted from 1; 0: not armed
 };
 
@@ -26,6 +27,7 @@ struct schedule {
     struct event **heap; // heap[1] is the next event
     size_t size;
     size_t room;
+    bool hole; // heap[1] is the event that runs now: no longer armed, its place not yet filled
     uint64_t order;
     uint64_t now; // time of the latest event that ran
     void (*on_earlier)(void *owner,
@@ -44,7 +46,7 @@ void schedule_at(struct schedule *schedule, struct event *event, uint64_t time);
 void schedule_cancel(struct schedule *schedule, struct event *event);
 
 /* Time of the next event, or SCHEDULE_NEVER. */
-uint64_t schedule_next(const struct schedule *schedule);
+uint64_t schedule_next(struct schedule *schedule);
 
 /* Runs every event up to and including `time`, those that they arm included. */
 void schedule_run_until(struct schedule *schedule, uint64_t time);

@@ -1,176 +1,23 @@
 #include "script.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define READY_POLL_US  100
+#include "words.h"
+
+#define POLL_US        100  // for the firmware to listen, and for what is expected
+#define PACKET_US      100  // after one that was expected
 #define READY_AFTER_US 1000 // a PC is not that fast either
-
-/* --- reading -------------------------------------------------------------------------------------
- */
-
-static bool complain(const struct script *script, unsigned line, const char *what)
-{
-    fprintf(stderr, "%s:%u: %s\n", script->path, line, what);
-    return false;
-}
-
-static char *read_all(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-        return 0;
-    }
-    size_t size = 0;
-    size_t got = 0;
-    char *text = 0;
-    do {
-        size += got;
-        char *bigger = realloc(text, size + 4097);
-        if (!bigger) {
-            break;
-        }
-        text = bigger;
-        got = fread(text + size, 1, 4096, file);
-    } while (got > 0);
-    bool good = text && !ferror(file);
-    fclose(file);
-    if (!good) {
-        fprintf(stderr, "%s: cannot be read\n", path);
-        free(text);
-        return 0;
-    }
-    text[size] = 0;
-    return text;
-}
-
-static char *trim(char *text)
-{
-    while (isspace((unsigned char)*text)) {
-        text++;
-    }
-    size_t size = strlen(text);
-    while (size && isspace((unsigned char)text[size - 1])) {
-        text[--size] = 0;
-    }
-    return text;
-}
-
-static const char *parse_switch(struct script_line *line)
-{
-    line->flag = strcmp(line->text, "on") == 0;
-    return line->flag || strcmp(line->text, "off") == 0 ? 0 : "on or off is wanted";
-}
-
-static const char *parse_wait(struct script_line *line)
-{
-    char *end = 0;
-    unsigned long ms = strtoul(line->text, &end, 10);
-    line->wait_ms = (uint32_t)ms;
-    return isdigit((unsigned char)line->text[0]) && !*end && ms <= SCRIPT_WAIT_MAX
-               ? 0
-               : "milliseconds are wanted, an hour at most";
-}
-
-/* A line that begins with `@`, without it. Returns 0, or what is wrong. */
-static const char *parse_action(struct script_line *line, char *text)
-{
-    static const struct {
-        const char *word;
-        enum script_verb verb;
-    } verbs[] = {{"servos", SCRIPT_SERVOS},
-                 {"power", SCRIPT_POWER},
-                 {"wait", SCRIPT_WAIT},
-                 {"print", SCRIPT_PRINT},
-                 {"echo", SCRIPT_ECHO}};
-    size_t length = strcspn(text, " \t");
-    for (size_t i = 0; i < sizeof(verbs) / sizeof(verbs[0]); i++) {
-        if (strlen(verbs[i].word) != length || strncmp(verbs[i].word, text, length) != 0) {
-            continue;
-        }
-        line->verb = verbs[i].verb;
-        line->text = trim(text + length);
-        uint8_t ids[IDS_MAX];
-        unsigned count = 0;
-        switch (line->verb) {
-        case SCRIPT_SERVOS: return ids_parse(line->text, true, ids, &count);
-        case SCRIPT_POWER:
-        case SCRIPT_ECHO: return parse_switch(line);
-        case SCRIPT_WAIT: return parse_wait(line);
-        default: return 0;
-        }
-    }
-    return "unknown @ command; there are @servos @power @wait @print @echo";
-}
-
-static const char *parse_line(struct script_line *line, char *text)
-{
-    if (text[0] == '@') {
-        return parse_action(line, text + 1);
-    }
-    line->verb = SCRIPT_COMMAND;
-    line->flag = text[0] == '!';
-    line->text = line->flag ? trim(text + 1) : text;
-    return line->text[0] ? 0 : "a command is wanted behind the !";
-}
-
-bool script_read(struct script *script, const char *path)
-{
-    *script = (struct script){.path = path, .text = read_all(path)};
-    if (!script->text) {
-        return false;
-    }
-    size_t lines = 1;
-    for (const char *c = script->text; *c; c++) {
-        lines += *c == '\n';
-    }
-    script->lines = calloc(lines, sizeof(*script->lines));
-    if (!script->lines) {
-        return complain(script, 0, "out of memory");
-    }
-    unsigned number = 0;
-    for (char *next = script->text; next;) {
-        char *text = next;
-        next = strchr(text, '\n');
-        if (next) {
-            *next++ = 0;
-        }
-        number++;
-        text = trim(text);
-        if (text[0] == 0 || text[0] == '#') {
-            continue;
-        }
-        struct script_line *line = &script->lines[script->count++];
-        line->number = number;
-        const char *wrong = parse_line(line, text);
-        if (wrong) {
-            return complain(script, number, wrong);
-        }
-    }
-    return true;
-}
-
-void script_free(struct script *script)
-{
-    free(script->lines);
-    free(script->text);
-    *script = (struct script){0};
-}
-
-/* --- running -------------------------------------------------------------------------------------
- */
+#define SEND_MAX       1024
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {
     return us * script->clock_Hz / 1000000;
 }
 
-static const struct script_line *current(const struct script *script)
+static const struct scenario_line *current(const struct script *script)
 {
-    return &script->lines[script->next - 1];
+    return &script->scenario.line[script->next - 1];
 }
 
 unsigned script_line_number(const struct script *script)
@@ -178,7 +25,30 @@ unsigned script_line_number(const struct script *script)
     return script->next ? current(script)->number : 0;
 }
 
-static void say(struct script *script, uint64_t now, const struct script_line *line)
+static void step_at(struct script *script, uint64_t time)
+{
+    schedule_at(script->schedule, &script->step, time);
+}
+
+static void finish(struct script *script, uint64_t now)
+{
+    script->done = true;
+    script->world->finished(script->world->owner, now);
+}
+
+static void unmet(struct script *script, uint64_t now, const char *what)
+{
+    script->world->outcome(script->world->owner, now, SCRIPT_UNMET, what);
+    finish(script, now);
+}
+
+/* --- the lines -----------------------------------------------------------------------------------
+ */
+
+/* Each returns true when the next line may follow at once; else the step was put off, or the
+ * scenario is over. */
+
+static bool do_command(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     if (script->echo) {
         fprintf(script->out, "> %s\n", line->text);
@@ -188,59 +58,183 @@ static void say(struct script *script, uint64_t now, const struct script_line *l
     script->world->say(script->world->owner, now, "\n", 1);
     uint64_t patience = cycles(script, SCRIPT_PATIENCE_S * 1000000ull);
     schedule_at(script->schedule, &script->patience, now + patience);
+    return false;
 }
 
-static void act(struct script *script, uint64_t now, const struct script_line *line)
+static bool do_servos(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    const struct script_world *world = script->world;
     uint8_t ids[IDS_MAX];
     unsigned count = 0;
-    switch (line->verb) {
-    case SCRIPT_SERVOS:
-        ids_parse(line->text, true, ids, &count);
-        world->servos(world->owner, now, ids, count);
-        break;
-    case SCRIPT_POWER: world->power(world->owner, now, line->flag); break;
-    case SCRIPT_PRINT: fprintf(script->out, "%s\n", line->text); break;
-    case SCRIPT_ECHO:
-        script->echo = line->flag;
-        world->echo(world->owner, line->flag);
-        break;
-    case SCRIPT_COMMAND:
-    case SCRIPT_WAIT: break; // not here
-    }
+    ids_parse(line->text, true, ids, &count);
+    causes_forget(&script->causes);
+    script->world->servos(script->world->owner, now, ids, count);
+    return true;
 }
 
-static void finish(struct script *script, uint64_t now)
+static bool do_wait(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    script->done = true;
-    script->world->finished(script->world->owner, now);
+    step_at(script, now + cycles(script, line->ms * 1000ull));
+    return false;
+}
+
+static bool do_at(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    uint64_t time = cycles(script, line->ms * 1000ull);
+    if (time < now) {
+        char what[80];
+        snprintf(what, sizeof(what), "@at %u: it is %.3f ms already", line->ms,
+                 (double)now * 1000.0 / script->clock_Hz);
+        unmet(script, now, what);
+    } else {
+        step_at(script, time);
+    }
+    return false;
+}
+
+static bool do_print(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    fprintf(script->out, "%s\n", line->text);
+    return true;
+}
+
+static bool do_echo(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    script->echo = line->flag;
+    script->world->echo(script->world->owner, line->flag);
+    return true;
+}
+
+static bool do_baud(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    script->world->baud(script->world->owner, (uint32_t)line->value);
+    return true;
+}
+
+static bool do_send(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    uint8_t bytes[SEND_MAX];
+    size_t size = 0;
+    struct words_byte byte;
+    for (const char *at = line->text; size < SEND_MAX && words_byte(&at, &byte); size++) {
+        bytes[size] = byte.byte;
+    }
+    step_at(script, script->world->send(script->world->owner, now, bytes, size));
+    return false;
+}
+
+static bool do_fault(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    const char *wrong = script->world->fault(script->world->owner, now, line->text);
+    if (wrong) {
+        char what[200];
+        snprintf(what, sizeof(what), "%.80s: %s", line->source, wrong);
+        unmet(script, now, what);
+    }
+    return !wrong;
+}
+
+static bool do_cause(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    const struct script_world *world = script->world;
+    uint64_t over = cycles(script, line->ms * 1000ull);
+    struct servos *servos;
+    for (unsigned bus = 0; (servos = world->bus(world->owner, bus)) != 0; bus++) {
+        for (unsigned i = 0; i < servos->count; i++) {
+            struct servo_node *node = &servos->node[i];
+            if (line->all || line->ids[node->id]) {
+                causes_set(&script->causes, now, node, line->cause, line->value, over);
+            }
+        }
+    }
+    return true;
+}
+
+static bool do_expect(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    struct expect_scene *scene = &script->scene;
+    if (!script->expecting) {
+        scene->edges = script->witness.edges;
+        scene->end = now + cycles(script, line->expectation.ms * 1000ull);
+    }
+    char seen[400] = "";
+    enum expect_verdict verdict = expect_judge(&line->expectation, scene, now, seen, sizeof(seen));
+    script->expecting = verdict == EXPECT_NOT_YET && now < scene->end;
+    if (script->expecting) {
+        uint64_t poll = now + cycles(script, POLL_US);
+        step_at(script, poll < scene->end ? poll : scene->end);
+    } else if (verdict != EXPECT_MET) {
+        char what[800];
+        snprintf(what, sizeof(what), "%.300s: not met; seen: %s", line->source, seen);
+        unmet(script, now, what);
+    }
+    if (verdict == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
+        step_at(script, now + cycles(script, PACKET_US)); // it is told in its last stop bit
+        return false;
+    }
+    return verdict == EXPECT_MET;
+}
+
+/* What is forgotten of what was seen. */
+enum memory { KEEPS, FORGETS_BEFORE, FORGETS_AFTER };
+
+static const struct {
+    bool (*run)(struct script *script, uint64_t now, const struct scenario_line *line);
+    enum memory memory;
+} verbs[] = {
+    [SCENARIO_COMMAND] = {do_command, FORGETS_BEFORE},
+    [SCENARIO_SERVOS] = {do_servos, KEEPS},
+    [SCENARIO_WAIT] = {do_wait, FORGETS_AFTER},
+    [SCENARIO_AT] = {do_at, FORGETS_AFTER},
+    [SCENARIO_PRINT] = {do_print, KEEPS},
+    [SCENARIO_ECHO] = {do_echo, KEEPS},
+    [SCENARIO_BAUD] = {do_baud, KEEPS},
+    [SCENARIO_SEND] = {do_send, FORGETS_BEFORE},
+    [SCENARIO_FAULT] = {do_fault, KEEPS},
+    [SCENARIO_CAUSE] = {do_cause, KEEPS},
+    [SCENARIO_EXPECT] = {do_expect, KEEPS},
+};
+
+/* --- line after line -----------------------------------------------------------------------------
+ */
+
+static bool listens(struct script *script, uint64_t now)
+{
+    if (!script->started && script->world->ready) {
+        script->started = script->world->ready(script->world->owner);
+        step_at(script, now + cycles(script, script->started ? READY_AFTER_US : POLL_US));
+        return false;
+    }
+    script->started = true;
+    return true;
+}
+
+static void forget(struct script *script, enum memory memory)
+{
+    if (script->next && verbs[current(script)->verb].memory == memory) {
+        witness_forget(&script->witness);
+    }
 }
 
 static void step(void *owner, uint64_t now)
 {
     struct script *script = owner;
-    if (!script->started) {
-        script->started = script->world->ready(script->world->owner);
-        uint64_t pause = cycles(script, script->started ? READY_AFTER_US : READY_POLL_US);
-        schedule_at(script->schedule, &script->step, now + pause);
+    if (!listens(script, now)) {
         return;
     }
     schedule_cancel(script->schedule, &script->patience);
-    while (script->next < script->count) {
-        const struct script_line *line = &script->lines[script->next++];
-        if (line->verb == SCRIPT_COMMAND) {
-            say(script, now, line);
-            return;
-        }
-        if (line->verb == SCRIPT_WAIT) {
-            schedule_at(script->schedule, &script->step,
-                        now + cycles(script, line->wait_ms * 1000ull));
-            return;
-        }
-        act(script, now, line);
+    forget(script, FORGETS_AFTER);
+    bool go_on = !script->expecting || do_expect(script, now, current(script));
+    while (go_on && script->next < script->scenario.count) {
+        const struct scenario_line *line = &script->scenario.line[script->next++];
+        forget(script, FORGETS_BEFORE);
+        go_on = verbs[line->verb].run(script, now, line);
     }
-    finish(script, now);
+    if (go_on) {
+        finish(script, now);
+    }
 }
 
 static void out_of_patience(void *owner, uint64_t now)
@@ -251,25 +245,29 @@ static void out_of_patience(void *owner, uint64_t now)
     finish(script, now);
 }
 
+/* --- what comes back -----------------------------------------------------------------------------
+ */
+
 static void reply_line(struct script *script, uint64_t now)
 {
     const char *reply = script->reply;
     if (script->echo) {
         fprintf(script->out, "%s\n", reply);
     }
+    witness_reply(&script->witness, reply);
     bool error = strncmp(reply, "error ", 6) == 0;
     if (!script->waiting || (!error && strcmp(reply, "ok") != 0)) {
         return;
     }
     script->waiting = false;
-    const struct script_line *line = current(script);
+    const struct scenario_line *line = current(script);
     char what[SCRIPT_REPLY_ROOM * 2];
     snprintf(what, sizeof(what), "%.180s: %s", line->text, reply);
     enum script_outcome outcome = error == line->flag ? SCRIPT_GOOD
                                   : error             ? SCRIPT_UNEXPECTED_ERROR
                                                       : SCRIPT_UNEXPECTED_OK;
     script->world->outcome(script->world->owner, now, outcome, what);
-    schedule_at(script->schedule, &script->step, now);
+    step_at(script, now);
 }
 
 void script_hear(struct script *script, uint64_t now, uint8_t byte)
@@ -283,16 +281,94 @@ void script_hear(struct script *script, uint64_t now, uint8_t byte)
     }
 }
 
-void script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
+void script_packet(struct script *script, const struct transcript *transcript)
+{
+    witness_packet(&script->witness, transcript);
+}
+
+/* --- begin and end -------------------------------------------------------------------------------
+ */
+
+static const char *lacks(const struct script_world *world, enum scenario_verb verb)
+{
+    switch (verb) {
+    case SCENARIO_COMMAND: return world->say ? 0 : "there is no console here: use @send";
+    case SCENARIO_SEND:
+    case SCENARIO_BAUD: return world->send ? 0 : "only without firmware: cds55xx-sim bus";
+    case SCENARIO_FAULT: return world->fault ? 0 : "no faults can be ordered here";
+    default: return 0;
+    }
+}
+
+/* An ID stands twice, and the bus is not one that may have that. */
+static const char *collides(const struct script_world *world, const struct scenario_line *line)
+{
+    uint8_t ids[IDS_MAX];
+    unsigned count = 0;
+    const struct servos *servos = world->bus(world->owner, 0);
+    bool allowed = line->verb != SCENARIO_SERVOS || !servos || servos->duplicates;
+    return allowed || !ids_parse(line->text, false, ids, &count)
+               ? 0
+               : "an ID occurs twice, and there is no --allow-duplicates";
+}
+
+static bool check(const struct script *script)
+{
+    const struct script_world *world = script->world;
+    bool there[IDS_MAX] = {false};
+    const struct servos *servos;
+    for (unsigned bus = 0; (servos = world->bus(world->owner, bus)) != 0; bus++) {
+        for (unsigned i = 0; i < servos->count; i++) {
+            there[servos->node[i].id] = true;
+        }
+    }
+    for (unsigned i = 0; i < script->scenario.count; i++) {
+        const struct scenario_line *line = &script->scenario.line[i];
+        char what[80];
+        int absent = scenario_absent(line, there);
+        snprintf(what, sizeof(what), "there is no servo %d at this line", absent);
+        const char *wrong = absent >= 0 ? what : lacks(world, line->verb);
+        wrong = wrong ? wrong : collides(world, line);
+        if (wrong) {
+            return scenario_complain(&script->scenario, line->number, wrong);
+        }
+    }
+    return true;
+}
+
+bool script_read(struct script *script, const char *path)
+{
+    *script = (struct script){0};
+    return scenario_read(&script->scenario, path);
+}
+
+bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
                   const struct script_world *world, FILE *out)
 {
     script->schedule = schedule;
     script->clock_Hz = clock_Hz;
     script->world = world;
     script->out = out;
+    causes_init(&script->causes, schedule, clock_Hz);
+    witness_init(&script->witness);
+    struct servos *servos;
+    for (unsigned bus = 0; (servos = world->bus(world->owner, bus)) != 0; bus++) {
+        witness_watch(&script->witness, servos->net);
+    }
+    script->scene = (struct expect_scene){.witness = &script->witness,
+                                          .rules = world->rules,
+                                          .bus = world->bus,
+                                          .owner = world->owner};
     event_init(&script->step, step, script);
     event_init(&script->patience, out_of_patience, script);
-    schedule_at(schedule, &script->step, schedule->now);
+    step_at(script, schedule->now);
     schedule_at(schedule, &script->patience,
                 schedule->now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
+    return check(script);
+}
+
+void script_free(struct script *script)
+{
+    causes_free(&script->causes);
+    scenario_free(&script->scenario);
 }

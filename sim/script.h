@@ -1,14 +1,5 @@
-/* A script: commands for the firmware's console, line by line, and what happens to the simulation.
- *
- *   # comment            (blank lines are ignored too)
- *   ping 1               said to the firmware; the next line waits for `ok` or `error N: text`
- *   ! ping 77            the same, and an error is what is expected
- *   @servos 0,1,5-7      fresh servos with these IDs; one ID may occur several times
- *   @power off|on        of all servos
- *   @wait MS             simulated time passes
- *   @print TEXT          on stdout
- *   @echo on|off         show commands, replies and packets on stdout from here on
- */
+/* Runs a scenario: says its commands to the firmware's console or its bytes to the wire, does what
+ * it says to the world, and waits for what it expects. The language: docs/scenario.md. */
 #ifndef SIM_SCRIPT_H
 #define SIM_SCRIPT_H
 
@@ -16,58 +7,61 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "ids.h"
+#include "causes.h"
+#include "rules.h"
+#include "scenario.h"
 #include "schedule.h"
+#include "servos.h"
+#include "transcript.h"
+#include "witness.h"
 
 #define SCRIPT_REPLY_ROOM 200 // longer lines of a reply are cut
 #define SCRIPT_PATIENCE_S 10  // simulated, for one reply
-#define SCRIPT_WAIT_MAX   3600000
 
-enum script_verb {
-    SCRIPT_COMMAND,
-    SCRIPT_SERVOS,
-    SCRIPT_POWER,
-    SCRIPT_WAIT,
-    SCRIPT_PRINT,
-    SCRIPT_ECHO,
+enum script_outcome {
+    SCRIPT_GOOD,
+    SCRIPT_UNEXPECTED_ERROR,
+    SCRIPT_UNEXPECTED_OK,
+    SCRIPT_SILENCE,
+    SCRIPT_UNMET, // an expectation; the scenario ends there
 };
 
-struct script_line {
-    enum script_verb verb;
-    unsigned number; // in the file, from 1
-    const char *text;
-    bool flag;        // POWER, ECHO: on; COMMAND: an error is expected
-    uint32_t wait_ms; // WAIT
-};
-
-enum script_outcome { SCRIPT_GOOD, SCRIPT_UNEXPECTED_ERROR, SCRIPT_UNEXPECTED_OK, SCRIPT_SILENCE };
-
-/* What a script works on. */
+/* What a scenario works on. */
 struct script_world {
     void *owner;
-    bool (*ready)(void *owner); // the firmware listens on the host link
+    /* The firmware's console: it listens on the host link; say something to it. 0: there is none.
+     */
+    bool (*ready)(void *owner);
     void (*say)(void *owner, uint64_t now, const char *bytes, size_t size);
+    /* A serial adapter on the bus: returns the end of the last stop bit; its rate. 0: there is
+     * none. */
+    uint64_t (*send)(void *owner, uint64_t now, const uint8_t *bytes, size_t size);
+    void (*baud)(void *owner, uint32_t baud);
+    struct servos *(*bus)(void *owner, unsigned index); // 0: no further bus
+    /* Fresh servos on the first bus. */
     void (*servos)(void *owner, uint64_t now, const uint8_t *ids, unsigned count);
-    void (*power)(void *owner, uint64_t now, bool on);
+    /* Orders a fault of the bus. Returns 0, or what is wrong. 0: there are no faults. */
+    const char *(*fault)(void *owner, uint64_t now, const char *text);
     void (*echo)(void *owner, bool on);
-    /* A command has had its reply, or none. */
+    struct rules *rules; // may be 0
+    /* A command has had its reply, or none; an expectation was not met. */
     void (*outcome)(void *owner, uint64_t now, enum script_outcome outcome, const char *what);
     void (*finished)(void *owner, uint64_t now);
 };
 
 struct script {
-    const char *path;
-    char *text;
-    struct script_line *lines;
-    unsigned count;
+    struct scenario scenario;
     unsigned next;
     uint32_t clock_Hz;
     struct schedule *schedule;
     const struct script_world *world;
     FILE *out;
+    struct causes causes;
+    struct witness witness;
+    struct expect_scene scene;
     struct event step;
     struct event patience;
-    bool started, waiting, echo, done;
+    bool started, waiting, expecting, echo, done;
     char reply[SCRIPT_REPLY_ROOM];
     unsigned reply_size;
 };
@@ -76,11 +70,14 @@ struct script {
 bool script_read(struct script *script, const char *path);
 void script_free(struct script *script);
 
-void script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
+/* Begins; the servos there are at the start are on their buses. False, with `file:line: what` on
+ * stderr: a line wants a servo or a way in that there is not. */
+bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
                   const struct script_world *world, FILE *out);
 
-/* A byte that the firmware said. */
+/* A byte that the firmware said; a packet, or what was none, that has passed on a bus. */
 void script_hear(struct script *script, uint64_t now, uint8_t byte);
+void script_packet(struct script *script, const struct transcript *transcript);
 
 /* The line that is being worked on, for messages. */
 unsigned script_line_number(const struct script *script);

@@ -461,10 +461,20 @@ bool servo_torque(const struct servo *servo)
     return servo->registers[TABLE_TORQUE_ENABLE] && servo->torque_limit > 0;
 }
 
+enum servo_lamp servo_lamp(const struct servo *servo)
+{
+    if (!servo->powered) {
+        return SERVO_LAMP_OFF;
+    }
+    if (servo_errors(servo) & servo->registers[TABLE_ALARM_LED]) {
+        return SERVO_LAMP_BLINKING;
+    }
+    return servo->registers[TABLE_LED] ? SERVO_LAMP_ON : SERVO_LAMP_OFF;
+}
+
 bool servo_led(const struct servo *servo)
 {
-    if (servo_errors(servo) & servo->registers[TABLE_ALARM_LED]) {
-        return servo->powered && servo->ticks / BLINK_TICKS % 2 == 0;
-    }
-    return servo->powered && servo->registers[TABLE_LED];
+    enum servo_lamp lamp = servo_lamp(servo);
+    return lamp == SERVO_LAMP_BLINKING ? servo->ticks / BLINK_TICKS % 2 == 0
+                                       : lamp == SERVO_LAMP_ON;
 }

@@ -34,6 +34,9 @@ enum servo_error {
     SERVO_ERROR_INSTRUCTION = 0x40,
 };
 
+/* What the LED does. */
+enum servo_lamp { SERVO_LAMP_OFF, SERVO_LAMP_ON, SERVO_LAMP_BLINKING };
+
 /* A status packet that is due. It leaves `delay_us` after the end of the last byte heard, in bits
  * of the baud register `baud`: both as they were when the instruction packet arrived (R2). */
 struct servo_reply {
@@ -101,7 +104,8 @@ uint16_t servo_goal_position(const struct servo *servo);
 uint16_t servo_present_position(const struct servo *servo);
 int32_t servo_position_milliunits(const struct servo *servo); // not cut off at 0 and 1023
 bool servo_torque(const struct servo *servo);                 // neither shut down nor free
-bool servo_led(const struct servo *servo);                    // lit now; an alarm blinks at 2 Hz
-uint8_t servo_errors(const struct servo *servo);              // conditions and the last packet's
+enum servo_lamp servo_lamp(const struct servo *servo);
+bool servo_led(const struct servo *servo);       // lit now; an alarm blinks at 2 Hz
+uint8_t servo_errors(const struct servo *servo); // conditions and the last packet's
 
 #endif

@@ -58,10 +58,38 @@ static void follow_baud(struct servo_node *node)
 {
     uint8_t baud = servo_baud(&node->servo);
     if (baud != node->baud) {
+        node->misled = false;
         use_ear(node->servos, node->baud, -1);
         use_ear(node->servos, baud, 1);
         node->baud = baud;
     }
+}
+
+static bool shares_id(const struct servo_node *node)
+{
+    const struct servos *servos = node->servos;
+    uint8_t id = node->servo.registers[TABLE_ID];
+    for (unsigned i = 0; i < servos->count; i++) {
+        const struct servo_node *other = &servos->node[i];
+        if (other != node && other->servo.registers[TABLE_ID] == id) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static void reply_is_due(struct servo_node *node, uint64_t end)
+{
+    struct servos *servos = node->servos;
+    driver_excuse(&node->driver,
+                  node->misled || node->late_us || (servos->duplicates && shares_id(node)));
+    node->dies_after = SERVOS_NEVER;
+    node->servo.reply.delay_us += node->late_us;
+    if (servos->on_due) {
+        servos->on_due(servos->meddler, node);
+    }
+    uint64_t delay = cycles(servos, node->servo.reply.delay_us);
+    schedule_at(servos->schedule, &node->answer, end + delay);
 }
 
 /* The ear delivers in the middle of the stop bit; the return delay counts from its end. */
@@ -77,8 +105,7 @@ static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
             continue;
         }
         if (servo_receive(&node->servo, heard->byte, heard->framing_error)) {
-            uint64_t delay = cycles(servos, node->servo.reply.delay_us);
-            schedule_at(servos->schedule, &node->answer, heard->end + delay);
+            reply_is_due(node, heard->end);
         }
         follow_baud(node);
     }
@@ -89,6 +116,9 @@ static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
 
 static void set_talking(struct servo_node *node, uint64_t now, bool talking)
 {
+    if (node->driver.enabled == talking) {
+        return;
+    }
     driver_enable(&node->driver, now, talking);
     if (node->servos->on_talk) {
         node->servos->on_talk(node->servos->owner, now, node);
@@ -102,30 +132,41 @@ static void say_next(struct servo_node *node, uint64_t now)
     talker_say(&node->talker, now, bit_256(node->servos, reply->baud), byte);
 }
 
+/* The next byte of the reply, or the end of it, or of the servo. */
+static void go_on(struct servo_node *node, uint64_t now)
+{
+    if (node->said == node->dies_after) {
+        servo_node_power(node, now, true);
+    } else if (node->said < node->servo.reply.size) {
+        say_next(node, now);
+        set_talking(node, now, true);
+    } else {
+        set_talking(node, now, false);
+    }
+}
+
 static void answer(void *owner, uint64_t now)
 {
     struct servo_node *node = owner;
     node->said = 0;
-    say_next(node, now);
-    set_talking(node, now, true);
+    go_on(node, now);
 }
 
 static void byte_begins(void *owner, uint64_t now)
 {
     struct servo_node *node = owner;
-    if (node->servos->on_byte) {
-        node->servos->on_byte(node->servos->owner, now, talker_end(&node->talker));
+    struct servos *servos = node->servos;
+    if (servos->on_frame) {
+        servos->on_frame(servos->meddler, now, node);
+    }
+    if (servos->on_byte) {
+        servos->on_byte(servos->owner, now, node);
     }
 }
 
 static void byte_ended(void *owner, uint64_t now)
 {
-    struct servo_node *node = owner;
-    if (node->said < node->servo.reply.size) {
-        say_next(node, now);
-    } else {
-        set_talking(node, now, false);
-    }
+    go_on(owner, now);
 }
 
 static void fall_silent(struct servo_node *node, uint64_t now)
@@ -147,11 +188,22 @@ static void tick(void *owner, uint64_t now)
     schedule_at(node->servos->schedule, &node->tick, now + cycles(node->servos, SERVO_TICK_US));
 }
 
+static void revive(void *owner, uint64_t now)
+{
+    servo_node_power(owner, now, true);
+}
+
+/* Never 0, and another one for each servo, also where two have one ID. */
+static uint32_t jitter_seed(uint32_t seed, unsigned index, uint8_t id)
+{
+    uint32_t mixed = seed * 0x9E3779B1u ^ (index + 1) * 0x85EBCA77u ^ (id + 1u) * 0xC2B2AE3Du;
+    return mixed ? mixed : 1;
+}
+
 void servos_init(struct servos *servos, struct schedule *schedule, struct net *net,
                  uint32_t clock_Hz)
 {
-    *servos =
-        (struct servos){.schedule = schedule, .net = net, .clock_Hz = clock_Hz, .power = true};
+    *servos = (struct servos){.schedule = schedule, .net = net, .clock_Hz = clock_Hz};
 }
 
 static void remove_all(struct servos *servos, uint64_t now)
@@ -160,6 +212,7 @@ static void remove_all(struct servos *servos, uint64_t now)
         struct servo_node *node = &servos->node[i];
         fall_silent(node, now);
         schedule_cancel(servos->schedule, &node->tick);
+        schedule_cancel(servos->schedule, &node->revival);
         use_ear(servos, node->baud, -1);
     }
     free(servos->node);
@@ -181,7 +234,6 @@ void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, uns
     remove_all(servos, now);
     servos->node = allocate(count ? count : 1, sizeof(*servos->node));
     servos->count = count;
-    servos->power = true;
     for (unsigned i = 0; i < count; i++) {
         struct servo_node *node = &servos->node[i];
         node->servos = servos;
@@ -193,6 +245,8 @@ void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, uns
         node->talker.on_end = byte_ended;
         event_init(&node->answer, answer, node);
         event_init(&node->tick, tick, node);
+        event_init(&node->revival, revive, node);
+        node->servo.quirks.seed = jitter_seed(servos->seed, i, ids[i]);
         node->baud = servo_baud(&node->servo);
         use_ear(servos, node->baud, 1);
         uint64_t phase = cycles(servos, i * STAGGER_US % SERVO_TICK_US);
@@ -200,13 +254,41 @@ void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, uns
     }
 }
 
+void servo_node_power(struct servo_node *node, uint64_t now, bool on)
+{
+    schedule_cancel(node->servos->schedule, &node->revival);
+    fall_silent(node, now);
+    servo_power(&node->servo, on);
+    follow_baud(node);
+}
+
+void servo_node_brown_out(struct servo_node *node, uint64_t now, uint64_t cycles)
+{
+    if (node->servo.powered) {
+        servo_node_power(node, now, false);
+        schedule_at(node->servos->schedule, &node->revival, now + cycles);
+    }
+}
+
+void servo_node_baud(struct servo_node *node, uint8_t baud)
+{
+    node->servo.registers[TABLE_BAUD] = baud;
+    follow_baud(node);
+    node->misled = true;
+}
+
 void servos_power(struct servos *servos, uint64_t now, bool on)
 {
-    servos->power = on;
     for (unsigned i = 0; i < servos->count; i++) {
-        struct servo_node *node = &servos->node[i];
-        fall_silent(node, now);
-        servo_power(&node->servo, on);
-        follow_baud(node);
+        servo_node_power(&servos->node[i], now, on);
     }
+}
+
+bool servos_eeprom_set(struct servos *servos, unsigned index,
+                       const uint8_t bytes[SERVO_EEPROM_SIZE])
+{
+    struct servo_node *node = &servos->node[index];
+    bool good = servo_eeprom_set(&node->servo, bytes);
+    follow_baud(node);
+    return good;
 }

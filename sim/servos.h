@@ -12,6 +12,8 @@
 #include "servo.h"
 #include "uart.h"
 
+#define SERVOS_NEVER UINT16_MAX
+
 struct servos;
 
 /* A servo and its place on the wire. */
@@ -24,7 +26,13 @@ struct servo_node {
     struct talker talker;
     struct event answer; // the return delay is over
     struct event tick;
-    uint16_t said; // bytes of the reply
+    struct event revival; // a brown-out is over
+    uint16_t said;        // bytes of the reply
+    uint16_t dies_after;  // that many bytes of it, or SERVOS_NEVER
+    uint32_t reply;       // number of the reply; on_due's to count
+    uint32_t late_us;     // that every reply comes later than the return delay says
+    bool misled;          // by a fault: its rate is not what anybody set
+    bool stale;           // held part of an earlier packet when the controller's latest one began
 };
 
 /* What is heard at one bit rate; shared by all servos at that rate. */
@@ -41,11 +49,17 @@ struct servos {
     uint32_t clock_Hz;
     struct servo_node *node;
     unsigned count;
-    bool power;
     struct servo_ear *ears[256]; // by baud register; made when first needed
+    uint32_t seed;               // of the jitter, besides the ID
+    bool duplicates;             // several may have one ID: their collisions are excused
     void *owner;
-    void (*on_byte)(void *owner, uint64_t now, uint64_t end); // a servo's byte begins; may be 0
+    void (*on_byte)(void *owner, uint64_t now, const struct servo_node *node); // begins; may be 0
     void (*on_talk)(void *owner, uint64_t now, const struct servo_node *node); // or ends; may be 0
+    void *meddler;
+    void (*on_due)(void *meddler,
+                   struct servo_node *node); // a reply may still be changed; may be 0
+    void (*on_frame)(void *meddler, uint64_t now,
+                     const struct servo_node *node); // begins; may be 0
 };
 
 void servos_init(struct servos *servos, struct schedule *schedule, struct net *net,
@@ -54,6 +68,16 @@ void servos_free(struct servos *servos);
 
 /* Fresh servos in place of those there were: factory values, these IDs, powered. */
 void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, unsigned count);
+/* Of one servo, or of all. */
+void servo_node_power(struct servo_node *node, uint64_t now, bool on);
 void servos_power(struct servos *servos, uint64_t now, bool on);
+/* Without power for so long; nothing happens to one that has none. */
+void servo_node_brown_out(struct servo_node *node, uint64_t now, uint64_t cycles);
+/* It is at another rate, until it is told or powered up anew. */
+void servo_node_baud(struct servo_node *node, uint8_t baud);
+
+/* What one of them keeps without power, as servo_eeprom_set() has it. */
+bool servos_eeprom_set(struct servos *servos, unsigned index,
+                       const uint8_t bytes[SERVO_EEPROM_SIZE]);
 
 #endif

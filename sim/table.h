@@ -61,6 +61,9 @@ struct table_row {
 /* In the order of addresses, without gaps. */
 extern const struct table_row table_rows[TABLE_ROWS];
 
+/* The row of that name, or 0. */
+const struct table_row *table_find(const char *name);
+
 /* Registers as the rows' values: little-endian words and bytes. */
 uint16_t table_get(const uint8_t *registers, uint8_t address, uint8_t width);
 void table_set(uint8_t *registers, uint8_t address, uint8_t width, uint16_t value);

@@ -47,7 +47,8 @@ static void write_line(const struct transcript *t, FILE *out, const char *note)
     if (!out) {
         return;
     }
-    fprintf(out, "%10" PRIu64 " %s:", t->start, t->of_controller ? "->in" : "<-out");
+    fprintf(out, "%10" PRIu64 "%s %s:", t->start, t->label ? t->label : "",
+            t->of_controller ? "->in" : "<-out");
     for (unsigned i = 0; i < t->size; i++) {
         fprintf(out, " %02X%s", t->bytes[i], t->bad[i] ? "!" : "");
     }
@@ -59,6 +60,9 @@ static void finish(struct transcript *t, const char *note)
     schedule_cancel(t->schedule, &t->idle);
     write_line(t, t->file, note);
     write_line(t, t->echo, note);
+    if (t->on_line) {
+        t->on_line(t->owner, t);
+    }
     t->size = 0;
 }
 
@@ -67,16 +71,17 @@ static void end_packet(struct transcript *t)
     if (!t->size) {
         return;
     }
-    bool good = is_packet(t);
-    t->packets_in += good && t->of_controller;
-    t->packets_out += good && !t->of_controller;
-    t->damaged += !good;
-    finish(t, good ? "" : " no packet");
+    t->good = is_packet(t);
+    t->packets_in += t->good && t->of_controller;
+    t->packets_out += t->good && !t->of_controller;
+    t->damaged += !t->good;
+    finish(t, t->good ? "" : " no packet");
 }
 
 void transcript_end(struct transcript *t)
 {
     if (t->size) {
+        t->good = true; // for all we know
         finish(t, " unfinished");
     }
 }

@@ -25,6 +25,7 @@ struct transcript {
     struct ear ear;
     struct listener listener;
     struct event idle;
+    const char *label;    // of its bus, behind the cycle of each line; 0: none
     FILE *file;           // 0: none
     FILE *echo;           // likewise
     bool from_controller; // the byte that is being heard
@@ -34,10 +35,15 @@ struct transcript {
     uint8_t bytes[TRANSCRIPT_ROOM];
     bool bad[TRANSCRIPT_ROOM]; // framing errors
 
+    bool good;            // the line is a packet
     uint32_t packets_in;  // good ones, from the controller
     uint32_t packets_out; // from servos
     uint32_t damaged;     // lines that are no packet
     uint64_t busy;        // cycles with a frame on the wire
+
+    void *owner;
+    /* A line is complete, packet or not; it is gone afterwards. May be 0. */
+    void (*on_line)(void *owner, const struct transcript *transcript);
 };
 
 /* `controller` may be 0: then all are servos. */

@@ -10,7 +10,7 @@ uint64_t uart_half_bits(uint32_t bit_256, unsigned half_bits)
     return ((uint64_t)bit_256 * half_bits + 256) / 512;
 }
 
-static uint64_t bit_start(const struct talker *talker, unsigned bit)
+uint64_t talker_bit(const struct talker *talker, unsigned bit)
 {
     return talker->start + uart_half_bits(talker->bit_256, bit * 2);
 }
@@ -22,7 +22,7 @@ static void talker_next(struct talker *talker)
     do {
         talker->bit++;
     } while (talker->bit < UART_FRAME_BITS && (talker->frame >> talker->bit & 1) == level);
-    schedule_at(talker->schedule, &talker->event, bit_start(talker, talker->bit));
+    schedule_at(talker->schedule, &talker->event, talker_bit(talker, talker->bit));
 }
 
 static void talker_run(void *owner, uint64_t now)
@@ -60,7 +60,7 @@ void talker_say(struct talker *talker, uint64_t start, uint32_t bit_256, uint8_t
 
 uint64_t talker_end(const struct talker *talker)
 {
-    return bit_start(talker, UART_FRAME_BITS);
+    return talker_bit(talker, UART_FRAME_BITS);
 }
 
 void talker_stop(struct talker *talker, uint64_t now)
@@ -107,10 +107,12 @@ static void ear_level(void *owner, uint64_t time, bool level)
             ear->hearing = false;
         }
     }
-    ear->level = level;
-    if (!level && ear->enabled && !ear->hearing) {
+    /* High for no time at all, between two drivers: no falling edge. */
+    if (!level && ear->enabled && !ear->hearing && ear->level_time != time) {
         begin(ear, time);
     }
+    ear->level = level;
+    ear->level_time = time;
 }
 
 static void ear_run(void *owner, uint64_t now)
@@ -140,8 +142,13 @@ static void ear_run(void *owner, uint64_t now)
 
 void ear_init(struct ear *ear, struct schedule *schedule, struct net *net, void *owner)
 {
-    *ear = (struct ear){.schedule = schedule, .net = net, .owner = owner, .level = net->level};
+    *ear = (struct ear){.schedule = schedule,
+                        .net = net,
+                        .owner = owner,
+                        .level = net->level,
+                        .level_time = SCHEDULE_NEVER};
     event_init(&ear->event, ear_run, ear);
+    ear->event.rank = NET_SAMPLE_RANK;
     ear->listener = (struct listener){.owner = ear, .on_level = ear_level};
     net_listen(net, &ear->listener);
 }

@@ -41,6 +41,8 @@ void talker_init(struct talker *talker, struct schedule *schedule, struct driver
                  void *owner);
 /* Puts one frame on the driver, from `start` on. The talker must not be busy. */
 void talker_say(struct talker *talker, uint64_t start, uint32_t bit_256, uint8_t byte);
+/* Time at which a bit of the present frame begins: 0 (start) to 9 (stop). */
+uint64_t talker_bit(const struct talker *talker, unsigned bit);
 /* Time at which the stop bit of the present frame ends. */
 uint64_t talker_end(const struct talker *talker);
 /* Power was lost: the frame ends here, unfinished and without on_end. */
@@ -63,8 +65,9 @@ struct ear {
     struct listener listener;
     struct event event;
     bool enabled;
-    bool hearing;    // within a frame
-    bool level;      // of the net since the latest change
+    bool hearing; // within a frame
+    bool level;   // of the net since the latest change
+    uint64_t level_time;
     uint8_t samples; // taken so far
     uint16_t bits;
     uint32_t bit_256;

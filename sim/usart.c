@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "cpu.h"
+
 /* The same bits in every AVR that has this USART. */
 enum {
     UCSRA_RXC = 0x80,
@@ -84,31 +86,10 @@ void usart_update_txd(struct usart *usart, uint64_t now)
 /* --- interrupts: levels, not edges ---------------------------------------------------------------
  */
 
-static void forget_pending(avr_t *avr, avr_int_vector_t *vector)
-{
-    avr_int_pending_t *fifo = &avr->interrupts.pending;
-    unsigned kept = fifo->read;
-    for (unsigned i = fifo->read; i != fifo->write; i = (i + 1) % avr_int_pending_fifo_size) {
-        if (fifo->buffer[i] != vector) {
-            fifo->buffer[kept] = fifo->buffer[i];
-            kept = (kept + 1) % avr_int_pending_fifo_size;
-        }
-    }
-    fifo->write = (__typeof__(fifo->write))kept;
-    vector->pending = 0;
-    if (fifo->read == fifo->write && avr->interrupt_state > 0) {
-        avr->interrupt_state = 0;
-    }
-}
-
 static void follow_level(avr_t *avr, avr_int_vector_t *vector)
 {
-    bool on = avr_regbit_get(avr, vector->raised) && avr_regbit_get(avr, vector->enable);
-    if (on && !vector->pending) {
-        avr_raise_interrupt(avr, vector);
-    } else if (!on && vector->pending) {
-        forget_pending(avr, vector);
-    }
+    cpu_follow_level(avr, vector,
+                     avr_regbit_get(avr, vector->raised) && avr_regbit_get(avr, vector->enable));
 }
 
 static void follow_levels(struct usart *usart)

@@ -10,7 +10,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define VCD_SIGNALS_MAX 400
+#define VCD_SIGNALS_MAX 2400 // three of each servo on three buses, and more
 #define VCD_NAME_ROOM   48
 
 struct vcd_signal {

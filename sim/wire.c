@@ -54,7 +54,7 @@ static void sig_driver(void *owner, uint64_t now, struct driver *driver)
 {
     struct wire *wire = owner;
     (void)driver;
-    unsigned servos = wire->sig.enabled - wire->to_sig.enabled;
+    unsigned servos = wire->sig.enabled - wire->sig.excused - wire->to_sig.enabled;
     bool two = wire->to_sig.enabled && servos > 0;
     bool collision = servos > 1;
     if (two && !wire->two_drivers) {
@@ -78,6 +78,16 @@ void wire_servo_byte(struct wire *wire, uint64_t now, uint64_t end)
     }
 }
 
+static void byte_begins(struct wire *wire, uint64_t now)
+{
+    if (!wire->tx_enable) {
+        rules_break(wire->rules, RULE_DRIVER_OFF, now, "byte %02X never reached the wire",
+                    sent_byte(wire));
+    } else if (wire->on_byte) {
+        wire->on_byte(wire->owner, now);
+    }
+}
+
 static void usart_notice(void *owner, enum usart_notice notice, uint64_t now)
 {
     struct wire *wire = owner;
@@ -88,13 +98,9 @@ static void usart_notice(void *owner, enum usart_notice notice, uint64_t now)
         break;
     case USART_BAD_FORMAT:
         rules_break(wire->rules, RULE_FRAME_FORMAT, now, "UCSRC does not say 8N1");
+        byte_begins(wire, now);
         break;
-    case USART_FRAME:
-        if (!wire->tx_enable) {
-            rules_break(wire->rules, RULE_DRIVER_OFF, now, "byte %02X never reached the wire",
-                        sent_byte(wire));
-        }
-        break;
+    case USART_FRAME: byte_begins(wire, now); break;
     case USART_WRITE_LOST:
         rules_break(wire->rules, RULE_LOST_WRITE, now, "the byte was ignored");
         break;

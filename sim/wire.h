@@ -37,6 +37,8 @@ struct wire {
     void *owner;
     /* An enable has changed, or the controller's transmitter begins or falls idle; may be 0. */
     void (*on_change)(void *owner, uint64_t now);
+    /* A byte of the controller begins on the wire; may be 0. */
+    void (*on_byte)(void *owner, uint64_t now);
 };
 
 /* False, with one line on stderr, when the chip lacks the USART or a pin. */
@@ -44,7 +46,7 @@ bool wire_init(struct wire *wire, struct machine *machine, const struct board_bu
                struct rules *rules);
 void wire_reset(struct wire *wire, uint64_t now);
 
-/* A servo's byte begins and will end at `end`. */
+/* A servo's byte begins and will end at `end`; not for one that is excused. */
 void wire_servo_byte(struct wire *wire, uint64_t now, uint64_t end);
 
 #endif

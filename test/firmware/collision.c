@@ -1,10 +1,9 @@
-/* Pings servo 1, again and again; the script puts two of them on the wire. Servos begin within a
- * bit of each other, so the replies are the same and only the drivers tell. */
+/* Pings whoever is there, once: with two servos on the wire, that collides. */
 #include "chip.h"
 
 int main(void)
 {
-    static const uint8_t ping[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};
+    static const uint8_t ping[] = {0xFF, 0xFF, 0xFE, 0x02, 0x01, 0xFE};
     UBRR0L = 8;
     UCSR0B = 1 << RXEN0; // the script may begin
     wait(10000);

@@ -79,7 +79,7 @@ void test_an_unknown_board_is_refused(void)
 {
     TEST_ASSERT_FALSE(board_read(&board, folder, "two"));
     TEST_ASSERT_FALSE(board_read(&board, folder, ""));
-    TEST_ASSERT_FALSE(board_read(&board, folder, "../one"));
+    TEST_ASSERT_FALSE(board_read(&board, folder, "../one")); // a path, and there is nothing
     TEST_ASSERT_FALSE(board_read(&board, "/no/such/folder", "one"));
 }
 
@@ -129,6 +129,82 @@ void test_one_usart_cannot_serve_bus_and_host(void)
     strstr(strstr(text, "BOARD_HOST_USART"), "0\n")[0] = '1';
     put("one/board.h", text);
     TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
+}
+
+/* --- people's own boards -------------------------------------------------------------------------
+ */
+
+static bool read_own(const char *name)
+{
+    char path[128];
+    snprintf(path, sizeof(path), "%s/%s", folder, name);
+    return board_read(&board, "/no/such/folder", path);
+}
+
+static void put_with_chip(const char *lines)
+{
+    char text[sizeof(wiring) + 128];
+    snprintf(text, sizeof(text), "%s%s", wiring, lines);
+    put("mine.h", text);
+}
+
+void test_a_path_is_a_board_of_ones_own_with_board_mk_beside_it(void)
+{
+    TEST_ASSERT_TRUE(read_own("one/board.h"));
+    TEST_ASSERT_EQUAL_STRING("atmega128", board.mcu);
+    TEST_ASSERT_TRUE(read_own("one"));
+    TEST_ASSERT_EQUAL_UINT32(16000000, board.clock_Hz);
+}
+
+void test_chip_and_clock_may_stand_in_the_file(void)
+{
+    put_with_chip("#define BOARD_MCU atmega1284p\n#define BOARD_F_CPU 8000000\n");
+    TEST_ASSERT_TRUE(read_own("mine.h"));
+    TEST_ASSERT_EQUAL_STRING("atmega1284p", board.mcu);
+    TEST_ASSERT_EQUAL_UINT32(8000000, board.clock_Hz);
+    TEST_ASSERT_EQUAL_CHAR('A', board.bus[0].tx_enable.port);
+}
+
+void test_a_board_of_ones_own_without_chip_is_refused(void)
+{
+    put("mine.h", wiring);
+    TEST_ASSERT_FALSE(read_own("mine.h"));
+    put_with_chip("#define BOARD_MCU atmega1284p\n");
+    TEST_ASSERT_FALSE(read_own("mine.h"));
+    TEST_ASSERT_FALSE(read_own("none.h"));
+}
+
+/* What board_read() says on stderr. */
+static const char *complaint(const char *name)
+{
+    static char text[512];
+    char path[128];
+    snprintf(path, sizeof(path), "%s/complaint", folder);
+    TEST_ASSERT_NOT_NULL(freopen(path, "w", stderr));
+    TEST_ASSERT_FALSE(read_own(name));
+    fflush(stderr);
+    FILE *file = fopen(path, "r");
+    text[fread(text, 1, sizeof(text) - 1, file)] = 0;
+    fclose(file);
+    return text;
+}
+
+static void assert_complaint(const char *where, const char *what)
+{
+    char wanted[128];
+    snprintf(wanted, sizeof(wanted), "%s/mine.h:%s: %s\n", folder, where, what);
+    TEST_ASSERT_EQUAL_STRING(wanted, complaint("mine.h"));
+}
+
+void test_what_is_wrong_is_told_with_file_and_line(void)
+{
+    put_with_chip("#define BOARD_MCU atmega1284p\n#define BOARD_F_CPU fast\n");
+    assert_complaint("18", "BOARD_F_CPU: \"fast\" will not do");
+    char text[sizeof(wiring)];
+    snprintf(text, sizeof(text), "%s", wiring);
+    strstr(strstr(text, "BOARD_HOST_USART"), "0\n")[0] = '1';
+    put("mine.h", text);
+    assert_complaint("14", "BOARD_HOST_USART: USART1 has another job already");
 }
 
 void test_the_chip_and_its_clock_are_needed(void)

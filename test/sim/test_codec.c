@@ -90,6 +90,17 @@ void test_R27_any_number_of_FF_is_one_header(void)
     }
 }
 
+void test_R27_an_ID_of_FF_is_header_whatever_ID_follows(void)
+{
+    for (unsigned id = 0; id <= 253; id++) {
+        setUp();
+        PUT(0xFF, 0xFF, 0xFF, (uint8_t)id, 0x02, 0x01, (uint8_t) ~(id + 3));
+        TEST_ASSERT_EQUAL(1, packets); // taken with its last byte, though `id` might be a LENGTH
+        TEST_ASSERT_EQUAL(0, damaged);
+        TEST_ASSERT_EQUAL(id, found.id);
+    }
+}
+
 void test_R27_one_FF_is_no_header(void)
 {
     PUT(0xFF, 0x01, 0x02, 0x01, 0xFB);

@@ -142,6 +142,79 @@ void test_a_watchdog_reset_leaves_the_simulation_alive(void)
     assert_between(176, 188, figure(&stock, "cycles"));
 }
 
+void test_a_write_to_the_eeprom_takes_8500_us(void)
+{
+    run_both("eeprom_write");
+    assert_between(8500, 8501, figure(&exact, "us"));
+    TEST_ASSERT_EQUAL_INT(1, figure(&exact, "busy"));
+    TEST_ASSERT_EQUAL_INT(0x5A, figure(&exact, "stored"));
+    assert_between(0, 10, figure(&stock, "us"));
+    TEST_ASSERT_EQUAL_INT(0, figure(&stock, "busy"));
+}
+
+void test_the_eeprom_is_locked_while_it_is_written(void)
+{
+    run_both("eeprom_write");
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "moved"));
+    TEST_ASSERT_EQUAL_INT(1, figure(&stock, "moved"));
+}
+
+void test_a_write_later_than_4_cycles_after_eemwe_is_none(void)
+{
+    run_both("eeprom_write");
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "late"));
+    TEST_ASSERT_EQUAL_INT(0x5A, figure(&exact, "kept"));
+}
+
+void test_the_eeprom_halts_the_cpu_4_and_2_cycles(void)
+{
+    run_both("eeprom_write");
+    TEST_ASSERT_EQUAL_INT(4, figure(&exact, "reading") - figure(&stock, "reading"));
+    TEST_ASSERT_EQUAL_INT(2, figure(&exact, "starting") - figure(&stock, "starting"));
+}
+
+void test_ee_ready_interrupts_as_long_as_no_write_goes_on(void)
+{
+    run_both("eeprom_write");
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "early"));
+    TEST_ASSERT_EQUAL_INT(3, figure(&exact, "ready"));
+    TEST_ASSERT_EQUAL_INT(0, figure(&stock, "ready"));
+}
+
+void test_the_eeprom_is_kept_in_a_file(void)
+{
+    const char *options = "--host stdout --eeprom build/test_eeprom.bin";
+    remove("build/test_eeprom.bin");
+    simulate_firmware(&exact, "eeprom_keep", options);
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "starts"));
+    simulate_firmware(&exact, "eeprom_keep", options);
+    TEST_ASSERT_EQUAL_INT(1, figure(&exact, "starts"));
+    TEST_ASSERT_EQUAL_INT(0x42, figure(&exact, "marked")); // it came with the ELF
+}
+
+/* MCUCSR: 1 power-on, 8 watchdog. Flags stay until the firmware clears them. */
+void test_flags_of_resets_add_up_until_they_are_cleared(void)
+{
+    run_both("reset_cause");
+    TEST_ASSERT_EQUAL_INT(1, figure(&exact, "first"));
+    TEST_ASSERT_EQUAL_INT(1 + 8, figure(&exact, "second"));
+    TEST_ASSERT_EQUAL_INT(8, figure(&exact, "third"));
+}
+
+void test_registers_are_as_after_reset_in_every_life(void)
+{
+    run_both("reset_cause");
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "pins"));
+    TEST_ASSERT_EQUAL_INT(1 << 3, figure(&stock, "pins")); // TXEN, which simavr sets
+}
+
+void test_the_watchdog_of_an_atmega128_is_off_after_its_reset(void)
+{
+    run_both("reset_cause");
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "dog"));
+    TEST_ASSERT_EQUAL_INT(1 << 3, figure(&stock, "dog"));
+}
+
 /* --- drivers -------------------------------------------------------------------------------------
  */
 

@@ -85,3 +85,78 @@ void test_listeners_hear_of_drivers_that_come_and_go(void)
     TEST_ASSERT_EQUAL_UINT(1, net.enabled);
     TEST_ASSERT_EQUAL_UINT(1, net.low);
 }
+
+static enum net_override present;
+static uint64_t asked;
+
+static enum net_override ask(void *owner, uint64_t time)
+{
+    TEST_ASSERT_EQUAL_PTR(&net, owner);
+    asked = time;
+    return present;
+}
+
+static void override(uint64_t time, enum net_override what)
+{
+    net.owner = &net;
+    net.ask_override = ask;
+    present = what;
+    net_settle(&net, time);
+}
+
+void test_an_override_stands_above_the_drivers(void)
+{
+    static const struct {
+        enum net_override override;
+        bool low, high; // the level, when the drivers give low or high
+    } rows[] = {{NET_AS_DRIVEN, false, true},
+                {NET_INVERTED, true, false},
+                {NET_HIGH, true, true},
+                {NET_LOW, false, false}};
+    driver_set(&a, 1, true, true);
+    for (unsigned i = 0; i < 4; i++) {
+        override(10 * i + 2, rows[i].override);
+        TEST_ASSERT_EQUAL(rows[i].high, net.level);
+        driver_level(&a, 10 * i + 3, false);
+        TEST_ASSERT_EQUAL_UINT64(10 * i + 3, asked);
+        TEST_ASSERT_EQUAL(rows[i].low, net.level);
+        driver_level(&a, 10 * i + 4, true);
+        TEST_ASSERT_EQUAL(rows[i].high, net.level);
+    }
+    TEST_ASSERT_EQUAL_UINT(0, net.low);
+    TEST_ASSERT_EQUAL_UINT(1, net.enabled);
+}
+
+void test_listeners_hear_of_an_override_when_it_changes_the_level(void)
+{
+    override(5, NET_HIGH);
+    TEST_ASSERT_EQUAL_UINT(0, levels);
+    override(6, NET_LOW);
+    TEST_ASSERT_EQUAL_UINT(1, levels);
+    TEST_ASSERT_EQUAL_UINT64(6, when);
+    TEST_ASSERT_FALSE(level);
+    TEST_ASSERT_EQUAL_UINT64(6, net.time);
+    driver_set(&a, 7, true, false);
+    TEST_ASSERT_EQUAL_UINT(1, levels);
+    override(8, NET_AS_DRIVEN);
+    TEST_ASSERT_EQUAL_UINT(1, levels);
+    driver_enable(&a, 9, false);
+    TEST_ASSERT_EQUAL_UINT(2, levels);
+}
+
+void test_the_net_knows_how_many_drivers_are_excused(void)
+{
+    driver_excuse(&a, true);
+    TEST_ASSERT_EQUAL_UINT(0, net.excused);
+    driver_enable(&a, 1, true);
+    driver_enable(&b, 1, true);
+    TEST_ASSERT_EQUAL_UINT(1, net.excused);
+    driver_excuse(&b, true);
+    driver_excuse(&b, true);
+    TEST_ASSERT_EQUAL_UINT(2, net.excused);
+    driver_excuse(&a, false);
+    driver_enable(&a, 2, false);
+    TEST_ASSERT_EQUAL_UINT(1, net.excused);
+    driver_enable(&b, 2, false);
+    TEST_ASSERT_EQUAL_UINT(0, net.excused);
+}

@@ -1,5 +1,6 @@
 /* Whole runs of the simulator that must fail, and say why: rules of the wire, crashes, bad input.
  */
+#include "rules.h"
 #include "sim/simulator.h"
 
 static struct run run;
@@ -32,15 +33,44 @@ void test_each_breach_is_named(void)
     assert_broken("early-release");
 }
 
-void test_two_servos_with_one_id_collide(void)
+static void collide(const char *line, const char *options)
 {
     FILE *script = fopen("build/collision.txt", "w");
     TEST_ASSERT_NOT_NULL(script);
-    fputs("@servos 1,1\n@wait 5\n", script);
+    fprintf(script, "%s\n@wait 5\n", line);
     fclose(script);
-    simulate_firmware(&run, "collision", "--script build/collision.txt");
+    char arguments[120];
+    snprintf(arguments, sizeof(arguments), "--script build/collision.txt %s", options);
+    simulate_firmware(&run, "collision", arguments);
+}
+
+void test_two_servos_that_are_asked_at_once_collide(void)
+{
+    collide("@servos 1,2", "");
     TEST_ASSERT_EQUAL_INT(1, run.status);
     assert_broken("collision");
+    collide("@servos 1,2", "--allow-duplicates"); // they are none
+    TEST_ASSERT_EQUAL_INT(1, run.status);
+    assert_broken("collision");
+}
+
+void test_two_servos_with_one_id_are_allowed_only_on_demand(void)
+{
+    collide("@servos 1,1", "");
+    TEST_ASSERT_EQUAL_INT(2, run.status);
+    assert_says(&run, "build/collision.txt:1: an ID occurs twice");
+    collide("@servos 1,1", "--allow-duplicates");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    assert_says(&run, "rules:   none broken");
+}
+
+/* Pings amid the talk of a servo that never stops: the controller could not know. */
+void test_collisions_with_a_fault_are_nobodys_breach(void)
+{
+    collide("@fault babble 0", "");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    assert_says(&run, "rules:   none broken");
+    assert_says(&run, "faults:  acted 1 times; 0 of 1 orders came to nothing");
 }
 
 /* Whether the script is over when the run is. The firmware listens, and never says a word. */
@@ -108,6 +138,10 @@ void test_bad_usage_is_refused(void)
     assert_refused("firmware a.elf --board x --colour", "unknown option: --colour");
     assert_refused("firmware a.elf --board x --servos 1-300", "IDs are 0 to 253");
     assert_refused("firmware a.elf --board x --servos 1,1", "an ID occurs twice");
+    assert_refused("firmware a.elf --board x --fault fly", "--fault: a fault is wanted: flip");
+    assert_refused("firmware a.elf --board x --fault 'cut out 1'", "--fault: cut out PACKET BYTES");
+    assert_refused("firmware a.elf --board x --seed 4294967296", "--seed wants");
+    assert_refused("firmware a.elf --board x --seed -1", "--seed wants");
     assert_refused("firmware a.elf --board x --seconds -1", "positive number");
     assert_refused("firmware a.elf --board x", "--seconds is wanted");
 }
@@ -136,6 +170,122 @@ void test_an_elf_for_another_chip_is_refused(void)
              "firmware %s/byte_time.elf --board arduino-mega --seconds 1",
              environment("FIRMWARE", "build/firmware"));
     assert_refused(arguments, "built for atmega128, the board has an atmega2560");
+}
+
+void test_an_elf_for_a_bigger_chip_is_refused(void)
+{
+    assert_refused("firmware build/arduino-mega/controller.elf --board atmega128 --seconds 1",
+                   "built for atmega2560, the board has an atmega128");
+}
+
+/* Without the note of avr-libc's start-up code there is the family in the ELF header. */
+void test_an_elf_without_a_note_is_judged_by_its_family(void)
+{
+    TEST_ASSERT_EQUAL_INT(0, system("avr-objcopy -R .note.gnu.avr.deviceinfo "
+                                    "build/arduino-mega/controller.elf build/no_note.elf"));
+    assert_refused("firmware build/no_note.elf --board atmega128 --seconds 1",
+                   "built for a chip of avr-gcc's family avr6, the board's atmega128 is avr51");
+}
+
+void test_bad_values_of_options_are_refused(void)
+{
+    assert_refused("firmware a.elf --board x --seconds 1 --rules maybe", "--rules is fail or warn");
+    assert_refused("firmware a.elf --board x --seconds 1 --gdb 65536", "--gdb wants a port");
+    assert_refused("firmware a.elf --board x --seconds 1 --servos 7:1", "buses are 0 to 2");
+    simulate_firmware(&run, "byte_time", "--servos 1:5");
+    TEST_ASSERT_EQUAL_INT(2, run.status);
+    assert_says(&run, "atmega128 has 1 bus, counted from 0");
+}
+
+void test_an_eeprom_file_of_another_size_is_refused(void)
+{
+    FILE *file = fopen("build/short_eeprom.bin", "w");
+    TEST_ASSERT_NOT_NULL(file);
+    fputs("short", file);
+    fclose(file);
+    simulate_firmware(&run, "byte_time", "--eeprom build/short_eeprom.bin");
+    TEST_ASSERT_EQUAL_INT(2, run.status);
+    assert_says(&run, "build/short_eeprom.bin: holds 5 bytes, the EEPROM of an atmega128 has 4096");
+}
+
+/* --- told, but not failed ------------------------------------------------------------------------
+ */
+
+void test_with_rules_warn_breaches_are_told_and_the_run_is_good(void)
+{
+    simulate_firmware(&run, "breaches", "--rules warn");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    assert_says(&run, "both-enables: the controller hears itself");
+    assert_says(&run, "WARNING: early-release, 1 times:");
+}
+
+void test_with_rules_warn_a_crash_still_fails_the_run(void)
+{
+    simulate_firmware(&run, "crash_wild", "--rules warn");
+    TEST_ASSERT_EQUAL_INT(1, run.status);
+    assert_says(&run, "BROKEN:  crash, 1 times:");
+}
+
+/* --- several buses -------------------------------------------------------------------------------
+ */
+
+static void simulate_three_buses(const char *options)
+{
+    char arguments[512];
+    snprintf(arguments, sizeof(arguments),
+             "firmware %s/three_buses.elf --board test/boards/three-buses/board.h --seconds 0.5 "
+             "--host stdout %s",
+             environment("FIRMWARE", "build/firmware"), options);
+    simulate(&run, arguments);
+}
+
+void test_three_buses_talk_at_once(void)
+{
+    simulate_three_buses("--servos 1-3 --servos 1:1,5 --servos 2:1 --echo");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "bus0"));
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "bus1"));
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "bus2"));
+    assert_says(&run, " bus2 <-out: FF FF 01 02 00 FC (LEN:006)");
+}
+
+void test_each_bus_has_its_own_servos(void)
+{
+    simulate_three_buses("--servos 0:1 --servos 2:2");
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "bus0"));
+    TEST_ASSERT_EQUAL_INT(0, figure(&run, "bus1"));
+    TEST_ASSERT_EQUAL_INT(0, figure(&run, "bus2"));
+}
+
+void test_a_fault_may_be_on_any_bus(void)
+{
+    simulate_three_buses("--servos 1 --servos 1:1 --servos 2:1 --fault '1:lose out 3 0'");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "bus0"));
+    TEST_ASSERT_EQUAL_INT(7, figure(&run, "bus1"));
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "bus2"));
+    assert_says(&run, "faults:  bus 1: acted 1 times; 0 of 1 orders came to nothing");
+    simulate_three_buses("--fault '3:lose out 1 0'");
+    TEST_ASSERT_EQUAL_INT(2, run.status);
+    assert_says(&run, "the board has no such bus");
+}
+
+void test_a_breach_tells_its_bus_and_counts_in_the_run(void)
+{
+    struct rules all;
+    struct rules bus;
+    char *text = 0;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    rules_init(&all, 16000000, out);
+    rules_join(&bus, &all, "bus 1: ");
+    rules_break(&bus, RULE_OVERRUN, 16000, "three bytes");
+    fclose(out);
+    TEST_ASSERT_EQUAL_STRING("rule broken at 16000 (1.000 ms): bus 1: overrun: three bytes\n",
+                             text);
+    TEST_ASSERT_EQUAL_UINT32(1, rules_broken(&all));
+    TEST_ASSERT_TRUE(rules_failed(&all));
+    free(text);
 }
 
 void test_help_is_no_error(void)

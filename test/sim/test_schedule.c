@@ -181,3 +181,93 @@ void test_many_events_armed_moved_and_cancelled_stay_in_order(void)
         TEST_ASSERT_EQUAL_UINT(i % 3 == 1 ? 0 : 1, probes[i].runs);
     }
 }
+
+void test_ranks_come_before_the_order_of_arming(void)
+{
+    static struct probe last, first, other;
+    probe_init(&last, 'c');
+    probe_init(&first, 'a');
+    probe_init(&other, 'b');
+    last.event.rank = 2;
+    other.event.rank = 1;
+    schedule_at(&schedule, &last.event, 10);
+    schedule_at(&schedule, &other.event, 10);
+    schedule_at(&schedule, &first.event, 10);
+    schedule_run_until(&schedule, 20);
+    TEST_ASSERT_EQUAL_STRING("abc", order);
+}
+
+/* --- events that meddle with others while they run -----------------------------------------------
+ */
+
+#define CROWD 60
+
+struct member {
+    struct event event;
+    uint64_t due; // what it was last armed for
+    unsigned turn;
+};
+
+static struct member crowd[CROWD];
+static uint32_t dice;
+static unsigned turns;
+
+static unsigned roll(unsigned sides)
+{
+    dice = dice * 1664525u + 1013904223u;
+    return (dice >> 16) % sides;
+}
+
+static void arm(struct member *member, uint64_t now)
+{
+    member->due = now + roll(50);
+    member->turn = turns++;
+    schedule_at(&schedule, &member->event, member->due);
+}
+
+/* Armed before `member` and not later, or earlier: it should have run first. */
+static void check_that_it_was_the_next(const struct member *member)
+{
+    for (unsigned i = 0; i < CROWD; i++) {
+        const struct member *other = &crowd[i];
+        bool sooner =
+            other->due < member->due || (other->due == member->due && other->turn < member->turn);
+        TEST_ASSERT_FALSE(other != member && event_armed(&other->event) && sooner);
+    }
+}
+
+static void meddle(void *owner, uint64_t now)
+{
+    struct member *member = owner;
+    TEST_ASSERT_EQUAL_UINT64(member->due, now);
+    TEST_ASSERT_FALSE(event_armed(&member->event));
+    check_that_it_was_the_next(member);
+    ran++;
+    for (unsigned i = roll(4); i > 0; i--) {
+        struct member *other = roll(3) ? &crowd[roll(CROWD)] : member;
+        if (roll(4)) {
+            arm(other, now);
+        } else {
+            schedule_cancel(&schedule, &other->event);
+        }
+        if (!roll(8)) {
+            TEST_ASSERT_TRUE(schedule_next(&schedule) >= now);
+        }
+    }
+}
+
+void test_events_that_arm_and_cancel_others_while_they_run_keep_the_order(void)
+{
+    dice = 1;
+    turns = 0;
+    for (unsigned i = 0; i < CROWD; i++) {
+        event_init(&crowd[i].event, meddle, &crowd[i]);
+    }
+    for (uint64_t round = 0; round < 200; round++) {
+        for (unsigned i = 0; i < CROWD; i++) {
+            arm(&crowd[i], schedule.now);
+        }
+        schedule_run_until(&schedule, schedule.now + 100);
+    }
+    TEST_ASSERT_TRUE(ran > 10000);
+}

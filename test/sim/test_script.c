@@ -1,4 +1,6 @@
-/* The script runner against a firmware that is four lines of C, and lists of IDs. */
+/* Scenarios, read and run against a firmware that is four lines of C and servos on a wire; and
+ * lists of IDs. */
+#include "adapter.h"
 #include "script.h"
 #include "unity.h"
 
@@ -12,6 +14,11 @@
 
 static struct schedule schedule;
 static struct script script;
+static struct net net;
+static struct servos servos;
+static struct transcript transcript;
+static struct adapter adapter; // the controller
+static struct rules rules;
 static struct script_world world;
 static char path[64];
 static char log_text[1024]; // what happened, one word or line after the other
@@ -49,10 +56,10 @@ static void say(void *owner, uint64_t now, const char *bytes, size_t size)
     }
 }
 
-static void servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count)
+static void put_servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count)
 {
     (void)owner;
-    (void)now;
+    servos_replace(&servos, now, ids, count);
     note("servos %u:", count);
     for (unsigned i = 0; i < count; i++) {
         note(" %u", ids[i]);
@@ -60,11 +67,30 @@ static void servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count
     note("\n");
 }
 
-static void power(void *owner, uint64_t now, bool on)
+static struct servos *bus(void *owner, unsigned index)
 {
     (void)owner;
-    (void)now;
-    note("power %d\n", on);
+    return index == 0 ? &servos : 0;
+}
+
+static uint64_t send(void *owner, uint64_t now, const uint8_t *bytes, size_t size)
+{
+    (void)owner;
+    adapter_say(&adapter, now, bytes, size);
+    return adapter_end(&adapter);
+}
+
+static void baud(void *owner, uint32_t value)
+{
+    (void)owner;
+    adapter_baud(&adapter, value);
+}
+
+static const char *fault(void *owner, uint64_t now, const char *text)
+{
+    (void)owner;
+    note("fault %s at %u ms\n", text, (unsigned)(now / MS));
+    return strcmp(text, "baud 9 1") == 0 ? "no servo has that ID" : 0;
 }
 
 static void echo(void *owner, bool on)
@@ -98,17 +124,41 @@ static bool read_script(const char *text)
 static void run(const char *text)
 {
     TEST_ASSERT_TRUE(read_script(text));
-    script_start(&script, &schedule, CLOCK, &world, out);
+    TEST_ASSERT_TRUE(script_start(&script, &schedule, CLOCK, &world, out));
     schedule_run_until(&schedule, (uint64_t)CLOCK * 60);
+}
+
+static void line_seen(void *owner, const struct transcript *line)
+{
+    (void)owner;
+    script_packet(&script, line);
 }
 
 void setUp(void)
 {
+    static const uint8_t ids[] = {1, 2, 3};
     snprintf(path, sizeof(path), "/tmp/test_script.XXXXXX");
     close(mkstemp(path));
     out = tmpfile();
     schedule_init(&schedule);
-    world = (struct script_world){&schedule, is_ready, say, servos, power, echo, outcome, finished};
+    rules_init(&rules, CLOCK, 0);
+    net_init(&net);
+    adapter_init(&adapter, &schedule, &net, &net, CLOCK, 1000000);
+    transcript_init(&transcript, &schedule, &net, &adapter.driver);
+    transcript.on_line = line_seen;
+    servos_init(&servos, &schedule, &net, CLOCK);
+    servos_replace(&servos, 0, ids, sizeof(ids));
+    world = (struct script_world){.ready = is_ready,
+                                  .say = say,
+                                  .send = send,
+                                  .baud = baud,
+                                  .bus = bus,
+                                  .servos = put_servos,
+                                  .fault = fault,
+                                  .echo = echo,
+                                  .rules = &rules,
+                                  .outcome = outcome,
+                                  .finished = finished};
     log_text[0] = said[0] = 0;
     answer = "ok\n";
     ready = true;
@@ -118,6 +168,7 @@ void setUp(void)
 void tearDown(void)
 {
     script_free(&script);
+    servos_free(&servos);
     schedule_free(&schedule);
     fclose(out);
     unlink(path);
@@ -141,8 +192,8 @@ void test_only_ok_and_error_end_a_reply(void)
 void test_an_error_is_told_and_the_script_goes_on(void)
 {
     answer = "error 7: servo absent\n";
-    run("ping 1\n@power off\n");
-    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 1 ping 1: error 7: servo absent\npower 0\n"
+    run("ping 1\n@echo off\n");
+    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 1 ping 1: error 7: servo absent\necho 0\n"
                              "finished 1 ms\n",
                              log_text);
 }
@@ -178,10 +229,13 @@ void test_a_firmware_that_never_listens_ends_the_script(void)
 
 void test_actions_act_on_the_simulation(void)
 {
-    run("@servos 0,1,5-7\n@servos 1,1,1\n@power off\n@wait 250\n@power on\n@echo on\n");
-    TEST_ASSERT_EQUAL_STRING("servos 5: 0 1 5 6 7\nservos 3: 1 1 1\npower 0\npower 1\necho 1\n"
-                             "finished 251 ms\n",
-                             log_text);
+    servos.duplicates = true;
+    run("@servos 0,1,5-7\n@servos 1,1,1\n@wait 250\n@echo on\n"
+        "@fault stuck low 5\n@at 400\n@fault stuck off\n");
+    TEST_ASSERT_EQUAL_STRING(
+        "servos 5: 0 1 5 6 7\nservos 3: 1 1 1\necho 1\nfault stuck low 5 at 251 ms\n"
+        "fault stuck off at 400 ms\nfinished 400 ms\n",
+        log_text);
 }
 
 void test_a_wait_may_be_longer_than_the_patience(void)
@@ -200,17 +254,359 @@ void test_print_and_echo_go_to_the_output(void)
     TEST_ASSERT_EQUAL_STRING("Example 2: read\n> read 1 43\n32\nok\n", text);
 }
 
+/* --- causes --- */
+
+static const struct servo_world *world_of(unsigned servo)
+{
+    return &servos.node[servo - 1].servo.world;
+}
+
+void test_causes_are_set_for_all_or_for_some(void)
+{
+    run("@supply 9.5\n@supply 2-3 7.4\n@ambient 1,3 60\n@load -300\n@load 2 450\n@block 3 on\n"
+        "@power 2 off\n");
+    static const struct servo_world expected[] = {
+        {95, 60, -300, false}, {74, 32, 450, false}, {74, 60, -300, true}};
+    for (unsigned i = 0; i < 3; i++) {
+        TEST_ASSERT_EQUAL(expected[i].supply_dV, world_of(i + 1)->supply_dV);
+        TEST_ASSERT_EQUAL(expected[i].ambient_C, world_of(i + 1)->ambient_C);
+        TEST_ASSERT_EQUAL(expected[i].load, world_of(i + 1)->load);
+        TEST_ASSERT_EQUAL(expected[i].blocked, world_of(i + 1)->blocked);
+        TEST_ASSERT_EQUAL(i != 1, servos.node[i].servo.powered);
+    }
+}
+
+void test_power_and_block_return(void)
+{
+    run("@power off\n@block on\n@wait 10\n@power 1 on\n@block 2-3 off\n");
+    TEST_ASSERT_TRUE(servos.node[0].servo.powered);
+    TEST_ASSERT_FALSE(servos.node[1].servo.powered);
+    TEST_ASSERT_TRUE(world_of(1)->blocked);
+    TEST_ASSERT_FALSE(world_of(3)->blocked);
+}
+
+void test_a_cause_can_take_time_while_the_scenario_goes_on(void)
+{
+    run("@supply 2 8.0 over 100\n@load 2 -1000 over 200\n@wait 50\n"
+        "@expect servo 2 PRESENT_VOLTAGE 99..101 within 4\n"
+        "@expect servo 1 PRESENT_VOLTAGE 120 within 0\n@load 2 77\n@wait 500\n");
+    TEST_ASSERT_EQUAL(80, world_of(2)->supply_dV);
+    TEST_ASSERT_EQUAL(77, world_of(2)->load); // the later line ended the ramp
+    TEST_ASSERT_EQUAL(120, world_of(1)->supply_dV);
+}
+
+void test_a_ramp_is_even_and_ends_in_time(void)
+{
+    run("@at 10\n@load 1 100 over 100\n@at 60\n@expect servo 1 torque off\n");
+    TEST_ASSERT_EQUAL(100, world_of(1)->load);
+    tearDown();
+    setUp();
+    TEST_ASSERT_TRUE(read_script("@at 10\n@load 1 100 over 100\n@at 200\n"));
+    TEST_ASSERT_TRUE(script_start(&script, &schedule, CLOCK, &world, out));
+    for (unsigned ms = 10; ms <= 120; ms += 10) {
+        schedule_run_until(&schedule, ms * MS);
+        TEST_ASSERT_EQUAL(ms < 110 ? ms - 10 : 100, world_of(1)->load);
+    }
+}
+
+void test_new_servos_know_nothing_of_ramps(void)
+{
+    run("@supply 5 over 100\n@wait 10\n@servos 1-3\n@wait 200\n");
+    TEST_ASSERT_EQUAL(120, world_of(1)->supply_dV);
+}
+
+/* --- time --- */
+
+void test_at_waits_until_that_time(void)
+{
+    run("@at 100\n@expect servo 1 torque off within 0\n@at 100\n@at 250\n");
+    TEST_ASSERT_EQUAL_STRING("finished 250 ms\n", log_text);
+}
+
+void test_at_a_time_that_is_over_is_told(void)
+{
+    run("@at 100\n@wait 50\n@at 120\n@echo on\n");
+    TEST_ASSERT_EQUAL_STRING("outcome 4 @at 120: it is 150.000 ms already\nfinished 150 ms\n",
+                             log_text);
+}
+
+/* --- expectations --- */
+
+static void expect_met(const char *text, const char *end)
+{
+    char wanted[64];
+    setUp();
+    run(text);
+    snprintf(wanted, sizeof(wanted), "finished %s ms\n", end);
+    TEST_ASSERT_EQUAL_STRING_MESSAGE(wanted, log_text, text);
+    tearDown();
+}
+
+static void expect_unmet(const char *text, const char *seen)
+{
+    setUp();
+    run(text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(log_text, "outcome 4 @expect"), text);
+    TEST_ASSERT_NOT_NULL_MESSAGE(strstr(log_text, seen), log_text);
+    TEST_ASSERT_NULL_MESSAGE(strstr(log_text, "echo"), "the scenario ends there");
+    tearDown();
+}
+
+void test_servos_are_looked_at_from_outside(void)
+{
+    tearDown();
+    expect_met("@expect servo 1-3 GOAL_POSITION 512\n", "1");
+    expect_met("@expect servo 2 0x1E 0\n@expect servo 2 31 2\n", "1"); // bytes by address
+    expect_met("@expect servo 1 CCW_ANGLE_LIMIT 1000..0x3FF\n", "1");
+    expect_met("@expect servo 3 torque off\n@expect servo 3 led off\n@expect servo 3 error 0\n",
+               "1");
+    expect_met("@supply 2 5\n@expect servo 2 led blinking\n@expect servo 2 error 0x01\n", "4");
+    expect_met("@power 2 off\n@expect servo 2 led off\n", "1");
+    expect_unmet("@expect servo 1-3 GOAL_POSITION 513 within 5\n@echo on\n",
+                 "not met; seen: servo 1 has 512 (0x200)\nfinished 6 ms");
+    expect_unmet("@supply 3 5\n@wait 9\n@expect servo 1-3 error 0 within 7\n@echo on\n",
+                 "seen: servo 3 has 1 (0x01)\nfinished 17 ms");
+    expect_unmet("@supply 3 5\n@wait 9\n@expect servo 3 led off\n@echo on\n", "finished 1010 ms");
+    expect_unmet("@expect servo 1 torque on within 0\n", "servo 1 has 0 (0x00)\nfinished 1 ms");
+    setUp();
+}
+
+void test_an_expectation_is_met_when_it_comes_true_in_time(void)
+{
+    tearDown();
+    expect_met("@supply 1 5 over 200\n@expect servo 1 PRESENT_VOLTAGE 0..60 within 300\n", "176");
+    expect_unmet("@supply 1 5 over 200\n@expect servo 1 PRESENT_VOLTAGE 0..60 within 100\n",
+                 "servo 1 has 86");
+    setUp();
+}
+
+#define PING1 "@send FF FF 01 02 01 FB\n"
+
+void test_packets_are_expected_in_their_order(void)
+{
+    tearDown();
+    expect_met(PING1 "@expect packet in FFFF010201FB\n@expect packet out FF FF 01 02 00 FC\n", "1");
+    expect_met(PING1 "@expect packet out FF FF 01 02 .. fc\n@expect packet in .. FF 01 02 01 FB\n",
+               "1");
+    expect_met(
+        "@send FF FF FE 02 06 F9 00\n@wait 1\n@send FF FF FE 04 03 19 01 E0 FF FF 01 02 01 "
+        "FB\n@expect packet in FF FF FE 04 03 19 01 E0\n@expect packet in FF FF 01 02 01 FB\n"
+        "@expect packet out FF FF 01 02 00 FC\n",
+        "2");
+    static const char *const wrong[] = {
+        "in FF FF 01 02 00 FC",     // of the servo
+        "out FF FF 01 02 01 FB",    // of the controller
+        "out FF FF 01 02 00",       // too short
+        "out FF FF 01 02 00 FC ..", // too long
+        "out FF FF 01 02 00 FC!",   // no framing error
+    };
+    for (unsigned i = 0; i < sizeof(wrong) / sizeof(wrong[0]); i++) {
+        char text[120];
+        snprintf(text, sizeof(text), PING1 "@expect packet %s\n", wrong[i]);
+        expect_unmet(text, wrong[i][0] == 'i' ? "not met; seen: FF FF 01 02 01 FB\n"
+                                              : "not met; seen: FF FF 01 02 00 FC\n");
+    }
+    expect_unmet(PING1 "@expect packet out .. .. .. .. .. ..\n@expect packet out .. within 10\n",
+                 "not met; seen: no packet");
+    expect_unmet(PING1 "@wait 1\n@expect packet out .. .. .. .. .. .. within 2\n", "no packet");
+    setUp();
+}
+
+void test_bytes_are_sent_at_the_rate_that_was_set(void)
+{
+    tearDown();
+    expect_met("@baud 57600\n" PING1 "@expect silence 20\n@baud 1000000\n" PING1
+               "@expect packet out FF FF 01 02 00 FC\n",
+               "22");
+    setUp();
+}
+
+void test_damaged_bytes_are_seen_as_they_are(void)
+{
+    run("@send FF FF 01 02 01 00\n@expect packet in FF FF 01 02 01 00\n"
+        "@expect packet out FF FF 01 02 10 EC\n@send 12\n@expect packet in 12\n");
+    TEST_ASSERT_EQUAL_STRING("finished 1 ms\n", strstr(log_text, "finished"));
+}
+
+void test_silence_is_no_edge_and_a_high_wire(void)
+{
+    tearDown();
+    expect_unmet(PING1 "@expect silence 1\n", "the wire is not silent\nfinished 1 ms");
+    expect_met("@power off\n" PING1 "@expect silence 900\n", "901");
+    expect_met(PING1 "@wait 1\n@expect silence 900\n", "902");
+    setUp();
+    driver_set(&adapter.driver, 0, true, false);
+    run("@expect silence 10\n");
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "the wire is not silent\nfinished 1 ms"));
+}
+
+void test_text_is_looked_for_in_the_whole_last_reply(void)
+{
+    answer = "id 7\nid 9\nok\n";
+    run("scan\nscan\n@expect text id 7\n@expect text d 9\n@expect text ok within 0\n");
+    TEST_ASSERT_EQUAL_STRING("scan\noutcome 0 scan: ok\nscan\noutcome 0 scan: ok\nfinished 1 ms\n",
+                             log_text);
+    tearDown();
+    setUp();
+    answer = "id 7\nok\n";
+    run("scan\n@expect text id 8 within 30\n");
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "@expect text id 8 within 30: not met; seen: id 7|ok\n"
+                                          "finished 31 ms"));
+    tearDown();
+    setUp();
+    answer = "id 7\nok\n";
+    run("scan\n@wait 1\n@expect text id 7 within 3\n"); // forgotten
+    TEST_ASSERT_NOT_NULL(strstr(log_text, "seen: no reply\n"));
+}
+
+void test_a_breach_that_is_expected_is_none(void)
+{
+    rules_break(&rules, RULE_COLLISION, 0, "a test");
+    run("@expect rule collision\n");
+    TEST_ASSERT_EQUAL_STRING("finished 1 ms\n", log_text);
+    TEST_ASSERT_EQUAL(0, rules_broken(&rules));
+    tearDown();
+    expect_unmet("@expect rule overrun within 10\n", "seen: it was not broken\nfinished 11 ms");
+    setUp();
+}
+
+void test_a_fault_that_is_refused_ends_the_scenario(void)
+{
+    run("@fault baud 9 1\n@echo on\n");
+    TEST_ASSERT_EQUAL_STRING("fault baud 9 1 at 1 ms\n"
+                             "outcome 4 @fault baud 9 1: no servo has that ID\nfinished 1 ms\n",
+                             log_text);
+}
+
+/* --- bad input --- */
+
 void test_bad_lines_are_refused_before_anything_runs(void)
 {
     static const char *const bad[] = {
-        "@fly 1\n", "@servos\n",   "@servos 1-\n",   "@servos 254\n", "@servos 5-3\n",
-        "@power\n", "@power up\n", "@wait\n",        "@wait -5\n",    "@wait 5s\n",
-        "!\n",      "@\n",         "@servosx 1-3\n", "@echo 1\n",     "@servos 1,,2"};
+        "@fly 1\n",
+        "@servos\n",
+        "@servos 1-\n",
+        "@servos 254\n",
+        "@servos 5-3\n",
+        "@power\n",
+        "@power up\n",
+        "@wait\n",
+        "@wait -5\n",
+        "@wait 5s\n",
+        "!\n",
+        "@\n",
+        "@servosx 1-3\n",
+        "@echo 1\n",
+        "@servos 1,,2\n",
+        "@wait 5 6\n",
+        "@wait 3600001\n",
+        "@at soon\n",
+        "@at -1\n",
+        "@power 1\n",
+        "@power 1 on off\n",
+        "@power 254 on\n",
+        "@power on over 5\n",
+        "@block 1 on over 5\n",
+        "@supply\n",
+        "@supply 25.6\n",
+        "@supply -1\n",
+        "@supply -0.5\n",
+        "@supply 12.05\n",
+        "@supply 12.\n",
+        "@supply 1 2 3\n",
+        "@supply 12 over\n",
+        "@supply 12 over 5s\n",
+        "@supply 1 12 over 5 6\n",
+        "@supply 12V\n",
+        "@ambient 256\n",
+        "@ambient 20.5\n",
+        "@load 2047\n",
+        "@load 1-2\n",
+        "@send\n",
+        "@send FF F\n",
+        "@send FF ..\n",
+        "@send FF!\n",
+        "@send xx\n",
+        "@baud 0\n",
+        "@fault\n",
+        "@fault rain\n",
+        "@fault stuck\n",
+        "@fault flip in\n",
+        "@expect\n",
+        "@expect rain\n",
+        "@expect packet\n",
+        "@expect packet FF FF\n",
+        "@expect packet in\n",
+        "@expect packet in FG\n",
+        "@expect packet in FF FF within\n",
+        "@expect packet in FF FF within 1.5\n",
+        "@expect silence\n",
+        "@expect silence 0\n",
+        "@expect silence 10 within 5\n",
+        "@expect servo 1 LED\n",
+        "@expect servo LED 1\n",
+        "@expect servo 1 LED 1 2\n",
+        "@expect servo 1 GLOW 1\n",
+        "@expect servo 1 50 0\n",
+        "@expect servo 1 LED -1\n",
+        "@expect servo 1 LED 5..4\n",
+        "@expect servo 1 LED 1.\n",
+        "@expect servo 1 led bright\n",
+        "@expect servo 1 LED 1 within -1\n",
+        "@expect servo 1 LED 1 within 3600001\n",
+        "@expect text\n",
+        "@expect rule politeness\n",
+    };
     for (unsigned i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
         TEST_ASSERT_FALSE_MESSAGE(read_script(bad[i]), bad[i]);
         script_free(&script);
     }
     TEST_ASSERT_FALSE(script_read(&script, "/no/such/script"));
+}
+
+static bool starts(const char *text)
+{
+    TEST_ASSERT_TRUE_MESSAGE(read_script(text), text);
+    bool good = script_start(&script, &schedule, CLOCK, &world, out);
+    tearDown();
+    setUp();
+    return good;
+}
+
+void test_servos_that_are_not_there_are_noticed_before_anything_runs(void)
+{
+    TEST_ASSERT_TRUE(starts("@power 1-3 off\n@servos 7\n@power 7 off\n@expect servo 7 ID 7\n"));
+    TEST_ASSERT_FALSE(starts("@load 4 0\n"));
+    TEST_ASSERT_FALSE(starts("@expect servo 0-1 LED 0\n"));
+    TEST_ASSERT_FALSE(starts("@servos 7\n@power 1 off\n"));
+}
+
+void test_an_id_stands_twice_only_where_that_is_allowed(void)
+{
+    TEST_ASSERT_FALSE(starts("@servos 3,7,3\n"));
+    servos.duplicates = true;
+    TEST_ASSERT_TRUE(starts("@servos 3,7,3\n"));
+}
+
+void test_what_a_run_has_not_is_noticed_before_anything_runs(void)
+{
+    world.say = 0;
+    world.ready = 0;
+    TEST_ASSERT_FALSE(starts("ping 1\n"));
+    world.send = 0;
+    TEST_ASSERT_FALSE(starts("@send FF\n"));
+    world.send = 0;
+    TEST_ASSERT_FALSE(starts("@baud 9600\n"));
+    world.fault = 0;
+    TEST_ASSERT_FALSE(starts("@fault noise 0\n"));
+}
+
+void test_without_a_console_it_begins_at_once(void)
+{
+    world.say = 0;
+    world.ready = 0;
+    run("@send FF\n@echo on\n");
+    TEST_ASSERT_EQUAL_STRING("echo 1\nfinished 0 ms\n", log_text);
 }
 
 void test_lists_of_ids(void)

@@ -33,10 +33,10 @@ static void on_byte(void *owner, uint64_t now, const struct heard *byte)
     heard[count++] = byte->byte;
 }
 
-static void servo_byte(void *owner, uint64_t now, uint64_t end)
+static void servo_byte(void *owner, uint64_t now, const struct servo_node *node)
 {
     (void)owner;
-    TEST_ASSERT_TRUE(end > now);
+    TEST_ASSERT_TRUE(talker_end(&node->talker) > now);
     if (!began) {
         began = now;
     }

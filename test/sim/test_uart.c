@@ -304,3 +304,40 @@ void test_a_talker_that_loses_power_leaves_the_line_high(void)
     TEST_ASSERT_EQUAL_UINT(1, count);
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[0].byte); // two low bits had gone out
 }
+
+static void set(struct line *line, uint64_t time, bool level)
+{
+    schedule_run_until(&schedule, time);
+    driver_level(&line->driver, time, level);
+}
+
+/* The line has been low; one lets go and the other one pulls in the same cycle. */
+void test_a_pulse_of_no_length_starts_no_frame(void)
+{
+    set(&one, 100, false);
+    schedule_run_until(&schedule, 1000); // a break: one byte with a framing error
+    set(&one, 1000, true);
+    set(&two, 1000, false);
+    set(&two, 1500, true);
+    schedule_run_until(&schedule, 3000);
+    TEST_ASSERT_EQUAL_UINT(1, count);
+    set(&one, 3000, false); // and a real edge does
+    set(&one, 3100, true);
+    schedule_run_until(&schedule, 4000);
+    TEST_ASSERT_EQUAL_UINT(2, count);
+}
+
+/* The stop bit is sampled at 100 + 152, where the other one pulls low. */
+void test_a_sample_on_an_edge_sees_what_comes_after_it(void)
+{
+    talker_say(&two.talker, 100 + 152, FAST, 0xFF);
+    talker_say(&one.talker, 100, FAST, 0x55);
+    schedule_run_until(&schedule, 300);
+    TEST_ASSERT_TRUE(heard[0].framing_error);
+    schedule_run_until(&schedule, 1000);
+    count = 0;
+    talker_say(&one.talker, 1100, FAST, 0x55);
+    talker_say(&two.talker, 1100 + 152, FAST, 0xFF);
+    schedule_run_until(&schedule, 1300);
+    TEST_ASSERT_TRUE(heard[0].framing_error);
+}

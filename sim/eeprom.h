@@ -1,0 +1,43 @@
+/* The AVR's EEPROM with the time that a write takes. simavr's own writes at once.
+ *
+ * A write takes 8.5 ms on chips without EEPM bits (data sheet of the ATmega128, "EEPROM Programming
+ * Time": 8448 cycles of 1 MHz), 3.4 ms on the others, 1.8 ms to erase only or to write only (data
+ * sheet of the ATmega2560, "EEPROM Mode Bits"). Meanwhile EEPE is 1, and reading, EEAR and EEPM are
+ * locked. A reset does not stop a write; loss of power does: in the first half the old byte stays,
+ * in the second half it is erased.
+ */
+#ifndef SIM_EEPROM_H
+#define SIM_EEPROM_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include <simavr/sim_avr.h>
+#include <simavr/avr_eeprom.h>
+
+#include "schedule.h"
+
+struct eeprom {
+    avr_t *avr;
+    avr_eeprom_t *registers; // simavr's: addresses, vector, and the bytes; 0: the chip has none
+    struct schedule *schedule;
+    bool exact;
+    struct event disarm; // EEMPE falls
+    struct event done;
+    uint16_t address; // of the write in progress
+    uint8_t value;    // that the byte gets
+    uint64_t erased;  // when the old byte is gone, if it goes before the new one stands
+};
+
+void eeprom_init(struct eeprom *eeprom, avr_t *avr, struct schedule *schedule, bool exact);
+
+/* simavr has reset the chip: a write goes on. */
+void eeprom_reset(struct eeprom *eeprom);
+void eeprom_lose_power(struct eeprom *eeprom, uint64_t now);
+
+/* All its bytes from or to a file. A missing file is not read, and that is no error. False, with
+ * one line on stderr. */
+bool eeprom_load(struct eeprom *eeprom, const char *path);
+bool eeprom_save(const struct eeprom *eeprom, const char *path);
+
+#endif

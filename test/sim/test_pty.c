@@ -1,0 +1,206 @@
+/* The pseudo terminal, seen from both ends, and the pace of real time. */
+#include "pace.h"
+#include "pty.h"
+#include "unity.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <asm/termbits.h>
+
+static struct pty pty;
+static uint8_t bytes[200000];
+static int line;
+
+static void come(void)
+{
+    line = open(pty.path, O_RDWR | O_NOCTTY | O_NONBLOCK);
+    TEST_ASSERT_TRUE(line >= 0);
+    pty_read(&pty, bytes, 0);
+    TEST_ASSERT_TRUE(pty.client);
+}
+
+static void leave(void)
+{
+    close(line);
+    line = -1;
+    pty_read(&pty, bytes, 0);
+    TEST_ASSERT_FALSE(pty.client);
+}
+
+static void set_line(uint32_t baud, tcflag_t local)
+{
+    struct termios2 mode;
+    TEST_ASSERT_EQUAL_INT(0, ioctl(line, TCGETS2, &mode));
+    mode.c_cflag = (mode.c_cflag & (tcflag_t)~CBAUD) | BOTHER;
+    mode.c_ispeed = mode.c_ospeed = baud;
+    mode.c_lflag |= local;
+    TEST_ASSERT_EQUAL_INT(0, ioctl(line, TCSETS2, &mode));
+}
+
+/* What the client can read now. */
+static size_t take(uint8_t *into, size_t room)
+{
+    size_t size = 0;
+    struct pollfd ready = {.fd = line, .events = POLLIN};
+    while (size < room && poll(&ready, 1, 50) > 0) {
+        ssize_t got = read(line, into + size, room - size);
+        if (got <= 0) {
+            break;
+        }
+        size += (size_t)got;
+        pty_flush(&pty);
+    }
+    return size;
+}
+
+void setUp(void)
+{
+    line = -1;
+    TEST_ASSERT_TRUE(pty_open(&pty, 1000000));
+}
+
+void tearDown(void)
+{
+    if (line >= 0) {
+        close(line);
+    }
+    pty_close(&pty);
+}
+
+void test_all_256_bytes_pass_unchanged_both_ways(void)
+{
+    uint8_t all[256];
+    uint8_t got[300];
+    for (unsigned i = 0; i < 256; i++) {
+        all[i] = (uint8_t)i;
+    }
+    come();
+    TEST_ASSERT_EQUAL_INT(256, write(line, all, 256));
+    TEST_ASSERT_EQUAL_UINT(256, pty_read(&pty, got, sizeof(got)));
+    TEST_ASSERT_EQUAL_MEMORY(all, got, 256);
+    pty_say(&pty, all, 256);
+    pty_flush(&pty);
+    TEST_ASSERT_EQUAL_UINT(256, take(got, sizeof(got)));
+    TEST_ASSERT_EQUAL_MEMORY(all, got, 256);
+}
+
+void test_any_rate_that_a_client_sets(void)
+{
+    static const uint32_t rates[] = {1000000, 57600, 57142, 117647, 115200, 2000000, 666666, 7843};
+    TEST_ASSERT_EQUAL_UINT32(1000000, pty_baud(&pty));
+    come();
+    for (unsigned i = 0; i < sizeof(rates) / sizeof(rates[0]); i++) {
+        set_line(rates[i], 0);
+        TEST_ASSERT_EQUAL_UINT32(rates[i], pty_baud(&pty));
+    }
+    leave();
+    TEST_ASSERT_EQUAL_UINT32(7843, pty_baud(&pty)); // as a serial port does
+}
+
+void test_without_a_client_bytes_are_gone(void)
+{
+    pty_say(&pty, (const uint8_t *)"early", 5);
+    come();
+    pty_flush(&pty);
+    TEST_ASSERT_EQUAL_UINT(0, take(bytes, 10));
+    TEST_ASSERT_EQUAL_UINT64(0, pty.lost);
+}
+
+void test_what_a_client_has_not_read_is_not_for_the_next_one(void)
+{
+    come();
+    pty_say(&pty, (const uint8_t *)"given", 5);
+    pty_flush(&pty);
+    pty_say(&pty, (const uint8_t *)"kept", 4);
+    leave();
+    come();
+    pty_flush(&pty);
+    TEST_ASSERT_EQUAL_UINT(0, take(bytes, 10));
+}
+
+void test_the_last_words_of_a_client_that_has_left_are_heard(void)
+{
+    come();
+    TEST_ASSERT_EQUAL_INT(4, write(line, "last", 4));
+    close(line);
+    line = -1;
+    TEST_ASSERT_EQUAL_UINT(4, pty_read(&pty, bytes, 10));
+}
+
+void test_the_line_is_raw_again_when_a_client_has_left(void)
+{
+    struct termios2 mode;
+    come();
+    set_line(57600, ECHO | ICANON);
+    leave();
+    come();
+    TEST_ASSERT_EQUAL_INT(0, ioctl(line, TCGETS2, &mode));
+    TEST_ASSERT_EQUAL_HEX32(0, mode.c_lflag & (ECHO | ICANON));
+}
+
+void test_and_also_when_nobody_saw_it_come_and_go(void)
+{
+    struct termios2 mode;
+    line = open(pty.path, O_RDWR | O_NOCTTY);
+    set_line(57600, ECHO | ICANON);
+    leave();
+    come();
+    TEST_ASSERT_EQUAL_INT(0, ioctl(line, TCGETS2, &mode));
+    TEST_ASSERT_EQUAL_HEX32(0, mode.c_lflag & (ECHO | ICANON));
+}
+
+void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
+{
+    static uint8_t much[PTY_ROOM];
+    for (unsigned i = 0; i < sizeof(much); i++) {
+        much[i] = (uint8_t)(i * 7 + i / 256);
+    }
+    come();
+    pty_say(&pty, much, sizeof(much));
+    pty_flush(&pty);
+    pty_say(&pty, much, 10000); // the system has taken more than that
+    TEST_ASSERT_EQUAL_UINT64(0, pty.lost);
+    TEST_ASSERT_EQUAL_UINT(sizeof(much) + 10000, take(bytes, sizeof(bytes)));
+    TEST_ASSERT_EQUAL_MEMORY(much, bytes, sizeof(much));
+    TEST_ASSERT_EQUAL_MEMORY(much, bytes + sizeof(much), 10000);
+}
+
+void test_bytes_without_room_are_counted(void)
+{
+    come();
+    pty_say(&pty, bytes, PTY_ROOM);
+    pty_say(&pty, bytes, 3);
+    TEST_ASSERT_EQUAL_UINT64(3, pty.lost);
+    TEST_ASSERT_EQUAL_UINT64(PTY_ROOM + 3, pty.said);
+}
+
+void test_a_wait_lasts_until_its_cycle_or_a_word_of_the_client(void)
+{
+    struct pace pace;
+    pace_start(&pace, 1000000);
+    pace_wait(&pace, 20000, -1);
+    TEST_ASSERT_TRUE(pace_cycle(&pace) >= 20000);
+    come();
+    TEST_ASSERT_EQUAL_INT(1, write(line, "x", 1));
+    uint64_t before = pace_cycle(&pace);
+    pace_wait(&pace, before + 5000000, pty_fd(&pty));
+    TEST_ASSERT_TRUE(pace_cycle(&pace) < before + 2000000);
+}
+
+void test_a_run_that_is_late_does_not_hurry_but_says_so(void)
+{
+    struct pace pace;
+    pace_start(&pace, 1000000);
+    pace.origin_ns -= 5000000000u; // 5 s ago
+    pace_wait(&pace, 1000000, -1); // a second is done
+    TEST_ASSERT_TRUE(pace.lost_ns >= 4000000000u);
+    TEST_ASSERT_TRUE(pace_cycle(&pace) < 2000000);
+    pace_start(&pace, 1000000);
+    pace.origin_ns -= 50000000; // 50 ms are made up for
+    pace_wait(&pace, 0, -1);
+    TEST_ASSERT_EQUAL_UINT64(0, pace.lost_ns);
+}
