@@ -313,6 +313,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
 	@scripts/readme.py --check
+	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
 	@$(MAKE) --no-print-directory size
 
 ## docs: write anew what docs and README quote from tables and commands

@@ -266,8 +266,8 @@ static bool open_pty(struct bench *bench)
         return false;
     }
     const char *path = bench->pty.path;
-    printf("%s\nopen it with: picocom -q %s (or screen, tio); Ctrl-C here ends the run\n", path,
-           path);
+    printf("%s\nopen it with: picocom -q --echo %s (or tio, screen); Ctrl-C here ends the run\n",
+           path, path);
     fflush(stdout);
     pace_start(&bench->pace, bench->board.clock_Hz);
     event_init(&bench->keep_pace, keep_pace, bench);

@@ -26,9 +26,8 @@ static const char help[] =
     "runs the ELF on the board's simulated AVR, with simulated CDS55xx servos on its bus.\n"
     "\n"
     "cds55xx-sim bus --servos LIST --pty [options]\n"
-    "the servos alone: a pty in their place, as through a USB2Dynamixel, in real time; its path "
-    "is\n"
-    "the first line printed. Without --pty: --script or --seconds, as fast as it goes.\n"
+    "the servos alone, behind a pty as through a USB2Dynamixel, in real time; its path is the\n"
+    "first line printed: docs/bus.md. Without --pty: --script or --seconds, as fast as it goes.\n"
     "\n"
     "  --board NAME       a folder below " SIM_BOARDS_DIR "\n"
     "  --board FILE       or a board.h of yours, with a board.mk beside it\n"
@@ -248,6 +247,9 @@ static bool check_bus(const struct bench_options *options)
         (options->host != BENCH_HOST_NONE && !options->script)) {
         return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom",
                      0);
+    }
+    if (options->servos[1].count || options->servos[2].count) {
+        return usage("there is one bus only: --servos LIST", 0);
     }
     return options->pty || options->script || options->seconds > 0 ||
            usage("without --pty and --script, --seconds is wanted", 0);

@@ -67,7 +67,8 @@ static void sink(struct schedule *schedule, struct event *event)
     place(schedule, event, slot);
 }
 
-/* Most events arm themselves or another one anew while they run, which fills the place. */
+/* Most events arm themselves or another one while they run, which fills the place. Until then the
+ * event in it comes before all others, as a heap wants it. */
 static void close_hole(struct schedule *schedule)
 {
     if (schedule->hole) {
@@ -119,8 +120,6 @@ void schedule_cancel(struct schedule *schedule, struct event *event)
     if (!slot) {
         return;
     }
-    close_hole(schedule);
-    slot = event->slot;
     struct event *last = schedule->heap[schedule->size--];
     event->slot = 0;
     if (last == event) {

@@ -139,31 +139,34 @@ static void drop_broken(struct cds_bus *bus)
     bus->damaged = 1;
 }
 
-/* Parses up to the first damaged byte, or all that has been heard by now: at most a ring full, so
- * that a babbling line cannot hold up the caller. True when the exchange has ended well. */
-static bool parse_whole(struct cds_bus *bus, bool *broken)
+/* Parses up to `end`, an index of the ring. True when the exchange has ended well. */
+static bool parse_to(struct cds_bus *bus, uint8_t end)
 {
-    struct cds_link *link = &bus->link;
-    uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
-
-    *broken = link->broken;
-    if (*broken)
-        end = link->broken_at;
-    while ((uint8_t)(link->rx.tail + bus->parser.seen) != end) {
+    while ((uint8_t)(bus->link.rx.tail + bus->parser.seen) != end) {
         if (parse_byte(bus))
             return true;
     }
-    if (*broken)
-        drop_broken(bus);
     return false;
 }
 
-/* Parses what stands before the damage, and what stands behind it. */
+/* Parses what has been heard by now, before and behind the damage there may be: at most a ring
+ * full, so that a babbling line cannot hold up the caller. True when the exchange has ended well.
+ */
 static bool parse(struct cds_bus *bus)
 {
-    bool broken;
+    struct cds_link *link = &bus->link;
 
-    return parse_whole(bus, &broken) || (broken && parse_whole(bus, &broken));
+    for (uint8_t part = 0; part < 2; part++) {
+        uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
+        bool broken = link->broken;
+
+        if (parse_to(bus, broken ? link->broken_at : end))
+            return true;
+        if (!broken)
+            break;
+        drop_broken(bus);
+    }
+    return false;
 }
 
 bool cds_bus_poll(struct cds_bus *bus)

@@ -860,6 +860,50 @@ void test_F12_bytes_at_half_and_at_twice_the_rate(void)
     }
 }
 
+static const char *as_text(const struct log *log)
+{
+    static char text[200];
+    char *end = text;
+    *end = 0;
+    for (unsigned i = 0; i < log->count; i++) {
+        end += sprintf(end, "%s%02X%s", i ? " " : "", log->heard[i].byte,
+                       log->heard[i].framing_error ? "!" : "");
+    }
+    return text;
+}
+
+/* The table of docs/faults.md, from another program than this one. */
+void test_F12_a_ping_at_other_rates(void)
+{
+    static const struct {
+        unsigned reg;                   // of the slower or faster one
+        const char *heard, *heard_fast; // by it at 1 Mbps; from it at 1 Mbps
+    } rows[] = {
+        {0, "FE FE 06! 18! 06! 9E", "84 EC"},
+        {3, "84 EC", "FE FE 06! 18! 06! 9E"},
+        {7, "80", "F8 F8 78! 80 00! 78! F8 F8"},
+        {16, "FF", "80 80 80 00! 00! 00! 80 00! 80 80"},
+        {34, "FE", "00! 00! 00! 00! 00! 00! 00! 00! 00! 00!"},
+        {103, "FF", "00! 00! 00! 00! 00! 00! 00! 00! 00! 00!"},
+    };
+    uint8_t packet[8];
+    unsigned size = build(packet, ping, 3);
+    for (unsigned i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
+        uint32_t bit_256 = (rows[i].reg + 1) * 8 * 256;
+        again();
+        wire.ear.bit_256 = bit_256;
+        servos_power(&servos, schedule.now, false);
+        say_at(FAST, packet, size);
+        pass(20000);
+        TEST_ASSERT_EQUAL_STRING(rows[i].heard, as_text(&wire));
+        forget();
+        wire.ear.bit_256 = FAST;
+        say_at(bit_256, packet, size);
+        pass(20000);
+        TEST_ASSERT_EQUAL_STRING(rows[i].heard_fast, as_text(&wire));
+    }
+}
+
 /* --- F15, F16: late and wrong replies ------------------------------------------------------------
  */
 
