@@ -32,8 +32,8 @@ class Process:
 
     def end(self, with_signal=signal.SIGTERM):
         self.process.send_signal(with_signal)
-        self.output = self.process.communicate(timeout=10)[0].decode()
-        self.status = self.process.returncode
+        self.output = self.process.stdout.read().decode()
+        self.status = self.process.wait(timeout=10)
         return self.output
 
     def __enter__(self):
@@ -301,6 +301,23 @@ class Firmware(unittest.TestCase):
             sim.process.wait(timeout=10)
             self.assertGreater(time.monotonic() - start, 0.8)
             self.assertLess(time.monotonic() - start, 3)
+
+
+    def test_make_run_tells_the_path_first_and_how_to_open_it_and_ends_by_ctrl_c(self):
+        make = subprocess.Popen(["make", "-s", "-C", ROOT, "--no-print-directory", "run"],
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                stdin=subprocess.DEVNULL, start_new_session=True,
+                                env={**os.environ, "MAKEFLAGS": ""})
+        path = make.stdout.readline().decode().strip()
+        while path.startswith(("CC ", "LD ")):
+            path = make.stdout.readline().decode().strip()
+        self.assertIn("ok", self.ask(path, "ping 18"))
+        os.killpg(make.pid, signal.SIGINT)
+        output = make.stdout.read().decode()
+        make.stdout.close()
+        make.wait(timeout=10)
+        self.assertIn(f"picocom -q --echo {path}", output)
+        self.assertIn("1 packets in, 1 out", output)
 
 
 class Table(unittest.TestCase):
