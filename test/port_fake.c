@@ -91,6 +91,7 @@ void cds_port_tx_last(uint8_t port, uint8_t byte)
 uint32_t cds_port_now_us(void)
 {
     port_fake.clock_reads++;
+    port_fake.now_us += port_fake.us_per_reading;
     return port_fake.now_us;
 }
 

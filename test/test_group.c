@@ -13,6 +13,8 @@ static struct cds_bus bus;
 static uint8_t buffer[CDS_SYNC_WRITE_SIZE(4, 4)];
 static struct cds_request request = CDS_REQUEST(buffer);
 
+static uint8_t other_buffer[8];
+static struct cds_request other = CDS_REQUEST(other_buffer);
 static struct cds_group_move move;
 static struct cds_goal goals[3]; // AddressSanitizer watches its ends
 
@@ -21,8 +23,8 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     memset(buffer, 0, sizeof buffer);
-    request.packet.room = sizeof buffer;
-    request.result = CDS_OK;
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    other = (struct cds_request)CDS_REQUEST(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     port_fake_forget();
     goals[0] = (struct cds_goal){.id = 0, .position = 0, .speed = 0x100};
@@ -107,9 +109,6 @@ void test_sync_write_outside_the_control_table_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_sync_begin(&request, 0x18, 0));
 }
 
-static uint8_t other_buffer[8];
-static struct cds_request other = CDS_REQUEST(other_buffer);
-
 static void occupy_bus(void)
 {
     other.reply_parameters = CDS_REPLY_NONE;
@@ -120,18 +119,31 @@ static void occupy_bus(void)
 static void free_bus(void)
 {
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    cds_bus_poll(&bus);
 }
 
-/* "Nothing was touched, submit again later": the packet is then the same, to the byte. */
-void test_sync_write_met_by_a_busy_bus_can_be_sent_again(void)
+void test_sync_write_takes_its_turn_and_can_be_sent_again(void)
 {
     occupy_bus();
     begin_example_5();
-    TEST_ASSERT_EQUAL(CDS_BUSY, cds_group_sync_send(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_group_sync_send(&bus, &request));
     free_bus();
+    assert_example_5_goes_out();
     TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
+    assert_example_5_goes_out();
+}
+
+/* It stands in the buffer that is being sent. */
+void test_sync_write_on_its_way_is_not_built_over(void)
+{
+    static const uint8_t data[4] = {1, 2, 3, 4};
+
+    begin_example_5();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_group_sync_begin(&request, CDS_REG_LED, 1));
+    cds_group_sync_add(&request, 9, data);
+    cds_group_sync_add_goal(&request, 9, 5000, 0);
     assert_example_5_goes_out();
 }
 

@@ -20,7 +20,7 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     memset(buffer, 0, sizeof buffer);
-    request.packet.room = sizeof buffer;
+    request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     port_fake_forget();
 }
@@ -240,8 +240,8 @@ void test_buffer_too_small_for_the_reply_is_refused(void)
     assert_waits_for(1, 50);
 }
 
-/* The packet in flight stands in the request's buffer: a busy bus must leave it alone. */
-void test_busy_bus_leaves_the_packet_in_flight_alone(void)
+/* The packet in flight stands in the request's buffer: it must be left alone. */
+void test_request_on_its_way_is_not_built_over(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_ping(&bus, &request, 2));

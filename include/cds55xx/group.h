@@ -17,8 +17,9 @@ extern "C" {
 
 /* SYNC WRITE: begin, add a servo at a time, send. Begin and add write into the request's buffer,
  * which must be CDS_SYNC_WRITE_SIZE(servos, length) bytes; what does not fit is noticed by send.
- * `length`: bytes for each servo, 1 to 50, from `address` on. Begin returns CDS_OK or
- * CDS_BAD_ARGUMENT (address and length outside the control table). */
+ * `length`: bytes for each servo, 1 to 50, from `address` on. Begin returns CDS_OK,
+ * CDS_BAD_ARGUMENT (address and length outside the control table), or CDS_BUSY (the request is on
+ * its way; then add does nothing either). */
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length);
 
 /* One servo's block: ID 0 to 253 and its `length` bytes; or, for a SYNC WRITE of GOAL_POSITION and

@@ -14,11 +14,12 @@
       "check power, wiring, ID and baud rate of the servo")                                        \
     X(CDS_CORRUPT, 3, "reply damaged",                                                             \
       "look for two servos with one ID, another baud rate, or noise on the line")                  \
-    X(CDS_BUSY, 4, "bus busy", "wait for the exchange in flight to end, then submit again")        \
+    X(CDS_BUSY, 4, "request busy", "wait until this request has ended, then submit it again")      \
     X(CDS_BAD_ARGUMENT, 5, "argument out of range", "see the range in the header or in the help")  \
     X(CDS_NO_ROOM, 6, "packet too long",                                                           \
       "send fewer bytes or servos at once (LENGTH ends at 254), or enlarge the buffer")            \
-    X(CDS_REFUSED, 7, "refused by a servo", "look at the error bits of that servo's reply")
+    X(CDS_REFUSED, 7, "refused by a servo", "look at the error bits of that servo's reply")        \
+    X(CDS_CANCELLED, 8, "request taken back", "submit it again if it is still wanted")
 
 enum cds_result {
 #define CDS_RESULT_ENUM_(name, number, text, remedy) name = number,

@@ -1,19 +1,31 @@
-/* The exchange in flight; see bus.h. */
+/* The exchange in flight and the queue behind it; see bus.h. */
 #include "cds55xx/bus.h"
 
 #include <stddef.h>
 
+static void cancel_all(struct cds_bus *bus)
+{
+    while (bus->request) {
+        bus->request->result = CDS_CANCELLED;
+        bus->request = bus->request->next;
+    }
+}
+
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    if (bus->request)
-        bus->request->result = CDS_TIMEOUT;
+    cancel_all(bus);
     *bus = (struct cds_bus){
         .port = port,
         .byte_time_us = (uint16_t)(5u * (baud + 1u)), // ten bits of (baud + 1) / 2 us
         .return_delay_us = CDS_RETURN_DELAY_MAX_US,
     };
     cds_link_open(&bus->link, port);
+}
+
+void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats)
+{
+    bus->repeats = repeats;
 }
 
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
@@ -40,11 +52,34 @@ static uint8_t longest_reply(uint8_t due)
     return due == CDS_REPLY_NONE ? CDS_LENGTH_MIN : (uint8_t)(due + CDS_LENGTH_MIN);
 }
 
+/* Sends the packet of the request at the head of the queue. */
+static void start(struct cds_bus *bus)
+{
+    const struct cds_request *request = bus->request;
+
+    bus->damaged = 0;
+    bus->counters.sent++;
+    cds_parser_begin(&bus->parser, longest_reply(request->reply_parameters));
+    bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, request);
+    cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
+}
+
+/* Where in the queue the request belongs; never before the one in flight, which is its head. */
+static struct cds_request **place_for(struct cds_bus *bus, const struct cds_request *request)
+{
+    struct cds_request **place = &bus->request->next;
+
+    while (*place && ((*place)->urgent || !request->urgent))
+        place = &(*place)->next;
+    return place;
+}
+
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
+    struct cds_request **place;
 
-    if (bus->request)
+    if (request->result == CDS_PENDING)
         return CDS_BUSY;
     if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
         return CDS_BAD_ARGUMENT;
@@ -54,25 +89,63 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     request->id = request->packet.bytes[CDS_AT_ID];
     request->error = 0;
     request->length = 0;
-    bus->request = request;
-    bus->damaged = 0;
-    bus->counters.sent++;
-    cds_parser_begin(&bus->parser, longest_reply(due));
-    bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, request);
-    cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
+    if (!bus->request) {
+        request->next = NULL;
+        bus->request = request;
+        start(bus);
+    } else {
+        place = place_for(bus, request);
+        request->next = *place;
+        *place = request;
+    }
     return CDS_OK;
 }
 
-static void finish(struct cds_bus *bus, enum cds_result result)
+enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 {
-    bus->request->result = (uint8_t)result;
-    bus->request = NULL;
+    struct cds_request **place = &bus->request;
+
+    while (*place && *place != request)
+        place = &(*place)->next;
+    if (!*place)
+        return CDS_BAD_ARGUMENT;
+    if (place == &bus->request)
+        return CDS_BUSY;
+    *place = request->next;
+    request->result = CDS_CANCELLED;
+    return CDS_OK;
+}
+
+static void count_end(struct cds_bus *bus, enum cds_result result)
+{
     if (result == CDS_OK)
         bus->counters.ok++;
     else if (result == CDS_CORRUPT)
         bus->counters.corrupt++;
     else
         bus->counters.timeouts++;
+}
+
+/* The exchange in flight has ended: sends it again if it may be, else tells and goes on with the
+ * next one. That begins before on_end runs, so that what on_end submits takes its turn like any
+ * other. */
+static void finish(struct cds_bus *bus, enum cds_result result)
+{
+    struct cds_request *request = bus->request;
+
+    count_end(bus, result);
+    if (result != CDS_OK && request->repeats) {
+        request->repeats--;
+        bus->counters.repeated++;
+        start(bus);
+        return;
+    }
+    bus->request = request->next;
+    request->result = (uint8_t)result;
+    if (bus->request)
+        start(bus);
+    if (request->on_end)
+        request->on_end(request);
 }
 
 /* Is the packet at the ring's tail the reply that is due? A servo that refuses sends its error bits
@@ -169,26 +242,33 @@ static bool parse(struct cds_bus *bus)
     return false;
 }
 
+/* How the exchange in flight stands, seen at `now_us`. */
+static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
+{
+    bool listening = bus->link.state == CDS_LINK_LISTENING;
+
+    if (listening && (bus->request->reply_parameters == CDS_REPLY_NONE || parse(bus)))
+        return CDS_OK;
+    if ((int32_t)(now_us - bus->deadline_us) < 0)
+        return CDS_PENDING;
+    if (!listening)
+        cds_link_abort(&bus->link, bus->port);
+    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+}
+
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
+    enum cds_result result;
 
     if (!bus->request) {
         bus->link.rx.tail = bus->link.rx.head; // nothing is due: whatever it is, it is not ours
         return false;
     }
-    if (bus->link.state == CDS_LINK_LISTENING) {
-        if (bus->request->reply_parameters == CDS_REPLY_NONE || parse(bus)) {
-            finish(bus, CDS_OK);
-            return false;
-        }
-    }
-    if ((int32_t)(now_us - bus->deadline_us) < 0)
-        return true;
-    if (bus->link.state != CDS_LINK_LISTENING)
-        cds_link_abort(&bus->link, bus->port);
-    finish(bus, bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT);
-    return false;
+    result = outcome(bus, now_us);
+    if (result != CDS_PENDING)
+        finish(bus, result);
+    return bus->request;
 }
 
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)

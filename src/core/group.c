@@ -5,12 +5,15 @@
 
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length)
 {
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY; // its packet is to be sent as it is
     return cds_packet_sync_begin(&request->packet, address, length);
 }
 
 void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *data)
 {
-    cds_packet_sync_add(&request->packet, id, data);
+    if (request->result != CDS_PENDING)
+        cds_packet_sync_add(&request->packet, id, data);
 }
 
 void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t position,
@@ -19,8 +22,8 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
     uint8_t data[4] = {(uint8_t)position, (uint8_t)(position >> 8), (uint8_t)speed,
                        (uint8_t)(speed >> 8)};
 
-    cds_packet_sync_add(&request->packet, id, data);
-    if (position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
+    cds_group_sync_add(request, id, data);
+    if ((position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX) && request->result != CDS_PENDING)
         request->packet.size = CDS_PACKET_REFUSED;
 }
 
@@ -28,12 +31,13 @@ enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *req
 {
     enum cds_result result;
 
-    if (bus->request)
-        return CDS_BUSY; // before the packet is ended, which must happen only once
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
     result = cds_packet_end(&request->packet);
     if (result != CDS_OK)
         return result;
     request->reply_parameters = CDS_REPLY_NONE;
+    request->repeats = 0;
     return cds_bus_submit(bus, request);
 }
 

@@ -1,0 +1,316 @@
+/* Requests that wait for the bus: their order, urgent ones, repeats, callbacks, taking back. */
+#include <string.h>
+
+#include "cds55xx/group.h"
+#include "cds55xx/servo.h"
+#include "cds55xx/wait.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define REQUESTS 5
+
+static struct cds_bus bus;
+static uint8_t buffers[REQUESTS][16];
+static struct cds_request requests[REQUESTS];
+
+/* The order in which on_end was called: indices of `requests`. */
+static uint8_t ended[16];
+static uint8_t ended_count;
+
+static void note_end(struct cds_request *request)
+{
+    TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request->result);
+    TEST_ASSERT_EQUAL_PTR(&bus, request->owner);
+    ended[ended_count++] = (uint8_t)(request - requests);
+}
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&bus, 0, sizeof bus);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    for (uint8_t i = 0; i < REQUESTS; i++)
+        requests[i] = (struct cds_request){
+            .packet = {.bytes = buffers[i], .room = sizeof buffers[i]},
+            .on_end = note_end,
+            .owner = &bus,
+        };
+    ended_count = 0;
+}
+
+void tearDown(void)
+{
+    struct cds_counters count;
+
+    cds_bus_counters(&bus, &count);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    TEST_ASSERT_EQUAL_UINT16((uint16_t)(count.sent - (bus.request ? 1 : 0)),
+                             (uint16_t)(count.ok + count.timeouts + count.corrupt));
+}
+
+/* Request i pings servo i + 1. */
+static void ping(uint8_t i)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[i], (uint8_t)(i + 1)));
+}
+
+/* The packet in flight leaves, is for this servo, and is answered; the next begins. */
+static void answer(uint8_t id)
+{
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[CDS_AT_ID]);
+    port_fake_answer(&bus.link, id, 0, NULL, 0);
+    cds_bus_poll(&bus);
+}
+
+/* ... and is not answered. */
+static void stay_silent(void)
+{
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake.now_us += 10000;
+    cds_bus_poll(&bus);
+}
+
+static void assert_ended_in_order(const uint8_t *order, uint8_t count)
+{
+    TEST_ASSERT_EQUAL_UINT8(count, ended_count);
+    TEST_ASSERT_EQUAL_UINT8_ARRAY(order, ended, count);
+}
+
+void test_requests_go_out_in_the_order_they_were_submitted(void)
+{
+    static const uint8_t order[] = {0, 1, 2, 3, 4};
+
+    for (uint8_t i = 0; i < REQUESTS; i++)
+        ping(i);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    for (uint8_t i = 0; i < REQUESTS; i++) {
+        TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+        answer((uint8_t)(i + 1));
+        TEST_ASSERT_EQUAL(CDS_OK, requests[i].result);
+    }
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_ended_in_order(order, sizeof order);
+}
+
+void test_urgent_ones_go_before_the_others_but_not_before_the_one_in_flight(void)
+{
+    static const uint8_t order[] = {0, 2, 4, 1, 3};
+
+    requests[2].urgent = requests[4].urgent = true;
+    for (uint8_t i = 0; i < REQUESTS; i++)
+        ping(i);
+    for (uint8_t i = 0; i < REQUESTS; i++)
+        answer((uint8_t)(order[i] + 1));
+    assert_ended_in_order(order, sizeof order);
+}
+
+void test_a_failed_request_does_not_hold_up_those_behind_it(void)
+{
+    ping(0);
+    ping(1);
+    stay_silent();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
+    answer(2);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+}
+
+void test_each_waiting_request_has_a_deadline_of_its_own(void)
+{
+    ping(0);
+    ping(1);
+    port_fake.now_us += 5000; // long after what would have been the deadline of the second
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
+    port_fake_answer(&bus.link, 2, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+}
+
+static void ping_again(struct cds_request *request)
+{
+    note_end(request);
+    if (ended_count < 4)
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, request, 1));
+}
+
+void test_on_end_may_submit_again_and_takes_its_turn(void)
+{
+    static const uint8_t order[] = {0, 1, 0, 0};
+
+    requests[0].on_end = ping_again;
+    ping(0);
+    ping(1);
+    answer(1);
+    answer(2);
+    answer(1);
+    answer(1);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_ended_in_order(order, sizeof order);
+}
+
+void test_a_poll_ends_at_most_one_exchange(void)
+{
+    for (uint8_t i = 0; i < 3; i++) {
+        requests[i].reply_parameters = CDS_REPLY_NONE;
+        cds_packet_action(&requests[i].packet, CDS_BROADCAST_ID);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &requests[i]));
+    }
+    for (uint8_t i = 1; i <= 3; i++) {
+        TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+        cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL_UINT8(i, ended_count);
+    }
+}
+
+/* ---- repeats ---- */
+
+void test_nothing_is_repeated_unless_asked_for(void)
+{
+    ping(0);
+    stay_silent();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+}
+
+void test_a_request_is_repeated_at_most_the_number_set(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    ping(0);
+    ping(1);
+    stay_silent();
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[0].result);
+    stay_silent();
+    TEST_ASSERT_EQUAL_UINT8(0, ended_count);
+    stay_silent();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    TEST_ASSERT_EQUAL_UINT8(1, ended_count);
+    TEST_ASSERT_EQUAL_UINT16(2, bus.counters.repeated);
+    TEST_ASSERT_EQUAL_UINT16(3, bus.counters.timeouts);
+    answer(2);
+}
+
+void test_a_good_reply_to_a_repeat_ends_it_well(void)
+{
+    static const uint8_t data[2] = {0x34, 0x02};
+    uint16_t value = 0;
+
+    cds_bus_set_repeats(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, 2));
+    stay_silent();
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    TEST_ASSERT_EQUAL_HEX8(CDS_REG_PRESENT_POSITION, port_fake.sent[CDS_AT_PARAMETERS]);
+    port_fake_answer(&bus.link, 1, 0, data, 2);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_request_word(&requests[0], 0, &value));
+    TEST_ASSERT_EQUAL_HEX16(0x0234, value);
+}
+
+void test_what_a_servo_refused_is_not_repeated(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[0], 1, CDS_REG_LED, 1));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.repeated);
+}
+
+/* Repeats that a request has been given by its typed call. */
+static uint8_t repeats_of(enum cds_result submitted)
+{
+    uint8_t repeats = requests[0].repeats;
+
+    TEST_ASSERT_EQUAL(CDS_OK, submitted);
+    requests[0].repeats = 0;
+    stay_silent();
+    return repeats;
+}
+
+void test_only_what_may_be_done_twice_is_repeated(void)
+{
+    struct cds_request *request = &requests[0];
+    uint8_t data[6] = {0};
+
+    cds_bus_set_repeats(&bus, 2);
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_ping(&bus, request, 1)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_read(&bus, request, 1, 0, 5)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 5, data, 6)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0, data, 3)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0, data, 4)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write_byte(&bus, request, 1, 3, 7)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write_byte(&bus, request, 1, 4, 1)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_reg_write(&bus, request, 1, 0x1E, data, 4)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_action(&bus, request, 1)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_reset(&bus, request, 1)));
+}
+
+/* ---- taking back ---- */
+
+void test_a_waiting_request_can_be_taken_back(void)
+{
+    static const uint8_t order[] = {0, 2};
+
+    for (uint8_t i = 0; i < 3; i++)
+        ping(i);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &requests[1]));
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[1].result);
+    answer(1);
+    answer(3);
+    assert_ended_in_order(order, sizeof order);
+    ping(1); // and submitted again
+    answer(2);
+}
+
+void test_the_one_in_flight_and_a_stranger_cannot_be_taken_back(void)
+{
+    ping(0);
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_cancel(&bus, &requests[0]));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_cancel(&bus, &requests[1]));
+    answer(1);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_cancel(&bus, &requests[0]));
+}
+
+void test_opening_again_cancels_all(void)
+{
+    ping(0);
+    ping(1);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[1].result);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL_UINT8(0, ended_count);
+}
+
+/* ---- waiting ---- */
+
+/* The clock runs while the caller waits: that is what ends an exchange nobody answers. */
+void test_waiting_for_an_absent_servo_ends(void)
+{
+    uint16_t value = 0x1234;
+
+    port_fake.us_per_reading = 10;
+    port_fake.eager = &bus.link;
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_wait_ping(&bus, &requests[0], 1));
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT,
+                      cds_wait_read_word(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, &value));
+    TEST_ASSERT_EQUAL_HEX16(0x1234, value);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_wait_write_byte(&bus, &requests[0], 1, CDS_REG_LED, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_wait_write_word(&bus, &requests[0], CDS_BROADCAST_ID,
+                                                  CDS_REG_GOAL_POSITION, 512));
+}
+
+void test_waiting_passes_a_refusal_to_submit_on(void)
+{
+    uint8_t value = 0x12;
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_wait_read_byte(&bus, &requests[0], 254, 3, &value));
+    TEST_ASSERT_EQUAL_HEX8(0x12, value);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
