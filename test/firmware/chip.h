@@ -36,6 +36,25 @@ static inline void bus_talk(void)
     PORTD = RXD | TX_ENABLE;
 }
 
+/* Polls a whole packet out, lets go when its last stop bit has left, and listens. */
+static inline void bus_send(const uint8_t *packet, uint8_t size)
+{
+    bus_talk();
+    for (uint8_t i = 0; i < size; i++) {
+        while (!(UCSR1A & (1 << UDRE1))) {
+        }
+        if (i == size - 1) {
+            UCSR1A = 1 << TXC1;
+        }
+        UDR1 = packet[i];
+    }
+    while (!(UCSR1A & (1 << TXC1))) {
+    }
+    PORTD = RXD;
+    PORTD = RXD | RX_ENABLE;
+    UCSR1B = 1 << RXEN1;
+}
+
 static inline void clock_start(void)
 {
     TCCR1A = 0;

@@ -8,20 +8,7 @@ int main(void)
     uint8_t bytes[8];
     uint8_t count = 0;
     uint8_t overrun = 0;
-    bus_talk();
-    for (uint8_t i = 0; i < sizeof(ping); i++) {
-        while (!(UCSR1A & (1 << UDRE1))) {
-        }
-        if (i == sizeof(ping) - 1) {
-            UCSR1A = 1 << TXC1;
-        }
-        UDR1 = ping[i];
-    }
-    while (!(UCSR1A & (1 << TXC1))) {
-    }
-    PORTD = RXD;
-    PORTD = RXD | RX_ENABLE;
-    UCSR1B = 1 << RXEN1;
+    bus_send(ping, sizeof(ping));
     wait(500);
     for (uint8_t i = 0; i < 100; i++) {
         wait(60); // simavr offers its bytes one by one

@@ -19,20 +19,7 @@ ISR(USART1_RX_vect)
 int main(void)
 {
     static const uint8_t ping[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};
-    bus_talk();
-    for (uint8_t i = 0; i < sizeof(ping); i++) {
-        while (!(UCSR1A & (1 << UDRE1))) {
-        }
-        if (i == sizeof(ping) - 1) {
-            UCSR1A = 1 << TXC1;
-        }
-        UDR1 = ping[i];
-    }
-    while (!(UCSR1A & (1 << TXC1))) {
-    }
-    PORTD = RXD;
-    PORTD = RXD | RX_ENABLE;
-    UCSR1B = 1 << RXEN1;
+    bus_send(ping, sizeof(ping));
     while (!(UCSR1A & (1 << RXC1))) {
     }
     clock_start();
