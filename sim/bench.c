@@ -266,7 +266,8 @@ static bool open_pty(struct bench *bench)
         return false;
     }
     const char *path = bench->pty.path;
-    printf("%s\nopen it with: picocom -q --echo %s (or tio, screen); Ctrl-C here ends the run\n",
+    printf("%s\nopen it with: picocom -q --echo %s (apt-get install picocom; or tio, screen); "
+           "Ctrl-C here ends the run\n",
            path, path);
     fflush(stdout);
     pace_start(&bench->pace, bench->board.clock_Hz);

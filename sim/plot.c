@@ -544,6 +544,20 @@ static void sort_lanes(struct plot *plot)
     }
 }
 
+/* gnuplot does not tell of a full disk: is the picture whole? */
+static bool is_whole(const char *path)
+{
+    char tail[16] = "";
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        return false;
+    }
+    fseek(file, -(long)(sizeof(tail) - 1), SEEK_END);
+    size_t got = fread(tail, 1, sizeof(tail) - 1, file);
+    fclose(file);
+    return got == sizeof(tail) - 1 && strstr(tail, "</svg>");
+}
+
 bool plot_draw(struct plot *plot, uint64_t end)
 {
     if (!plot->path || !end) {
@@ -565,7 +579,7 @@ bool plot_draw(struct plot *plot, uint64_t end)
     }
     write_sheet(&sheet);
     snprintf(set_folder, sizeof(set_folder), "folder = '%s'", sheet.folder);
-    bool good = !sheet.failed && run_gnuplot(arguments, false) == 0;
+    bool good = !sheet.failed && run_gnuplot(arguments, false) == 0 && is_whole(plot->path);
     remove_folder(sheet.folder);
     if (!good) {
         fprintf(stderr, "%s: gnuplot could not draw it\n", plot->path);

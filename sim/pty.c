@@ -77,7 +77,15 @@ static void watch_client(struct pty *pty)
         pty->waiting = 0;
         renew_line(pty, 0);
     }
+    pty->arrived |= client && !pty->client;
     pty->client = client;
+}
+
+bool pty_arrived(struct pty *pty)
+{
+    bool arrived = pty->arrived;
+    pty->arrived = false;
+    return arrived;
 }
 
 size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room)

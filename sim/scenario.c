@@ -57,7 +57,12 @@ static const char *parse_send(struct scenario_line *line, char *rest)
     (void)line;
     const char *at = rest;
     struct words_byte byte;
+    unsigned size = 0;
     while (words_byte(&at, &byte) && !byte.any && !byte.framing_error) {
+        size++;
+    }
+    if (size > SCENARIO_SEND_MAX) {
+        return "1024 bytes at most in one line";
     }
     return *rest && !*at && !byte.any && !byte.framing_error
                ? 0
@@ -194,6 +199,11 @@ static char *read_all(const char *path)
         return 0;
     }
     text[size] = 0;
+    if (strlen(text) != size) {
+        fprintf(stderr, "%s: is no text: there is a NUL in it\n", path);
+        free(text);
+        return 0;
+    }
     return text;
 }
 

@@ -12,6 +12,8 @@
 
 #define SCENARIO_MS_MAX 3600000
 
+#define SCENARIO_SEND_MAX 1024 // bytes of one @send
+
 enum scenario_verb {
     SCENARIO_COMMAND, // said to the firmware's console
     SCENARIO_SERVOS,

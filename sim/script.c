@@ -8,7 +8,6 @@
 #define POLL_US        100  // for the firmware to listen, and for what is expected
 #define PACKET_US      100  // after one that was expected
 #define READY_AFTER_US 1000 // a PC is not that fast either
-#define SEND_MAX       1024
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {
@@ -115,10 +114,10 @@ static bool do_baud(struct script *script, uint64_t now, const struct scenario_l
 
 static bool do_send(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    uint8_t bytes[SEND_MAX];
+    uint8_t bytes[SCENARIO_SEND_MAX];
     size_t size = 0;
     struct words_byte byte;
-    for (const char *at = line->text; size < SEND_MAX && words_byte(&at, &byte); size++) {
+    for (const char *at = line->text; size < SCENARIO_SEND_MAX && words_byte(&at, &byte); size++) {
         bytes[size] = byte.byte;
     }
     step_at(script, script->world->send(script->world->owner, now, bytes, size));

@@ -18,8 +18,6 @@ static void check_release(struct wire *wire, uint64_t now)
         rules_break(wire->rules, RULE_EARLY_RELEASE, now,
                     "byte %02X was cut %" PRIu64 " cycles before the end of its stop bit",
                     sent_byte(wire), talker_end(talker) - now);
-    } else if (wire->usart.waiting || wire->usart.queued) {
-        rules_break(wire->rules, RULE_EARLY_RELEASE, now, "a byte was still waiting in UDR");
     }
 }
 

@@ -33,6 +33,22 @@ void test_each_breach_is_named(void)
     assert_broken("early-release");
 }
 
+void test_a_release_is_early_to_the_cycle(void)
+{
+    simulate_firmware(&run, "release_edge", "--host stdout");
+    assert_says(&run, "BROKEN:  early-release, 5 times:"); // after 159 down to 155 of 160 cycles
+    assert_says(&run, "byte 55 was cut 1 cycles before");
+    assert_says(&run, "byte 55 was cut 2 cycles before");
+}
+
+void test_shutting_the_receiver_within_a_reply_loses_it(void)
+{
+    simulate_firmware(&run, "shut_in_reply", "--host stdout");
+    assert_says(&run, "reply-lost: the receiver was shut ");
+    /* twice: the byte that is cut, and the two that begin after it */
+    assert_says(&run, "BROKEN:  reply-lost, 6 times:");
+}
+
 static void collide(const char *line, const char *options)
 {
     FILE *script = fopen("build/collision.txt", "w");

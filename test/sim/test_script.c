@@ -573,6 +573,25 @@ static bool starts(const char *text)
     return good;
 }
 
+static bool reads_a_send_of(int bytes)
+{
+    static char text[16 + 1025 * 3];
+    size_t size = (size_t)sprintf(text, "@send");
+    for (int i = 0; i < bytes; i++) {
+        size += (size_t)sprintf(text + size, " FF");
+    }
+    bool good = read_script(text);
+    tearDown();
+    setUp();
+    return good;
+}
+
+void test_no_more_than_1024_bytes_are_sent_by_one_line(void)
+{
+    TEST_ASSERT_TRUE(reads_a_send_of(1024));
+    TEST_ASSERT_FALSE(reads_a_send_of(1025));
+}
+
 void test_servos_that_are_not_there_are_noticed_before_anything_runs(void)
 {
     TEST_ASSERT_TRUE(starts("@power 1-3 off\n@servos 7\n@power 7 off\n@expect servo 7 ID 7\n"));
