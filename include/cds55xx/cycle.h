@@ -1,0 +1,124 @@
+/* The fixed-rate exchange of a whole robot: every period the goals of all servos go out in one SYNC
+ * WRITE (manual 2.4.7), and what is left of the period is filled with feedback READs (2.4.2,
+ * feedback.h), servo after servo. The servos renew their control loop every 4 ms (R29).
+ *
+ *     cds_cycle_begin(&cycle, &bus, ids, 18, packets, feedback, CDS_CYCLE_PERIOD_US);
+ *     for (;;) {
+ *         cds_bus_poll(&bus);
+ *         cds_cycle_poll(&cycle);
+ *         if (cycle.counters.periods has changed, or nothing was committed yet)
+ *             cds_cycle_goal() for each servo that is to go elsewhere, then cds_cycle_commit();
+ *     }
+ *
+ * A READ begins only if the bus is free and it surely ends before the next period, answered or not.
+ * So the application's own requests go before READs, and urgent ones before all but the one in
+ * flight; one that is not over when a period begins holds up its goals until it is. The true return
+ * delay of the servos, told by cds_bus_set_return_delay(), makes room for more READs.
+ *
+ * Goals go out together or not at all: the application fills one packet while the other is sent.
+ *
+ * All functions: main context.
+ */
+#ifndef CDS_CYCLE_H
+#define CDS_CYCLE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/bus.h"      // struct cds_request
+#include "cds55xx/feedback.h" // struct cds_feedback
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CDS_CYCLE_SERVOS_MAX 50   // 4 bytes to each in one packet (R23)
+#define CDS_CYCLE_PERIOD_US  4000 // 250 Hz, the servos' own rate (R29)
+
+/* Bytes of storage for the two packets of goals of `servos` servos, a constant: 1 to
+ * CDS_CYCLE_SERVOS_MAX, or it does not compile. */
+#define CDS_CYCLE_PACKETS_SIZE(servos)                                                             \
+    (2u * CDS_SYNC_WRITE_SIZE(servos, 4) / ((servos) >= 1 && (servos) <= CDS_CYCLE_SERVOS_MAX))
+
+/* Since cds_cycle_begin(); the application may put any of them back to 0. */
+struct cds_cycle_counters {
+    uint32_t periods;   // whose goals were sent
+    uint32_t missed;    // whose goals were not, since polls came too late or others held the bus
+    uint32_t reads;     // feedback READs that ended, well or not
+    uint32_t failed;    // ... of them, those that brought no values
+    uint32_t oldest_us; // longest time between two good replies of a servo
+};
+
+/* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). */
+struct cds_cycle {
+    struct cds_cycle_counters counters;
+    struct cds_bus *bus;
+    const uint8_t *ids;
+    struct cds_feedback *feedback;
+    uint32_t next_us;            // when the next period begins
+    uint32_t read_by_us;         // when the READ in flight has ended at the latest
+    uint32_t wire_us;            // of `elapsed_us`, an exchange of the cycle was on the wire
+    uint32_t elapsed_us;         // periods that are over
+    struct cds_request goals[2]; // the two packets of goals
+    struct cds_request read;     // the feedback READ
+    uint16_t period_us;          // from one beginning to the next
+    uint16_t goals_us;           // the goals on the wire
+    uint16_t latest_us;          // goals that begin later than this would hold up the next ones
+    uint8_t buffer[CDS_FEEDBACK_SIZE]; // of the READ
+    uint8_t count;                     // servos
+    uint8_t turn;                      // servo whose feedback is read next, or being read
+    uint8_t front;                     // packet that is sent every period; the other one is filled
+    bool committed;                    // there are goals to send
+    bool filling; // the other packet holds all that the front one does, or newer
+    bool reading; // a READ is on its way
+    bool stopping;
+};
+
+/* Starts a cycle for the `count` servos (1 to CDS_CYCLE_SERVOS_MAX) of `ids` (0 to 253) on an open
+ * bus, a period every `period_us` microseconds from now on. `packets` is
+ * CDS_CYCLE_PACKETS_SIZE(count) bytes, `feedback` one struct for each servo in the order of `ids`;
+ * all of them stay in place until the cycle has stopped. No goal is sent before the first commit.
+ * CDS_OK. CDS_BAD_ARGUMENT: no bus is open, count or an ID is out of range, or the goals do not fit
+ * the period: they take (8 + 5 x count) byte times and CDS_REPLY_MARGIN_US. CDS_BUSY: this very
+ * cycle is running and something of it is on its way; nothing was touched. */
+enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, const uint8_t *ids,
+                                uint8_t count, uint8_t *packets, struct cds_feedback *feedback,
+                                uint16_t period_us);
+
+/* Sets the goal of servo `index` (0 to count - 1, of `ids`): position 0 to 1023 (0 to 300 degrees),
+ * speed 0 to 1023 (62/1023 RPM each, 0: as fast as it can; R8, R10). It goes out with the next
+ * commit; servos whose goal is not set anew keep theirs. CDS_OK. CDS_BAD_ARGUMENT: out of range,
+ * nothing was set. CDS_BUSY: the goals before those committed last are still being sent; try again
+ * when that is over, at most a period from now. */
+enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
+                               uint16_t speed);
+
+/* All goals set since the last commit go out with the next period, and with each one after it until
+ * the next commit. The first commit begins a period. CDS_OK, also if none was set.
+ * CDS_BAD_ARGUMENT: some servo never had a goal; nothing was committed. */
+enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
+
+/* Moves the cycle on; call it after cds_bus_poll() from the main loop, as often as possible: goals
+ * go out when a poll finds that their period has begun. A period is missed when its goals would
+ * hold up the next one's; the others stay where they were.
+ * CDS_PENDING: it runs, or is stopping. CDS_OK: it has stopped, and its storage is the caller's. */
+enum cds_result cds_cycle_poll(struct cds_cycle *cycle);
+
+/* Stops it: nothing more is sent but what is on the wire already. Poll until that is over. The
+ * servos stay at, or go on to, their last goals. */
+void cds_cycle_stop(struct cds_cycle *cycle);
+
+/* The age of the oldest feedback of all servos, in microseconds; CDS_FEEDBACK_NEVER if one was
+ * never read. */
+uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle);
+
+/* Share of the time that an exchange of the cycle was on the wire, in thousandths, 0 to 1000: the
+ * bytes sent and received, and of a READ that failed all the time it was waited for. Of the time
+ * since begin, after 18 min more of the later. Divides 32-bit numbers: not for the hot path. */
+uint16_t cds_cycle_utilisation_permille(const struct cds_cycle *cycle);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

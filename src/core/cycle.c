@@ -1,0 +1,247 @@
+/* Goals out, feedback in, at a fixed rate; see cycle.h. */
+#include "cds55xx/cycle.h"
+
+#include <string.h>
+
+#include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
+
+#define GOAL_SIZE   4                        // position, speed
+#define BLOCK_SIZE  (1u + GOAL_SIZE)         // ID, goal
+#define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
+#define NO_GOAL     UINT8_MAX                // high byte of a position that was never set
+#define READ_BYTES  (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE))
+#define SUBMIT_US   20          // from our look at the clock to the bus's own, at 16 MHz
+#define CATCH_UP    32          // periods passed over in one poll, however late it is
+#define HALVE_AT_US (1ul << 30) // both times of the utilisation, so that neither wraps
+
+static bool on_its_way(const struct cds_cycle *cycle)
+{
+    return cycle->goals[0].result == CDS_PENDING || cycle->goals[1].result == CDS_PENDING ||
+           cycle->read.result == CDS_PENDING;
+}
+
+/* A whole packet whose goals are still to be set. */
+static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
+{
+    static const uint8_t none[GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
+
+    request->packet.bytes = bytes;
+    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, GOAL_SIZE);
+    request->reply_parameters = CDS_REPLY_NONE;
+    request->urgent = true;
+    cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, GOAL_SIZE);
+    for (uint8_t i = 0; i < cycle->count; i++)
+        cds_packet_sync_add(&request->packet, cycle->ids[i], none);
+    cds_packet_end(&request->packet);
+}
+
+static bool are_ids(const uint8_t *ids, uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++)
+        if (ids[i] > CDS_ID_MAX)
+            return false;
+    return true;
+}
+
+enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, const uint8_t *ids,
+                                uint8_t count, uint8_t *packets, struct cds_feedback *feedback,
+                                uint16_t period_us)
+{
+    uint16_t size = (uint16_t)CDS_SYNC_WRITE_SIZE((uint16_t)count, GOAL_SIZE);
+    uint32_t goals_us = (uint32_t)size * bus->byte_time_us;
+
+    if (on_its_way(cycle))
+        return CDS_BUSY;
+    if (bus->byte_time_us == 0 || count == 0 || count > CDS_CYCLE_SERVOS_MAX ||
+        !are_ids(ids, count) || goals_us + CDS_REPLY_MARGIN_US > period_us)
+        return CDS_BAD_ARGUMENT;
+    *cycle = (struct cds_cycle){
+        .bus = bus,
+        .ids = ids,
+        .feedback = feedback,
+        .next_us = cds_port_now_us(),
+        .period_us = period_us,
+        .goals_us = (uint16_t)goals_us,
+        .latest_us = (uint16_t)(period_us - goals_us - CDS_REPLY_MARGIN_US),
+        .count = count,
+        .filling = true,
+    };
+    build_goals(cycle, &cycle->goals[0], packets);
+    build_goals(cycle, &cycle->goals[1], packets + size);
+    cycle->read.packet.bytes = cycle->buffer;
+    cycle->read.packet.room = sizeof cycle->buffer;
+    return CDS_OK;
+}
+
+static struct cds_request *front(struct cds_cycle *cycle)
+{
+    return &cycle->goals[cycle->front];
+}
+
+static struct cds_request *back(struct cds_cycle *cycle)
+{
+    return &cycle->goals[!cycle->front];
+}
+
+enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
+                               uint16_t speed)
+{
+    struct cds_packet *packet = &back(cycle)->packet;
+    uint8_t *goal;
+
+    if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
+        return CDS_BAD_ARGUMENT;
+    if (back(cycle)->result == CDS_PENDING)
+        return CDS_BUSY;
+    if (!cycle->filling) // what is not set anew is to stay as it is, not as it was before that
+        memcpy(packet->bytes, front(cycle)->packet.bytes, packet->size);
+    cycle->filling = true;
+    goal = packet->bytes + BLOCKS_AT + index * BLOCK_SIZE + 1u;
+    goal[0] = (uint8_t)position;
+    goal[1] = (uint8_t)(position >> 8);
+    goal[2] = (uint8_t)speed;
+    goal[3] = (uint8_t)(speed >> 8);
+    return CDS_OK;
+}
+
+static bool all_set(const struct cds_cycle *cycle, const uint8_t *bytes)
+{
+    const uint8_t *position_high = bytes + BLOCKS_AT + 2u;
+
+    for (uint8_t i = 0; i < cycle->count; i++, position_high += BLOCK_SIZE)
+        if (*position_high == NO_GOAL)
+            return false;
+    return true;
+}
+
+enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
+{
+    struct cds_packet *packet = &back(cycle)->packet;
+
+    if (!cycle->filling)
+        return CDS_OK;
+    if (!cycle->committed) {
+        if (!all_set(cycle, packet->bytes))
+            return CDS_BAD_ARGUMENT;
+        cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
+    }
+    packet->bytes[packet->size - 1u] = cds_packet_checksum(packet->bytes);
+    cycle->front = !cycle->front;
+    cycle->filling = false;
+    cycle->committed = true;
+    return CDS_OK;
+}
+
+static void pass_period(struct cds_cycle *cycle)
+{
+    cycle->next_us += cycle->period_us;
+    cycle->elapsed_us += cycle->period_us;
+    if (cycle->elapsed_us >= HALVE_AT_US) {
+        cycle->elapsed_us >>= 1;
+        cycle->wire_us >>= 1;
+    }
+}
+
+/* The next period has begun, or more than one. */
+static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
+{
+    int32_t late_us = (int32_t)(now_us - cycle->next_us);
+
+    for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
+        if (cycle->committed)
+            cycle->counters.missed++;
+        pass_period(cycle);
+        late_us -= cycle->period_us;
+    }
+    if (late_us < 0 || late_us > (int32_t)cycle->latest_us)
+        return;
+    if (cycle->committed) {
+        if (cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
+            return; // still waiting in the queue since the last period
+        cycle->counters.periods++;
+        cycle->wire_us += cycle->goals_us;
+    }
+    pass_period(cycle);
+}
+
+/* The longest a feedback READ may take, as the bus has it. */
+static uint16_t read_us(const struct cds_bus *bus)
+{
+    return (uint16_t)(READ_BYTES * bus->byte_time_us + bus->return_delay_us + CDS_REPLY_MARGIN_US);
+}
+
+static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
+{
+    struct cds_bus *bus = cycle->bus;
+    uint32_t by_us = now_us + read_us(bus) + SUBMIT_US;
+
+    if ((int32_t)(cycle->next_us - by_us) < 0)
+        return;
+    if (cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]) != CDS_OK)
+        return;
+    cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
+    cycle->read_by_us = by_us;
+    cycle->reading = true;
+}
+
+/* The READ has ended. If this poll is late, its reply was there all the same by its deadline. */
+static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
+{
+    struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
+    uint32_t time_us = (int32_t)(now_us - cycle->read_by_us) > 0 ? cycle->read_by_us : now_us;
+    uint32_t between_us = feedback->known ? time_us - feedback->time_us : 0;
+
+    cycle->reading = false;
+    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+    cycle->counters.reads++;
+    if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
+        cycle->wire_us += READ_BYTES * cycle->bus->byte_time_us;
+        if (between_us > cycle->counters.oldest_us)
+            cycle->counters.oldest_us = between_us;
+    } else {
+        cycle->wire_us += read_us(cycle->bus);
+        cycle->counters.failed++;
+    }
+}
+
+enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+{
+    uint32_t now_us = cds_port_now_us();
+
+    if (cycle->reading && cycle->read.result != CDS_PENDING)
+        take_feedback(cycle, now_us);
+    if (cycle->stopping)
+        return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
+    if ((int32_t)(now_us - cycle->next_us) >= 0)
+        begin_period(cycle, now_us);
+    else if (!cycle->bus->request)
+        begin_read(cycle, now_us);
+    return CDS_PENDING;
+}
+
+void cds_cycle_stop(struct cds_cycle *cycle)
+{
+    cds_bus_cancel(cycle->bus, &cycle->goals[0]);
+    cds_bus_cancel(cycle->bus, &cycle->goals[1]);
+    cycle->stopping = true;
+}
+
+uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)
+{
+    uint32_t oldest_us = 0;
+
+    for (uint8_t i = 0; i < cycle->count; i++) {
+        uint32_t age_us = cds_feedback_age_us(&cycle->feedback[i]);
+
+        if (age_us > oldest_us)
+            oldest_us = age_us;
+    }
+    return oldest_us;
+}
+
+uint16_t cds_cycle_utilisation_permille(const struct cds_cycle *cycle)
+{
+    uint32_t thousandth_us = cycle->elapsed_us / 1000;
+
+    return (uint16_t)(thousandth_us ? cycle->wire_us / thousandth_us : 0);
+}

@@ -1,0 +1,80 @@
+/* READs of many servos back to back; see group_read.h. */
+#include "cds55xx/group_read.h"
+
+#include "cds55xx/servo.h" // cds_servo_read()
+
+void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
+                          struct cds_request *request, const uint8_t *ids, uint8_t count,
+                          uint8_t address, uint8_t length, uint8_t *data,
+                          struct cds_group_answer *answers)
+{
+    *read = (struct cds_group_read){
+        .bus = bus,
+        .request = request,
+        .ids = ids,
+        .data = data,
+        .answers = answers,
+        .count = count,
+        .address = address,
+        .length = length,
+        .result = count ? CDS_OK : CDS_BAD_ARGUMENT,
+    };
+    for (uint8_t i = 0; i < count; i++)
+        answers[i].result = CDS_PENDING;
+}
+
+/* Servo `next` is done with, so or so. */
+static void answered(struct cds_group_read *read, uint8_t result)
+{
+    read->answers[read->next].result = result;
+    if (read->result == CDS_OK)
+        read->result = result;
+    read->next++;
+    read->sent = false;
+}
+
+static void exchange_ended(struct cds_group_read *read)
+{
+    const struct cds_request *request = read->request;
+    struct cds_group_answer *answer = &read->answers[read->next];
+    uint8_t *data = &read->data[(uint16_t)read->next * read->length];
+    uint8_t result = request->result;
+
+    if (result == CDS_OK) {
+        answer->error = request->error;
+        if (request->length != read->length)
+            result = CDS_REFUSED;
+    }
+    if (result == CDS_OK) {
+        for (uint8_t i = 0; i < read->length; i++)
+            data[i] = request->packet.bytes[i];
+        answer->time_us = cds_port_now_us();
+        answer->known = true;
+    }
+    answered(read, result);
+}
+
+static void send(struct cds_group_read *read)
+{
+    enum cds_result result = cds_servo_read(read->bus, read->request, read->ids[read->next],
+                                            read->address, read->length);
+
+    if (result == CDS_OK)
+        read->sent = true;
+    else if (result != CDS_BUSY) // an argument: nothing was sent to this servo
+        answered(read, (uint8_t)result);
+}
+
+enum cds_result cds_group_read_poll(struct cds_group_read *read)
+{
+    if (read->sent && read->request->result != CDS_PENDING)
+        exchange_ended(read);
+    if (read->next < read->count && !read->sent)
+        send(read);
+    return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
+}
+
+uint32_t cds_group_read_age_us(const struct cds_group_answer *answer)
+{
+    return answer->known ? cds_port_now_us() - answer->time_us : CDS_GROUP_READ_NEVER;
+}

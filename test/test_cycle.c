@@ -1,0 +1,476 @@
+/* The fixed-rate exchange on a wire that takes its time: goals to the microsecond, READs that fit,
+ * late polls, goals that never tear. The clock moves by a microsecond for each turn of the loop. */
+#include "cds55xx/cycle.h"
+
+#include <string.h>
+
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define SERVOS     3
+#define PERIOD_US  4000
+#define GOALS_US   (23 * 10) // 8 + 3 x 5 bytes
+#define READ_US    (8 * 10 + 2 + 17 * 10)
+#define ROOM_US    (25 * 10 + 2 + CDS_REPLY_MARGIN_US + 20) // that a READ must have
+#define STARTS_MAX 64
+#define BEGIN_US   (0u - 6000u) // the clock wraps in the second period
+
+static struct cds_bus bus;
+static struct cds_cycle cycle;
+static struct cds_feedback feedback[CDS_CYCLE_SERVOS_MAX];
+static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(CDS_CYCLE_SERVOS_MAX)];
+static uint8_t many[CDS_CYCLE_SERVOS_MAX];
+static const uint8_t ids[SERVOS] = {4, 2, 9};
+
+/* Packets as they began: microseconds since BEGIN_US. */
+static struct {
+    uint16_t us;
+    uint8_t id;
+} starts[STARTS_MAX];
+static uint8_t start_count;
+
+static bool talking;
+static uint32_t talk_end_us;
+static bool answering;
+static uint32_t answer_us;
+static uint8_t dead; // ID of a servo that does not answer, 0: none
+static uint8_t goals_sent[23];
+
+void setUp(void)
+{
+    port_fake_reset();
+    port_fake.now_us = BEGIN_US;
+    memset(&bus, 0, sizeof bus);
+    memset(&cycle, 0, sizeof cycle);
+    memset(feedback, 0, sizeof feedback);
+    memset(goals_sent, 0, sizeof goals_sent);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_return_delay(&bus, 2);
+    start_count = 0;
+    talking = answering = false;
+    dead = 0;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static uint16_t now(void)
+{
+    return (uint16_t)(port_fake.now_us - BEGIN_US);
+}
+
+/* The wire: a packet takes 10 us a byte, and a READ is answered 2 us later. */
+static void wire(void)
+{
+    static const uint8_t registers[CDS_FEEDBACK_SIZE] = {1, 2, 3};
+
+    if (!talking && bus.link.state == CDS_LINK_TALKING) {
+        talking = true;
+        talk_end_us = port_fake.now_us + 10u * bus.request->packet.size;
+        TEST_ASSERT_LESS_THAN(STARTS_MAX, start_count);
+        starts[start_count].us = now();
+        starts[start_count++].id = bus.request->id;
+    }
+    if (talking && port_fake.now_us == talk_end_us) {
+        talking = false;
+        TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+        if (port_fake.sent[CDS_AT_ID] == CDS_BROADCAST_ID)
+            memcpy(goals_sent, port_fake.sent, sizeof goals_sent);
+        answering =
+            port_fake.sent[CDS_AT_INSTRUCTION] == CDS_READ && port_fake.sent[CDS_AT_ID] != dead;
+        answer_us = talk_end_us + 2 + 17 * 10;
+    }
+    if (answering && port_fake.now_us == answer_us) {
+        answering = false;
+        port_fake_answer(&bus.link, port_fake.sent[CDS_AT_ID], 0, registers, sizeof registers);
+    }
+}
+
+static void poll(void)
+{
+    cds_bus_poll(&bus);
+    cds_cycle_poll(&cycle);
+    wire();
+}
+
+/* The main loop turns until `us` after BEGIN_US, and then once more. */
+static void run_to(uint16_t us)
+{
+    poll();
+    while (now() != us) {
+        port_fake.now_us++;
+        wire();
+        poll();
+    }
+}
+
+/* The main loop is away for so long; the wire is not. */
+static void be_away(uint16_t us)
+{
+    while (us--) {
+        port_fake.now_us++;
+        wire();
+    }
+}
+
+static void begin(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
+}
+
+static void set_all(uint16_t position)
+{
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, i, (uint16_t)(position + i), 0x123));
+}
+
+static void begin_with_goals(void)
+{
+    begin();
+    set_all(0x200);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+}
+
+static uint16_t position_sent(uint8_t servo)
+{
+    return (uint16_t)(goals_sent[8 + 5 * servo] | goals_sent[9 + 5 * servo] << 8);
+}
+
+/* Goals go out at these times, and at no other. */
+static void assert_goals_at(const uint16_t *at_us, uint8_t count)
+{
+    uint8_t seen = 0;
+
+    for (uint8_t i = 0; i < start_count; i++) {
+        if (starts[i].id != CDS_BROADCAST_ID)
+            continue;
+        TEST_ASSERT_LESS_THAN(count, seen);
+        TEST_ASSERT_EQUAL_UINT16(at_us[seen], starts[i].us);
+        seen++;
+    }
+    TEST_ASSERT_EQUAL_UINT8(count, seen);
+}
+
+void test_goals_go_out_every_period_to_the_microsecond(void)
+{
+    static const uint16_t at_us[] = {0, 4000, 8000, 12000};
+    static const uint8_t packet[] = {0xFF, 0xFF, 0xFE, 19, 0x83, 0x1E, 4, 4, 0, 2,    0x23,
+                                     1,    2,    1,    2,  0x23, 1,    9, 2, 2, 0x23, 1};
+
+    begin_with_goals();
+    run_to(15999);
+    assert_goals_at(at_us, 4);
+    TEST_ASSERT_EQUAL_UINT32(4, cycle.counters.periods);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, goals_sent, sizeof packet);
+    TEST_ASSERT_EQUAL_HEX8(cds_packet_checksum(goals_sent), goals_sent[22]);
+}
+
+/* READs are back to back, in turn, and stop where one more might not end in time. */
+static void assert_reads_fill(uint16_t read_us)
+{
+    uint8_t servo = 0;
+
+    for (uint8_t i = 0; i + 1 < start_count; i++) {
+        uint16_t next_period_us = (uint16_t)((starts[i].us / PERIOD_US + 1) * PERIOD_US);
+
+        if (starts[i].id == CDS_BROADCAST_ID) {
+            TEST_ASSERT_EQUAL_UINT16(starts[i].us + GOALS_US, starts[i + 1].us);
+            continue;
+        }
+        TEST_ASSERT_EQUAL_UINT8(ids[servo], starts[i].id);
+        servo = (uint8_t)((servo + 1) % SERVOS);
+        TEST_ASSERT_LESS_OR_EQUAL(next_period_us - ROOM_US, starts[i].us);
+        if (starts[i + 1].id == CDS_BROADCAST_ID)
+            TEST_ASSERT_GREATER_THAN(next_period_us - ROOM_US, starts[i].us + read_us);
+        else
+            TEST_ASSERT_EQUAL_UINT16(starts[i].us + read_us, starts[i + 1].us);
+    }
+}
+
+void test_feedback_fills_the_rest_of_the_period(void)
+{
+    begin_with_goals();
+    run_to(15999);
+    assert_reads_fill(READ_US);
+    TEST_ASSERT_EQUAL_UINT32(4 * 14, cycle.counters.reads); // (3770 - 372) / 252 + 1
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.failed);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_EQUAL_HEX16(0x0201, feedback[i].position);
+    // two more READs, goals, and what is left of a period
+    TEST_ASSERT_EQUAL_UINT32(3 * READ_US + PERIOD_US - 14 * READ_US, cycle.counters.oldest_us);
+}
+
+/* The last READ that fits ends, unanswered, before the goals are due. */
+void test_an_unanswered_read_never_delays_the_goals(void)
+{
+    static const uint16_t at_us[] = {0, 4000, 8000};
+
+    for (dead = 2; dead < 10; dead = (uint8_t)(dead + 7)) {
+        port_fake.now_us = BEGIN_US;
+        start_count = 0;
+        memset(&cycle, 0, sizeof cycle);
+        begin_with_goals();
+        run_to(11999);
+        assert_goals_at(at_us, 3);
+        TEST_ASSERT_GREATER_THAN_UINT32(6, cycle.counters.failed);
+        TEST_ASSERT_GREATER_THAN_UINT32(2 * cycle.counters.failed - 3, cycle.counters.reads);
+        TEST_ASSERT_EQUAL(CDS_OK, feedback[0].result);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, feedback[dead == 2 ? 1 : 2].result);
+        TEST_ASSERT_EQUAL_UINT32(bus.counters.timeouts, cycle.counters.failed);
+        while (bus.request) {
+            port_fake.now_us++;
+            wire();
+            cds_bus_poll(&bus);
+        }
+        cds_bus_open(&bus, 0, CDS_BAUD_1M);
+        cds_bus_set_return_delay(&bus, 2);
+    }
+}
+
+void test_reads_are_not_repeated(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    dead = 4;
+    begin_with_goals();
+    run_to(3999);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.repeated);
+    TEST_ASSERT_GREATER_THAN_UINT32(0, cycle.counters.failed);
+}
+
+void test_a_longer_return_delay_leaves_more_room(void)
+{
+    static const uint16_t at_us[] = {0, 4000, 8000};
+
+    cds_bus_set_return_delay(&bus, 508);
+    dead = 4;
+    begin_with_goals();
+    run_to(11999);
+    assert_goals_at(at_us, 3);
+}
+
+void test_a_poll_late_by_10_ms_misses_periods_and_keeps_the_phase(void)
+{
+    static const uint16_t at_us[] = {0, 4000, 16000, 20000};
+
+    begin_with_goals();
+    run_to(7900);
+    be_away(6000 + 4000); // to 17900: the periods of 8000 and 12000 are over, 16000 can still begin
+    poll();
+    TEST_ASSERT_EQUAL_UINT32(2, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_UINT16(17900, starts[start_count - 1].us);
+    starts[start_count - 1].us = 16000; // late, but in its period
+    run_to(23999);
+    assert_goals_at(at_us, 4);
+    TEST_ASSERT_EQUAL_UINT32(4, cycle.counters.periods);
+    TEST_ASSERT_EQUAL_UINT32(2, cycle.counters.missed);
+}
+
+void test_goals_that_would_hold_up_the_next_ones_are_not_sent(void)
+{
+    static const uint16_t at_us[] = {0, 7670, 8000, 12000};
+    static const uint16_t too_late_us[] = {0, 8000, 12000};
+
+    begin_with_goals();
+    run_to(3000);
+    be_away(7670 - 3000); // 330 us are needed: 230 on the wire, 100 margin
+    poll();
+    run_to(13000);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    assert_goals_at(at_us, 4);
+
+    setUp();
+    begin_with_goals();
+    run_to(3000);
+    be_away(7671 - 3000);
+    poll();
+    run_to(13000);
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.missed);
+    assert_goals_at(too_late_us, 3);
+}
+
+void test_a_very_late_poll_catches_up_in_bounded_steps(void)
+{
+    begin_with_goals();
+    run_to(3999);
+    port_fake.now_us += 100ul * PERIOD_US; // 32 periods at most in each poll
+    cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL_UINT32(32, cycle.counters.missed);
+    for (uint8_t i = 0; i < 4; i++)
+        cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL_UINT32(100, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_UINT32(101ul * PERIOD_US, cycle.next_us - BEGIN_US);
+}
+
+void test_feedback_that_is_taken_late_is_as_old_as_it_is(void)
+{
+    begin_with_goals();
+    run_to(GOALS_US + 10);
+    be_away(1000);
+    poll();
+    TEST_ASSERT_EQUAL(CDS_OK, feedback[0].result);
+    TEST_ASSERT_EQUAL_UINT32(GOALS_US + 10 + 1000 - (GOALS_US + ROOM_US),
+                             cds_feedback_age_us(&feedback[0]));
+}
+
+/* ---- goals ---- */
+
+void test_nothing_is_sent_before_every_servo_has_a_goal(void)
+{
+    static const uint16_t at_us[] = {5000, 9000};
+
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 0, 1, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 2, 1, 1));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_commit(&cycle));
+    run_to(5000 - 372); // feedback goes on
+    TEST_ASSERT_GREATER_THAN_UINT32(10, cycle.counters.reads);
+    cycle.bus->return_delay_us = CDS_RETURN_DELAY_MAX_US; // no further READ in this period
+    run_to(5000 - 1);
+    while (bus.request) {
+        be_away(1);
+        cds_bus_poll(&bus);
+    }
+    port_fake.now_us = BEGIN_US + 5000;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 1, 1, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_to(12000);
+    assert_goals_at(at_us, 2);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+}
+
+void test_goals_are_sent_together_or_not_at_all(void)
+{
+    begin_with_goals();
+    run_to(100); // on the wire
+    set_all(0x300);
+    run_to(4300);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_EQUAL_HEX16(0x200 + i, position_sent(i));
+    run_to(8100); // on the wire again
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_cycle_goal(&cycle, 0, 0x11, 1));
+    run_to(8300);
+    TEST_ASSERT_EQUAL_HEX16(0x200, position_sent(0));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 1, 0x11, 1));
+    run_to(12300);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_EQUAL_HEX16(0x300 + i, position_sent(i));
+}
+
+void test_a_goal_that_is_not_set_anew_stays(void)
+{
+    begin_with_goals();
+    run_to(1000);
+    set_all(0x300);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 1, 0x11, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle)); // nothing new: nothing changes
+    run_to(4300);
+    TEST_ASSERT_EQUAL_HEX16(0x300, position_sent(0));
+    TEST_ASSERT_EQUAL_HEX16(0x11, position_sent(1));
+    TEST_ASSERT_EQUAL_HEX16(0x302, position_sent(2));
+    TEST_ASSERT_EQUAL_HEX8(cds_packet_checksum(goals_sent), goals_sent[22]);
+}
+
+void test_goals_out_of_range_are_refused(void)
+{
+    begin_with_goals();
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_goal(&cycle, 3, 1, 1));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_goal(&cycle, 0, 1024, 1));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_goal(&cycle, 0, 1, 1024));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 0, 1023, 1023));
+}
+
+/* ---- others on the bus, beginning and end ---- */
+
+static uint8_t bytes[2][16];
+
+void test_requests_of_the_application_go_before_reads(void)
+{
+    struct cds_request urgent = {.packet = {.bytes = bytes[0], .room = 16}, .urgent = true};
+    struct cds_request other = {.packet = {.bytes = bytes[1], .room = 16}};
+
+    begin_with_goals();
+    run_to(100);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &other, 77, CDS_REG_PRESENT_POSITION, 11));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &urgent, 88, CDS_REG_PRESENT_POSITION, 11));
+    run_to(3999);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, starts[0].id);
+    TEST_ASSERT_EQUAL_UINT8(88, starts[1].id);
+    TEST_ASSERT_EQUAL_UINT8(77, starts[2].id);
+    TEST_ASSERT_EQUAL_UINT8(ids[0], starts[3].id);
+}
+
+void test_goals_go_right_after_what_held_them_up(void)
+{
+    static const uint16_t at_us[] = {0, 3990 + READ_US, 8000};
+    struct cds_request first = {.packet = {.bytes = bytes[0], .room = 16}};
+    struct cds_request second = {.packet = {.bytes = bytes[1], .room = 16}};
+
+    begin_with_goals();
+    run_to(3989);
+    port_fake.now_us++;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &first, 77, CDS_REG_PRESENT_POSITION, 11));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &second, 78, CDS_REG_PRESENT_POSITION, 11));
+    run_to(11999);
+    assert_goals_at(at_us, 3);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_EQUAL(CDS_OK, second.result);
+}
+
+void test_it_stops_when_what_is_on_the_wire_has_ended(void)
+{
+    begin_with_goals();
+    run_to(4100);
+    cds_cycle_stop(&cycle);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_cycle_poll(&cycle));
+    TEST_ASSERT_EQUAL(CDS_BUSY,
+                      cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
+    start_count = 0;
+    run_to(9000);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
+    TEST_ASSERT_EQUAL_UINT8(0, start_count);
+    begin();
+}
+
+void test_what_cannot_be_is_refused(void)
+{
+    struct cds_bus closed = {.port = 0};
+    static const uint8_t bad[] = {1, 254};
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_cycle_begin(&cycle, &closed, ids, 3, packets, feedback, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_cycle_begin(&cycle, &bus, ids, 0, packets, feedback, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_cycle_begin(&cycle, &bus, many, 51, packets, feedback, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_cycle_begin(&cycle, &bus, bad, 2, packets, feedback, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2679));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2680));
+    TEST_ASSERT_EQUAL_UINT16(258, cycle.goals[1].packet.size);
+    TEST_ASSERT_EQUAL_PTR(packets + 258, cycle.goals[1].packet.bytes);
+}
+
+void test_oldest_feedback_and_utilisation_are_told(void)
+{
+    dead = 9;
+    begin_with_goals();
+    run_to(8000 - 1);
+    TEST_ASSERT_EQUAL_UINT32(CDS_FEEDBACK_NEVER, cds_cycle_oldest_us(&cycle));
+    setUp();
+    begin_with_goals();
+    run_to(8000 - 1);
+    TEST_ASSERT_EQUAL_UINT16((GOALS_US + 14 * 250) * 1000ul / PERIOD_US,
+                             cds_cycle_utilisation_permille(&cycle));
+    port_fake.now_us += 5;
+    TEST_ASSERT_EQUAL_UINT32(port_fake.now_us - feedback[cycle.turn].time_us,
+                             cds_cycle_oldest_us(&cycle));
+}
