@@ -1,5 +1,5 @@
-/* Settings of a servo that are written only if they differ, and read back: registers of the EEPROM
- * area bear some 100 000 writes. Manual: 3.1; 2.4.1, 2.4.2. ID and baud rate: identity.h.
+/* Settings of a servo that are written only if they differ, and read back (an EEPROM wears).
+ * Manual: 3.1; 2.4.1, 2.4.2. ID and baud rate: identity.h.
  *
  * A READ that is lost ends it as CDS_TIMEOUT: cds_bus_set_repeats() has it repeated, or begin
  * again; what stands already is not written twice. Main context.
