@@ -40,9 +40,8 @@ enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *b
                                       const uint8_t *data, uint8_t length);
 
 /* How long the servo waits before it answers: at least `delay_us` microseconds, 0 to what the bus
- * waits for (cds_bus_set_return_delay(); at most 508), in steps of 2 (manual, example 8). This
- * library listens within 2 us of its last stop bit, so 2 will do. Tell the bus when all its servos
- * are set. */
+ * waits for (cds_bus_set_return_delay(); at most 508), in steps of 2 (manual, example 8). Tell the
+ * bus when all its servos are set. */
 enum cds_result cds_setup_return_delay_begin(struct cds_setup *setup, struct cds_bus *bus,
                                              struct cds_request *request, uint8_t id,
                                              uint16_t delay_us);
