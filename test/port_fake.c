@@ -40,6 +40,7 @@ void cds_port_open(uint8_t port, uint8_t baud)
 {
     record(FAKE_OPEN, port, baud);
     *line(port) = FAKE_HIGH_Z;
+    port_fake.bauds[port % FAKE_PORTS] = baud;
 }
 
 void cds_port_high_z(uint8_t port)

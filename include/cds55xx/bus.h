@@ -26,6 +26,9 @@ extern "C" {
 /* Baud register of the servos' factory setting: 1 Mbps. */
 #define CDS_BAUD_1M 1
 
+/* The highest baud register: 7843 bit/s. */
+#define CDS_BAUD_MAX 254
+
 /* Added to the time a reply may take: a servo renews its control loop and serves its own
  * interrupts; this is our estimate, in microseconds. */
 #define CDS_REPLY_MARGIN_US 100
@@ -84,6 +87,7 @@ struct cds_bus {
     uint16_t byte_time_us;        // ten bits
     uint16_t return_delay_us;     // longest of any servo on this bus
     uint8_t port;                 // number of the bus on its board
+    uint8_t baud;                 // register value of its rate
     uint8_t damaged;              // not 0: something of the reply came damaged
     uint8_t repeats;              // given to each request that bears repeating
     struct cds_counters counters; // the last three stay in `link` until asked for
@@ -93,6 +97,11 @@ struct cds_bus {
  * (`baud` 0 to 254) and listens. Counters start at 0. Requests in flight or waiting, if the bus was
  * open already, end as CDS_CANCELLED, without on_end. */
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
+
+/* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04; counters and
+ * settings stay. CDS_OK; CDS_BUSY: a request is in flight or waits, nothing was touched;
+ * CDS_BAD_ARGUMENT: no bus is open, or there is no such rate. */
+enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
 
 /* Tells how long the slowest servo of the bus waits before it replies, in microseconds: twice its
  * register 0x05. CDS_RETURN_DELAY_MAX_US from cds_bus_open() on, which is safe; the true value ends

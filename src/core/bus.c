@@ -11,16 +11,36 @@ static void cancel_all(struct cds_bus *bus)
     }
 }
 
+/* Ten bits of (baud + 1) / 2 us. */
+static uint16_t byte_time_us(uint8_t baud)
+{
+    return (uint16_t)(5u * (baud + 1u));
+}
+
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
     cancel_all(bus);
     *bus = (struct cds_bus){
         .port = port,
-        .byte_time_us = (uint16_t)(5u * (baud + 1u)), // ten bits of (baud + 1) / 2 us
+        .baud = baud,
+        .byte_time_us = byte_time_us(baud),
         .return_delay_us = CDS_RETURN_DELAY_MAX_US,
     };
     cds_link_open(&bus->link, port);
+}
+
+enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
+{
+    if (bus->byte_time_us == 0 || baud > CDS_BAUD_MAX)
+        return CDS_BAD_ARGUMENT;
+    if (bus->request)
+        return CDS_BUSY;
+    cds_port_open(bus->port, baud);
+    bus->baud = baud;
+    bus->byte_time_us = byte_time_us(baud);
+    cds_link_open(&bus->link, bus->port);
+    return CDS_OK;
 }
 
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats)

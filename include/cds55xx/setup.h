@@ -1,0 +1,66 @@
+/* Settings of a servo that are written only if they differ, and read back (an EEPROM wears).
+ * Manual: 3.1; 2.4.1, 2.4.2. ID and baud rate: identity.h.
+ *
+ * A READ that is lost ends it as CDS_TIMEOUT: cds_bus_set_repeats() has it repeated, or begin
+ * again; what stands already is not written twice. Main context.
+ */
+#ifndef CDS_SETUP_H
+#define CDS_SETUP_H
+
+#include <stdint.h>
+
+#include "cds55xx/bus.h"           // struct cds_bus, struct cds_request
+#include "cds55xx/control_table.h" // CDS_REG_*
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+struct cds_setup {
+    struct cds_bus *bus;
+    struct cds_request *request;
+    const uint8_t *data; // the caller's, or `own`
+    uint8_t own;
+    uint8_t id, address, length;
+    uint8_t written;                  // not 0: the WRITE was sent, for the value differed
+    uint8_t error;                    // CDS_ERROR_* bits of the last answer
+    uint8_t result;                   // enum cds_result of the whole
+    uint8_t phase, reason, in_flight; // its own
+};
+
+/* Each prepares one setting of servo `id`, 0 to 253; nothing is sent before the first poll. The
+ * request's buffer must hold the packet, CDS_PACKET_SIZE(length + 1) bytes (length 1: also for the
+ * two below it), and at least CDS_PACKET_SIZE(2); bus, request, data and setup stay in place until
+ * it has ended. CDS_OK; CDS_BAD_ARGUMENT: out of range; CDS_NO_ROOM: the buffer is too small;
+ * CDS_BUSY: the request is on its way for someone else.
+ *
+ * `length` bytes of `data` (1 to 49) to `address` and on; not ID and not baud rate. */
+enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
+                                      struct cds_request *request, uint8_t id, uint8_t address,
+                                      const uint8_t *data, uint8_t length);
+
+/* How long the servo waits before it answers: at least `delay_us` microseconds, 0 to what the bus
+ * waits for (cds_bus_set_return_delay(); at most 508), in steps of 2 (manual, example 8). Tell the
+ * bus when all its servos are set. */
+enum cds_result cds_setup_return_delay_begin(struct cds_setup *setup, struct cds_bus *bus,
+                                             struct cds_request *request, uint8_t id,
+                                             uint16_t delay_us);
+
+/* Locks it: until its power is removed only registers 0x18 to 0x23 can be written (R6; manual,
+ * example 20). */
+enum cds_result cds_setup_lock_begin(struct cds_setup *setup, struct cds_bus *bus,
+                                     struct cds_request *request, uint8_t id);
+
+/* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.
+ * CDS_PENDING: not over yet. CDS_OK: the registers were read and hold the value, whether they did
+ * before or (setup->written) do since. CDS_REFUSED: the servo refused, setup->error says why, or it
+ * holds another value all the same. CDS_TIMEOUT, CDS_CORRUPT: it could not be read, or the WRITE
+ * was lost and the old value read back. CDS_CANCELLED: the bus was opened anew. A servo of status
+ * return level 0 answers no READ, and so cannot be set up with this. */
+enum cds_result cds_setup_poll(struct cds_setup *setup);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,182 @@
+/* Who is on the bus; see scan.h. */
+#include "cds55xx/scan.h"
+
+#include <stddef.h>
+
+#include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+
+const uint8_t cds_scan_listed_bauds[CDS_SCAN_LISTED_BAUDS] = {1, 3, 7, 16, 34, 103};
+
+#define DETAILS (CDS_REG_BAUD_RATE - CDS_REG_MODEL_NUMBER + 1) // bytes read
+
+enum scan_phase {
+    CHECK,    // the arguments
+    TUNE,     // the bus to the rate that is next
+    ASK,      // PING is next
+    ASKED,    // ... and in flight
+    READ,     // the details are next
+    READING,  // ... and in flight
+    GIVE_BACK // the bus its own rate
+};
+
+void cds_scan_begin(struct cds_scan *scan, struct cds_bus *bus, struct cds_request *request,
+                    struct cds_scan_found *found, uint8_t room)
+{
+    *scan = (struct cds_scan){
+        .bus = bus,
+        .request = request,
+        .found = found,
+        .room = room,
+        .bauds = cds_scan_listed_bauds,
+        .baud_count = CDS_SCAN_LISTED_BAUDS,
+        .last_id = CDS_ID_MAX,
+        .phase = CHECK,
+        .result = CDS_PENDING,
+    };
+}
+
+void cds_scan_set_ids(struct cds_scan *scan, uint8_t first, uint8_t last)
+{
+    scan->first_id = first;
+    scan->last_id = last;
+}
+
+void cds_scan_set_bauds(struct cds_scan *scan, const uint8_t *bauds, uint8_t count)
+{
+    scan->bauds = bauds;
+    scan->baud_count = bauds ? count : 0;
+}
+
+void cds_scan_set_rescue(struct cds_scan *scan)
+{
+    scan->bauds = NULL;
+    scan->baud_count = CDS_BAUD_MAX + 1;
+}
+
+void cds_scan_set_details(struct cds_scan *scan)
+{
+    scan->with_details = 1;
+}
+
+void cds_scan_abort(struct cds_scan *scan)
+{
+    scan->aborted = 1;
+}
+
+static uint8_t baud_of(const struct cds_scan *scan, uint8_t index)
+{
+    return scan->bauds ? scan->bauds[index] : index;
+}
+
+static enum cds_result check(const struct cds_scan *scan)
+{
+    if (scan->bus->byte_time_us == 0 || scan->first_id > scan->last_id ||
+        scan->last_id > CDS_ID_MAX || scan->baud_count == 0)
+        return CDS_BAD_ARGUMENT;
+    for (uint8_t i = 0; i < scan->baud_count; i++)
+        if (baud_of(scan, i) > CDS_BAUD_MAX)
+            return CDS_BAD_ARGUMENT;
+    return scan->request->packet.room < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_PENDING;
+}
+
+static void start(struct cds_scan *scan)
+{
+    scan->result = (uint8_t)check(scan);
+    if (scan->result != CDS_PENDING)
+        return;
+    scan->id = scan->first_id;
+    scan->total = (uint16_t)((uint16_t)(scan->last_id - scan->first_id + 1) * scan->baud_count);
+    scan->own_baud = scan->bus->baud;
+    scan->return_delay_us = scan->bus->return_delay_us;
+    // who they are is not known, still less how long they wait
+    cds_bus_set_return_delay(scan->bus, CDS_RETURN_DELAY_MAX_US);
+    scan->phase = scan->aborted ? GIVE_BACK : TUNE;
+}
+
+/* The bus at this rate; false while it is busy. */
+static bool tuned(struct cds_scan *scan, uint8_t baud)
+{
+    return scan->bus->baud == baud || cds_bus_set_baud(scan->bus, baud) == CDS_OK;
+}
+
+static void next(struct cds_scan *scan)
+{
+    scan->asked++;
+    if (scan->aborted) {
+        scan->phase = GIVE_BACK;
+    } else if (scan->id < scan->last_id) {
+        scan->id++;
+        scan->phase = ASK;
+    } else {
+        scan->id = scan->first_id;
+        scan->baud_index++;
+        scan->phase = scan->baud_index < scan->baud_count ? TUNE : GIVE_BACK;
+    }
+}
+
+static void asked(struct cds_scan *scan)
+{
+    uint8_t result = scan->request->result;
+
+    if (result == CDS_CANCELLED) { // by whoever opened the bus anew, and it is theirs
+        scan->result = CDS_CANCELLED;
+        return;
+    }
+    if (result != CDS_OK && result != CDS_CORRUPT) {
+        next(scan);
+        return;
+    }
+    if (scan->count < scan->room)
+        scan->found[scan->count] = (struct cds_scan_found){
+            .id = scan->id, .baud = scan->bus->baud, .result = result, .details = CDS_PENDING};
+    scan->count++;
+    if (scan->with_details && result == CDS_OK && scan->count <= scan->room)
+        scan->phase = READ;
+    else
+        next(scan);
+}
+
+static void take_details(struct cds_scan *scan)
+{
+    struct cds_scan_found *found = &scan->found[scan->count - 1];
+
+    found->details = (uint8_t)cds_request_byte(scan->request, 0, &found->model);
+    cds_request_byte(scan->request, DETAILS - 1, &found->own_baud);
+    next(scan);
+}
+
+static void send(struct cds_scan *scan)
+{
+    if (scan->phase == ASK && cds_servo_ping(scan->bus, scan->request, scan->id) == CDS_OK)
+        scan->phase = ASKED;
+    if (scan->phase == READ &&
+        cds_servo_read(scan->bus, scan->request, scan->id, CDS_REG_MODEL_NUMBER, DETAILS) == CDS_OK)
+        scan->phase = READING;
+}
+
+static void give_back(struct cds_scan *scan)
+{
+    if (!tuned(scan, scan->own_baud))
+        return;
+    cds_bus_set_return_delay(scan->bus, scan->return_delay_us);
+    scan->result = scan->aborted ? CDS_CANCELLED : CDS_OK;
+}
+
+enum cds_result cds_scan_poll(struct cds_scan *scan)
+{
+    if (scan->result != CDS_PENDING)
+        return (enum cds_result)scan->result;
+    if (scan->phase == CHECK)
+        start(scan);
+    if (scan->phase == ASKED && scan->request->result != CDS_PENDING)
+        asked(scan);
+    if (scan->phase == READING && scan->request->result != CDS_PENDING)
+        take_details(scan);
+    if (scan->phase == TUNE && tuned(scan, baud_of(scan, scan->baud_index)))
+        scan->phase = ASK;
+    if (scan->result == CDS_PENDING)
+        send(scan);
+    if (scan->phase == GIVE_BACK)
+        give_back(scan);
+    return (enum cds_result)scan->result;
+}

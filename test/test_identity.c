@@ -1,0 +1,270 @@
+/* ID, baud rate and factory reset as transactions, with packets and replies lost and the power cut
+ * at every step: what is reported is where the servo is. */
+#include "cds55xx/identity.h"
+
+#include "servos_fake.h"
+#include "unity.h"
+
+enum what { NEW_ID, NEW_BAUD, RESET_IT, RESET_IN_PLACE, WHATS };
+
+#define LONGEST 14 // packets of a transaction
+
+static struct cds_bus bus;
+static uint8_t buffer[CDS_PACKET_SIZE(2)];
+static struct cds_request request;
+static struct cds_identity identity;
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&servos, 0, sizeof servos);
+    memset(&bus, 0, sizeof bus);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* Servo 0 is at ID 5 and 250 kbps, or already where RESET leaves it; servo 1 stands by. */
+static enum cds_result begin(uint8_t what)
+{
+    bool in_place = what == RESET_IN_PLACE;
+
+    setUp();
+    servo_fake_put(0, in_place ? 1 : 5, in_place ? 1 : 7);
+    servo_fake_put(1, 6, in_place ? 1 : 7);
+    cds_bus_open(&bus, 0, in_place ? 1 : 7);
+    cds_bus_set_return_delay(&bus, 2);
+    switch (what) {
+    case NEW_ID: return cds_identity_change_id_begin(&identity, &bus, &request, 5, 9);
+    case NEW_BAUD: return cds_identity_change_baud_begin(&identity, &bus, &request, 5, 1);
+    case RESET_IT: return cds_identity_reset_begin(&identity, &bus, &request, 5);
+    default: return cds_identity_reset_begin(&identity, &bus, &request, 1);
+    }
+}
+
+static enum cds_result run(void)
+{
+    enum cds_result result;
+
+    while ((result = cds_identity_poll(&identity)) == CDS_PENDING) {
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL_UINT16(2, bus.return_delay_us);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(1, servos.writes);
+    TEST_ASSERT_EQUAL_UINT8(servos.writes, identity.written);
+    TEST_ASSERT_EQUAL_UINT8(bus.baud, port_fake.bauds[0]);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(LONGEST, servos.packets);
+    return result;
+}
+
+static bool is_at(const struct cds_identity_place *place)
+{
+    return servos.servo[0].table[0x03] == place->id && servos.servo[0].table[0x04] == place->baud;
+}
+
+/* The report, held against the servo itself. */
+static void assert_the_truth(void)
+{
+    switch (identity.state) {
+    case CDS_IDENTITY_CHANGED:
+        TEST_ASSERT_EQUAL(CDS_OK, identity.result);
+        TEST_ASSERT_TRUE(is_at(&identity.to));
+        TEST_ASSERT_EQUAL_UINT8(identity.to.baud, bus.baud);
+        break;
+    case CDS_IDENTITY_UNCHANGED:
+        TEST_ASSERT_NOT_EQUAL(CDS_OK, identity.result);
+        TEST_ASSERT_TRUE(is_at(&identity.from));
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+        break;
+    case CDS_IDENTITY_LOST:
+        TEST_ASSERT_NOT_EQUAL(CDS_OK, identity.result);
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+        break;
+    default: TEST_FAIL_MESSAGE("neither changed, unchanged nor lost");
+    }
+    TEST_ASSERT_EQUAL_UINT8(6, servos.servo[1].table[0x03]);
+}
+
+/* One transaction under this plan: told truly, and the servo found in the end. */
+static void try(uint8_t what, struct servos_plan first, struct servos_plan second)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, begin(what));
+    servos.plan[0] = first;
+    servos.plan[1] = second;
+    run();
+    assert_the_truth();
+    if (identity.state == CDS_IDENTITY_LOST) {
+        TEST_ASSERT_GREATER_THAN_UINT8(0, first.absent); // nothing less loses it
+        servos.dark = 0;
+        memset(servos.plan, 0, sizeof servos.plan);
+        servos.packets = 0;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_identity_look_again(&identity));
+        run();
+        assert_the_truth();
+        TEST_ASSERT_NOT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+    }
+}
+
+void test_what_goes_well(void)
+{
+    for (uint8_t what = 0; what < WHATS; what++) {
+        TEST_ASSERT_EQUAL(CDS_OK, begin(what));
+        TEST_ASSERT_EQUAL_UINT16(0, bus.counters.sent);
+        TEST_ASSERT_EQUAL(CDS_OK, run());
+        TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
+        TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_to);
+        assert_the_truth();
+        TEST_ASSERT_EQUAL(CDS_OK, cds_identity_poll(&identity)); // and stays so
+    }
+}
+
+void test_any_fault_and_any_power_cut_at_any_packet_ends_with_the_truth(void)
+{
+    static const uint8_t absences[] = {0, 1, 2, 3, 4, 5, 7, SERVOS_FOREVER};
+    struct servos_plan none = {0};
+
+    for (uint8_t what = 0; what < WHATS; what++)
+        for (uint8_t fault = 1; fault < FAULTS; fault++)
+            for (uint8_t at = 1; at <= LONGEST; at++) {
+                try(what, (struct servos_plan){at, fault, 0}, none);
+                for (uint8_t i = 1; fault >= CUT_BEFORE && i < sizeof absences; i++)
+                    try(what, (struct servos_plan){at, fault, absences[i]}, none);
+            }
+}
+
+void test_any_two_losses_end_with_the_truth(void)
+{
+    for (uint8_t what = 0; what < WHATS; what++)
+        for (uint8_t faults = 0; faults < 4; faults++)
+            for (uint8_t at = 1; at < LONGEST; at++)
+                for (uint8_t then = (uint8_t)(at + 1); then <= LONGEST; then++)
+                    try(what, (struct servos_plan){at, faults & 1 ? LOSE_PACKET : LOSE_REPLY, 0},
+                        (struct servos_plan){then, faults & 2 ? LOSE_PACKET : LOSE_REPLY, 0});
+}
+
+void test_a_lost_write_leaves_it_unchanged_and_a_lost_reply_changed(void)
+{
+    begin(NEW_ID); // three PINGs of the new ID, one of the old one, and the WRITE
+    servos.plan[0] = (struct servos_plan){5, LOSE_PACKET, 0};
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_TIMEOUT, identity.at_to);
+    begin(NEW_ID);
+    servos.plan[0] = (struct servos_plan){5, LOSE_REPLY, 0};
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
+}
+
+void test_a_place_that_is_taken_is_never_written_to_whatever_one_or_two_packets_meet(void)
+{
+    for (uint8_t what = 0; what < RESET_IN_PLACE; what++)
+        for (uint8_t at = 1; at <= 3; at++)
+            for (uint8_t fault = LOSE_PACKET; fault <= SPOIL_REPLY; fault++) {
+                TEST_ASSERT_EQUAL(CDS_OK, begin(what));
+                servo_fake_put(2, identity.to.id, identity.to.baud);
+                servos.plan[0] = (struct servos_plan){1, fault, 0};
+                servos.plan[1] = (struct servos_plan){at, fault, 0};
+                TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+                TEST_ASSERT_EQUAL(CDS_IDENTITY_TAKEN, identity.state);
+                TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+                TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_from);
+                TEST_ASSERT_TRUE(is_at(&identity.from));
+                TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+            }
+}
+
+void test_an_absent_servo_is_not_written_to(void)
+{
+    for (uint8_t what = 0; what < WHATS; what++) {
+        begin(what);
+        servos.dark = SERVOS_FOREVER;
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
+        TEST_ASSERT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+        TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+    }
+}
+
+void test_two_servos_in_the_old_place_are_not_written_to(void)
+{
+    begin(NEW_ID);
+    servo_fake_put(2, 5, 7);
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
+    TEST_ASSERT_EQUAL_UINT8(CDS_CORRUPT, identity.at_from);
+    TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+}
+
+void test_a_twin_that_comes_to_light_is_told(void)
+{
+    begin(NEW_ID);
+    while (!servos.writes) {
+        cds_identity_poll(&identity);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    servo_fake_put(2, 5, 7);
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_BOTH, identity.state);
+}
+
+void test_a_locked_servo_refuses_and_says_why(void)
+{
+    begin(NEW_BAUD);
+    servos.servo[0].table[0x2F] = 1;
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, identity.error);
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
+    assert_the_truth();
+}
+
+void test_a_servo_that_answers_pings_only_is_changed_too(void)
+{
+    for (uint8_t what = 0; what < RESET_IN_PLACE; what++) {
+        begin(what);
+        servos.servo[0].table[0x10] = 0;
+        TEST_ASSERT_EQUAL(CDS_OK, run());
+        assert_the_truth();
+    }
+}
+
+void test_reset_of_every_servo_needs_its_own_call(void)
+{
+    begin(RESET_IT);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_reset_begin(&identity, &bus, &request, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_identity_reset_all_begin(&identity, &bus, &request));
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(1, servos.servo[0].table[0x03]);
+    TEST_ASSERT_EQUAL_UINT8(1, servos.servo[1].table[0x03]);
+    TEST_ASSERT_EQUAL_UINT8(1, bus.baud);
+}
+
+void test_nonsense_is_refused(void)
+{
+    struct cds_bus closed = {.port = 0};
+
+    begin(NEW_ID);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_id_begin(&identity, &bus, &request, 5, 5));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_id_begin(&identity, &bus, &request, 5, 254));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_id_begin(&identity, &bus, &request, 254, 5));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_baud_begin(&identity, &bus, &request, 5, 7));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_baud_begin(&identity, &bus, &request, 5, 255));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_baud_begin(&identity, &bus, &request, 254, 1));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
+                      cds_identity_change_id_begin(&identity, &closed, &request, 5, 9));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_identity_look_again(&identity));
+    request.packet.room--;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_identity_reset_begin(&identity, &bus, &request, 5));
+    request.result = CDS_PENDING;
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_identity_reset_begin(&identity, &bus, &request, 5));
+}
