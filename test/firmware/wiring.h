@@ -63,6 +63,7 @@ static void talk(const uint8_t *packet, uint8_t size)
     wait(80);
 #endif
 #ifdef MUTANT_ENABLE_KEPT
+    UCSR1B = TALK | LISTEN;
     wait(160);
 #endif
 #ifndef TIED

@@ -77,5 +77,6 @@ void test_one_enable_kept_high_is_two_drivers_and_a_lost_reply(void)
     simulate_on("one-enable", "one_enable_kept");
     assert_breaks("BROKEN:  two-drivers");
     assert_breaks("BROKEN:  reply-lost");
+    assert_says(&run, "a servo's byte began while the RX enable was off");
     assert_silent_on("both-enables");
 }
