@@ -90,7 +90,8 @@ build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
 	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
 
-build/$(1)/controller.elf: $(FIRMWARE_SRC:%.c=build/$(1)/obj/%.o) build/$(1)/libcds55xx.a
+build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
+		build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
@@ -99,14 +100,22 @@ build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
+# Programs of the tests that link the library as a robot's firmware does.
+build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
-$(foreach b,$(BOARDS),$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b))))
+# A board without a host link names the program that is its firmware.
+$(foreach b,$(BOARDS),$(eval FIRMWARE :=)$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b))))
 
 # The variables of the board asked for.
 FLASH_NOTE :=
+FIRMWARE :=
 include boards/$(BOARD)/board.mk
 
 ## lib: build/BOARD/libcds55xx.a
@@ -136,7 +145,7 @@ flash: build/$(BOARD)/controller.hex
 ## fuses: write the fuses of BOARD with avrdude: needed once on a new ATmega128
 .PHONY: fuses
 fuses: tools
-	$(if $(FUSES),,@echo 'the fuses of $(BOARD) are right as shipped, and its boot loader cannot write them'; false)
+	$(if $(FUSES),,@echo 'the fuses of $(BOARD) are right as shipped: nothing to write'; false)
 	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) $(FUSES)
 
 # ---- host: the simulator, build/host/cds55xx-sim ---------------------------------------------------
@@ -270,12 +279,7 @@ $(CORE_TESTS:%=$(AVR_TEST)/%.elf): $(AVR_TEST)/%.elf: $(AVR_TEST)/obj/test/%.o \
 	$(call say,LD,$@)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(AVR_LINK) $^ -o $@
 
-# Programs of the tests that link the library as a robot's firmware does.
-PROGRAM_SRC := $(wildcard test/program/*.c)
-build/atmega128/program/%.elf: build/atmega128/obj/test/program/%.o build/atmega128/libcds55xx.a
-	$(call say,LD,$@)
-	@mkdir -p $(@D)
-	$(Q)$(AVR_CC) $(atmega128_FLAGS) $(AVR_LINK) $^ -o $@
+PROGRAM_SRC := $(filter-out test/program/three_buses.c,$(wildcard test/program/*.c))
 
 # Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
 FIRMWARE_MCU := atmega128
@@ -289,8 +293,8 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 	$(SIM_TESTS:%=build/host/test/sim/%)
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/atmega128/controller.elf build/arduino-mega/controller.elf \
-	build/atmega128/examples/two_servos.elf build/arduino-mega/examples/two_servos.elf
+	build/arduino-mega/program/three_buses.elf \
+	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
 .PHONY: test

@@ -401,8 +401,8 @@ bool bench_init(struct bench *bench, const struct bench_options *options)
     }
     rules_init(&bench->rules, bench->board.clock_Hz, stdout);
     bench->rules.warn = options->rules_warn;
-    if (!machine_init(&bench->machine, &bench->schedule, bench->board.mcu, bench->board.clock_Hz,
-                      options->elf, options->exact) ||
+    if (!machine_init(&bench->machine, &bench->schedule, bench->board.mcu, bench->board.core,
+                      bench->board.clock_Hz, options->elf, options->exact) ||
         !init_instruments(bench)) {
         return false;
     }

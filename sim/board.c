@@ -102,14 +102,36 @@ static struct board_pin pin(struct source *source, unsigned bus, const char *nam
     return pin;
 }
 
+static enum board_wiring read_circuit(struct source *source, unsigned index)
+{
+    static const char *const names[] = {"TWO_ENABLES", "ONE_ENABLE", "TIED"};
+    char key[VALUE_ROOM];
+    char word[VALUE_ROOM];
+    snprintf(key, sizeof(key), "BOARD_BUS%u_WIRING", index);
+    if (!has_word(source, key, word)) {
+        return BOARD_TWO_ENABLES;
+    }
+    for (int i = 0; i <= BOARD_TIED; i++) {
+        if (strcmp(word, names[i]) == 0) {
+            return (enum board_wiring)i;
+        }
+    }
+    complain(source, key, word);
+    return BOARD_TWO_ENABLES;
+}
+
 static void read_bus(struct board_bus *bus, struct source *source, unsigned index)
 {
     char key[VALUE_ROOM];
     snprintf(key, sizeof(key), "BOARD_BUS%u_USART", index);
-    bus->wiring = BOARD_TWO_ENABLES;
     bus->usart = number(source, key, 0, 3);
-    bus->tx_enable = pin(source, index, "TX_ENABLE");
-    bus->rx_enable = pin(source, index, "RX_ENABLE");
+    bus->wiring = read_circuit(source, index);
+    if (bus->wiring == BOARD_TWO_ENABLES) {
+        bus->tx_enable = pin(source, index, "TX_ENABLE");
+        bus->rx_enable = pin(source, index, "RX_ENABLE");
+    } else if (bus->wiring == BOARD_ONE_ENABLE) {
+        bus->tx_enable = pin(source, index, "ENABLE");
+    }
     bus->txd = pin(source, index, "TXD");
     bus->rxd = pin(source, index, "RXD");
 }
@@ -160,6 +182,9 @@ static bool read_chip(struct board *board, struct source *source, const char *mc
                       const char *clock)
 {
     find_word(source, mcu, board->mcu);
+    if (!has_word(source, "SIM_MCU", board->core)) {
+        memcpy(board->core, board->mcu, sizeof(board->core));
+    }
     board->clock_Hz = number(source, clock, 1000000, 32000000);
     return source->good;
 }

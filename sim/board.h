@@ -10,6 +10,8 @@
 /* How a bus hangs on its USART. */
 enum board_wiring {
     BOARD_TWO_ENABLES, // the manual's circuit: one buffer each way, an enable pin for each
+    BOARD_ONE_ENABLE,  // the same from one pin: high talks, low listens
+    BOARD_TIED,        // TXD and RXD joined to the wire
 };
 
 struct board_pin {
@@ -20,14 +22,15 @@ struct board_pin {
 struct board_bus {
     enum board_wiring wiring;
     unsigned usart;
-    struct board_pin tx_enable;
-    struct board_pin rx_enable;
+    struct board_pin tx_enable; // the one enable too; not of BOARD_TIED
+    struct board_pin rx_enable; // of BOARD_TWO_ENABLES
     struct board_pin txd;
     struct board_pin rxd;
 };
 
 struct board {
     char mcu[64];
+    char core[64]; // the chip that simavr has in its place: the same, unless SIM_MCU says otherwise
     uint32_t clock_Hz;
     unsigned bus_count;
     struct board_bus bus[BOARD_BUSES_MAX];

@@ -182,16 +182,16 @@ static void widen_data(avr_t *avr)
 }
 
 bool machine_init(struct machine *machine, struct schedule *schedule, const char *mcu,
-                  uint32_t clock_Hz, const char *elf, bool exact)
+                  const char *core, uint32_t clock_Hz, const char *elf, bool exact)
 {
     *machine = (struct machine){.schedule = schedule, .fresh = true};
     if (!image_open(&machine->image, elf)) {
         return false;
     }
     avr_global_logger_set(log_message);
-    avr_t *avr = avr_make_mcu_by_name(mcu);
+    avr_t *avr = avr_make_mcu_by_name(core);
     if (!avr) {
-        fprintf(stderr, "%s: simavr does not know this chip\n", mcu);
+        fprintf(stderr, "%s: simavr does not know this chip\n", core);
         return false;
     }
     machine->avr = avr;

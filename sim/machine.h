@@ -51,7 +51,7 @@ struct machine {
 
 /* False, with one line on stderr, when there is no such chip or the ELF file is not for it. */
 bool machine_init(struct machine *machine, struct schedule *schedule, const char *mcu,
-                  uint32_t clock_Hz, const char *elf, bool exact);
+                  const char *core, uint32_t clock_Hz, const char *elf, bool exact);
 void machine_free(struct machine *machine);
 
 /* Resets the chip after the present instruction: registers and pins, not the RAM but for

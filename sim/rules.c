@@ -24,6 +24,8 @@ static const struct {
     [RULE_FLOATING_RXD] = {"floating-rxd",
                            "RXD floated: RX enable was off and the AVR's pull-up too"},
     [RULE_FLOATING_TXD] = {"floating-txd", "the TX enable was on while nothing drove TXD"},
+    [RULE_TXD_OUTPUT] = {"txd-output",
+                         "TXD, tied to the wire, was an output of the port: it held the wire"},
     [RULE_LOST_WRITE] = {"lost-write", "UDR was written while it was full (UDRE off)"},
     [RULE_FRAME_FORMAT] = {"frame-format", "a byte was sent in another format than 8N1"},
     [RULE_CRASH] = {"crash", "the firmware went where there is no code", true},

@@ -40,12 +40,24 @@ static void check_floating(struct wire *wire, uint64_t now)
         rules_break(wire->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
     }
     wire->rxd_floats = rxd;
-    bool txd = wire->tx_enable && wire->txd.enabled == 0 && pin_state(&wire->pin_txd) == PIN_FLOATS;
+    bool txd = wire->wiring != BOARD_TIED && wire->tx_enable && wire->txd.enabled == 0 &&
+               pin_state(&wire->pin_txd) == PIN_FLOATS;
     if (txd && !wire->txd_floats) {
         rules_break(wire->rules, RULE_FLOATING_TXD, now,
                     "TX enable on, TXEN off, TXD an open input");
     }
     wire->txd_floats = txd;
+}
+
+/* A pin of the port that is tied to the wire must be an input: at any level it is not the servos'.
+ */
+static void check_output(struct wire *wire, uint64_t now, bool port_drives)
+{
+    bool output = wire->wiring == BOARD_TIED && port_drives;
+    if (output && !wire->txd_output) {
+        rules_break(wire->rules, RULE_TXD_OUTPUT, now, "TXEN off, TXD an output");
+    }
+    wire->txd_output = output;
 }
 
 static void sig_driver(void *owner, uint64_t now, struct driver *driver)
@@ -57,8 +69,9 @@ static void sig_driver(void *owner, uint64_t now, struct driver *driver)
     bool collision = servos > 1;
     if (two && !wire->two_drivers) {
         rules_break(wire->rules, RULE_TWO_DRIVERS, now, "%s",
-                    driver == &wire->to_sig ? "the controller began while a servo talked"
-                                            : "a servo began while the TX enable was on");
+                    driver == &wire->to_sig      ? "the controller began while a servo talked"
+                    : wire->wiring == BOARD_TIED ? "a servo began while TXD drove the wire"
+                                                 : "a servo began while the TX enable was on");
     }
     if (collision && !wire->collision) {
         rules_break(wire->rules, RULE_COLLISION, now, "a servo began while another one talked");
@@ -154,11 +167,33 @@ static void tell(struct wire *wire, uint64_t now)
     }
 }
 
+/* What joins TXD and RXD to the wire. */
+static void read_enables(const struct wire *wire, bool port_drives, bool *tx, bool *rx)
+{
+    switch (wire->wiring) {
+    case BOARD_TWO_ENABLES:
+        *tx = enable_level(&wire->pin_tx_enable, false);
+        *rx = enable_level(&wire->pin_rx_enable, true);
+        break;
+    case BOARD_ONE_ENABLE:
+        *tx = enable_level(&wire->pin_tx_enable, false);
+        *rx = !*tx;
+        break;
+    case BOARD_TIED:
+        *tx = port_drives || usart_transmits(&wire->usart);
+        *rx = true;
+        break;
+    }
+}
+
 /* The port pins may have changed. Releasing comes before driving, as both may come of one write. */
 static void follow_pins(struct wire *wire, uint64_t now)
 {
-    bool tx = enable_level(&wire->pin_tx_enable, false);
-    bool rx = enable_level(&wire->pin_rx_enable, true);
+    enum pin_state txd = pin_state(&wire->pin_txd);
+    bool port_drives = (txd == PIN_LOW || txd == PIN_HIGH) && !usart_transmits(&wire->usart);
+    bool tx = false;
+    bool rx = true;
+    read_enables(wire, port_drives, &tx, &rx);
     bool changed = tx != wire->tx_enable || rx != wire->rx_enable;
     bool were_both = wire->tx_enable && wire->rx_enable;
     if (wire->tx_enable && !tx) {
@@ -166,11 +201,10 @@ static void follow_pins(struct wire *wire, uint64_t now)
     }
     wire->tx_enable = tx;
     wire->rx_enable = rx;
-    if (tx && rx && !were_both) {
+    if (wire->wiring == BOARD_TWO_ENABLES && tx && rx && !were_both) {
         rules_break(wire->rules, RULE_BOTH_ENABLES, now, "the controller hears itself");
     }
-    enum pin_state txd = pin_state(&wire->pin_txd);
-    bool port_drives = (txd == PIN_LOW || txd == PIN_HIGH) && !usart_transmits(&wire->usart);
+    check_output(wire, now, port_drives);
     driver_set(&wire->txd_pin, now, port_drives, txd != PIN_LOW);
     driver_set(&wire->to_sig, now, tx, wire->txd.level);
     driver_set(&wire->to_rxd, now, rx, wire->sig.level);
@@ -241,8 +275,9 @@ bool wire_init(struct wire *wire, struct machine *machine, const struct board_bu
 {
     *wire = (struct wire){.machine = machine, .rules = rules, .wiring = bus->wiring};
     init_nets(wire);
-    if (!find_pin(wire, &wire->pin_tx_enable, &bus->tx_enable) ||
-        !find_pin(wire, &wire->pin_rx_enable, &bus->rx_enable) ||
+    if ((bus->wiring != BOARD_TIED && !find_pin(wire, &wire->pin_tx_enable, &bus->tx_enable)) ||
+        (bus->wiring == BOARD_TWO_ENABLES &&
+         !find_pin(wire, &wire->pin_rx_enable, &bus->rx_enable)) ||
         !find_pin(wire, &wire->pin_txd, &bus->txd) || !find_pin(wire, &wire->pin_rxd, &bus->rxd)) {
         return false;
     }

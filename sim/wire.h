@@ -1,7 +1,9 @@
 /* The bus of one USART: the signal wire, the buffers that join it to TXD and RXD, and its rules.
  *
  * The manual's circuit: TXD - buffer (TX enable) - SIG - buffer (RX enable) - RXD. 10 kOhm hold the
- * TX enable low and the RX enable high while the AVR's pins float.
+ * TX enable low and the RX enable high while the AVR's pins float. With one enable it is the TX
+ * enable, and the RX buffer is on when it is low. Tied: TXD and RXD are the wire; then the "TX
+ * enable" is whether the pin drives, the "RX enable" is always on.
  */
 #ifndef SIM_WIRE_H
 #define SIM_WIRE_H
@@ -32,6 +34,7 @@ struct wire {
     bool tx_enable, rx_enable; // as the buffers see them
     bool listening;            // RX enable and RXEN: a start bit now would be received
     bool rxd_floats, txd_floats;
+    bool txd_output;             // tied: the port drives TXD
     bool two_drivers, collision; // now
     uint64_t servo_until;        // end of the latest byte of a servo
     void *owner;

@@ -76,6 +76,7 @@ struct cds_counters {
     uint16_t framing_errors; // bytes damaged: noise, collision or another baud rate
     uint16_t overruns;       // bytes lost because a handler was held up for 320 cycles or more
     uint16_t ring_overflows; // bytes lost because nobody polled and the line babbled
+    uint16_t echo_errors;    // own bytes that came back changed: another talked too (tied wiring)
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
@@ -90,7 +91,7 @@ struct cds_bus {
     uint8_t baud;                 // register value of its rate
     uint8_t damaged;              // not 0: something of the reply came damaged
     uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // the last three stay in `link` until asked for
+    struct cds_counters counters; // the last four stay in `link` until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s

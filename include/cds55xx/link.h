@@ -28,6 +28,7 @@ struct cds_link {
     struct cds_ring rx;             // bytes heard; the handlers put, the bus takes
     const uint8_t *volatile cursor; // next byte to be sent
     const uint8_t *volatile last;   // the packet's last byte
+    const uint8_t *volatile echo;   // next byte to come back, where the receiver hears the driver
     volatile uint8_t state;         // enum cds_link_state
     volatile uint8_t broken;        // not 0: bytes were damaged or lost since the bus last looked:
     volatile uint8_t broken_at;     // the first of them at this index of the ring,
@@ -35,6 +36,7 @@ struct cds_link {
     volatile uint16_t framing_errors; // counted modulo 65536, read with cds_link_count()
     volatile uint16_t overruns;
     volatile uint16_t ring_overflows;
+    volatile uint16_t echo_errors;
 };
 
 /* Starts listening. Main context. */
@@ -77,6 +79,22 @@ static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t l
         link->ring_overflows++;
         cds_link_break_(link);
     }
+}
+
+/* Event, in place of cds_link_on_rx() where the receiver hears its own driver (tied TXD and RXD):
+ * as many bytes as are sent are echo, compared and dropped. Counted rather than timed: a reply
+ * without return delay may be here before the handler of "complete" has run. */
+static inline void cds_link_on_rx_tied(struct cds_link *link, uint8_t byte, uint8_t line_errors)
+{
+    const uint8_t *echo = link->echo;
+
+    if (link->state == CDS_LINK_LISTENING || echo == link->last + 1) {
+        cds_link_on_rx(link, byte, line_errors);
+        return;
+    }
+    if (line_errors || byte != *echo)
+        link->echo_errors++;
+    link->echo = echo + 1;
 }
 
 /* Event, from the data-register-empty handler: the transmitter can take a byte. */

@@ -1,13 +1,11 @@
 /* The controller's serial port to the PC; see serial.h. */
 #include "serial.h"
 
-#define BAUD     BOARD_HOST_BAUD
-#define BAUD_TOL 3 // per cent: 115200 is 2.1 % off at 16 MHz, as on every Arduino
-#define USE_2X   1
-#include <util/setbaud.h> // a rate that cannot be made does not compile
-
-#if !USE_2X
-#error "the port sets U2X"
+/* The nearest rate there is with U2X. 115200 is 2.1 % off at 16 MHz, as on every Arduino. */
+#define DIVISOR ((F_CPU + 4UL * BOARD_HOST_BAUD) / (8UL * BOARD_HOST_BAUD))
+#if DIVISOR < 1 || DIVISOR > 4096 || F_CPU * 100 > 8UL * DIVISOR * BOARD_HOST_BAUD * 103 ||        \
+    F_CPU * 100 < 8UL * DIVISOR * BOARD_HOST_BAUD * 97
+#error "BOARD_HOST_BAUD cannot be made within 3 %"
 #endif
 
 void serial_open(struct serial *serial)
@@ -15,8 +13,8 @@ void serial_open(struct serial *serial)
     *serial = (struct serial){.broken = 0};
     SERIAL_STATUS = AVR_U2X;
     SERIAL_REGISTER_(UCSR, C) = AVR_EIGHT_BITS;
-    SERIAL_REGISTER_(UBRR, H) = UBRRH_VALUE;
-    SERIAL_REGISTER_(UBRR, L) = UBRRL_VALUE;
+    SERIAL_REGISTER_(UBRR, H) = (DIVISOR - 1) >> 8;
+    SERIAL_REGISTER_(UBRR, L) = (DIVISOR - 1) & 0xFF;
     SERIAL_CONTROL = SERIAL_IDLE;
 }
 

@@ -48,7 +48,8 @@ void enable_out_of_reach_of_sbi(void)
 
 AVR_INLINE void pin_output(struct avr_pin pin)
 {
-    *pin.ddr |= pin.mask;
+    if (pin.mask)
+        *pin.ddr |= pin.mask;
 }
 
 AVR_INLINE void pins_listen(uint8_t port)
@@ -63,11 +64,13 @@ AVR_INLINE void pins_listen(uint8_t port)
     pin_output(usart.tx_enable);
     avr_pin_high(usart.rxd); // pull-up: RXD floats while the receive buffer is off
     avr_pin_high(usart.txd); // an idle line is high, also while the transmitter is off
-    pin_output(usart.txd);
+    if (!usart.tied)         // there an output would hold the servos' wire
+        pin_output(usart.txd);
 }
 
 /* Runs before stack, .data and everything else: the first instructions after a reset leave no doubt
- * that the bus is the servos'. Only sbi and cbi come of it, so no stack and no r1 are needed. */
+ * that the bus is the servos'. Only sbi, cbi and, for TXD and RXD on high ports, lds, ori and sts
+ * come of it, so no stack and no r1 are needed. */
 __attribute__((naked, used, section(".init1"))) void cds_avr_pins_at_reset(void)
 {
     pins_listen(0);

@@ -3,6 +3,14 @@
  * Everything is always inlined: with a constant `port` each verb becomes the two to six stores it
  * means. Direction is changed by one whole store to UCSRnB, never by |=, and by sbi and cbi on the
  * enables, which no interrupt can tear.
+ *
+ * BOARD_BUSn_WIRING says how bus n hangs on its USART:
+ *   TWO_ENABLES  a buffer each way, an enable for each (TX_ENABLE, RX_ENABLE); if nothing is said
+ *   ONE_ENABLE   two buffers on one pin (ENABLE): high talks, low listens
+ *   TIED         TXD and RXD joined to the wire. TXEN drives it: cleared behind the last byte, it
+ *                lets go by itself at the end of the stop bit. The receiver stays on, since a reply
+ *                without return delay begins in that very cycle, and a receiver turned on amid
+ *                a byte of our own would hear nonsense. So each byte comes back, as an echo.
  */
 #ifndef AVR_USART_H
 #define AVR_USART_H
@@ -23,7 +31,8 @@ struct avr_pin {
 /* The registers and pins of one bus. All constants; never stands in memory. */
 struct avr_usart {
     volatile uint8_t *udr, *ucsra, *ucsrb, *ucsrc, *ubrrh, *ubrrl;
-    struct avr_pin rxd, txd, tx_enable, rx_enable;
+    struct avr_pin rxd, txd, tx_enable, rx_enable; // of one enable, it is tx_enable
+    uint8_t tied;                                  // not 0: TXD and RXD are joined
 };
 
 #define AVR_PASTE_(a, b)     a##b
@@ -43,13 +52,34 @@ struct avr_usart {
             (uint8_t)(1u << AVR_BUS_PIN(bus, key, _BIT))                                           \
     }
 
+#define AVR_NO_PIN                                                                                 \
+    {                                                                                              \
+        0, 0, 0                                                                                    \
+    }
+
+#ifndef BOARD_BUS0_WIRING
+#define BOARD_BUS0_WIRING TWO_ENABLES
+#endif
+#ifndef BOARD_BUS1_WIRING
+#define BOARD_BUS1_WIRING TWO_ENABLES
+#endif
+#ifndef BOARD_BUS2_WIRING
+#define BOARD_BUS2_WIRING TWO_ENABLES
+#endif
+
+/* What a wiring adds to struct avr_usart: tx_enable, rx_enable, tied. */
+#define AVR_WIRING_TWO_ENABLES(bus) AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE), 0
+#define AVR_WIRING_ONE_ENABLE(bus)  AVR_PIN(bus, ENABLE), AVR_NO_PIN, 0
+#define AVR_WIRING_TIED(bus)        AVR_NO_PIN, AVR_NO_PIN, 1
+
 /* In the order of struct avr_usart, without names: C++ takes this header too. */
 #define AVR_USART_OF(bus)                                                                          \
     (struct avr_usart)                                                                             \
     {                                                                                              \
         AVR_REGISTER(bus, UDR), AVR_REGISTER3(bus, UCSR, A), AVR_REGISTER3(bus, UCSR, B),          \
             AVR_REGISTER3(bus, UCSR, C), AVR_REGISTER3(bus, UBRR, H), AVR_REGISTER3(bus, UBRR, L), \
-            AVR_PIN(bus, RXD), AVR_PIN(bus, TXD), AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE) \
+            AVR_PIN(bus, RXD), AVR_PIN(bus, TXD),                                                  \
+            AVR_PASTE(AVR_WIRING_, AVR_BUS(bus, _WIRING))(bus)                                     \
     }
 
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
@@ -66,16 +96,22 @@ enum {
     // TXCIE, TXEN; and RXEN, RXCIE: RX enable is still off, but the receiver needs no more once it
     // is on
     AVR_STATE_DRAINING = 1 << 6 | 1 << 3 | 1 << 4 | 1 << 7,
+    /* ... of tied pins: RXCIE and RXEN stay, and TXEN goes with the last byte */
+    AVR_STATE_TIED_TALKING = 1 << 7 | 1 << 4 | 1 << 5 | 1 << 3,
+    AVR_STATE_TIED_DRAINING = 1 << 7 | 1 << 4 | 1 << 6,
 };
 
+/* A pin that the wiring lacks is no instruction at all. */
 AVR_INLINE void avr_pin_high(struct avr_pin pin)
 {
-    *pin.port |= pin.mask; // sbi
+    if (pin.mask)
+        *pin.port |= pin.mask; // sbi
 }
 
 AVR_INLINE void avr_pin_low(struct avr_pin pin)
 {
-    *pin.port &= (uint8_t)~pin.mask; // cbi
+    if (pin.mask)
+        *pin.port &= (uint8_t)~pin.mask; // cbi
 }
 
 /* `port` is a bus of the board: 0 to BOARD_BUS_COUNT - 1. */
@@ -102,7 +138,8 @@ AVR_INLINE void avr_usart_high_z(uint8_t port)
     avr_pin_low(usart.rx_enable);
 }
 
-/* The driver lets go, and the receiver hears: two instructions that use no register and no flag. */
+/* The driver lets go, and the receiver hears: an instruction for each enable, which uses no
+ * register and no flag. Tied pins have let go by themselves. */
 AVR_INLINE void avr_usart_turn_around(uint8_t port)
 {
     struct avr_usart usart = avr_usart(port);
@@ -125,7 +162,7 @@ AVR_INLINE void avr_usart_talk(uint8_t port)
 
     avr_pin_low(usart.rx_enable);
     avr_pin_high(usart.tx_enable);
-    *usart.ucsrb = AVR_STATE_TALKING;
+    *usart.ucsrb = usart.tied ? AVR_STATE_TIED_TALKING : AVR_STATE_TALKING;
 }
 
 AVR_INLINE void avr_usart_tx(uint8_t port, uint8_t byte)
@@ -139,7 +176,7 @@ AVR_INLINE void avr_usart_tx_last(uint8_t port, uint8_t byte)
 
     *usart.udr = byte;
     *usart.ucsra = AVR_TXC | AVR_U2X; // an older TXC would fire at once
-    *usart.ucsrb = AVR_STATE_DRAINING;
+    *usart.ucsrb = usart.tied ? AVR_STATE_TIED_DRAINING : AVR_STATE_DRAINING;
 }
 
 #endif

@@ -297,6 +297,7 @@ void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
     out->framing_errors = cds_link_count(&bus->link.framing_errors);
     out->overruns = cds_link_count(&bus->link.overruns);
     out->ring_overflows = cds_link_count(&bus->link.ring_overflows);
+    out->echo_errors = cds_link_count(&bus->link.echo_errors);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

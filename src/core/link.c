@@ -14,6 +14,7 @@ void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, u
     __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
     link->cursor = packet;
     link->last = packet + size - 1;
+    link->echo = packet;
     link->state = CDS_LINK_TALKING; // before the verb: its first event may come at once
     cds_port_talk(port);
 }

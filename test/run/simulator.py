@@ -7,7 +7,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIM = ROOT / "build/host/cds55xx-sim"
-PACKET = re.compile(r"^\s*(\d+) (->in|<-out): ((?:[0-9A-F]{2} ?)+)\(LEN:(\d{3})\)")
+PACKET = re.compile(r"^\s*(\d+)(?: bus\d)? (->in|<-out): ((?:[0-9A-F]{2} ?)+)\(LEN:(\d{3})\)")
 
 
 class Run:

@@ -72,7 +72,7 @@ class Build(unittest.TestCase):
     def test_an_unknown_board_lists_those_there_are(self):
         status, output = self.make("lib", "BOARD=toaster")
         self.assertNotEqual(status, 0)
-        self.assertIn("no board 'toaster'; BOARD= one of: arduino-mega atmega128", output)
+        self.assertIn("no board 'toaster'; BOARD= one of: arbotix arduino-mega arduino-uno atmega128 cm510", output)
 
     def test_help_has_a_line_for_every_target(self):
         _, output = self.make("help")
@@ -154,11 +154,14 @@ class Readme(unittest.TestCase):
 class Turnaround(unittest.TestCase):
     def test_the_transmit_complete_vector_turns_the_line_around_first(self):
         """What stands in the naked handler is cbi and sbi, and a jump: nothing needs saving."""
-        for board, vector in [("atmega128", "32"), ("arduino-mega", "38")]:
+        turns = ["cbi", "sbi", "rjmp"]
+        for board, vector, turns in [("atmega128", "32", turns), ("arduino-mega", "38", turns),
+                                     ("cm510", "27", turns), ("arduino-uno", "20", turns[::2]),
+                                     ("arbotix", "30", turns[2:])]:
             code = run("avr-objdump", "-d", "--no-show-raw-insn",
                        ROOT / f"build/{board}/controller.elf")[1]
             body = re.search(rf"<__vector_{vector}>:\n((?:.+\n)+)", code)[1]
-            self.assertEqual(re.findall(r":\s+([a-z]+)", body), ["cbi", "sbi", "rjmp"], body)
+            self.assertEqual(re.findall(r":\s+([a-z]+)", body), turns, body)
 
 
 class Runner(unittest.TestCase):

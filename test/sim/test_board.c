@@ -131,6 +131,59 @@ void test_one_usart_cannot_serve_bus_and_host(void)
     TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
 }
 
+/* --- wirings -------------------------------------------------------------------------------------
+ */
+
+static bool read_wiring(const char *word, const char *without, const char *more)
+{
+    char text[sizeof(wiring) + 256];
+    snprintf(text, sizeof(text), "%s#define BOARD_BUS0_WIRING %s\n%s", wiring, word, more);
+    for (char *found = strstr(text, without); found; found = strstr(text, without)) {
+        found[0] = '_';
+    }
+    put("one/board.h", text);
+    return board_read(&board, folder, "one");
+}
+
+void test_two_enables_may_be_said(void)
+{
+    TEST_ASSERT_TRUE(read_wiring("TWO_ENABLES", "nothing", ""));
+    TEST_ASSERT_EQUAL_INT(BOARD_TWO_ENABLES, board.bus[0].wiring);
+}
+
+void test_one_enable_needs_that_pin_only(void)
+{
+    TEST_ASSERT_TRUE(read_wiring("ONE_ENABLE", "BOARD_BUS0_RX_E",
+                                 "#define BOARD_BUS0_ENABLE_PORT B\n"
+                                 "#define BOARD_BUS0_ENABLE_BIT 3\n"));
+    TEST_ASSERT_EQUAL_INT(BOARD_ONE_ENABLE, board.bus[0].wiring);
+    TEST_ASSERT_EQUAL_CHAR('B', board.bus[0].tx_enable.port);
+    TEST_ASSERT_EQUAL_UINT(3, board.bus[0].tx_enable.bit);
+    TEST_ASSERT_FALSE(read_wiring("ONE_ENABLE", "nothing", ""));
+}
+
+void test_tied_pins_need_no_enable(void)
+{
+    TEST_ASSERT_TRUE(read_wiring("TIED", "BOARD_BUS0_TX_E", ""));
+    TEST_ASSERT_EQUAL_INT(BOARD_TIED, board.bus[0].wiring);
+    TEST_ASSERT_FALSE(read_wiring("TIED", "BOARD_BUS0_TXD", ""));
+}
+
+void test_an_unknown_wiring_is_refused(void)
+{
+    TEST_ASSERT_FALSE(read_wiring("THREE_ENABLES", "nothing", ""));
+}
+
+void test_simavr_may_have_the_chip_under_another_name(void)
+{
+    TEST_ASSERT_TRUE(board_read(&board, folder, "one"));
+    TEST_ASSERT_EQUAL_STRING("atmega128", board.core);
+    put("one/board.mk", "MCU := atmega2561\nSIM_MCU := atmega2560\nF_CPU := 16000000\n");
+    TEST_ASSERT_TRUE(board_read(&board, folder, "one"));
+    TEST_ASSERT_EQUAL_STRING("atmega2561", board.mcu);
+    TEST_ASSERT_EQUAL_STRING("atmega2560", board.core);
+}
+
 /* --- people's own boards -------------------------------------------------------------------------
  */
 

@@ -50,7 +50,8 @@ void setUp(void)
     char path[256];
     snprintf(path, sizeof(path), "%s/eeprom_again.elf", folder ? folder : "build/firmware");
     schedule_init(&schedule);
-    TEST_ASSERT_TRUE(machine_init(&machine, &schedule, "atmega128", 16000000, path, true));
+    TEST_ASSERT_TRUE(
+        machine_init(&machine, &schedule, "atmega128", "atmega128", 16000000, path, true));
     machine.on_reset = was_reset;
     resets = 0;
     event_init(&event, set_off, 0);

@@ -165,7 +165,7 @@ void test_bad_usage_is_refused(void)
 void test_an_unknown_board_is_refused_with_a_list(void)
 {
     assert_refused("firmware a.elf --board toaster --seconds 1",
-                   "there are: arduino-mega atmega128");
+                   "there are: arbotix arduino-mega arduino-uno atmega128 cm510");
 }
 
 void test_a_missing_elf_is_refused(void)
@@ -186,6 +186,15 @@ void test_an_elf_for_another_chip_is_refused(void)
              "firmware %s/byte_time.elf --board arduino-mega --seconds 1",
              environment("FIRMWARE", "build/firmware"));
     assert_refused(arguments, "built for atmega128, the board has an atmega2560");
+}
+
+/* Simulated as an ATmega2560, an ATmega2561 takes its own ELFs only. */
+void test_an_elf_is_for_the_boards_chip_and_not_for_the_one_simulated(void)
+{
+    assert_refused("firmware build/arduino-mega/controller.elf --board cm510 --seconds 1",
+                   "built for atmega2560, the board has an atmega2561");
+    assert_refused("firmware build/cm510/controller.elf --board arduino-mega --seconds 1",
+                   "built for atmega2561, the board has an atmega2560");
 }
 
 void test_an_elf_for_a_bigger_chip_is_refused(void)

@@ -1,0 +1,15 @@
+# ArbotiX.
+MCU        := atmega644p
+F_CPU      := 16000000
+
+# Budgets of the firmware: bytes of flash, bytes of static RAM (of 4096).
+FLASH_MAX  := 24576
+RAM_MAX    := 2048
+
+# Through an ISP programmer, which needs no boot loader. The fuses are left as shipped: external
+# crystal.
+PROGRAMMER  := usbasp
+PORT        := usb
+FLASH_FLAGS :=
+FLASH_NOTE  := this erases the boot loader that the ArbotiX was shipped with
+FUSES       :=

@@ -1,0 +1,2 @@
+/* One enable, right. */
+#include "wiring.h"

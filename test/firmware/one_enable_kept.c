@@ -1,0 +1,3 @@
+/* The one enable stays high too long. */
+#define MUTANT_ENABLE_KEPT
+#include "wiring.h"

@@ -1,0 +1,4 @@
+/* TXEN stays on behind the last byte. */
+#define TIED
+#define MUTANT_DRIVER_KEPT
+#include "wiring.h"

@@ -1,0 +1,3 @@
+/* Tied pins, right: TXEN cleared with two bytes to go, the receiver always on. */
+#define TIED
+#include "wiring.h"

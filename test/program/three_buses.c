@@ -1,0 +1,105 @@
+/* Three buses at once on an arduino-mega, a servo on each (its ID: that of the bus and 1): READ
+ * after READ on all of them for a second. The EEPROM says how: its first byte is the return delay
+ * the servos are given, in 2 us, its second one how many registers are read. Says the counters of
+ * each bus. */
+#include <avr/eeprom.h>
+#include <cds55xx/servo.h>
+#include <cds55xx_avr.h>
+#include <stdbool.h>
+
+#include "say.h"
+
+#define BUSES   3
+#define TIME_US 1000000
+
+static struct cds_bus bus[BUSES];
+CDS_AVR_BUS(bus[0], 0)
+CDS_AVR_BUS(bus[1], 1)
+CDS_AVR_BUS(bus[2], 2)
+CDS_AVR_CLOCK()
+
+static uint8_t packet[BUSES][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
+static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0]), CDS_REQUEST(packet[1]),
+                                            CDS_REQUEST(packet[2])};
+static uint8_t length;
+static uint16_t reads[BUSES], good[BUSES];
+
+static void read_next(uint8_t i)
+{
+    cds_servo_read(&bus[i], &request[i], (uint8_t)(i + 1), CDS_REG_ID, length);
+    reads[i]++;
+}
+
+/* Did the servo's own ID come back? */
+static void judge(uint8_t i)
+{
+    uint8_t id = 0;
+
+    if (cds_request_byte(&request[i], 0, &id) == CDS_OK && id == i + 1)
+        good[i]++;
+}
+
+static void open_all(uint8_t delay)
+{
+    for (uint8_t i = 0; i < BUSES; i++) {
+        cds_bus_open(&bus[i], i, CDS_BAUD_1M);
+        cds_servo_write_byte(&bus[i], &request[i], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, delay);
+        while (cds_bus_poll(&bus[i])) {
+        }
+        cds_bus_open(&bus[i], i, CDS_BAUD_1M); // counters at 0
+    }
+}
+
+static uint32_t read_all(void)
+{
+    uint32_t from_us = cds_port_now_us(), turns = 0;
+
+    for (uint8_t i = 0; i < BUSES; i++)
+        read_next(i);
+    for (; cds_port_now_us() - from_us < TIME_US; turns++) {
+        for (uint8_t i = 0; i < BUSES; i++) {
+            if (!cds_bus_poll(&bus[i])) {
+                judge(i);
+                read_next(i);
+            }
+        }
+    }
+    for (uint8_t i = 0; i < BUSES; i++) {
+        while (cds_bus_poll(&bus[i])) {
+        }
+        judge(i);
+    }
+    return turns;
+}
+
+static void say_counters(uint8_t i)
+{
+    struct cds_counters count;
+
+    cds_bus_counters(&bus[i], &count);
+    say("bus", i);
+    say("reads", reads[i]);
+    say("good", good[i]);
+    say("sent", count.sent);
+    say("ok", count.ok);
+    say("timeouts", count.timeouts);
+    say("corrupt", count.corrupt);
+    say("overruns", count.overruns);
+    say("foreign", count.foreign);
+}
+
+int main(void)
+{
+    uint32_t turns;
+
+    say_open();
+    cds_avr_clock_open();
+    sei();
+    length = eeprom_read_byte((const uint8_t *)1);
+    open_all(eeprom_read_byte((const uint8_t *)0));
+    turns = read_all();
+    say("turns", turns);
+    for (uint8_t i = 0; i < BUSES; i++)
+        say_counters(i);
+    say_end();
+}

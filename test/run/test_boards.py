@@ -1,0 +1,82 @@
+"""The firmware of every board on its own wiring, and three buses at once."""
+import re
+import tempfile
+import unittest
+
+from simulator import ROOT, Run, controller
+from test_manual import manual_packets
+
+CONSOLES = ["cm510", "arbotix"]  # atmega128 and arduino-mega: test_manual.py, test_firmware.py
+
+
+class Boards(unittest.TestCase):
+    def test_all_packets_of_the_manual(self):
+        for board in CONSOLES:
+            run = controller((ROOT / "examples/manual.script").read_text(), board)
+            self.assertEqual(run.status, 0, run.output)
+            self.assertEqual([packet[1:] for packet in run.packets], manual_packets(), board)
+
+    def test_a_thousand_pings_break_no_rule(self):
+        for board in CONSOLES:
+            run = controller("".join(f"ping {1 + n % 3}\n" for n in range(1000)), board, "1-3")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertIn("rules:   none broken", run.output)
+            self.assertEqual(len(run.packets), 2000)
+
+    def test_tied_pins_work_without_return_delay(self):
+        script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} 0 50\n" for n in range(300))
+        run = controller("write 254 RETURN_DELAY 0\n" + script, "arbotix", "1-3")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        self.assertEqual(len(run.packets), 1201)
+
+    def test_the_firmware_of_an_arduino_uno_is_the_readme_program(self):
+        run = Run("build/arduino-uno/controller.elf", "--seconds", "2.5", board="arduino-uno",
+                  servos="1,2")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        self.assertEqual([packet for _, _, packet in run.packets],
+                         ["FF FF FE 04 03 18 01 E1",
+                          "FF FF FE 0E 83 1E 04 01 C8 00 00 02 02 20 03 00 02 5C",
+                          "FF FF FE 0E 83 1E 04 01 20 03 00 02 02 C8 00 00 02 5C"])
+
+
+class ThreeBuses(unittest.TestCase):
+    def figures(self, return_delay, length):
+        """What three_buses.c says of each bus; delay in register units, READs of so many bytes."""
+        with tempfile.NamedTemporaryFile() as eeprom:
+            eeprom.write(bytes([return_delay, length]) + b"\xff" * 4094)
+            eeprom.flush()
+            run = Run("build/arduino-mega/program/three_buses.elf", "--servos", "1:2", "--servos",
+                      "2:3", "--eeprom", eeprom.name, "--host", "stdout", "--seconds", "3",
+                      board="arduino-mega")
+        said = re.split(r"^bus \d$", run.output.split("\ntime:")[0], flags=re.M)[1:]
+        self.assertEqual(len(said), 3, run.output)
+        return run, [{name: int(n) for name, n in re.findall(r"^(\w+) (\d+)$", text, re.M)}
+                     for text in said]
+
+    def assert_reconciled(self, bus):
+        self.assertEqual(bus["sent"], bus["reads"])
+        self.assertEqual(bus["sent"], bus["ok"] + bus["timeouts"] + bus["corrupt"])
+        self.assertEqual(bus["ok"], bus["good"])
+        self.assertEqual(bus["foreign"], 0)
+
+    def test_short_reads_at_the_factory_return_delay_lose_nothing(self):
+        for length in [1, 2, 11]:
+            run, buses = self.figures(1, length)
+            self.assertEqual(run.status, 0, run.output)
+            for bus in buses:
+                self.assert_reconciled(bus)
+                self.assertEqual(bus["ok"], bus["sent"])
+                self.assertGreater(bus["ok"], 700)
+
+    def test_long_reads_may_lose_bytes_and_never_unnoticed(self):
+        """Three whole tables at once ask for more receive handlers than there are cycles."""
+        for delay in [1, 50]:
+            _, buses = self.figures(delay, 40)
+            for bus in buses:
+                self.assert_reconciled(bus)
+
+
+if __name__ == "__main__":
+    unittest.main()

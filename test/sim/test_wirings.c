@@ -1,0 +1,82 @@
+/* The same bus on fewer pins: what the simulator makes of one enable, and of TXD and RXD tied to
+ * the wire. */
+#include "sim/simulator.h"
+
+static struct run run;
+
+void setUp(void)
+{
+}
+
+void tearDown(void)
+{
+}
+
+static void simulate_on(const char *board, const char *firmware)
+{
+    char arguments[512];
+    snprintf(arguments, sizeof(arguments),
+             "firmware %s/%s.elf --board test/boards/%s --servos 1 --seconds 0.5 --host stdout",
+             environment("FIRMWARE", "build/firmware"), firmware, board);
+    simulate(&run, arguments);
+}
+
+static void assert_breaks(const char *rule)
+{
+    TEST_ASSERT_EQUAL_INT_MESSAGE(1, run.status, run.output);
+    assert_says(&run, rule);
+}
+
+static void assert_silent_on(const char *rule)
+{
+    TEST_ASSERT_NULL_MESSAGE(strstr(run.output, rule), run.output);
+}
+
+/* Clearing TXEN amid a byte cuts nothing, and the driver lets go in the cycle in which the servo
+ * begins. */
+void test_tied_pins_hear_their_echo_and_a_reply_without_return_delay(void)
+{
+    simulate_on("tied", "tied_good");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "whole"));
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "echo"));
+    assert_says(&run, "9 packets in, 8 out, 0 damaged");
+}
+
+void test_a_tied_txd_must_not_be_an_output(void)
+{
+    simulate_on("tied", "tied_txd_output");
+    assert_breaks("BROKEN:  txd-output");
+    assert_says(&run, "a servo began while TXD drove the wire");
+}
+
+void test_with_tied_pins_a_receiver_turned_on_late_loses_the_reply(void)
+{
+    simulate_on("tied", "tied_receiver_off");
+    assert_breaks("BROKEN:  reply-lost");
+    assert_says(&run, "a servo's byte began while RXEN was off");
+}
+
+void test_with_tied_pins_txen_is_what_drives_the_wire(void)
+{
+    simulate_on("tied", "tied_driver_kept");
+    assert_breaks("BROKEN:  two-drivers");
+    assert_silent_on("txd-output");
+}
+
+void test_one_enable_turns_both_buffers(void)
+{
+    simulate_on("one-enable", "one_enable_good");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    TEST_ASSERT_EQUAL_INT(8, figure(&run, "whole"));
+    TEST_ASSERT_EQUAL_INT(0, figure(&run, "echo"));
+}
+
+void test_one_enable_kept_high_is_two_drivers_and_a_lost_reply(void)
+{
+    simulate_on("one-enable", "one_enable_kept");
+    assert_breaks("BROKEN:  two-drivers");
+    assert_breaks("BROKEN:  reply-lost");
+    assert_says(&run, "a servo's byte began while the RX enable was off");
+    assert_silent_on("both-enables");
+}
