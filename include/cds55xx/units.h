@@ -3,9 +3,9 @@
  *
  * For every register value, converting it to its unit and back gives it again (of a signed one, bit
  * 10 alone is a zero too, and comes back as 0). Nothing here has a state or waits. A conversion
- * divides 32 bits once, some 700 cycles of an AVR: convert where values enter and leave the
- * program. Any context, but not an interrupt for that reason. Manual 3.1, rulings R8 to R10, R16,
- * R24, R35.
+ * divides 32 bits once, 700 cycles of an AVR (950 for bit/s): convert where values enter and leave
+ * the program. Any context, but not an interrupt for that reason. Manual 3.1, rulings R8 to R10,
+ * R16, R24, R35.
  */
 #ifndef CDS_UNITS_H
 #define CDS_UNITS_H
