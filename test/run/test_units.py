@@ -18,6 +18,8 @@ class Units(unittest.TestCase):
         self.assertAlmostEqual(told["mdeg"][0], 180000, delta=3 * STEP_MDEG)  # the margin is 2
         self.assertEqual(told["mrpm"][0], 0)
         self.assertAlmostEqual(told["mrpm"][1], -20000, delta=1000)
+        turned = told["mdeg"][0] - told["mdeg"][1]  # in a second, from a stand
+        self.assertAlmostEqual(turned, 120000, delta=4000)
         self.assertTrue(all(9000 <= mV <= 13000 for mV in told["mV"]), told)
         self.assertTrue(all(20 <= celsius <= 60 for celsius in told["celsius"]), told)
 
