@@ -2,21 +2,27 @@
 """docs/registers.md from the control table in include/cds55xx/control_table.h. Prints the document."""
 import re
 
+UNIT = re.compile(r"\[CDS_REG_(\w+)\] = CDS_UNIT_(\w+),")
+UNITS = {"NUMBER": "-", "MDEG": "mdeg", "MARGIN_MDEG": "mdeg", "MRPM": "mRPM",
+         "SIGNED_MRPM": "mRPM, + CCW", "CPCT": "0.01 %", "SIGNED_CPCT": "0.01 %, + CCW",
+         "MV": "mV", "CELSIUS": "°C", "US": "µs", "BPS": "bit/s"}
 ROW = re.compile(r"X\((\w+),\s*(\w+),\s*(\d),\s*(\w+),\s*(\w+),\s*(\w+),\s*(\w+),\s*(\w+)\)")
 
 
 def main():
     text = open("include/cds55xx/control_table.h").read()
+    units = dict(UNIT.findall(open("src/core/units.c").read()))
     print("# Registers\n")
     print("The control table of a CDS55xx as library and console name it (`CDS_REG_ID`, `ID`). Words are")
     print("low byte first. Initial: factory value (EEPROM) or value at power-up (RAM). Written by")
-    print("`make docs` from `include/cds55xx/control_table.h`.\n")
-    print("| address | name | bytes | access | area | initial | range |")
-    print("|---|---|---|---|---|---|---|")
+    print("`make docs` from `include/cds55xx/control_table.h`; unit: what `units.h` converts to.\n")
+    print("| address | name | bytes | access | area | initial | range | unit |")
+    print("|---|---|---|---|---|---|---|---|")
     for name, address, width, access, area, initial, lowest, highest in ROW.findall(text):
         access = {"NO": "-", "RD": "read", "RW": "read, write"}[access]
         span = f"{int(lowest, 0)} to {int(highest, 0)}"
-        print(f"| {address} | `{name}` | {width} | {access} | {area} | {int(initial, 0)} | {span} |")
+        print(f"| {address} | `{name}` | {width} | {access} | {area} | {int(initial, 0)} | {span} "
+              f"| {UNITS[units.get(name, 'NUMBER')]} |")
 
 
 if __name__ == "__main__":
