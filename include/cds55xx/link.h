@@ -1,7 +1,8 @@
 /* The half-duplex direction of one bus: who may talk, and when the driver lets go.
  *
- *   HIGH_Z --open--> LISTENING --talk--> TALKING --last byte given--> DRAINING --complete-->
- * LISTENING
+ *   HIGH_Z --open--> LISTENING --talk--> TALKING --last byte given--> DRAINING
+ *                        ^                                                |
+ *                        +-------------------complete--------------------+
  *
  * The driver is released by "transmit complete", never by "transmit ready" and never by counting
  * time. The three events are called by the port's interrupt handlers, which pass the number of the

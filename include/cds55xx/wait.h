@@ -53,14 +53,15 @@ static inline enum cds_result cds_wait_read_word(struct cds_bus *bus, struct cds
     return result == CDS_OK ? cds_request_word(request, 0, out) : result;
 }
 
-/* Writes one register of one or two bytes. CDS_OK: the servo has answered, or no answer was due;
- * CDS_REFUSED: it refused, request->error says why (2.4.1). */
+/* What became of a WRITE: one that the servo refused was not carried out. */
 static inline enum cds_result cds_wait_written_(const struct cds_request *request,
                                                 enum cds_result result)
 {
     return result == CDS_OK && request->error & CDS_ERRORS_OF_PACKET ? CDS_REFUSED : result;
 }
 
+/* Writes one register of one or two bytes. CDS_OK: the servo has answered, or no answer was due;
+ * CDS_REFUSED: it refused, request->error says why (2.4.1). */
 static inline enum cds_result cds_wait_write_byte(struct cds_bus *bus, struct cds_request *request,
                                                   uint8_t id, uint8_t address, uint8_t value)
 {

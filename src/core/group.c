@@ -16,12 +16,23 @@ void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *
         cds_packet_sync_add(&request->packet, id, data);
 }
 
+#define GOAL_SIZE 4 // bytes from GOAL_POSITION to MOVING_SPEED
+
+/* Both words low byte first (R28). */
+static void put_goal(uint8_t data[GOAL_SIZE], uint16_t position, uint16_t speed)
+{
+    data[0] = (uint8_t)position;
+    data[1] = (uint8_t)(position >> 8);
+    data[2] = (uint8_t)speed;
+    data[3] = (uint8_t)(speed >> 8);
+}
+
 void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t position,
                              uint16_t speed)
 {
-    uint8_t data[4] = {(uint8_t)position, (uint8_t)(position >> 8), (uint8_t)speed,
-                       (uint8_t)(speed >> 8)};
+    uint8_t data[GOAL_SIZE];
 
+    put_goal(data, position, speed);
     cds_group_sync_add(request, id, data);
     if ((position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX) && request->result != CDS_PENDING)
         request->packet.size = CDS_PACKET_REFUSED;
@@ -68,11 +79,11 @@ void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
 
 static enum cds_result arm(struct cds_group_move *move, const struct cds_goal *goal)
 {
-    uint8_t data[4] = {(uint8_t)goal->position, (uint8_t)(goal->position >> 8),
-                       (uint8_t)goal->speed, (uint8_t)(goal->speed >> 8)};
+    uint8_t data[GOAL_SIZE];
 
     if (goal->id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
+    put_goal(data, goal->position, goal->speed);
     return cds_servo_reg_write(move->bus, move->request, goal->id, CDS_REG_GOAL_POSITION, data,
                                sizeof data);
 }

@@ -258,7 +258,7 @@ static void simulate_three_buses(const char *options)
 {
     char arguments[512];
     snprintf(arguments, sizeof(arguments),
-             "firmware %s/three_buses.elf --board test/boards/three-buses/board.h --seconds 0.5 "
+             "firmware %s/three_buses.elf --board arduino-mega --seconds 0.5 "
              "--host stdout %s",
              environment("FIRMWARE", "build/firmware"), options);
     simulate(&run, arguments);
