@@ -89,6 +89,12 @@ void cds_port_tx_last(uint8_t port, uint8_t byte)
     port_fake.packets++;
 }
 
+bool cds_port_line_is_high(uint8_t port)
+{
+    breach_unless(*line(port) == FAKE_LISTEN);
+    return !port_fake.low;
+}
+
 uint32_t cds_port_now_us(void)
 {
     port_fake.clock_reads++;

@@ -36,6 +36,7 @@ struct port_fake {
     uint8_t lines[FAKE_PORTS]; // enum fake_verb: the last one that changed the direction
     uint8_t bauds[FAKE_PORTS]; // the register value each was last opened with
     uint16_t us_per_reading;   // how far the clock moves on whenever it is asked
+    bool low;                  // somebody holds the line low
     struct cds_link *eager;    // if set: its packets are on the line before talk returns
 };
 

@@ -8,6 +8,7 @@
 #ifndef CDS_PORT_H
 #define CDS_PORT_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -35,6 +36,10 @@ void cds_port_tx(uint8_t port, uint8_t byte);
  * on_tx_complete and for no further on_tx_ready: in this order, and all of it within less than a
  * byte time, or a stale flag would release the driver too early. Only within on_tx_ready. */
 void cds_port_tx_last(uint8_t port, uint8_t byte);
+
+/* Is the line high, as far as the receiver can tell, at this very moment? An idle line is; low is a
+ * start or data bit of 0, or a line that somebody holds. Only while listening. Main context. */
+bool cds_port_line_is_high(uint8_t port);
 
 /* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
 uint32_t cds_port_now_us(void);

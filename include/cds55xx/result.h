@@ -19,7 +19,15 @@
     X(CDS_NO_ROOM, 6, "packet too long",                                                           \
       "send fewer bytes or servos at once (LENGTH ends at 254), or enlarge the buffer")            \
     X(CDS_REFUSED, 7, "refused by a servo", "look at the error bits of that servo's reply")        \
-    X(CDS_CANCELLED, 8, "request taken back", "submit it again if it is still wanted")
+    X(CDS_CANCELLED, 8, "request taken back", "submit it again if it is still wanted")             \
+    X(CDS_LINE_BUSY, 9, "line not quiet, nothing was sent",                                        \
+      "look for a servo that babbles, a short circuit, or a second controller")                    \
+    X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
+      "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
+    X(CDS_LIMIT, 11, "beyond a soft limit of this servo, nothing was sent",                        \
+      "stay within its limits, or change them")                                                    \
+    X(CDS_HELD, 12, "servo held, nothing was sent",                                                \
+      "it lost its state or was stopped: see to it, then release it")
 
 enum cds_result {
 #define CDS_RESULT_ENUM_(name, number, text, remedy) name = number,

@@ -33,6 +33,13 @@ void cds_port_talk(uint8_t port)
     avr_usart_talk(port);
 }
 
+bool cds_port_line_is_high(uint8_t port)
+{
+    struct avr_usart usart = avr_usart(port);
+
+    return *usart.rxd_level & usart.rxd.mask;
+}
+
 void cds_port_tx(uint8_t port, uint8_t byte)
 {
     avr_usart_tx(port, byte);

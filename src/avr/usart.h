@@ -32,6 +32,7 @@ struct avr_pin {
 struct avr_usart {
     volatile uint8_t *udr, *ucsra, *ucsrb, *ucsrc, *ubrrh, *ubrrl;
     struct avr_pin rxd, txd, tx_enable, rx_enable; // of one enable, it is tx_enable
+    volatile uint8_t *rxd_level;                   // PINx of rxd
     uint8_t tied;                                  // not 0: TXD and RXD are joined
 };
 
@@ -67,10 +68,17 @@ struct avr_usart {
 #define BOARD_BUS2_WIRING TWO_ENABLES
 #endif
 
-/* What a wiring adds to struct avr_usart: tx_enable, rx_enable, tied. */
-#define AVR_WIRING_TWO_ENABLES(bus) AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE), 0
-#define AVR_WIRING_ONE_ENABLE(bus)  AVR_PIN(bus, ENABLE), AVR_NO_PIN, 0
-#define AVR_WIRING_TIED(bus)        AVR_NO_PIN, AVR_NO_PIN, 1
+#define AVR_LEVEL(bus, key) &AVR_PASTE(PIN, AVR_BUS_PIN(bus, key, _PORT))
+
+/* What a wiring adds to struct avr_usart: tx_enable, rx_enable. */
+#define AVR_WIRING_TWO_ENABLES(bus) AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE)
+#define AVR_WIRING_ONE_ENABLE(bus)  AVR_PIN(bus, ENABLE), AVR_NO_PIN
+#define AVR_WIRING_TIED(bus)        AVR_NO_PIN, AVR_NO_PIN
+
+/* ... and whether its pins are tied. */
+#define AVR_TIED_TWO_ENABLES 0
+#define AVR_TIED_ONE_ENABLE  0
+#define AVR_TIED_TIED        1
 
 /* In the order of struct avr_usart, without names: C++ takes this header too. */
 #define AVR_USART_OF(bus)                                                                          \
@@ -79,7 +87,8 @@ struct avr_usart {
         AVR_REGISTER(bus, UDR), AVR_REGISTER3(bus, UCSR, A), AVR_REGISTER3(bus, UCSR, B),          \
             AVR_REGISTER3(bus, UCSR, C), AVR_REGISTER3(bus, UBRR, H), AVR_REGISTER3(bus, UBRR, L), \
             AVR_PIN(bus, RXD), AVR_PIN(bus, TXD),                                                  \
-            AVR_PASTE(AVR_WIRING_, AVR_BUS(bus, _WIRING))(bus)                                     \
+            AVR_PASTE(AVR_WIRING_, AVR_BUS(bus, _WIRING))(bus), AVR_LEVEL(bus, RXD),               \
+            AVR_PASTE(AVR_TIED_, AVR_BUS(bus, _WIRING))                                            \
     }
 
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
