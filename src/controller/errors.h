@@ -1,4 +1,4 @@
-/* The numbered errors of the console: those of the library (result.h, numbers below 10), and these.
+/* The numbered errors of the console: those of the library (result.h, numbers below 20), and these.
  * One table: the console's texts and docs/errors.md come from it. */
 #ifndef CONTROLLER_ERRORS_H
 #define CONTROLLER_ERRORS_H
@@ -10,16 +10,16 @@
 
 /* X(name, number, text, remedy) */
 #define CONSOLE_ERRORS(X)                                                                          \
-    X(ERROR_UNKNOWN_COMMAND, 10, "unknown command", "'help' lists the commands")                   \
-    X(ERROR_COUNT, 11, "wrong number of arguments", "'help' shows what the command takes")         \
-    X(ERROR_NOT_A_NUMBER, 12, "not a number", "numbers are decimal or 0x and hexadecimal digits")  \
-    X(ERROR_OUT_OF_RANGE, 13, "number out of range",                                               \
+    X(ERROR_UNKNOWN_COMMAND, 30, "unknown command", "'help' lists the commands")                   \
+    X(ERROR_COUNT, 31, "wrong number of arguments", "'help' shows what the command takes")         \
+    X(ERROR_NOT_A_NUMBER, 32, "not a number", "numbers are decimal or 0x and hexadecimal digits")  \
+    X(ERROR_OUT_OF_RANGE, 33, "number out of range",                                               \
       "IDs are 0 to 253 (254, all, where help says so), bytes 0 to 255, registers see manual 3.1") \
-    X(ERROR_UNKNOWN_REGISTER, 14, "unknown register",                                              \
+    X(ERROR_UNKNOWN_REGISTER, 34, "unknown register",                                              \
       "name it as in docs/registers.md, or give its address, 0 to 0x31")                           \
-    X(ERROR_LINE_TOO_LONG, 15, "line too long", "send at most 1400 characters in a line")          \
-    X(ERROR_INPUT_LOST, 16, "input lost", "send the next line only after the reply to this one")   \
-    X(ERROR_BLOCK, 17, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
+    X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
+    X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
+    X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "it does not know the instruction, or ACTION found nothing registered")                      \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \
