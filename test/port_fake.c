@@ -102,6 +102,14 @@ uint32_t cds_port_now_us(void)
     return port_fake.now_us;
 }
 
+void port_fake_settle(struct cds_bus *bus)
+{
+    for (uint8_t i = 0; i < 100 && bus->request && !bus->in_flight; i++) {
+        port_fake.now_us += 10;
+        cds_bus_poll(bus);
+    }
+}
+
 bool port_fake_drain(struct cds_link *link, uint8_t port)
 {
     for (uint16_t i = 0; i <= FAKE_SENT_SIZE && link->state == CDS_LINK_TALKING; i++)

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "cds55xx/bus.h"  // struct cds_bus
 #include "cds55xx/link.h" // struct cds_link, the events
 
 enum fake_verb { FAKE_OPEN, FAKE_HIGH_Z, FAKE_LISTEN, FAKE_TALK, FAKE_TX, FAKE_TX_LAST };
@@ -47,6 +48,9 @@ void port_fake_reset(void);
 
 /* Empties the log; clock, directions and counts of packets and breaches stay. */
 void port_fake_forget(void);
+
+/* Time passes in silence, at most 1 ms, until the first request has been sent. */
+void port_fake_settle(struct cds_bus *bus);
 
 /* The transmitter takes bytes until it has the last one, which leaves the link draining. False when
  * a packet has no end. */

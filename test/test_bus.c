@@ -74,8 +74,10 @@ static void submit_broadcast_action(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
 }
 
+/* A packet that had to wait for a quiet line has not left yet. */
 static void transmit(void)
 {
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -986,6 +988,7 @@ static void suffer(uint8_t fault)
 
     submit_read(5, 2);
     if (fault == 0) { // the transmitter stops
+        port_fake_settle(&bus);
         cds_link_on_tx_ready(&bus.link, PORT);
         return;
     }

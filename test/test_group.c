@@ -158,6 +158,7 @@ static void poll_sends(const uint8_t *bytes, uint8_t size)
 {
     for (uint8_t i = 0; i < 2 && !bus.request; i++) // a step may send nothing, but not two of them
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_move_poll(&move));
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     assert_sent(bytes, size);
 }

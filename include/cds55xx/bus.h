@@ -5,8 +5,12 @@
  * Nothing here waits: a call submits and returns, cds_bus_poll() moves things on, and the request
  * says how it ended. All functions: main context, interrupts on.
  *
- * Counters: every exchange ends as ok, timeout or corrupt, so sent = ok + timeouts + corrupt once
- * the bus is idle.
+ * Nothing is sent into a line that others use. One that was heard from unasked, or is low, must be
+ * quiet for two byte times first; a request for which it does not become so in time ends as
+ * CDS_LINE_BUSY, and the bus recovers by itself.
+ *
+ * Counters: every packet sent ends as ok, timeout or corrupt, so sent = ok + timeouts + corrupt
+ * once the bus is idle.
  */
 #ifndef CDS_BUS_H
 #define CDS_BUS_H
@@ -36,6 +40,13 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
+/* State of the line. */
+enum cds_bus_state {
+    CDS_BUS_OK,    // quiet but for our exchanges
+    CDS_BUS_BUSY,  // heard from unasked within the last two byte times: nothing is sent
+    CDS_BUS_FAULT, // low for longer than any byte: short circuit, or a dead driver
+};
+
 /* How many parameters a reply must have; one that refuses the packet (CDS_ERRORS_OF_PACKET) may
  * also have none. */
 #define CDS_REPLY_NONE 0xFF // no reply is due (broadcast, or the status return level)
@@ -49,9 +60,11 @@ struct cds_request {
                                           // it may submit again
     void *owner;                          // the caller's, for on_end
     struct cds_request *next;             // the bus's own
+    uint16_t return_delay_us;             // the longest this servo waits; set by submit
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes
     bool urgent;     // goes before all that are not
+    bool vetted;     // the observer has admitted this very packet; holds for one submit
     uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
     uint8_t id;      // who answered (of interest after a broadcast PING)
     uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
@@ -71,27 +84,65 @@ struct cds_counters {
     uint16_t ok;             // exchanges that ended well, no reply due included
     uint16_t timeouts;       // ... without a reply by the deadline
     uint16_t corrupt;        // ... with nothing but damage by the deadline
+    uint16_t unsent;         // requests that ended as CDS_LINE_BUSY: no packet was sent
     uint16_t refuted;        // LENGTH or checksum of a would-be packet wrong
-    uint16_t foreign;        // good packets that were not the reply due: other ID or length
+    uint16_t late;           // good packets that were not the reply due: of the servo that had just
+                             // been given up
+    uint16_t extra;          // ... of the one that had just answered: two have its ID
+    uint16_t foreign;        // ... of another one, or of another length
     uint16_t framing_errors; // bytes damaged: noise, collision or another baud rate
     uint16_t overruns;       // bytes lost because a handler was held up for 320 cycles or more
     uint16_t ring_overflows; // bytes lost because nobody polled and the line babbled
     uint16_t echo_errors;    // own bytes that came back changed: another talked too (tied wiring)
 };
 
+/* What is told to whoever watches a bus. */
+enum cds_bus_event {
+    CDS_BUS_ENDED,   // an exchange, or one try of several
+    CDS_BUS_LATE,    // a packet was counted as `late`, ...
+    CDS_BUS_EXTRA,   // ... `extra`
+    CDS_BUS_FOREIGN, // ... or `foreign`
+};
+
+struct cds_bus_news {
+    uint8_t event;       // enum cds_bus_event
+    uint8_t id;          // who sent the packet; of ENDED: who was asked
+    uint8_t error;       // CDS_ERROR_* bits of the packet, 0 if there was none
+    uint8_t result;      // of ENDED: enum cds_result of this try
+    uint8_t instruction; // of ENDED, CDS_PING and so on, with its first parameter: the
+    uint8_t address;     // packet itself has given way to the reply by now
+    const struct cds_request *request; // of ENDED; its result is not set yet
+};
+
+/* Whoever watches a bus: roster.h. Both are called from submit and poll. */
+struct cds_bus_observer {
+    /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
+     * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). */
+    enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
+    void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
+};
+
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
     struct cds_link link;
     struct cds_parser parser;
-    struct cds_request *request;  // in flight, then those that wait, in their order; or NULL
-    uint32_t deadline_us;         // of the one in flight
-    uint16_t byte_time_us;        // ten bits
-    uint16_t return_delay_us;     // longest of any servo on this bus
-    uint8_t port;                 // number of the bus on its board
-    uint8_t baud;                 // register value of its rate
-    uint8_t damaged;              // not 0: something of the reply came damaged
-    uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // the last four stay in `link` until asked for
+    struct cds_request *request;       // in flight, then those that wait, in their order; or NULL
+    struct cds_bus_observer *observer; // or NULL
+    uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
+    uint32_t heard_us;                 // when others were last found using the line
+    uint32_t late_us;                  // until then the servo given up last may still answer
+    uint16_t byte_time_us;             // ten bits
+    uint16_t return_delay_us;          // longest of any servo on this bus
+    uint8_t port;                      // number of the bus on its board
+    uint8_t baud;                      // register value of its rate
+    uint8_t line;                      // enum cds_bus_state
+    bool in_flight;                    // the first request's packet has been sent
+    uint8_t damaged;                   // not 0: something of the reply came damaged
+    uint8_t last_id;                   // of the last exchange with a reply due that is over,
+    uint8_t last_result;               // and enum cds_result of it
+    uint8_t instruction, address;      // of the packet in flight
+    uint8_t repeats;                   // given to each request that bears repeating
+    struct cds_counters counters;      // the last four stay in `link` until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -106,7 +157,9 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
 
 /* Tells how long the slowest servo of the bus waits before it replies, in microseconds: twice its
  * register 0x05. CDS_RETURN_DELAY_MAX_US from cds_bus_open() on, which is safe; the true value ends
- * a timeout sooner (manual, example 8). */
+ * a timeout sooner (manual, example 8). A servo that was given up sooner than that is not asked
+ * again before it can no longer answer the first time, or an old answer would pass for a new one.
+ */
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
 /* Sets how often a request is sent again when no good reply has come: 0 (from cds_bus_open() on) to
@@ -118,11 +171,18 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * else in its turn, after those submitted before it; an urgent one after the urgent ones only.
  * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
  * already; nothing was touched. CDS_BAD_ARGUMENT: no bus is open, or reply_parameters is above
- * CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer. */
+ * CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer. CDS_NO_REPLY_DUE, CDS_LIMIT,
+ * CDS_HELD: the observer does not admit it (roster.h). All but the first: nothing was sent.
+ *
+ * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
+ * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
+ * repeat; CDS_LINE_BUSY: the line did not become quiet within the time the longest reply takes
+ * with the longest return delay and that margin, and nothing was sent; CDS_CANCELLED. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
-/* Takes back a request that waits for its turn: it ends as CDS_CANCELLED, without on_end. CDS_OK;
- * CDS_BUSY: it is in flight and will end by its deadline; CDS_BAD_ARGUMENT: it is not on this bus.
+/* Takes back a request that waits for its turn, or for a quiet line: it ends as CDS_CANCELLED,
+ * without on_end. CDS_OK; CDS_BUSY: it is in flight and will end by its deadline; CDS_BAD_ARGUMENT:
+ * it is not on this bus.
  */
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request);
 
@@ -130,6 +190,17 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
  * it turns. Ends at most one exchange and calls its on_end. Returns true while there is work.
  * Called late it loses nothing: what came is parsed before the deadline is judged. */
 bool cds_bus_poll(struct cds_bus *bus);
+
+/* Was servo `id` (0 to 253, or CDS_BROADCAST_ID) the last to be given up, and so soon that it may
+ * still answer? A request that it is to answer waits until it can no longer. `now_us` as of
+ * cds_port_now_us(). */
+bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us);
+
+/* How the line is. Seen by cds_bus_poll() while no exchange is in flight, so go on polling. */
+static inline enum cds_bus_state cds_bus_state(const struct cds_bus *bus)
+{
+    return (enum cds_bus_state)bus->line;
+}
 
 /* Copies the counters. */
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out);

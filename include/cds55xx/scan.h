@@ -42,7 +42,7 @@ struct cds_scan {
     uint8_t room;
     uint8_t baud_count;
     uint8_t first_id, last_id;
-    uint8_t with_details, aborted;
+    uint8_t with_details, aborted, line_busy;
     uint8_t id, baud_index; // being asked
     uint8_t phase;          // the scan's own, like all below
     uint8_t result;         // enum cds_result of the whole
@@ -83,8 +83,9 @@ void cds_scan_abort(struct cds_scan *scan);
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop. When it ends,
  * the bus has its own rate and return delay back. CDS_PENDING: not over yet; asked, total, count
  * and found tell how far it is. CDS_OK: all were asked. CDS_CANCELLED: aborted; found holds whom it
- * met. CDS_BAD_ARGUMENT: no bus is open, or IDs or rates are out of range; CDS_NO_ROOM: the
- * request's buffer is too small; in both nothing was sent. */
+ * met. CDS_LINE_BUSY: the line was not quiet, so no one more could be asked; likewise.
+ * CDS_BAD_ARGUMENT: no bus is open, or IDs or rates are out of range; CDS_NO_ROOM: the request's
+ * buffer is too small; in both nothing was sent. */
 enum cds_result cds_scan_poll(struct cds_scan *scan);
 
 #ifdef __cplusplus

@@ -55,7 +55,8 @@ enum cds_result cds_setup_lock_begin(struct cds_setup *setup, struct cds_bus *bu
  * CDS_PENDING: not over yet. CDS_OK: the registers were read and hold the value, whether they did
  * before or (setup->written) do since. CDS_REFUSED: the servo refused, setup->error says why, or it
  * holds another value all the same. CDS_TIMEOUT, CDS_CORRUPT: it could not be read, or the WRITE
- * was lost and the old value read back. CDS_CANCELLED: the bus was opened anew. A servo of status
+ * was lost and the old value read back. CDS_CANCELLED: the bus was opened anew. CDS_LINE_BUSY:
+ * nothing was sent. CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: as cds_bus_submit(). A servo of status
  * return level 0 answers no READ, and so cannot be set up with this. */
 enum cds_result cds_setup_poll(struct cds_setup *setup);
 

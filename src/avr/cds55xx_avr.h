@@ -11,7 +11,8 @@
  * Other handlers of the program hold up those of the bus. At 1 Mbps a receive handler may wait 320
  * cycles before a byte is lost. A reply is lost when the transmit-complete handler waits longer
  * than the servo's return delay, register 0x05 x 32 cycles: raise that register, or begin longer
- * handlers with ISR_NOBLOCK.
+ * handlers with ISR_NOBLOCK. The handlers of other buses are among them: with three buses busy at
+ * once, 5 (10 us) is enough.
  */
 #ifndef CDS55XX_AVR_H
 #define CDS55XX_AVR_H
@@ -24,6 +25,7 @@
 
 #include "cds55xx/link.h" // the events
 #include "clock.h"        // cds_avr_clock_open()
+#include "handlers.h"     // AVR_ON_*
 #include "timer.h"        // TIMER_OVERFLOW_VECTOR
 #include "usart.h"        // the verbs, inline
 
@@ -68,14 +70,26 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
 #define CDS_AVR_VECTOR_(usart, event) AVR_PASTE3(USART, usart, _##event##_vect)
 #endif
 
-/* Binds bus `number` (0 to BOARD_BUS_COUNT - 1, a plain number) of the board to `bus`, a struct
- * cds_bus with static storage. At file scope, once for each bus.
- *
- * A servo may answer 32 cycles after the last stop bit, and the compiler saves registers for half
- * of them. So the transmit-complete vector turns the line around before anything is saved. GCC
- * promises naked functions for assembly only; what stands in this one is cbi and sbi (one enable:
- * cbi; tied pins: nothing), and a test looks. */
-#define CDS_AVR_BUS(bus, number)                                                                   \
+/* A receiver that is off while the bus talks: handlers.h. */
+#define CDS_AVR_HANDLERS_TWO_ENABLES(bus, number) CDS_AVR_HANDLERS_DEAF_(bus, number)
+#define CDS_AVR_HANDLERS_ONE_ENABLE(bus, number)  CDS_AVR_HANDLERS_DEAF_(bus, number)
+#define CDS_AVR_HANDLERS_DEAF_(bus, number)                                                        \
+    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), RX), ISR_NAKED)                                   \
+    {                                                                                              \
+        AVR_ON_RX_((bus).link, number);                                                            \
+    }                                                                                              \
+    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), UDRE), ISR_NAKED)                                 \
+    {                                                                                              \
+        AVR_ON_TX_READY_((bus).link, number);                                                      \
+    }                                                                                              \
+    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), TX), ISR_NAKED)                                   \
+    {                                                                                              \
+        avr_usart_turn_around(number);                                                             \
+        AVR_ON_TX_COMPLETE_((bus).link, number);                                                   \
+    }
+
+/* One that hears all that is sent: the events in C, for they have more to do. */
+#define CDS_AVR_HANDLERS_TIED(bus, number)                                                         \
     ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), RX))                                              \
     {                                                                                              \
         cds_avr_receive_(&(bus).link, number);                                                     \
@@ -84,15 +98,17 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
     {                                                                                              \
         cds_link_on_tx_ready(&(bus).link, number);                                                 \
     }                                                                                              \
-    ISR(__vector_cds_bus##number##_complete)                                                       \
+    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), TX))                                              \
     {                                                                                              \
         cds_link_on_tx_complete(&(bus).link, number);                                              \
-    }                                                                                              \
-    ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), TX), ISR_NAKED)                                   \
-    {                                                                                              \
-        avr_usart_turn_around(number);                                                             \
-        __asm__("%~jmp __vector_cds_bus" #number "_complete" ::);                                  \
     }
+
+/* Binds bus `number` (0 to BOARD_BUS_COUNT - 1, a plain number) of the board to `bus`, a struct
+ * cds_bus with static storage. At file scope, once for each bus.
+ *
+ * A servo may answer 32 cycles after the last stop bit: so the transmit-complete handler turns the
+ * line around before anything is saved. */
+#define CDS_AVR_BUS(bus, number) AVR_PASTE(CDS_AVR_HANDLERS_, AVR_BUS(number, _WIRING))(bus, number)
 
 /* Binds the board's BOARD_CLOCK_TIMER. At file scope, once. */
 #define CDS_AVR_CLOCK()                                                                            \

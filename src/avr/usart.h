@@ -94,8 +94,10 @@ struct avr_usart {
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
 enum {
     AVR_TXC = 1 << 6,
-    AVR_FRAMING_ERROR = 1 << 4,
-    AVR_OVERRUN = 1 << 3,
+    AVR_FRAMING_ERROR_BIT = 4,
+    AVR_FRAMING_ERROR = 1 << AVR_FRAMING_ERROR_BIT,
+    AVR_OVERRUN_BIT = 3,
+    AVR_OVERRUN = 1 << AVR_OVERRUN_BIT,
     AVR_U2X = 1 << 1,
     AVR_EIGHT_BITS = 3 << 1,
     /* UCSRnB in each state of the link */

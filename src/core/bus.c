@@ -3,6 +3,11 @@
 
 #include <stddef.h>
 
+#define NOBODY UINT8_MAX // no ID
+
+/* Kept out of the way of what runs for every byte and every exchange. */
+#define SELDOM __attribute__((noinline, cold))
+
 static void cancel_all(struct cds_bus *bus)
 {
     while (bus->request) {
@@ -17,16 +22,25 @@ static uint16_t byte_time_us(uint8_t baud)
     return (uint16_t)(5u * (baud + 1u));
 }
 
+/* No candidate begun, and any packet would be of interest: none is due. */
+static void search_anew(struct cds_bus *bus)
+{
+    cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX);
+}
+
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
     cancel_all(bus);
     *bus = (struct cds_bus){
+        .observer = bus->observer,
         .port = port,
         .baud = baud,
         .byte_time_us = byte_time_us(baud),
         .return_delay_us = CDS_RETURN_DELAY_MAX_US,
+        .last_id = NOBODY,
     };
+    search_anew(bus);
     cds_link_open(&bus->link, port);
 }
 
@@ -39,6 +53,8 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     cds_port_open(bus->port, baud);
     bus->baud = baud;
     bus->byte_time_us = byte_time_us(baud);
+    bus->line = CDS_BUS_OK;
+    bus->last_id = NOBODY; // what was asked at the old rate is not answered at this one
     cds_link_open(&bus->link, bus->port);
     return CDS_OK;
 }
@@ -53,119 +69,9 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
     bus->return_delay_us = return_delay_us;
 }
 
-/* The longest this exchange may take from now on, in microseconds. */
-static uint32_t time_allowed_us(const struct cds_bus *bus, const struct cds_request *request)
+static bool reply_is_due(const struct cds_request *request)
 {
-    uint16_t bytes = request->packet.size;
-    uint32_t time_us = CDS_REPLY_MARGIN_US;
-
-    if (request->reply_parameters != CDS_REPLY_NONE) {
-        bytes = (uint16_t)(bytes + CDS_PACKET_SIZE(request->reply_parameters));
-        time_us += bus->return_delay_us;
-    }
-    return time_us + (uint32_t)bytes * bus->byte_time_us;
-}
-
-/* LENGTH of the reply that is due: no servo sends more than it was asked for. */
-static uint8_t longest_reply(uint8_t due)
-{
-    return due == CDS_REPLY_NONE ? CDS_LENGTH_MIN : (uint8_t)(due + CDS_LENGTH_MIN);
-}
-
-/* Sends the packet of the request at the head of the queue. */
-static void start(struct cds_bus *bus)
-{
-    const struct cds_request *request = bus->request;
-
-    bus->damaged = 0;
-    bus->counters.sent++;
-    cds_parser_begin(&bus->parser, longest_reply(request->reply_parameters));
-    bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, request);
-    cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
-}
-
-/* Where in the queue the request belongs; never before the one in flight, which is its head. */
-static struct cds_request **place_for(struct cds_bus *bus, const struct cds_request *request)
-{
-    struct cds_request **place = &bus->request->next;
-
-    while (*place && ((*place)->urgent || !request->urgent))
-        place = &(*place)->next;
-    return place;
-}
-
-enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
-{
-    uint8_t due = request->reply_parameters;
-    struct cds_request **place;
-
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
-        return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE && due > request->packet.room)
-        return CDS_NO_ROOM;
-    request->result = CDS_PENDING;
-    request->id = request->packet.bytes[CDS_AT_ID];
-    request->error = 0;
-    request->length = 0;
-    if (!bus->request) {
-        request->next = NULL;
-        bus->request = request;
-        start(bus);
-    } else {
-        place = place_for(bus, request);
-        request->next = *place;
-        *place = request;
-    }
-    return CDS_OK;
-}
-
-enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
-{
-    struct cds_request **place = &bus->request;
-
-    while (*place && *place != request)
-        place = &(*place)->next;
-    if (!*place)
-        return CDS_BAD_ARGUMENT;
-    if (place == &bus->request)
-        return CDS_BUSY;
-    *place = request->next;
-    request->result = CDS_CANCELLED;
-    return CDS_OK;
-}
-
-static void count_end(struct cds_bus *bus, enum cds_result result)
-{
-    if (result == CDS_OK)
-        bus->counters.ok++;
-    else if (result == CDS_CORRUPT)
-        bus->counters.corrupt++;
-    else
-        bus->counters.timeouts++;
-}
-
-/* The exchange in flight has ended: sends it again if it may be, else tells and goes on with the
- * next one. That begins before on_end runs, so that what on_end submits takes its turn like any
- * other. */
-static void finish(struct cds_bus *bus, enum cds_result result)
-{
-    struct cds_request *request = bus->request;
-
-    count_end(bus, result);
-    if (result != CDS_OK && request->repeats) {
-        request->repeats--;
-        bus->counters.repeated++;
-        start(bus);
-        return;
-    }
-    bus->request = request->next;
-    request->result = (uint8_t)result;
-    if (bus->request)
-        start(bus);
-    if (request->on_end)
-        request->on_end(request);
+    return request->reply_parameters != CDS_REPLY_NONE;
 }
 
 /* Is the packet at the ring's tail the reply that is due? A servo that refuses sends its error bits
@@ -190,12 +96,34 @@ static void take_reply(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     const struct cds_ring *rx = &bus->link.rx;
+    uint8_t *to = request->packet.bytes;
+    uint8_t length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    uint8_t from = (uint8_t)(rx->tail + CDS_AT_PARAMETERS);
 
     request->id = cds_ring_peek(rx, CDS_AT_ID);
     request->error = cds_ring_peek(rx, CDS_AT_ERROR);
-    request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    for (uint8_t i = 0; i < request->length; i++)
-        request->packet.bytes[i] = cds_ring_peek(rx, (uint8_t)(CDS_AT_PARAMETERS + i));
+    request->length = length;
+    for (; length; length--)
+        *to++ = rx->bytes[from++ & (CDS_RING_SIZE - 1)];
+}
+
+/* A good packet that was not due: an answer too late, a second one, or whose? */
+SELDOM static void count_undue(struct cds_bus *bus)
+{
+    struct cds_bus_news news = {.event = CDS_BUS_FOREIGN,
+                                .id = cds_ring_peek(&bus->link.rx, CDS_AT_ID),
+                                .error = cds_ring_peek(&bus->link.rx, CDS_AT_ERROR)};
+
+    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID)
+        news.event = bus->last_result == CDS_OK ? CDS_BUS_EXTRA : CDS_BUS_LATE;
+    if (news.event == CDS_BUS_EXTRA)
+        bus->counters.extra++;
+    else if (news.event == CDS_BUS_LATE)
+        bus->counters.late++;
+    else
+        bus->counters.foreign++;
+    if (bus->observer)
+        bus->observer->on_news(bus->observer, &news);
 }
 
 /* Examines one byte. True when the exchange has ended well. */
@@ -208,11 +136,11 @@ static bool parse_byte(struct cds_bus *bus)
         bus->counters.refuted++;
         bus->damaged = 1;
     } else if (parsed == CDS_PARSED_PACKET) {
-        ended = is_reply(bus);
+        ended = bus->in_flight && is_reply(bus);
         if (ended)
             take_reply(bus);
         else
-            bus->counters.foreign++;
+            count_undue(bus);
         cds_parser_accept(&bus->parser, &bus->link.rx);
     }
     return ended;
@@ -220,7 +148,7 @@ static bool parse_byte(struct cds_bus *bus)
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
  * first to the last of them goes, and the search begins anew behind it. */
-static void drop_broken(struct cds_bus *bus)
+SELDOM static void drop_broken(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
 
@@ -230,6 +158,14 @@ static void drop_broken(struct cds_bus *bus)
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
     cds_parser_begin(&bus->parser, bus->parser.longest);
     bus->damaged = 1;
+}
+
+/* Is there anything in the ring that was not looked at yet? */
+static bool heard(const struct cds_bus *bus)
+{
+    const struct cds_link *link = &bus->link;
+
+    return link->broken || (uint8_t)(link->rx.tail + bus->parser.seen) != link->rx.head;
 }
 
 /* Parses up to `end`, an index of the ring. True when the exchange has ended well. */
@@ -262,12 +198,156 @@ static bool parse(struct cds_bus *bus)
     return false;
 }
 
+/* The longest an exchange may take, of so many bytes both ways, with a reply after so long. */
+static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint16_t return_delay_us)
+{
+    return (uint32_t)bytes * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US;
+}
+
+/* Sends the packet of the first request of the queue. */
+static void start(struct cds_bus *bus, uint32_t now_us)
+{
+    const struct cds_request *request = bus->request;
+    const uint8_t *bytes = request->packet.bytes;
+    uint16_t size = request->packet.size;
+    uint8_t longest = CDS_LENGTH_MIN;
+
+    cds_link_talk(&bus->link, bus->port, bytes, size);
+    bus->in_flight = true;
+    bus->instruction = bytes[CDS_AT_INSTRUCTION];
+    bus->address = bytes[CDS_AT_PARAMETERS];
+    bus->damaged = 0;
+    bus->counters.sent++;
+    if (reply_is_due(request)) { // no servo sends more than it was asked for
+        longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
+    }
+    cds_parser_begin(&bus->parser, longest);
+    bus->deadline_us =
+        now_us + time_allowed_us(bus, size, reply_is_due(request) ? request->return_delay_us : 0);
+}
+
+bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
+{
+    return bus->last_result != CDS_OK && bus->last_id != NOBODY &&
+           (id == bus->last_id || id == CDS_BROADCAST_ID || bus->last_id == CDS_BROADCAST_ID) &&
+           (int32_t)(now_us - bus->late_us) < 0;
+}
+
+/* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
+ * two byte times; low for so long without a byte is no use of it but a fault. */
+static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
+{
+    bool high = cds_port_line_is_high(bus->port);
+    bool used = heard(bus);
+
+    if (used) {
+        parse(bus);
+        bus->line = CDS_BUS_BUSY;
+    } else if (!high && bus->line == CDS_BUS_OK) {
+        bus->line = CDS_BUS_BUSY;
+        used = true;
+    }
+    if (used || (!high && bus->line == CDS_BUS_FAULT))
+        bus->heard_us = now_us;
+    else if (bus->line != CDS_BUS_OK && now_us - bus->heard_us >= 2u * bus->byte_time_us)
+        bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
+    return bus->line == CDS_BUS_OK;
+}
+
+static bool start_if_quiet(struct cds_bus *bus, uint32_t now_us)
+{
+    const struct cds_request *request = bus->request;
+
+    if (!is_quiet(bus, now_us))
+        return false;
+    if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
+        return false; // its reply would be taken for the new one
+    start(bus, now_us);
+    return true;
+}
+
+/* There is a new first request: sends it now, or as soon as the line is quiet. */
+static void begin(struct cds_bus *bus)
+{
+    uint32_t now_us = cds_port_now_us();
+
+    bus->in_flight = false;
+    if (!start_if_quiet(bus, now_us))
+        bus->deadline_us =
+            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
+
+/* Where in the queue the request belongs; never before one in flight, which is the first. */
+static struct cds_request **place_for(struct cds_bus *bus, const struct cds_request *request)
+{
+    struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
+
+    while (*place && ((*place)->urgent || !request->urgent))
+        place = &(*place)->next;
+    return place;
+}
+
+/* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
+static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
+{
+    uint8_t due = request->reply_parameters;
+    bool vetted = request->vetted;
+
+    request->vetted = false;
+    if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
+        return CDS_BAD_ARGUMENT;
+    if (due != CDS_REPLY_NONE && due > request->packet.room)
+        return CDS_NO_ROOM;
+    request->return_delay_us = bus->return_delay_us;
+    if (bus->observer && !vetted)
+        return bus->observer->admit(bus->observer, request);
+    return CDS_OK;
+}
+
+enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
+{
+    struct cds_request **place;
+    enum cds_result result;
+
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    result = admit(bus, request);
+    if (result != CDS_OK)
+        return result;
+    request->result = CDS_PENDING;
+    request->id = request->packet.bytes[CDS_AT_ID];
+    request->error = 0;
+    request->length = 0;
+    place = place_for(bus, request);
+    request->next = *place;
+    *place = request;
+    if (bus->request == request)
+        begin(bus);
+    return CDS_OK;
+}
+
+enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
+{
+    struct cds_request **place = &bus->request;
+
+    while (*place && *place != request)
+        place = &(*place)->next;
+    if (!*place)
+        return CDS_BAD_ARGUMENT;
+    if (bus->in_flight && *place == bus->request)
+        return CDS_BUSY;
+    *place = request->next;
+    request->result = CDS_CANCELLED;
+    return CDS_OK;
+}
+
 /* How the exchange in flight stands, seen at `now_us`. */
 static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
 {
     bool listening = bus->link.state == CDS_LINK_LISTENING;
 
-    if (listening && (bus->request->reply_parameters == CDS_REPLY_NONE || parse(bus)))
+    if (listening && (!reply_is_due(bus->request) || (heard(bus) && parse(bus))))
         return CDS_OK;
     if ((int32_t)(now_us - bus->deadline_us) < 0)
         return CDS_PENDING;
@@ -276,18 +356,104 @@ static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
+static void count_end(struct cds_bus *bus, enum cds_result result)
+{
+    if (result == CDS_OK)
+        bus->counters.ok++;
+    else if (result == CDS_CORRUPT)
+        bus->counters.corrupt++;
+    else
+        bus->counters.timeouts++;
+}
+
+SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
+{
+    const struct cds_request *request = bus->request;
+    struct cds_bus_news news = {.event = CDS_BUS_ENDED,
+                                .id = request->id,
+                                .error = request->error,
+                                .result = (uint8_t)result,
+                                .instruction = bus->instruction,
+                                .address = bus->address,
+                                .request = request};
+
+    bus->observer->on_news(bus->observer, &news);
+}
+
+/* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
+static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+{
+    const struct cds_request *request = bus->request;
+
+    count_end(bus, result);
+    bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
+    if (reply_is_due(request)) {
+        bus->last_id =
+            bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
+        bus->last_result = (uint8_t)result;
+        bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
+    }
+    if (result == CDS_CORRUPT) { // and the line may be so still
+        bus->line = CDS_BUS_BUSY;
+        bus->heard_us = now_us;
+    }
+    if (bus->observer)
+        tell_end(bus, result);
+}
+
+/* The first request is over. The next one begins before on_end runs, so that what on_end submits
+ * takes its turn like any other. */
+static void finish(struct cds_bus *bus, enum cds_result result)
+{
+    struct cds_request *request = bus->request;
+
+    bus->in_flight = false;
+    bus->request = request->next;
+    request->result = (uint8_t)result;
+    if (bus->request)
+        begin(bus);
+    if (request->on_end)
+        request->on_end(request);
+}
+
+/* The exchange in flight has ended: sends it again if it may be, else it is over. */
+static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+{
+    struct cds_request *request = bus->request;
+
+    note_end(bus, result, now_us);
+    if (result == CDS_OK || request->repeats == 0) {
+        finish(bus, result);
+        return;
+    }
+    request->repeats--;
+    bus->counters.repeated++;
+    begin(bus);
+}
+
+/* The first request waits for a quiet line. */
+static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
+{
+    if (start_if_quiet(bus, now_us) || (int32_t)(now_us - bus->deadline_us) < 0)
+        return;
+    bus->counters.unsent++;
+    finish(bus, CDS_LINE_BUSY);
+}
+
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
     enum cds_result result;
 
-    if (!bus->request) {
-        bus->link.rx.tail = bus->link.rx.head; // nothing is due: whatever it is, it is not ours
-        return false;
+    if (bus->in_flight) {
+        result = outcome(bus, now_us);
+        if (result != CDS_PENDING)
+            end(bus, result, now_us);
+    } else if (bus->request) {
+        wait_for_quiet(bus, now_us);
+    } else if (bus->byte_time_us) {
+        is_quiet(bus, now_us);
     }
-    result = outcome(bus, now_us);
-    if (result != CDS_PENDING)
-        finish(bus, result);
     return bus->request;
 }
 

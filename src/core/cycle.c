@@ -175,7 +175,8 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
     struct cds_bus *bus = cycle->bus;
     uint32_t by_us = now_us + read_us(bus) + SUBMIT_US;
 
-    if ((int32_t)(cycle->next_us - by_us) < 0)
+    if ((int32_t)(cycle->next_us - by_us) < 0 ||
+        cds_bus_may_answer_late(bus, cycle->ids[cycle->turn], now_us))
         return;
     if (cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]) != CDS_OK)
         return;

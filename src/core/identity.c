@@ -208,6 +208,8 @@ static bool looked(struct cds_identity *identity, uint8_t *at)
     uint8_t result = identity->request->result;
 
     identity->looks++;
+    if (result == CDS_LINE_BUSY) // then silence is not to be had
+        result = CDS_CORRUPT;
     if (result == CDS_OK || result == CDS_CORRUPT)
         *at = result;
     return result == CDS_OK || identity->looks == LOOKS;
@@ -218,6 +220,7 @@ static void changed(struct cds_identity *identity)
     const struct cds_request *request = identity->request;
 
     identity->reason = request->result;
+    identity->written = request->result != CDS_LINE_BUSY;
     if (request->result == CDS_OK)
         identity->error = request->error;
     if (identity->error & CDS_ERRORS_OF_PACKET)

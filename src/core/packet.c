@@ -2,6 +2,7 @@
 #include "cds55xx/packet.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "cds55xx/control_table.h" // CDS_TABLE_SIZE
 
@@ -72,10 +73,38 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
     return CDS_OK;
 }
 
+/* The short ones, of a size known beforehand, need no counting of room byte by byte. Returns where
+ * the parameters belong, or NULL if there is no room. */
+static uint8_t *open(struct cds_packet *packet, uint8_t id, uint8_t instruction, uint8_t parameters)
+{
+    uint8_t *bytes = packet->bytes;
+
+    packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
+    if (packet->size > packet->room)
+        return NULL;
+    *bytes++ = CDS_HEADER;
+    *bytes++ = CDS_HEADER;
+    *bytes++ = id;
+    *bytes++ = (uint8_t)(parameters + CDS_LENGTH_MIN);
+    *bytes++ = instruction;
+    return bytes;
+}
+
+/* Its parameters end before `checksum`. */
+static enum cds_result close(const struct cds_packet *packet, uint8_t *checksum)
+{
+    *checksum = cds_packet_checksum(packet->bytes);
+    return CDS_OK;
+}
+
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    cds_packet_begin(packet, id, instruction);
-    return cds_packet_end(packet);
+    uint8_t *parameters;
+
+    if (id > CDS_BROADCAST_ID)
+        return CDS_BAD_ARGUMENT;
+    parameters = open(packet, id, instruction, 0);
+    return parameters ? close(packet, parameters) : CDS_NO_ROOM;
 }
 
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
@@ -102,23 +131,32 @@ static bool in_table(uint8_t address, uint8_t length)
 enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
                                 uint8_t length)
 {
+    uint8_t *parameters;
+
     if (!in_table(address, length) || id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
-    cds_packet_begin(packet, id, CDS_READ);
-    cds_packet_put(packet, address);
-    cds_packet_put(packet, length);
-    return cds_packet_end(packet);
+    parameters = open(packet, id, CDS_READ, 2);
+    if (!parameters)
+        return CDS_NO_ROOM;
+    *parameters++ = address;
+    *parameters++ = length;
+    return close(packet, parameters);
 }
 
 static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                                  uint8_t address, const uint8_t *data, uint8_t length)
 {
-    if (!in_table(address, length))
+    uint8_t *parameters;
+
+    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
-    cds_packet_begin(packet, id, instruction);
-    cds_packet_put(packet, address);
-    put_all(packet, data, length);
-    return cds_packet_end(packet);
+    parameters = open(packet, id, instruction, (uint8_t)(length + 1u));
+    if (!parameters)
+        return CDS_NO_ROOM;
+    *parameters++ = address;
+    for (; length; length--)
+        *parameters++ = *data++;
+    return close(packet, parameters);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,

@@ -122,6 +122,11 @@ static void asked(struct cds_scan *scan)
         scan->result = CDS_CANCELLED;
         return;
     }
+    if (result == CDS_LINE_BUSY) { // whoever is there cannot be asked
+        scan->line_busy = 1;
+        scan->phase = GIVE_BACK;
+        return;
+    }
     if (result != CDS_OK && result != CDS_CORRUPT) {
         next(scan);
         return;
@@ -159,7 +164,7 @@ static void give_back(struct cds_scan *scan)
     if (!tuned(scan, scan->own_baud))
         return;
     cds_bus_set_return_delay(scan->bus, scan->return_delay_us);
-    scan->result = scan->aborted ? CDS_CANCELLED : CDS_OK;
+    scan->result = scan->line_busy ? CDS_LINE_BUSY : scan->aborted ? CDS_CANCELLED : CDS_OK;
 }
 
 enum cds_result cds_scan_poll(struct cds_scan *scan)

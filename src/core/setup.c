@@ -122,6 +122,9 @@ static void send(struct cds_setup *setup)
             cds_servo_read(setup->bus, setup->request, setup->id, setup->address, setup->length);
     }
     setup->in_flight = submitted == CDS_OK;
+    if (submitted != CDS_OK &&
+        submitted != CDS_BUSY) // the bus's observer: it is not for that servo
+        setup->result = (uint8_t)submitted;
 }
 
 enum cds_result cds_setup_poll(struct cds_setup *setup)
