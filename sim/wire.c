@@ -142,13 +142,6 @@ static void txd_level(void *owner, uint64_t now, bool level)
     driver_level(&wire->to_sig, now, level);
 }
 
-static void rxd_level(void *owner, uint64_t now, bool level)
-{
-    struct wire *wire = owner;
-    (void)now;
-    pin_input(&wire->pin_rxd, level);
-}
-
 static bool enable_level(const struct pin *pin, bool resistor)
 {
     switch (pin_state(pin)) {
@@ -238,7 +231,6 @@ void wire_reset(struct wire *wire, uint64_t now)
 {
     usart_reset(&wire->usart, now);
     follow_pins(wire, now);
-    pin_input(&wire->pin_rxd, wire->rxd.level);
 }
 
 /* --- set-up --------------------------------------------------------------------------------------
@@ -264,10 +256,8 @@ static void init_nets(struct wire *wire)
     driver_init(&wire->txd_pin, &wire->txd);
     wire->on_sig = (struct listener){wire, sig_level, sig_driver, 0};
     wire->on_txd = (struct listener){wire, txd_level, 0, 0};
-    wire->on_rxd = (struct listener){wire, rxd_level, 0, 0};
     net_listen(&wire->sig, &wire->on_sig);
     net_listen(&wire->txd, &wire->on_txd);
-    net_listen(&wire->rxd, &wire->on_rxd);
 }
 
 bool wire_init(struct wire *wire, struct machine *machine, const struct board_bus *bus, bool exact,
@@ -286,6 +276,7 @@ bool wire_init(struct wire *wire, struct machine *machine, const struct board_bu
         fprintf(stderr, "%s: no USART%u\n", machine->avr->mmcu, bus->usart);
         return false;
     }
+    pin_join(&wire->rxd_input, &wire->pin_rxd, &wire->rxd);
     wire->usart.owner = wire;
     wire->usart.notice = notice;
     wire_reset(wire, 0);

@@ -29,8 +29,9 @@ struct wire {
     struct driver to_sig;  // the TX buffer
     struct driver to_rxd;  // the RX buffer
     struct driver txd_pin; // PORT and DDR on TXD while the USART leaves it alone
-    struct listener on_sig, on_txd, on_rxd;
+    struct listener on_sig, on_txd;
     struct pin pin_tx_enable, pin_rx_enable, pin_txd, pin_rxd;
+    struct pin_input rxd_input;
     bool tx_enable, rx_enable; // as the buffers see them
     bool listening;            // RX enable and RXEN: a start bit now would be received
     bool rxd_floats, txd_floats;

@@ -80,3 +80,47 @@ void test_one_enable_kept_high_is_two_drivers_and_a_lost_reply(void)
     assert_says(&run, "a servo's byte began while the RX enable was off");
     assert_silent_on("both-enables");
 }
+
+/* --- the level of RXD ----------------------------------------------------------------------------
+ */
+
+static void assert_levels(const char *board, const char *options, int idle, int shut, int talk)
+{
+    char arguments[512];
+    snprintf(arguments, sizeof(arguments),
+             "firmware %s/pin_level.elf --board %s --servos 1 --seconds 0.5 --host stdout %s",
+             environment("FIRMWARE", "build/firmware"), board, options);
+    simulate(&run, arguments);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(idle, figure(&run, "idle"), board);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(shut, figure(&run, "shut"), board);
+    TEST_ASSERT_EQUAL_INT_MESSAGE(talk, figure(&run, "talk"), board);
+}
+
+/* All five ways to read PIND agree. Behind a buffer that is off there is the AVR's pull-up. */
+void test_pin_register_shows_the_level_behind_the_receive_buffer(void)
+{
+    assert_levels("atmega128", "", 5, 5, 5);
+    assert_levels("atmega128", "--fault 'stuck low'", 0, 5, 5);
+    assert_levels("test/boards/one-enable", "", 5, 5, 5);
+    assert_levels("test/boards/one-enable", "--fault 'stuck low'", 0, 5, 5);
+}
+
+void test_pin_register_shows_the_wire_to_tied_pins(void)
+{
+    assert_levels("test/boards/tied", "", 5, 5, 0);
+    assert_levels("test/boards/tied", "--fault 'stuck low'", 0, 0, 0);
+    assert_levels("test/boards/tied", "--fault 'stuck high'", 5, 5, 5);
+}
+
+/* FF FF 01 02 00 FC: how many bits of 0 there are in a row. */
+void test_pin_register_follows_every_edge_of_a_reply(void)
+{
+    static const int lows[] = {1, 1, 1, 7, 2, 6, 9, 3};
+    char name[] = "low0";
+    simulate_firmware(&run, "pin_edges", "--host stdout");
+    for (unsigned i = 0; i < sizeof(lows) / sizeof(lows[0]); i++) {
+        name[3] = (char)('0' + i);
+        TEST_ASSERT_EQUAL_INT_MESSAGE(lows[i], figure(&run, name), run.output);
+    }
+}
