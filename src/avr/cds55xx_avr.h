@@ -56,7 +56,7 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
         errors |= CDS_LINE_FRAMING;
     if (status & AVR_OVERRUN)
         errors |= CDS_LINE_OVERRUN;
-    if (usart.tied)
+    if (usart.echoes)
         cds_link_on_rx_tied(link, byte, errors);
     else
         cds_link_on_rx(link, byte, errors);
@@ -74,7 +74,7 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
  * A servo may answer 32 cycles after the last stop bit, and the compiler saves registers for half
  * of them. So the transmit-complete vector turns the line around before anything is saved. GCC
  * promises naked functions for assembly only; what stands in this one is cbi and sbi (one enable:
- * cbi; tied pins: nothing), and a test looks. */
+ * cbi; tied pins, adapters: nothing), and a test looks. */
 #define CDS_AVR_BUS(bus, number)                                                                   \
     ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), RX))                                              \
     {                                                                                              \
