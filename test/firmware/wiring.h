@@ -88,7 +88,7 @@ int main(void)
     uint8_t whole = 0, echo = 0;
     PORTD = RXD | TXD;
 #ifdef MUTANT_TXD_FLOATS
-    PORTD = RXD;
+    PORTD = 0; // RXD too, which an adapter drives
 #endif
 #ifdef MUTANT_TXD_OUTPUT
     DDRD = TXD;

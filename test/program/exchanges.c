@@ -68,6 +68,7 @@ int main(void)
         good = (uint16_t)(good + has_goal(id, round));
     }
     say("good", good);
+    say("txd_output", DDRD >> PD3 & 1);
     say_counters();
     say_end();
 }

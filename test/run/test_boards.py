@@ -68,6 +68,7 @@ class Exchanges(unittest.TestCase):
         for board in self.WIRINGS:
             figure = self.figures(board)
             self.assertEqual(figure["good"], 200, board)
+            self.assertEqual(figure["txd_output"], board != "arbotix", board)
             self.assertEqual(figure["sent"], 801, board)
             self.assertEqual(figure["ok"], 801, board)
             for name in ["timeouts", "corrupt", "refuted", "foreign", "framing_errors", "overruns",

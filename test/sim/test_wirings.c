@@ -144,6 +144,14 @@ void test_an_adapter_talks_whenever_txd_floats(void)
     assert_silent_on("floating-rxd");
 }
 
+/* After a reset in mid-run all pins float until the firmware is there. */
+void test_txd_may_float_until_a_reset_chip_drives_it(void)
+{
+    simulate_on("adapter", "watchdog");
+    TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
+    assert_says(&run, "rules:   none broken");
+}
+
 void test_behind_an_adapter_that_echoes_a_receiver_off_loses_the_reply(void)
 {
     simulate_on("adapter-echo", "tied_receiver_off");
