@@ -72,10 +72,10 @@ EXAMPLE_SRC := $(wildcard examples/*.c)
 LIBRARY_SRC := $(CORE_SRC) $(filter-out src/avr/serial.c,$(AVR_SRC))
 FIRMWARE_SRC := $(CONTROLLER_SRC) src/avr/serial.c
 
-# $(1): board. Its board.mk has just been included.
+# $(1): board, $(2): its folder. Its board.mk has just been included.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -Iboards/$(1) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 
 build/$(1)/flags: force
@@ -111,7 +111,11 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 # A board without a host link names the program that is its firmware.
-$(foreach b,$(BOARDS),$(eval FIRMWARE :=)$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b))))
+$(foreach b,$(BOARDS),$(eval FIRMWARE :=)$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b),boards/$(b))))
+
+# Wirings that none of those has.
+TEST_BOARDS := adapter adapter-echo
+$(foreach b,$(TEST_BOARDS),$(eval FIRMWARE :=)$(eval include test/boards/$(b)/board.mk)$(eval $(call board_rules,$(b),test/boards/$(b))))
 
 # The variables of the board asked for.
 FLASH_NOTE :=
@@ -293,7 +297,8 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 	$(SIM_TESTS:%=build/host/test/sim/%)
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/program/three_buses.elf \
+	build/arduino-mega/program/three_buses.elf build/arbotix/program/exchanges.elf \
+	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
 	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator

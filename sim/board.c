@@ -104,14 +104,15 @@ static struct board_pin pin(struct source *source, unsigned bus, const char *nam
 
 static enum board_wiring read_circuit(struct source *source, unsigned index)
 {
-    static const char *const names[] = {"TWO_ENABLES", "ONE_ENABLE", "TIED"};
+    static const char *const names[BOARD_WIRINGS] = {"TWO_ENABLES", "ONE_ENABLE", "TIED", "ADAPTER",
+                                                     "ADAPTER_ECHO"};
     char key[VALUE_ROOM];
     char word[VALUE_ROOM];
     snprintf(key, sizeof(key), "BOARD_BUS%u_WIRING", index);
     if (!has_word(source, key, word)) {
         return BOARD_TWO_ENABLES;
     }
-    for (int i = 0; i <= BOARD_TIED; i++) {
+    for (int i = 0; i < BOARD_WIRINGS; i++) {
         if (strcmp(word, names[i]) == 0) {
             return (enum board_wiring)i;
         }

@@ -9,9 +9,12 @@
 
 /* How a bus hangs on its USART. */
 enum board_wiring {
-    BOARD_TWO_ENABLES, // the manual's circuit: one buffer each way, an enable pin for each
-    BOARD_ONE_ENABLE,  // the same from one pin: high talks, low listens
-    BOARD_TIED,        // TXD and RXD joined to the wire
+    BOARD_TWO_ENABLES,  // the manual's circuit: one buffer each way, an enable pin for each
+    BOARD_ONE_ENABLE,   // the same from one pin: high talks, low listens
+    BOARD_TIED,         // TXD and RXD joined to the wire
+    BOARD_ADAPTER,      // an adapter between them and the wire that finds the direction by itself
+    BOARD_ADAPTER_ECHO, // one that hears the wire always, what it says itself too
+    BOARD_WIRINGS
 };
 
 struct board_pin {
@@ -22,7 +25,7 @@ struct board_pin {
 struct board_bus {
     enum board_wiring wiring;
     unsigned usart;
-    struct board_pin tx_enable; // the one enable too; not of BOARD_TIED
+    struct board_pin tx_enable; // the one enable too; not of those without
     struct board_pin rx_enable; // of BOARD_TWO_ENABLES
     struct board_pin txd;
     struct board_pin rxd;

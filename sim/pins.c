@@ -33,11 +33,26 @@ enum pin_state pin_state(const struct pin *pin)
     return set ? PIN_PULLED_UP : PIN_FLOATS;
 }
 
-void pin_input(const struct pin *pin, bool level)
+static uint8_t read_pins(avr_t *avr, avr_io_addr_t address, void *param)
 {
-    /* Not through simavr's pin IRQ: its INTn module would poll the pin, cycle by cycle, while it is
-     * low. So the firmware can read the pin, but it cannot interrupt. */
-    uint8_t *in = &pin->port->io.avr->data[pin->port->r_pin];
-    unsigned mask = 1u << pin->bit;
-    *in = (uint8_t)(level ? *in | mask : *in & ~mask);
+    const struct pin_input *input = param;
+    enum pin_state state = pin_state(&input->pin);
+    uint8_t value = input->read(avr, address, input->owner);
+    uint8_t mask = (uint8_t)(1u << input->pin.bit);
+    if (state == PIN_LOW || state == PIN_HIGH) {
+        return value;
+    }
+    return (uint8_t)(input->net->level ? value | mask : value & ~mask);
+}
+
+/* Not through simavr's pin IRQ: its INTn module would poll the pin, cycle by cycle, while it is
+ * low.
+ */
+void pin_join(struct pin_input *input, const struct pin *pin, const struct net *net)
+{
+    avr_t *avr = pin->port->io.avr;
+    __typeof__(avr->io[0]) *io = &avr->io[AVR_DATA_TO_IO(pin->port->r_pin)];
+    *input = (struct pin_input){.pin = *pin, .net = net, .read = io->r.c, .owner = io->r.param};
+    io->r.c = read_pins;
+    io->r.param = input;
 }

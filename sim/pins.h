@@ -8,6 +8,8 @@
 #include <simavr/sim_avr.h>
 #include <simavr/avr_ioport.h>
 
+#include "net.h"
+
 enum pin_state { PIN_FLOATS, PIN_PULLED_UP, PIN_LOW, PIN_HIGH };
 
 struct pin {
@@ -24,7 +26,18 @@ void pin_watch(const struct pin *pin, avr_irq_notify_t changed, void *owner);
 
 enum pin_state pin_state(const struct pin *pin);
 
-/* What the outside puts on the pin, for the firmware to read in PINx (no INTn, no PCINT). */
-void pin_input(const struct pin *pin, bool level);
+/* The firmware's view of a pin: the net that it hangs on. */
+struct pin_input {
+    struct pin pin;
+    const struct net *net;
+    avr_io_read_t read; // of PINx before: simavr's own, or that of another pin of this port
+    void *owner;
+};
+
+/* From now on a read of the pin's bit in PINx, by whatever instruction, gives the net's level as
+ * the instruction begins: of that age is what the synchroniser behind a pin shows. While DDR makes
+ * it an output, simavr's value stands. A change of level costs nothing, and it makes no INTn or
+ * PCINT. */
+void pin_join(struct pin_input *input, const struct pin *pin, const struct net *net);
 
 #endif

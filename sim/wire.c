@@ -6,6 +6,11 @@
 /* --- rules ---------------------------------------------------------------------------------------
  */
 
+static bool has_adapter(const struct wire *wire)
+{
+    return wire->wiring == BOARD_ADAPTER || wire->wiring == BOARD_ADAPTER_ECHO;
+}
+
 static unsigned sent_byte(const struct wire *wire)
 {
     return wire->usart.talker.frame >> 1 & 0xFF;
@@ -33,18 +38,22 @@ static void check_listening(struct wire *wire, uint64_t now)
     wire->listening = listening;
 }
 
+/* An adapter's RXD never floats, and its TXD counts at any time: but a chip that comes out of reset
+ * has not yet had the time to drive it. */
 static void check_floating(struct wire *wire, uint64_t now)
 {
-    bool rxd = !wire->rx_enable && pin_state(&wire->pin_rxd) == PIN_FLOATS;
+    bool adapter = has_adapter(wire);
+    wire->txd_driven = wire->txd_driven || wire->txd.enabled;
+    bool rxd = !adapter && !wire->rx_enable && pin_state(&wire->pin_rxd) == PIN_FLOATS;
     if (rxd && !wire->rxd_floats) {
         rules_break(wire->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
     }
     wire->rxd_floats = rxd;
-    bool txd = wire->wiring != BOARD_TIED && wire->tx_enable && wire->txd.enabled == 0 &&
-               pin_state(&wire->pin_txd) == PIN_FLOATS;
+    bool heard = adapter ? wire->txd_driven : wire->wiring != BOARD_TIED && wire->tx_enable;
+    bool txd = heard && wire->txd.enabled == 0 && pin_state(&wire->pin_txd) == PIN_FLOATS;
     if (txd && !wire->txd_floats) {
-        rules_break(wire->rules, RULE_FLOATING_TXD, now,
-                    "TX enable on, TXEN off, TXD an open input");
+        rules_break(wire->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
+                    adapter ? "" : "TX enable on, ");
     }
     wire->txd_floats = txd;
 }
@@ -60,6 +69,15 @@ static void check_output(struct wire *wire, uint64_t now, bool port_drives)
     wire->txd_output = output;
 }
 
+/* What keeps the controller on the wire. */
+static const char *driving(const struct wire *wire)
+{
+    if (has_adapter(wire)) {
+        return "the adapter held the wire";
+    }
+    return wire->wiring == BOARD_TIED ? "TXD drove the wire" : "the TX enable was on";
+}
+
 static void sig_driver(void *owner, uint64_t now, struct driver *driver)
 {
     struct wire *wire = owner;
@@ -68,10 +86,9 @@ static void sig_driver(void *owner, uint64_t now, struct driver *driver)
     bool two = wire->to_sig.enabled && servos > 0;
     bool collision = servos > 1;
     if (two && !wire->two_drivers) {
-        rules_break(wire->rules, RULE_TWO_DRIVERS, now, "%s",
-                    driver == &wire->to_sig      ? "the controller began while a servo talked"
-                    : wire->wiring == BOARD_TIED ? "a servo began while TXD drove the wire"
-                                                 : "a servo began while the TX enable was on");
+        bool late = driver == &wire->to_sig;
+        rules_break(wire->rules, RULE_TWO_DRIVERS, now, "%s began while %s",
+                    late ? "the controller" : "a servo", late ? "a servo talked" : driving(wire));
     }
     if (collision && !wire->collision) {
         rules_break(wire->rules, RULE_COLLISION, now, "a servo began while another one talked");
@@ -84,14 +101,16 @@ void wire_servo_byte(struct wire *wire, uint64_t now, uint64_t end)
 {
     wire->servo_until = end;
     if (!wire->listening) {
-        rules_break(wire->rules, RULE_REPLY_LOST, now, "a servo's byte began while %s was off",
-                    wire->rx_enable ? "RXEN" : "the RX enable");
+        rules_break(wire->rules, RULE_REPLY_LOST, now, "a servo's byte began while %s",
+                    wire->rx_enable     ? "RXEN was off"
+                    : has_adapter(wire) ? driving(wire)
+                                        : "the RX enable was off");
     }
 }
 
 static void byte_begins(struct wire *wire, uint64_t now)
 {
-    if (!wire->tx_enable) {
+    if (!wire->tx_enable && !has_adapter(wire)) {
         rules_break(wire->rules, RULE_DRIVER_OFF, now, "byte %02X never reached the wire",
                     sent_byte(wire));
     } else if (wire->on_byte) {
@@ -130,6 +149,43 @@ static void usart_notice(void *owner, enum usart_notice notice, uint64_t now)
 /* --- the circuit ---------------------------------------------------------------------------------
  */
 
+static void tell(struct wire *wire, uint64_t now)
+{
+    if (wire->on_change) {
+        wire->on_change(wire->owner, now);
+    }
+}
+
+/* The receiver is shut before the driver is on, and opened after it is off. */
+static void adapter_turn(struct wire *wire, uint64_t now, bool drives)
+{
+    bool hears = !drives || wire->wiring == BOARD_ADAPTER_ECHO;
+    wire->tx_enable = drives;
+    wire->rx_enable = hears;
+    driver_enable(&wire->to_rxd, now, wire->to_rxd.enabled && hears);
+    driver_set(&wire->to_sig, now, drives, wire->txd.level);
+    driver_set(&wire->to_rxd, now, hears, wire->sig.level);
+    check_listening(wire, now);
+    tell(wire, now);
+}
+
+/* It knows a frame by the falling edge and the bit rate, and counts from there. */
+static void adapter_frame(struct wire *wire, uint64_t now)
+{
+    uint64_t hold = (uint64_t)wire->machine->avr->frequency * WIRE_HOLD_us / 1000000;
+    uint32_t bit_256 = usart_bit_256(&wire->usart);
+    wire->frame_end = now + uart_half_bits(bit_256, 2 * UART_FRAME_BITS);
+    schedule_at(wire->machine->schedule, &wire->release, wire->frame_end + hold);
+    if (!wire->tx_enable) {
+        adapter_turn(wire, now, true);
+    }
+}
+
+static void adapter_releases(void *owner, uint64_t now)
+{
+    adapter_turn(owner, now, false);
+}
+
 static void sig_level(void *owner, uint64_t now, bool level)
 {
     struct wire *wire = owner;
@@ -139,14 +195,10 @@ static void sig_level(void *owner, uint64_t now, bool level)
 static void txd_level(void *owner, uint64_t now, bool level)
 {
     struct wire *wire = owner;
+    if (has_adapter(wire) && !level && now >= wire->frame_end) {
+        adapter_frame(wire, now);
+    }
     driver_level(&wire->to_sig, now, level);
-}
-
-static void rxd_level(void *owner, uint64_t now, bool level)
-{
-    struct wire *wire = owner;
-    (void)now;
-    pin_input(&wire->pin_rxd, level);
 }
 
 static bool enable_level(const struct pin *pin, bool resistor)
@@ -158,13 +210,6 @@ static bool enable_level(const struct pin *pin, bool resistor)
     case PIN_FLOATS: break;
     }
     return resistor;
-}
-
-static void tell(struct wire *wire, uint64_t now)
-{
-    if (wire->on_change) {
-        wire->on_change(wire->owner, now);
-    }
 }
 
 /* What joins TXD and RXD to the wire. */
@@ -183,6 +228,10 @@ static void read_enables(const struct wire *wire, bool port_drives, bool *tx, bo
         *tx = port_drives || usart_transmits(&wire->usart);
         *rx = true;
         break;
+    default: // an adapter: no pin has a say
+        *tx = wire->tx_enable;
+        *rx = wire->rx_enable;
+        break;
     }
 }
 
@@ -193,6 +242,7 @@ static void follow_pins(struct wire *wire, uint64_t now)
     bool port_drives = (txd == PIN_LOW || txd == PIN_HIGH) && !usart_transmits(&wire->usart);
     bool tx = false;
     bool rx = true;
+    driver_set(&wire->txd_pin, now, port_drives, txd != PIN_LOW); // first: an adapter acts on it
     read_enables(wire, port_drives, &tx, &rx);
     bool changed = tx != wire->tx_enable || rx != wire->rx_enable;
     bool were_both = wire->tx_enable && wire->rx_enable;
@@ -205,7 +255,6 @@ static void follow_pins(struct wire *wire, uint64_t now)
         rules_break(wire->rules, RULE_BOTH_ENABLES, now, "the controller hears itself");
     }
     check_output(wire, now, port_drives);
-    driver_set(&wire->txd_pin, now, port_drives, txd != PIN_LOW);
     driver_set(&wire->to_sig, now, tx, wire->txd.level);
     driver_set(&wire->to_rxd, now, rx, wire->sig.level);
     check_listening(wire, now);
@@ -236,9 +285,9 @@ static void notice(void *owner, enum usart_notice what, uint64_t now)
 
 void wire_reset(struct wire *wire, uint64_t now)
 {
+    wire->txd_driven = false;
     usart_reset(&wire->usart, now);
     follow_pins(wire, now);
-    pin_input(&wire->pin_rxd, wire->rxd.level);
 }
 
 /* --- set-up --------------------------------------------------------------------------------------
@@ -264,10 +313,8 @@ static void init_nets(struct wire *wire)
     driver_init(&wire->txd_pin, &wire->txd);
     wire->on_sig = (struct listener){wire, sig_level, sig_driver, 0};
     wire->on_txd = (struct listener){wire, txd_level, 0, 0};
-    wire->on_rxd = (struct listener){wire, rxd_level, 0, 0};
     net_listen(&wire->sig, &wire->on_sig);
     net_listen(&wire->txd, &wire->on_txd);
-    net_listen(&wire->rxd, &wire->on_rxd);
 }
 
 bool wire_init(struct wire *wire, struct machine *machine, const struct board_bus *bus, bool exact,
@@ -275,7 +322,11 @@ bool wire_init(struct wire *wire, struct machine *machine, const struct board_bu
 {
     *wire = (struct wire){.machine = machine, .rules = rules, .wiring = bus->wiring};
     init_nets(wire);
-    if ((bus->wiring != BOARD_TIED && !find_pin(wire, &wire->pin_tx_enable, &bus->tx_enable)) ||
+    wire->rx_enable = has_adapter(wire);
+    event_init(&wire->release, adapter_releases, wire);
+    bool one = bus->wiring == BOARD_ONE_ENABLE;
+    if (((one || bus->wiring == BOARD_TWO_ENABLES) &&
+         !find_pin(wire, &wire->pin_tx_enable, &bus->tx_enable)) ||
         (bus->wiring == BOARD_TWO_ENABLES &&
          !find_pin(wire, &wire->pin_rx_enable, &bus->rx_enable)) ||
         !find_pin(wire, &wire->pin_txd, &bus->txd) || !find_pin(wire, &wire->pin_rxd, &bus->rxd)) {
@@ -286,6 +337,7 @@ bool wire_init(struct wire *wire, struct machine *machine, const struct board_bu
         fprintf(stderr, "%s: no USART%u\n", machine->avr->mmcu, bus->usart);
         return false;
     }
+    pin_join(&wire->rxd_input, &wire->pin_rxd, &wire->rxd);
     wire->usart.owner = wire;
     wire->usart.notice = notice;
     wire_reset(wire, 0);

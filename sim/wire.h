@@ -3,7 +3,9 @@
  * The manual's circuit: TXD - buffer (TX enable) - SIG - buffer (RX enable) - RXD. 10 kOhm hold the
  * TX enable low and the RX enable high while the AVR's pins float. With one enable it is the TX
  * enable, and the RX buffer is on when it is low. Tied: TXD and RXD are the wire; then the "TX
- * enable" is whether the pin drives, the "RX enable" is always on.
+ * enable" is whether the pin drives, the "RX enable" is always on. An adapter works both by itself:
+ * it drives from the edge that begins a frame on TXD to the end of the stop bit, and holds the wire
+ * WIRE_HOLD_us longer. Meanwhile RXD is high, or it hears the wire nevertheless (echo).
  */
 #ifndef SIM_WIRE_H
 #define SIM_WIRE_H
@@ -18,6 +20,9 @@
 #include "rules.h"
 #include "usart.h"
 
+/* Adapter: behind the end of a stop bit it cannot know at once that no other byte follows. */
+#define WIRE_HOLD_us 1
+
 struct wire {
     const struct machine *machine;
     struct rules *rules;
@@ -29,13 +34,17 @@ struct wire {
     struct driver to_sig;  // the TX buffer
     struct driver to_rxd;  // the RX buffer
     struct driver txd_pin; // PORT and DDR on TXD while the USART leaves it alone
-    struct listener on_sig, on_txd, on_rxd;
+    struct listener on_sig, on_txd;
     struct pin pin_tx_enable, pin_rx_enable, pin_txd, pin_rxd;
+    struct pin_input rxd_input;
     bool tx_enable, rx_enable; // as the buffers see them
     bool listening;            // RX enable and RXEN: a start bit now would be received
     bool rxd_floats, txd_floats;
     bool txd_output;             // tied: the port drives TXD
     bool two_drivers, collision; // now
+    bool txd_driven;             // since the latest reset
+    uint64_t frame_end;          // adapter: of the latest frame that it passed on
+    struct event release;        // adapter: it lets go of the wire
     uint64_t servo_until;        // end of the latest byte of a servo
     void *owner;
     /* An enable has changed, or the controller's transmitter begins or falls idle; may be 0. */

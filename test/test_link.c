@@ -86,13 +86,13 @@ void test_own_echo_is_compared_and_dropped(void)
     cds_link_talk(&link_, PORT, packet, sizeof packet);
     TEST_ASSERT_TRUE(port_fake_drain(&link_, PORT));
     for (uint8_t i = 0; i < sizeof packet; i++)
-        cds_link_on_rx_tied(&link_, i == 2 ? 0x00 : packet[i], i == 4 ? CDS_LINE_FRAMING : 0);
+        cds_link_on_rx_echo(&link_, i == 2 ? 0x00 : packet[i], i == 4 ? CDS_LINE_FRAMING : 0);
     TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&link_.rx));
     TEST_ASSERT_EQUAL_UINT16(2, cds_link_count(&link_.echo_errors));
     TEST_ASSERT_EQUAL_UINT16(0, cds_link_count(&link_.framing_errors));
-    cds_link_on_rx_tied(&link_, 0x77, 0);
+    cds_link_on_rx_echo(&link_, 0x77, 0);
     cds_link_on_tx_complete(&link_, PORT);
-    cds_link_on_rx_tied(&link_, 0x88, 0);
+    cds_link_on_rx_echo(&link_, 0x88, 0);
     TEST_ASSERT_EQUAL_UINT8(2, cds_ring_count(&link_.rx));
     TEST_ASSERT_EQUAL_HEX8(0x77, cds_ring_peek(&link_.rx, 0));
 }
@@ -101,7 +101,7 @@ void test_lost_echo_does_not_cost_the_reply(void)
 {
     cds_link_talk(&link_, PORT, packet, sizeof packet);
     TEST_ASSERT_TRUE(port_fake_transmit(&link_, PORT));
-    cds_link_on_rx_tied(&link_, 0x88, 0);
+    cds_link_on_rx_echo(&link_, 0x88, 0);
     TEST_ASSERT_EQUAL_UINT8(1, cds_ring_count(&link_.rx));
 }
 

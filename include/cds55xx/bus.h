@@ -93,7 +93,7 @@ struct cds_counters {
     uint16_t framing_errors; // bytes damaged: noise, collision or another baud rate
     uint16_t overruns;       // bytes lost because a handler was held up for 320 cycles or more
     uint16_t ring_overflows; // bytes lost because nobody polled and the line babbled
-    uint16_t echo_errors;    // own bytes that came back changed: another talked too (tied wiring)
+    uint16_t echo_errors;    // own bytes that came back changed: another talked too
 };
 
 /* What is told to whoever watches a bus. */

@@ -85,7 +85,7 @@ static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t l
 /* Event, in place of cds_link_on_rx() where the receiver hears its own driver (tied TXD and RXD):
  * as many bytes as are sent are echo, compared and dropped. Counted rather than timed: a reply
  * without return delay may be here before the handler of "complete" has run. */
-static inline void cds_link_on_rx_tied(struct cds_link *link, uint8_t byte, uint8_t line_errors)
+static inline void cds_link_on_rx_echo(struct cds_link *link, uint8_t byte, uint8_t line_errors)
 {
     const uint8_t *echo = link->echo;
 

@@ -58,8 +58,8 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
         errors |= CDS_LINE_FRAMING;
     if (status & AVR_OVERRUN)
         errors |= CDS_LINE_OVERRUN;
-    if (usart.tied)
-        cds_link_on_rx_tied(link, byte, errors);
+    if (usart.echoes)
+        cds_link_on_rx_echo(link, byte, errors);
     else
         cds_link_on_rx(link, byte, errors);
 }
@@ -73,6 +73,7 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
 /* A receiver that is off while the bus talks: handlers.h. */
 #define CDS_AVR_HANDLERS_TWO_ENABLES(bus, number) CDS_AVR_HANDLERS_DEAF_(bus, number)
 #define CDS_AVR_HANDLERS_ONE_ENABLE(bus, number)  CDS_AVR_HANDLERS_DEAF_(bus, number)
+#define CDS_AVR_HANDLERS_ADAPTER(bus, number)     CDS_AVR_HANDLERS_DEAF_(bus, number)
 #define CDS_AVR_HANDLERS_DEAF_(bus, number)                                                        \
     ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), RX), ISR_NAKED)                                   \
     {                                                                                              \
@@ -89,7 +90,9 @@ static inline void cds_avr_receive_(struct cds_link *link, uint8_t port)
     }
 
 /* One that hears all that is sent: the events in C, for they have more to do. */
-#define CDS_AVR_HANDLERS_TIED(bus, number)                                                         \
+#define CDS_AVR_HANDLERS_TIED(bus, number)         CDS_AVR_HANDLERS_ECHO_(bus, number)
+#define CDS_AVR_HANDLERS_ADAPTER_ECHO(bus, number) CDS_AVR_HANDLERS_ECHO_(bus, number)
+#define CDS_AVR_HANDLERS_ECHO_(bus, number)                                                        \
     ISR(CDS_AVR_VECTOR_(AVR_BUS(number, _USART), RX))                                              \
     {                                                                                              \
         cds_avr_receive_(&(bus).link, number);                                                     \

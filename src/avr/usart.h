@@ -11,6 +11,10 @@
  *                lets go by itself at the end of the stop bit. The receiver stays on, since a reply
  *                without return delay begins in that very cycle, and a receiver turned on amid
  *                a byte of our own would hear nonsense. So each byte comes back, as an echo.
+ *   ADAPTER      TXD and RXD go to a circuit that drives the wire while TXD has a frame, and lets
+ *                RXD hear the others only. No enable; between packets TXD is an output and high, as
+ *                an edge on it would be taken for a start bit.
+ *   ADAPTER_ECHO the same, but RXD hears the wire always: each byte comes back, as of tied pins.
  */
 #ifndef AVR_USART_H
 #define AVR_USART_H
@@ -33,7 +37,8 @@ struct avr_usart {
     volatile uint8_t *udr, *ucsra, *ucsrb, *ucsrc, *ubrrh, *ubrrl;
     struct avr_pin rxd, txd, tx_enable, rx_enable; // of one enable, it is tx_enable
     volatile uint8_t *rxd_level;                   // PINx of rxd
-    uint8_t tied;                                  // not 0: TXD and RXD are joined
+    uint8_t echoes;                                // not 0: RXD hears what TXD says
+    uint8_t tied;                                  // not 0: TXD is the wire, TXEN drives it
 };
 
 #define AVR_PASTE_(a, b)     a##b
@@ -71,14 +76,18 @@ struct avr_usart {
 #define AVR_LEVEL(bus, key) &AVR_PASTE(PIN, AVR_BUS_PIN(bus, key, _PORT))
 
 /* What a wiring adds to struct avr_usart: tx_enable, rx_enable. */
-#define AVR_WIRING_TWO_ENABLES(bus) AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE)
-#define AVR_WIRING_ONE_ENABLE(bus)  AVR_PIN(bus, ENABLE), AVR_NO_PIN
-#define AVR_WIRING_TIED(bus)        AVR_NO_PIN, AVR_NO_PIN
+#define AVR_WIRING_TWO_ENABLES(bus)  AVR_PIN(bus, TX_ENABLE), AVR_PIN(bus, RX_ENABLE)
+#define AVR_WIRING_ONE_ENABLE(bus)   AVR_PIN(bus, ENABLE), AVR_NO_PIN
+#define AVR_WIRING_TIED(bus)         AVR_NO_PIN, AVR_NO_PIN
+#define AVR_WIRING_ADAPTER(bus)      AVR_NO_PIN, AVR_NO_PIN
+#define AVR_WIRING_ADAPTER_ECHO(bus) AVR_NO_PIN, AVR_NO_PIN
 
-/* ... and whether its pins are tied. */
-#define AVR_TIED_TWO_ENABLES 0
-#define AVR_TIED_ONE_ENABLE  0
-#define AVR_TIED_TIED        1
+/* ... and echoes, tied. */
+#define AVR_NATURE_TWO_ENABLES  0, 0
+#define AVR_NATURE_ONE_ENABLE   0, 0
+#define AVR_NATURE_TIED         1, 1
+#define AVR_NATURE_ADAPTER      0, 0
+#define AVR_NATURE_ADAPTER_ECHO 1, 0
 
 /* In the order of struct avr_usart, without names: C++ takes this header too. */
 #define AVR_USART_OF(bus)                                                                          \
@@ -88,7 +97,7 @@ struct avr_usart {
             AVR_REGISTER3(bus, UCSR, C), AVR_REGISTER3(bus, UBRR, H), AVR_REGISTER3(bus, UBRR, L), \
             AVR_PIN(bus, RXD), AVR_PIN(bus, TXD),                                                  \
             AVR_PASTE(AVR_WIRING_, AVR_BUS(bus, _WIRING))(bus), AVR_LEVEL(bus, RXD),               \
-            AVR_PASTE(AVR_TIED_, AVR_BUS(bus, _WIRING))                                            \
+            AVR_PASTE(AVR_NATURE_, AVR_BUS(bus, _WIRING))                                          \
     }
 
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
@@ -107,8 +116,9 @@ enum {
     // TXCIE, TXEN; and RXEN, RXCIE: RX enable is still off, but the receiver needs no more once it
     // is on
     AVR_STATE_DRAINING = 1 << 6 | 1 << 3 | 1 << 4 | 1 << 7,
-    /* ... of tied pins: RXCIE and RXEN stay, and TXEN goes with the last byte */
-    AVR_STATE_TIED_TALKING = 1 << 7 | 1 << 4 | 1 << 5 | 1 << 3,
+    /* ... where there is an echo: RXCIE and RXEN stay */
+    AVR_STATE_ECHO_TALKING = 1 << 7 | 1 << 4 | 1 << 5 | 1 << 3,
+    /* ... of tied pins: and TXEN goes with the last byte */
     AVR_STATE_TIED_DRAINING = 1 << 7 | 1 << 4 | 1 << 6,
 };
 
@@ -150,7 +160,7 @@ AVR_INLINE void avr_usart_high_z(uint8_t port)
 }
 
 /* The driver lets go, and the receiver hears: an instruction for each enable, which uses no
- * register and no flag. Tied pins have let go by themselves. */
+ * register and no flag. Tied pins and adapters let go by themselves. */
 AVR_INLINE void avr_usart_turn_around(uint8_t port)
 {
     struct avr_usart usart = avr_usart(port);
@@ -173,7 +183,7 @@ AVR_INLINE void avr_usart_talk(uint8_t port)
 
     avr_pin_low(usart.rx_enable);
     avr_pin_high(usart.tx_enable);
-    *usart.ucsrb = usart.tied ? AVR_STATE_TIED_TALKING : AVR_STATE_TALKING;
+    *usart.ucsrb = usart.echoes ? AVR_STATE_ECHO_TALKING : AVR_STATE_TALKING;
 }
 
 AVR_INLINE void avr_usart_tx(uint8_t port, uint8_t byte)

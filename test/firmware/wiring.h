@@ -1,7 +1,8 @@
 /* A plain polling driver for a bus without an enable for each direction: TXD and RXD tied (TIED
- * defined), or one enable on PD6. It gives servo 1 a return delay of 0 (one enable: 16 us), pings
- * it eight times and prints how many replies came in whole behind the echo, if there is one. A
- * mutant defines one of the MUTANT_ words and includes this file.
+ * defined), an adapter that finds the direction by itself (ADAPTER), or one enable on PD6. It gives
+ * servo 1 a return delay of 0 (adapter: 2 us, one enable: 16 us), pings it eight times and prints
+ * how many replies came in whole behind the echo, if there is one. A mutant defines one of the
+ * MUTANT_ words and includes this file.
  */
 #ifndef WIRING_H
 #define WIRING_H
@@ -10,10 +11,15 @@
 
 #define TXD (1 << PD3)
 
+#if defined(TIED) || defined(ADAPTER)
 #ifdef TIED
 #define DELAY    0
 #define CHECKSUM 0xF5
-#define LISTEN   ((1 << RXEN1))
+#else
+#define DELAY    1
+#define CHECKSUM 0xF4
+#endif
+#define LISTEN ((1 << RXEN1))
 #ifdef MUTANT_RECEIVER_OFF
 #define TALK (1 << TXEN1)
 #else
@@ -81,10 +87,13 @@ int main(void)
     static const uint8_t ping[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};
     uint8_t whole = 0, echo = 0;
     PORTD = RXD | TXD;
+#ifdef MUTANT_TXD_FLOATS
+    PORTD = 0; // RXD too, which an adapter drives
+#endif
 #ifdef MUTANT_TXD_OUTPUT
     DDRD = TXD;
 #endif
-#ifndef TIED
+#if !defined(TIED) && !defined(MUTANT_TXD_FLOATS)
     DDRD = TXD | TX_ENABLE;
 #endif
     bus_rate_1M();

@@ -23,7 +23,7 @@ class Run:
                 (folder / "script").write_text(script)
                 command += ["--script", folder / "script"]
             done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  stdin=subprocess.DEVNULL, timeout=300)
+                                  stdin=subprocess.DEVNULL, timeout=300, cwd=ROOT)
             self.status = done.returncode
             self.output = done.stdout.decode(errors="replace")
             self.transcript = transcript.read_text() if transcript.exists() else ""
@@ -32,5 +32,6 @@ class Run:
 
 
 def controller(script, board="atmega128", servos="1", *options):
-    """The firmware with a console script."""
-    return Run(f"build/{board}/controller.elf", *options, board=board, servos=servos, script=script)
+    """The firmware with a console script; `board` may be a folder too."""
+    name = board.rsplit("/", 1)[-1]
+    return Run(f"build/{name}/controller.elf", *options, board=board, servos=servos, script=script)

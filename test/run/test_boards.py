@@ -6,7 +6,8 @@ import unittest
 from simulator import ROOT, Run, controller
 from test_manual import manual_packets
 
-CONSOLES = ["cm510", "arbotix"]  # atmega128 and arduino-mega: test_manual.py, test_firmware.py
+# atmega128 and arduino-mega: test_manual.py, test_firmware.py
+CONSOLES = ["cm510", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
 
 
 class Boards(unittest.TestCase):
@@ -30,6 +31,16 @@ class Boards(unittest.TestCase):
         self.assertIn("rules:   none broken", run.output)
         self.assertEqual(len(run.packets), 1201)
 
+    def test_an_adapter_works_at_a_return_delay_of_2_us_and_not_without(self):
+        script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} 0 50\n" for n in range(300))
+        for board in CONSOLES[2:]:
+            run = controller("write 254 RETURN_DELAY 1\n" + script, board, "1-3")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertIn("rules:   none broken", run.output)
+            self.assertEqual(len(run.packets), 1201)
+            run = controller("write 254 RETURN_DELAY 0\nping 1\n", board, "1-3")
+            self.assertIn("BROKEN:  two-drivers, 1 times", run.output)
+
     def test_the_firmware_of_an_arduino_uno_is_the_readme_program(self):
         run = Run("build/arduino-uno/controller.elf", "--seconds", "2.5", board="arduino-uno",
                   servos="1,2")
@@ -39,6 +50,41 @@ class Boards(unittest.TestCase):
                          ["FF FF FE 04 03 18 01 E1",
                           "FF FF FE 0E 83 1E 04 01 C8 00 00 02 02 20 03 00 02 5C",
                           "FF FF FE 0E 83 1E 04 01 20 03 00 02 02 C8 00 00 02 5C"])
+
+
+class Exchanges(unittest.TestCase):
+    """What exchanges.c says on each wiring."""
+    WIRINGS = ["atmega128", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
+    ECHOES = {"arbotix", "test/boards/adapter-echo"}
+
+    def figures(self, board, *options):
+        run = Run(f"build/{board.rsplit('/', 1)[-1]}/program/exchanges.elf", "--host", "stdout",
+                  "--seconds", "5", *options, board=board, servos="1-3")
+        self.assertEqual(run.status, 0, run.output)
+        return {name: int(number) for name, number in
+                re.findall(r"^(\w+) (\d+)$", run.output, re.M)}
+
+    def test_a_thousand_exchanges_go_well_on_every_wiring(self):
+        for board in self.WIRINGS:
+            figure = self.figures(board)
+            self.assertEqual(figure["good"], 200, board)
+            self.assertEqual(figure["txd_output"], board != "arbotix", board)
+            self.assertEqual(figure["sent"], 801, board)
+            self.assertEqual(figure["ok"], 801, board)
+            for name in ["timeouts", "corrupt", "refuted", "foreign", "framing_errors", "overruns",
+                         "echo_errors"]:
+                self.assertEqual(figure[name], 0, (board, name))
+
+    def test_each_own_byte_that_comes_back_changed_is_counted(self):
+        for board in self.WIRINGS:
+            figure = self.figures(board, "--fault", "flip in every 4 3")
+            self.assertEqual(figure["echo_errors"], figure["sent"] if board in self.ECHOES else 0,
+                             board)
+
+    def test_nothing_is_sent_into_a_line_that_babbles(self):
+        for board in self.WIRINGS:
+            figure = self.figures(board, "--fault", "babble 0x55")
+            self.assertEqual((figure["sent"], figure["unsent"]), (0, 801), board)
 
 
 class ThreeBuses(unittest.TestCase):

@@ -1,0 +1,3 @@
+# For tests: never flashed.
+MCU   := atmega128
+F_CPU := 16000000

@@ -1,0 +1,3 @@
+/* An adapter, right: nothing to switch, the receiver always on, TXD an output and high. */
+#define ADAPTER
+#include "wiring.h"
