@@ -45,18 +45,19 @@ static void begin(uint8_t count, uint8_t length)
 static uint8_t assert_packet(uint16_t first, uint8_t length)
 {
     const uint8_t *sent = port_fake.sent;
+    uint16_t block_size = (uint16_t)(length + 1);
     uint16_t count, size;
     uint8_t sum = 0;
 
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     size = port_fake.sent_size;
-    count = (uint16_t)((size - 8) / (length + 1));
-    TEST_ASSERT_EQUAL_UINT16(size, 8 + count * (length + 1));
+    count = (uint16_t)((size - 8u) / block_size);
+    TEST_ASSERT_EQUAL_UINT16(size, 8u + count * block_size);
     TEST_ASSERT_EQUAL_UINT8(size - 4, sent[3]);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){0xFF, 0xFF, 0xFE}), sent, 3);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){0x83, 0x00, length}), sent + 4, 3);
     for (uint16_t i = 0; i < count; i++) {
-        const uint8_t *block = sent + 7 + i * (length + 1);
+        const uint8_t *block = sent + 7 + i * block_size;
 
         TEST_ASSERT_EQUAL_UINT8(ids[first + i], block[0]);
         TEST_ASSERT_EQUAL_HEX8_ARRAY(data + (first + i) * length, block + 1, length);

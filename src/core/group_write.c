@@ -43,20 +43,20 @@ static enum cds_result check(struct cds_group_write *write)
     return CDS_PENDING;
 }
 
-/* As many of the servos that are left as this packet may hold. */
+/* As many of the servos that are left as this packet may hold. The bus is idle meanwhile. */
 static void fill(struct cds_group_write *write)
 {
-    struct cds_request *request = write->request;
+    struct cds_packet *packet = &write->request->packet;
+    uint8_t length = write->length, end = write->next;
+    const uint8_t *data = write->data + (uint16_t)end * length;
     // where the last block that fits begins
-    uint16_t last = (uint16_t)(write->longest - CHECKSUM_SIZE - 1u - write->length);
-    const uint8_t *data = &write->data[(uint16_t)write->next * write->length];
+    uint16_t last = (uint16_t)(write->longest - CHECKSUM_SIZE - 1u - length);
 
-    write->end = write->next;
-    while (write->end < write->count && request->packet.size <= last) {
-        cds_group_sync_add(request, write->ids[write->end], data);
-        data += write->length;
-        write->end++;
+    for (; end < write->count && packet->size <= last; end++) {
+        cds_packet_sync_add(packet, write->ids[end], data);
+        data += length;
     }
+    write->end = end;
 }
 
 static enum cds_result send(struct cds_group_write *write)
