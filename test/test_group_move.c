@@ -4,6 +4,7 @@
 
 #include <string.h>
 
+#include "cds55xx/servo.h"
 #include "packets.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -347,6 +348,19 @@ void test_move_waits_while_the_bus_is_busy(void)
     assert_over(CDS_OK);
 }
 
+/* The request may be on its way for someone else. */
+void test_move_waits_for_its_request(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    begin(1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_move_poll(&move));
+    free_bus();
+    SENDS(arm_0);
+    answered(0, 0);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_move_poll(&move));
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+}
+
 void test_move_of_no_servos_is_a_bad_argument(void)
 {
     begin(0);
@@ -619,6 +633,18 @@ void test_action_that_is_lost_is_seen_if_verified(void)
     }
 }
 
+/* That a servo has the goal already proves nothing. */
+void test_action_that_is_lost_on_servos_at_their_goals(void)
+{
+    run_with(true, NONE, 0, 0);
+    plan.fault = LOSE_PACKET;
+    plan.at = plan.to = 7;
+    run(true);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
+    assert_truth();
+}
+
 /* Only one of them does not hear it: the others are under way, and it does not follow later. */
 void test_one_that_is_deaf_to_action(void)
 {
@@ -651,6 +677,16 @@ void test_any_fault_after_action_is_told_of_that_servo(void)
     }
 }
 
+void test_of_two_that_fail_after_action_the_first_is_the_reason(void)
+{
+    plan.first = 8;
+    plan.first_fault = LOSE_REPLY;
+    run_with(true, REFUSE, 9, 9);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[0].result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
+}
+
 /* ---- disarming that does not work ---- */
 
 /* Servo 1 refuses, so servo 0 is disarmed: by exchanges 3 and 4, WRITE and READ, tried again as 5
@@ -681,6 +717,17 @@ void test_disarming_that_is_not_carried_out_is_tried_three_times(void)
         assert_tries(faults[i], 7, 3, CDS_ARMED_YES); // it says so in 8
         assert_tries(faults[i], 8, 3, CDS_ARMED_IN_DOUBT);
     }
+}
+
+/* Each has its own three. */
+void test_the_next_servo_is_tried_three_times_too(void)
+{
+    plan.first = 2;
+    plan.first_fault = REFUSE;
+    run_with(false, LOSE_REPLY, 3, 12); // all tries of servo 0, two of servo 1
+    TEST_ASSERT_EQUAL(CDS_ARMED_IN_DOUBT, goals[0].armed);
+    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed);
+    TEST_ASSERT_EQUAL_UINT8(2 + 6 + 6, exchanges);
 }
 
 void test_disarming_whose_answers_are_lost_is_tried_three_times(void)
@@ -748,13 +795,17 @@ void test_repeats_of_the_bus_save_a_verified_move(void)
 /* ---- ACTION that does not leave ---- */
 
 /* The transmitter is dead: whether ACTION was heard is not known, so all are disarmed. */
-void test_action_that_never_leaves_disarms_all(void)
+static void assert_action_that_never_leaves_disarms_all(bool verified)
 {
+    uint8_t before = verified ? 2 * SERVOS : SERVOS;
+
+    exchanges = 0;
     begin(SERVOS);
-    while (move.goals[2].armed != CDS_ARMED_YES) {
-        cds_group_move_poll(&move);
-        if (move.goals[2].armed != CDS_ARMED_YES)
-            turn();
+    if (verified)
+        cds_group_move_set_verify(&move);
+    while (cds_group_move_poll(&move) == CDS_PENDING &&
+           !(exchanges == before && request.result == CDS_PENDING)) {
+        turn();
         cds_bus_poll(&bus);
     }
     TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
@@ -767,11 +818,17 @@ void test_action_that_never_leaves_disarms_all(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
     TEST_ASSERT_TRUE(move.acted);
     TEST_ASSERT_EQUAL_UINT8(0, armed());
-    TEST_ASSERT_EQUAL_UINT8(3 + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(before + 6, exchanges);
     for (uint8_t i = 0; i < SERVOS; i++) {
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[i].result);
         TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
     }
+}
+
+void test_action_that_never_leaves_disarms_all(void)
+{
+    assert_action_that_never_leaves_disarms_all(false);
+    assert_action_that_never_leaves_disarms_all(true);
 }
 
 /* The program takes it back while it waits for its turn: so a move can be stopped. */
@@ -796,9 +853,17 @@ void test_move_can_be_begun_anew(void)
     run_with(true, LOSE_PACKET, 2, 2);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
     plan.fault = NONE;
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        goals[i].error = 0x7F;
+        goals[i].armed = CDS_ARMED_IN_DOUBT;
+    }
+    begin(SERVOS);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, goals[i].result);
+        TEST_ASSERT_EQUAL(0, goals[i].error);
+        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+    }
     run(true);
     TEST_ASSERT_EQUAL(CDS_OK, move.result);
     assert_moved(true);
-    for (uint8_t i = 0; i < SERVOS; i++)
-        TEST_ASSERT_EQUAL(CDS_OK, goals[i].result);
 }

@@ -3,7 +3,8 @@
  *
  * The packets go out in order, one behind the other, and so the parts do not take effect together:
  * the servos of the second packet are later by its time on the wire (2.6 ms for the longest at
- * 1 Mbps) and by whatever urgent slipped in between. If all must start at the same moment:
+ * 1 Mbps), by the time to build it (0.9 ms for 50 servos of 4 bytes, on an AVR of 16 MHz) and by
+ * whatever urgent slipped in between. If all must start at the same moment:
  * group_move.h. For a few servos again and again, group.h has the packet at hand already.
  *
  * All functions: main context.
