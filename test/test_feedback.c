@@ -201,6 +201,34 @@ void test_one_that_fails_does_not_stop_the_others(void)
     TEST_ASSERT_EQUAL_UINT32(CDS_GROUP_READ_NEVER, cds_group_read_age_us(&answers[1]));
 }
 
+void test_who_fails_in_the_next_group_read_keeps_data_and_their_time(void)
+{
+    static const uint8_t all[] = {5, 1, 8, 8, 8, 8}, old[] = {5, 1}, new[] = {8, 8};
+
+    begin_group(ids, 2);
+    cds_group_read_poll(&group);
+    answer(5, CDS_ERROR_VOLTAGE, old, 2);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_read_poll(&group));
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);  // the others were never read
+    port_fake.now_us = UINT32_MAX - 500; // and the clock wraps before they are
+    answers[0].time_us = port_fake.now_us;
+    cds_group_read_begin(&group, &bus, &request, ids, 3, CDS_REG_PRESENT_POSITION, 2, data,
+                         answers);
+    cds_group_read_poll(&group);
+    stay_silent();
+    for (uint8_t i = 1; i < 3; i++) {
+        cds_group_read_poll(&group);
+        answer(ids[i], 0, new, 2);
+    }
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_group_read_poll(&group));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(all, data, sizeof all);
+    TEST_ASSERT_TRUE(answers[0].known);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, answers[0].result);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, answers[0].error);
+    TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + 501, cds_group_read_age_us(&answers[0]));
+    TEST_ASSERT_LESS_THAN_UINT32(100000, cds_group_read_age_us(&answers[0]));
+}
+
 void test_an_impossible_servo_is_passed_over(void)
 {
     static const uint8_t some[3] = {254, 9, 255}, value[] = {1, 2};

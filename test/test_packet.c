@@ -415,3 +415,19 @@ void test_sync_block_for_no_servo_is_refused(void)
         TEST_ASSERT_EQUAL(id == CDS_ID_MAX ? CDS_OK : CDS_BAD_ARGUMENT, cds_packet_end(&packet));
     }
 }
+
+/* Data end anywhere: in the room, at its end, behind it. */
+void test_data_never_reach_past_the_room(void)
+{
+    static const uint8_t data[3] = {1, 2, 3};
+
+    for (uint16_t room = 0; room <= CDS_SYNC_WRITE_SIZE(2, 3); room++) {
+        lend(room);
+        cds_packet_sync_begin(&packet, 0x1E, 3);
+        cds_packet_sync_add(&packet, 1, data);
+        cds_packet_sync_add(&packet, 2, data);
+        assert_nothing_past(room);
+        TEST_ASSERT_EQUAL(room == CDS_SYNC_WRITE_SIZE(2, 3) ? CDS_OK : CDS_NO_ROOM,
+                          cds_packet_end(&packet));
+    }
+}

@@ -1,11 +1,12 @@
-/* Many servos at once: SYNC WRITE (manual 2.4.7), and the registered move of example 19.
+/* Many servos in one packet: SYNC WRITE (manual 2.4.7), a servo at a time into the buffer that is
+ * sent. For more servos than a packet holds: group_write.h; to know that each has taken its goal
+ * before any starts: group_move.h.
  *
  * Main context.
  */
 #ifndef CDS_GROUP_H
 #define CDS_GROUP_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 #include "cds55xx/bus.h"           // struct cds_request
@@ -33,43 +34,6 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
  * CDS_BAD_ARGUMENT if begin refused or a block was out of range. The same packet may be sent again.
  */
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request);
-
-/* What one servo of a registered move is to do, and what became of it. */
-struct cds_goal {
-    uint8_t id;        // 0 to 253
-    uint16_t position; // 0 to 1023: 0 to 300 degrees
-    uint16_t speed;    // 0 to 1023: units of 62/1023 RPM, 0 is as fast as it can
-    uint8_t result;    // enum cds_result of its REG WRITE; CDS_PENDING if it was not asked
-    uint8_t error;     // CDS_ERROR_* bits of its answer
-};
-
-/* A registered move: REG WRITE to each servo, each answer checked, then one ACTION to all, so that
- * all start at the same moment. If one does not accept, those already armed are disarmed (register
- * 0x2C = 0, R39), last first, and nothing moves. */
-struct cds_group_move {
-    struct cds_bus *bus;
-    struct cds_request *request;
-    struct cds_goal *goals;
-    uint8_t count;
-    uint8_t next;   // goal being armed, or disarmed
-    uint8_t phase;  // the move's own
-    uint8_t reason; // why it is being called off: enum cds_result
-    uint8_t result; // enum cds_result of the whole
-};
-
-/* Prepares the move; nothing is sent before the first poll. The request's buffer must be at least
- * CDS_PACKET_SIZE(5) bytes; `count` is 1 or more; request, goals and move stay in place until the
- * move has ended. */
-void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
-                          struct cds_request *request, struct cds_goal *goals, uint8_t count);
-
-/* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.
- * CDS_PENDING: not over yet. CDS_OK: ACTION was sent. CDS_REFUSED: a servo answered with an error
- * of the packet. CDS_TIMEOUT, CDS_CORRUPT: a servo did not answer well. CDS_BAD_ARGUMENT,
- * CDS_NO_ROOM: as servo.h. In all but the first two no ACTION is sent; goals[i].result and .error
- * tell who and why. A servo that does not even answer the disarming stays in doubt: see to it
- * before the next ACTION. */
-enum cds_result cds_group_move_poll(struct cds_group_move *move);
 
 #ifdef __cplusplus
 }

@@ -23,8 +23,17 @@ void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
     cds_packet_put(packet, (uint8_t)(word >> 8));
 }
 
+/* Judged once if all of it fits: a SYNC WRITE of 50 servos is 250 bytes of this. */
 static void put_all(struct cds_packet *packet, const uint8_t *data, uint8_t length)
 {
+    if (packet->size <= packet->room && packet->room - packet->size >= length) {
+        uint8_t *to = packet->bytes + packet->size;
+
+        packet->size = (uint16_t)(packet->size + length);
+        for (; length; length--)
+            *to++ = *data++;
+        return;
+    }
     for (uint8_t i = 0; i < length; i++)
         cds_packet_put(packet, data[i]);
 }
