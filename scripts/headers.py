@@ -18,9 +18,9 @@ that refers to another one ("as cds_x()", "what cds_x() returns", "one of x.h", 
   macro        each of its parameters by name
   function     of an argument that is a number, its unit by its name (_us, mdeg, byte, ...), or it
                stands in one sentence with a range or unit; a pointer to numbers stands there by name
-               its result: CDS_OK and each other enum cds_result that the function's body returns,
-               or the field (request->result) it hands on; "true", "false" or a question for a bool; of a number, "Returns",
-               a range or a unit; of another enum, one of its names
+               its result: CDS_OK and each other enum cds_result that the function's body returns, or
+               the field (request->result) it hands on; "true", "false" or a question for a bool; of
+               a number, "Returns", a range or a unit; of another enum, one of its names
                its context: Main, Either, Any or Interrupt context, Producer, Consumer, Either side,
                "Event, from ...", "Only within on_...", "From on_rx"
                its place in the manual: a section, example, ruling (R28), or "Manual: nothing."
