@@ -9,8 +9,8 @@ Read from avr-objdump: instructions, relocations, and the graph of calls and jum
 It proves, of all code on any path, taken or not:
   allocation   malloc and its like are not called; the stack pointer is moved by constants only
   recursion    the graph has no cycle. The one indirect call permitted is cds_request.on_end, from
-               cds_bus_poll() (bus.o); it counts as a call of every function whose address is taken.
-               What a program's own on_end does is not seen
+               cds_bus_poll() (bus.o); in an archive it counts as a call of every function whose
+               address is taken. What a program's own on_end does is not seen
   floating point   none of libgcc's and libm's functions for it is called
   division     a function that reaches libgcc's division, of any width, is one whose header says
                "Divides 32-bit numbers: not for the hot path", and the hot path (HOT and the vectors)
@@ -90,6 +90,8 @@ class Program:
         self.sections = {}                  # (unit, section): functions in order
         self.references = []                # (unit, name, offset) of addresses taken
         self.read()
+        if not self.linked:
+            self.read_tables()
         for function in self.functions:
             function.is_ours = not self.linked or function.name.startswith(("cds_", "__vector_"))
             self.link(function)
@@ -124,6 +126,18 @@ class Program:
                 last.target = (name, int(offset or "0", 16))
                 if kind.endswith(("_PM", "_GS")):
                     self.references.append((unit, name, last.target[1]))
+
+    def read_tables(self):
+        """Addresses of functions that stand in data."""
+        unit, data = "", False
+        for line in subprocess.check_output(["avr-objdump", "-r", self.path], text=True).splitlines():
+            if "file format" in line:
+                unit = line.split(":")[0].split("/")[-1]
+            elif line.startswith("RELOCATION RECORDS"):
+                data = re.search(r"\[\.(?:data|rodata|progmem)", line)
+            elif data and "_PM" in line:
+                name, _, offset = line.split()[-1].partition("+0x")
+                self.references.append((unit, name, int(offset or "0", 16)))
 
     def find(self, unit, name, offset):
         """(Function or name, offset in it)"""

@@ -218,6 +218,9 @@ class MachineCode(unittest.TestCase):
         self.breach("""void cds_bus_poll(void (**f)(void)) { (*f)(); other(); }
             static void again(void) { cds_bus_poll(0); other(); }
             void cds_bus_set(void (**f)(void)) { *f = again; }""", "cds_bus_poll: is recursive")
+        self.breach("""void cds_bus_poll(void (**f)(void)) { (*f)(); other(); }
+            static void again(void) { cds_bus_poll(0); other(); }
+            void (*const table[])(void) = {again};""", "cds_bus_poll: is recursive")
 
     def test_calls_through_a_pointer_are_for_the_bus_only(self):
         self.breach("void f(void (**p)(void)) { (*p)(); other(); }",
