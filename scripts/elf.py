@@ -20,8 +20,9 @@ It proves, of all code on any path, taken or not:
                clock or a poll; no call of cds_wait_... A loop that keeps what it saw, to look
                until two looks agree, is let through
 It does not prove that every loop ends, nor how often it runs, and sees no wait that is hidden in
-a longer loop, in a function called from a loop, or in a loop through a switch's jump table. Stack: bytes pushed and framed along the deepest
-path of calls, return addresses included; libgcc's own use and on_end are not.
+a longer loop, in a function called from a loop, or in a loop through a switch's jump table. Stack:
+bytes pushed and framed along the deepest path of calls, return addresses included; libgcc's own use
+and on_end are not.
 """
 import functools
 import pathlib
@@ -43,7 +44,8 @@ DIVISION = re.compile(r"__u?(?:div|mod)")
 LOOK = re.compile(r"cds_port_now_us$|cds_\w+_poll$")
 
 LABEL = re.compile(r"([0-9a-f]+) <([^>]+)>:$")
-CODE = re.compile(r"\s*([0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t(\w+)\s*([^;]*?)\s*(?:;.*?(?:<([^>+]+)(?:\+0x([0-9a-f]+))?>)?)?$")
+CODE = re.compile(r"\s*([0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t(\w+)\s*([^;]*?)\s*"
+                  r"(?:;.*?(?:<([^>+]+)(?:\+0x([0-9a-f]+))?>)?)?$")
 RELOCATION = re.compile(r"\s*[0-9a-f]+: R_AVR_(\w+)\t([^+\s]+)(?:\+0x([0-9a-f]+))?")
 
 BRANCH = re.compile(r"(?:br\w+|rjmp|jmp)$")

@@ -26,7 +26,8 @@ that refers to another one ("as cds_x()", "what cds_x() returns", "one of x.h", 
                its place in the manual: a section, example, ruling (R28), or "Manual: nothing."
 
 What a body returns is followed through `return f()`, `x = f(); return x` and `return a->x` within
-its file; that a result named is one that can come is not checked, nor that a sentence is true.
+its file, where a->x is whatever any function there sets it to. That a result which is named can
+really come is not checked, nor that a sentence is true.
 Each header is also compiled alone, as C99 and as C++.
 """
 import pathlib
@@ -269,7 +270,8 @@ class Check:
         cpp = ["avr-g++", *chip, "-std=gnu++11", "-x", "c++"] # not g++: gcc-avr is there anyway
         for command in [c, cpp]:
             done = subprocess.run([*command, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", *include, "-"],
-                                  input=f'#include "{header.path}"\nextern int not_empty;\n', text=True, stderr=subprocess.PIPE)
+                                  input=f'#include "{header.path}"\nextern int not_empty;\n',
+                                  text=True, stderr=subprocess.PIPE)
             if done.returncode:
                 yield f"{header.name}:1: does not compile alone ({command[0]}):\n{done.stderr.strip()}"
 
@@ -289,7 +291,8 @@ class Check:
 class Sources:
     """What the functions of src/core and the inline ones return, as far as their text says so."""
 
-    FUNCTION = re.compile(r"^((?:static )?(?:inline )?enum cds_result) (\w+)\([^;{]*?\)\n\{\n(.*?)^\}", re.M | re.S)
+    FUNCTION = re.compile(r"^((?:static )?(?:inline )?enum cds_result) (\w+)"
+                          r"\([^;{]*?\)\n\{\n(.*?)^\}", re.M | re.S)
 
     def __init__(self, root, results):
         self.results = results
@@ -309,7 +312,8 @@ class Sources:
         path, body = self.bodies[scope, name]
         found = set()
         for expression in re.findall(r"\breturn ([^;]*);", body):
-            if "->" in expression and expression.split(")")[-1] in told:
+            field = re.match(r"(?:\(enum cds_result\))?(\w+->\w+)$", expression)
+            if field and field[1] in told:
                 continue
             for value in self.values(expression, body, path):
                 if value in self.results:
@@ -320,16 +324,22 @@ class Sources:
 
     def values(self, expression, body, path):
         """Constants and functions whose value `expression` may be."""
-        variables = [expression]
-        for variable in re.findall(r"^(?:\(enum cds_result\))?(\w+->\w+|\w+)$", expression):
-            text = self.texts[path] if "->" in variable else body
-            variables += re.findall(rf"(?:^|[^\w.>]){re.escape(variable)}\s=\s([^;]*);", text)
-        for value in variables:
-            branches = re.sub(r"^.*?\?", "", value, flags=re.S).split(" : ") if "?" in value else [value]
+        expressions = [expression]
+        for value in expressions: # grows: what is assigned to a variable may be one, too
+            branches = value.split("?", 1)[1].split(" : ") if "?" in value else [value]
             for branch in branches:
-                match = re.match(r"(?:\((?:enum cds_result|uint8_t)\))?(\w+)\s*(\(|$)", branch.strip())
-                if match:
-                    yield match[1]
+                branch = re.sub(r"^\((?:enum cds_result|uint8_t)\)", "", branch.strip())
+                if re.match(r"\w+\s*\(|CDS_\w+$", branch):
+                    yield re.match(r"\w+", branch)[0]
+                elif re.match(r"\w+(->\w+)?$", branch):
+                    expressions += [a for a in self.assigned(branch, body, path) if a not in expressions]
+
+    def assigned(self, variable, body, path):
+        text = self.texts[path] if "->" in variable else body
+        found = re.findall(rf"(?:^|[^\w.>]){re.escape(variable)}\s=\s([^;]*);", text)
+        if "->" in variable: # or set up as {.result = ...}
+            found += re.findall(rf"\s\.{variable.split('->')[1]} = ([^,]*),", text)
+        return found
 
 
 def main(arguments):

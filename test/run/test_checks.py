@@ -137,6 +137,13 @@ class Headers(unittest.TestCase):
                      "        return CDS_BAD", "cds_packet_write: its result CDS_HELD",
                      "include/cds55xx/packet.h")
 
+    def test_a_result_that_a_call_in_flight_ends_with(self):
+        self.missing("src/core/group.c", "    move->reason = goal->result;", "    move->reason = CDS_HELD;",
+                     "cds_group_move_poll: its result CDS_HELD", "include/cds55xx/group.h")
+        self.missing("src/core/servo.c", "    if (built != CDS_OK)", "    if (!bus) return CDS_LINE_BUSY;\n"
+                     "    if (built != CDS_OK)", "cds_servo_ping: its result CDS_LINE_BUSY",
+                     "include/cds55xx/servo.h")
+
     def test_what_is_returned_when_it_is_no_result(self):
         self.missing("include/cds55xx/units.h", "without power? True for", "without power: ",
                      "cds_units_baud_is_kept: what it returns")
