@@ -314,7 +314,7 @@ FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h
 
 GENERATED_DOCS := errors registers
 
-## check: format, layering, docs, and every board built with warnings as errors
+## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check
 check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf) build/host/cds55xx-sim
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
@@ -323,6 +323,9 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
 	@scripts/readme.py --check
 	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
+	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
+	  $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
 
 ## docs: write anew what docs and README quote from tables and commands

@@ -21,6 +21,9 @@ FORBIDDEN = [
     (["src/core/*.[ch]", "src/controller/*.[ch]", "include/cds55xx/parser.h"],
      re.compile(r"\b0[xX][fF][fF]\b"),
      "only packet.h says what a header is: CDS_HEADER"),
+    (["src/core/*.[ch]", "src/avr/*.[ch]"],
+     re.compile(r"\bcds_wait_|\bwait\.h\b|\b_delay_\w+|util/delay|_delay_loop"),
+     "the library never waits"),
 ]
 
 # files, the headers of ours they may include

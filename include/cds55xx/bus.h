@@ -104,6 +104,7 @@ enum cds_bus_event {
     CDS_BUS_FOREIGN, // ... or `foreign`
 };
 
+/* One piece of news. */
 struct cds_bus_news {
     uint8_t event;       // enum cds_bus_event
     uint8_t id;          // who sent the packet; of ENDED: who was asked
@@ -162,9 +163,9 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
  */
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
-/* Sets how often a request is sent again when no good reply has come: 0 (from cds_bus_open() on) to
- * 2. Only what does the same when done twice is repeated: PING, READ, and WRITE but of ID and baud
- * rate. What a servo has refused is never repeated. */
+/* Sets how often a request is sent again when no good reply has come: `repeats`, 0 to 2; 0 from
+ * cds_bus_open() on. Only what does the same when done twice is repeated: PING, READ, and WRITE but
+ * of ID and baud rate. What a servo has refused is never repeated. */
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
@@ -196,7 +197,9 @@ bool cds_bus_poll(struct cds_bus *bus);
  * cds_port_now_us(). */
 bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us);
 
-/* How the line is. Seen by cds_bus_poll() while no exchange is in flight, so go on polling. */
+/* Returns CDS_BUS_OK, CDS_BUS_BUSY or CDS_BUS_FAULT: how the line is. Seen by cds_bus_poll() while
+ * no exchange is in flight, so go on polling.
+ */
 static inline enum cds_bus_state cds_bus_state(const struct cds_bus *bus)
 {
     return (enum cds_bus_state)bus->line;

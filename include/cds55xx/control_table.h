@@ -69,17 +69,21 @@ enum cds_register_address {
 #undef CDS_REGISTER_ENUM_
 };
 
+/* What a program may do with a register; _NO: the manual reserves it (R5). */
 enum cds_access { CDS_ACCESS_NO, CDS_ACCESS_RD, CDS_ACCESS_RW };
+
+/* Where it lies: EEPROM outlives power-off, and wears; RAM begins anew at power-up. */
 enum cds_area { CDS_AREA_EEPROM, CDS_AREA_RAM };
 
+/* One register, as its row in the list has it. */
 struct cds_register {
-    uint8_t address; // of its low byte
-    uint8_t width;   // 1 or 2 bytes, low byte first (R28)
-    uint8_t access;  // enum cds_access
-    uint8_t area;    // enum cds_area
-    uint16_t initial;
-    uint16_t lowest;
-    uint16_t highest;
+    uint8_t address;  // of its low byte
+    uint8_t width;    // 1 or 2 bytes, low byte first (R28)
+    uint8_t access;   // enum cds_access
+    uint8_t area;     // enum cds_area
+    uint16_t initial; // value: the factory's, or at power-up
+    uint16_t lowest;  // value that a WRITE may carry
+    uint16_t highest; // ... both in the register's own unit
 };
 
 /* Describes the register that holds the byte `address` (0 to 0x31; the high byte of a word belongs

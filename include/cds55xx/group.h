@@ -23,9 +23,9 @@ extern "C" {
  * its way; then add does nothing either). */
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length);
 
-/* One servo's block: ID 0 to 253 and its `length` bytes; or, for a SYNC WRITE of GOAL_POSITION and
- * MOVING_SPEED (length 4), its goal 0 to 1023 (0 to 300 degrees) and its speed 0 to 1023 (62/1023
- * RPM each, 0: as fast as it can; R8, R10). */
+/* One servo's block: ID 0 to 253 and its `length` bytes of `data`; or, for a SYNC WRITE of
+ * GOAL_POSITION and MOVING_SPEED (length 4), the goal `position` 0 to 1023 (0 to 300 degrees) and
+ * `speed` 0 to 1023 (62/1023 RPM each, 0: as fast as it can; R8, R10). */
 void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *data);
 void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t position,
                              uint16_t speed);

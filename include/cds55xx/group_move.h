@@ -53,7 +53,7 @@ struct cds_group_move {
     struct cds_bus *bus;
     struct cds_request *request;
     struct cds_goal *goals;
-    uint8_t count;
+    uint8_t count; // of `goals`
     bool acted;    // ACTION was sent, or may have been: what follows of the move is under way
     bool verified; // all below is the move's own
     bool sent;     // an exchange is on its way

@@ -31,11 +31,13 @@ enum cds_identity_state {
     CDS_IDENTITY_BOTH, // both answer: there were two servos in the old place, or there is noise
 };
 
+/* A place: what a servo must be spoken to with. */
 struct cds_identity_place {
-    uint8_t id;
+    uint8_t id;   // 0 to 253; CDS_BROADCAST_ID in the `from` of reset_all
     uint8_t baud; // register value
 };
 
+/* One transaction: the caller reads `state`, `at_from`, `at_to`, `written`, `error`, `result`. */
 struct cds_identity {
     struct cds_bus *bus;
     struct cds_request *request;
@@ -62,21 +64,23 @@ enum cds_result cds_identity_change_id_begin(struct cds_identity *identity, stru
                                              struct cds_request *request, uint8_t id,
                                              uint8_t new_id);
 
-/* A new rate, register value 0 to 254. Others than the six of cds_scan_listed_bauds are gone after
- * power-off, and the servo is then at its last listed one (R24). */
+/* A new rate, `new_baud`, register value 0 to 254. Results as cds_identity_change_id_begin().
+ * Others than the six of cds_scan_listed_bauds are gone after power-off, and the servo is then at
+ * its last listed one (R24). */
 enum cds_result cds_identity_change_baud_begin(struct cds_identity *identity, struct cds_bus *bus,
                                                struct cds_request *request, uint8_t id,
                                                uint8_t new_baud);
 
 /* Factory values, at ID 1 and 1 Mbps. If that is where the servo is already, nobody can tell by
  * PING whether RESET was carried out: CHANGED then means that it was acknowledged; if it was not,
- * begin again, it does no harm. */
+ * begin again, it does no harm. Results as cds_identity_change_id_begin(), but the new place
+ * may be the old one. */
 enum cds_result cds_identity_reset_begin(struct cds_identity *identity, struct cds_bus *bus,
                                          struct cds_request *request, uint8_t id);
 
 /* Factory values for every servo that listens at the bus's rate, without looking first: all of them
  * have ID 1 afterwards. CHANGED: something answers there, and at_to is CDS_CORRUPT if there are
- * seen to be several. */
+ * seen to be several. Results as cds_identity_change_id_begin(), but there is no ID to be wrong. */
 enum cds_result cds_identity_reset_all_begin(struct cds_identity *identity, struct cds_bus *bus,
                                              struct cds_request *request);
 

@@ -7,6 +7,8 @@
  * The driver is released by "transmit complete", never by "transmit ready" and never by counting
  * time. The three events are called by the port's interrupt handlers, which pass the number of the
  * port as a constant, so that port verbs inlined there act on constant addresses.
+ *
+ * Manual 2.1 (half duplex), 1.2.3 (the two enables).
  */
 #ifndef CDS_LINK_H
 #define CDS_LINK_H
@@ -20,11 +22,13 @@
 extern "C" {
 #endif
 
+/* As in the picture above. */
 enum cds_link_state { CDS_LINK_HIGH_Z, CDS_LINK_LISTENING, CDS_LINK_TALKING, CDS_LINK_DRAINING };
 
 /* What a receiver says of a byte: the port maps its status register to these. */
 enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 };
 
+/* What handlers and main context share of one bus. */
 struct cds_link {
     struct cds_ring rx;             // bytes heard; the handlers put, the bus takes
     const uint8_t *volatile cursor; // next byte to be sent
@@ -34,7 +38,7 @@ struct cds_link {
     volatile uint8_t broken;        // not 0: bytes were damaged or lost since the bus last looked:
     volatile uint8_t broken_at;     // the first of them at this index of the ring,
     volatile uint8_t whole_from;    // the last of them at this one
-    volatile uint16_t framing_errors; // counted modulo 65536, read with cds_link_count()
+    volatile uint16_t framing_errors; // modulo 65536, by cds_link_count(), as all below
     volatile uint16_t overruns;
     volatile uint16_t ring_overflows;
     volatile uint16_t echo_errors;
@@ -64,8 +68,8 @@ static inline void cds_link_break_(struct cds_link *link)
     link->whole_from = link->rx.head;
 }
 
-/* Event, from the receive handler: a byte, and what was wrong with it (CDS_LINE_* bits, 0 if
- * nothing). A damaged byte is counted and marked, not stored. */
+/* Event, from the receive handler: a byte, and in `line_errors` what was wrong with it (CDS_LINE_*
+ * bits, 0 if nothing). A damaged byte is counted and marked, not stored. */
 static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t line_errors)
 {
     if (line_errors) {
@@ -82,9 +86,10 @@ static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t l
     }
 }
 
-/* Event, in place of cds_link_on_rx() where the receiver hears its own driver (tied TXD and RXD):
- * as many bytes as are sent are echo, compared and dropped. Counted rather than timed: a reply
- * without return delay may be here before the handler of "complete" has run. */
+/* Event, as cds_link_on_rx() and in its place where the receiver hears its own driver (tied pins,
+ * an adapter with an echo): as many bytes as are sent are echo, compared and dropped. Counted
+ * rather than timed: a reply without return delay may be here before the handler of "complete" has
+ * run. */
 static inline void cds_link_on_rx_echo(struct cds_link *link, uint8_t byte, uint8_t line_errors)
 {
     const uint8_t *echo = link->echo;

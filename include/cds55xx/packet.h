@@ -34,6 +34,7 @@ enum {
 /* Bytes of a SYNC WRITE of `length` bytes to each of `servos` servos. */
 #define CDS_SYNC_WRITE_SIZE(servos, length) CDS_PACKET_SIZE(2u + (servos) * (1u + (length)))
 
+/* The seven instructions (2.4), as the INSTRUCTION byte has them. */
 enum cds_instruction {
     CDS_PING = 0x01,
     CDS_READ = 0x02,
@@ -61,9 +62,9 @@ enum cds_error {
 
 /* A packet in the making. The buffer is the caller's. */
 struct cds_packet {
-    uint8_t *bytes;
-    uint16_t room; // of `bytes`; 6 to 258 are of use
-    uint16_t size; // bytes put so far; may run past `room` in a packet that did not fit
+    uint8_t *bytes; // the buffer
+    uint16_t room;  // of `bytes`; 6 to 258 are of use
+    uint16_t size;  // bytes put so far; may run past `room` in a packet that did not fit
 };
 
 /* `size` of a packet that can no longer become one: cds_packet_end() says CDS_BAD_ARGUMENT. */
@@ -98,8 +99,9 @@ enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id);
 enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
- * `length`: bytes for each servo, 1 to 50. A block is the ID (0 to 253) and `length` data bytes.
- */
+ * `length`: bytes for each servo, 1 to 50, from register `address` (0 to 0x31) on. A block is the
+ * ID (0 to 253) and `length` bytes of `data`. Begin returns CDS_OK, or CDS_BAD_ARGUMENT when
+ * address and length are outside the control table (2.4.7). */
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length);
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data);
 

@@ -20,12 +20,14 @@ extern "C" {
 /* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
+/* What a byte has made of the candidate. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing yet: the next byte decides, or the one after
     CDS_PARSED_PACKET,  // a whole packet, checksum right, stands at the ring's tail
     CDS_PARSED_REFUTED, // what looked like a packet was none (LENGTH or checksum)
 };
 
+/* How far the candidate at the ring's tail has been examined. */
 struct cds_parser {
     uint8_t longest; // LENGTH above this is refuted at once
     uint8_t seen;    // bytes of the candidate at the ring's tail examined so far

@@ -29,6 +29,7 @@
     X(CDS_HELD, 12, "servo held, nothing was sent",                                                \
       "it lost its state or was stopped: see to it, then release it")
 
+/* CDS_OK, CDS_PENDING, ...: what each one means stands in the list. */
 enum cds_result {
 #define CDS_RESULT_ENUM_(name, number, text, remedy) name = number,
     CDS_RESULTS(CDS_RESULT_ENUM_)

@@ -4,6 +4,8 @@
  * CDS_RING_SIZE apart. They are 8 bits wide because an AVR loads and stores only that much at once.
  * The feared reordering is the compiler's: the index must not be stored before the byte it vouches
  * for. Therefore bytes and indices are all volatile, and volatile accesses keep their order.
+ *
+ * Manual: nothing.
  */
 #ifndef CDS_RING_H
 #define CDS_RING_H
@@ -20,10 +22,11 @@
 #error "CDS_RING_SIZE must be 64 or 128"
 #endif
 
+/* Zeroed, it is empty. */
 struct cds_ring {
-    volatile uint8_t head; // next byte to be put; written by the producer only
-    volatile uint8_t tail; // oldest byte; written by the consumer only
-    volatile uint8_t bytes[CDS_RING_SIZE];
+    volatile uint8_t head;                 // next byte to be put; written by the producer only
+    volatile uint8_t tail;                 // oldest byte; written by the consumer only
+    volatile uint8_t bytes[CDS_RING_SIZE]; // index & (CDS_RING_SIZE - 1) is its place
 };
 
 /* Bytes in the ring, 0 to CDS_RING_SIZE. Either side. */

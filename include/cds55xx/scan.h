@@ -31,6 +31,7 @@ struct cds_scan_found {
     uint8_t own_baud; // register 0x04: `baud` may be a neighbour that is near enough to be heard
 };
 
+/* One scan: the caller reads `asked`, `total`, `count` and `found`. */
 struct cds_scan {
     struct cds_bus *bus;
     struct cds_request *request;
@@ -38,15 +39,16 @@ struct cds_scan {
     const uint8_t *bauds; // NULL: all register values
     uint16_t asked;       // progress: PINGs that are over, of `total`
     uint16_t total;
-    uint16_t count; // who answered so far; of those the first `room` are in `found`
-    uint8_t room;
-    uint8_t baud_count;
-    uint8_t first_id, last_id;
-    uint8_t with_details, aborted, line_busy;
-    uint8_t id, baud_index; // being asked
-    uint8_t phase;          // the scan's own, like all below
-    uint8_t result;         // enum cds_result of the whole
-    uint8_t own_baud;       // the bus's, to return to
+    uint16_t count;                // who answered so far; of those the first `room` are in `found`
+    uint8_t room;                  // of `found`
+    uint8_t baud_count;            // of `bauds`
+    uint8_t first_id, last_id;     // 0 to 253
+    uint8_t with_details, aborted; // not 0: asked for
+    uint8_t line_busy;             // not 0: nobody could be asked any more
+    uint8_t id, baud_index;        // being asked
+    uint8_t phase;                 // the scan's own, like all below
+    uint8_t result;                // enum cds_result of the whole
+    uint8_t own_baud;              // the bus's, to return to
     uint16_t return_delay_us;
 };
 
@@ -65,8 +67,8 @@ void cds_scan_begin(struct cds_scan *scan, struct cds_bus *bus, struct cds_reque
  * only IDs `first` to `last`, both 0 to 253; */
 void cds_scan_set_ids(struct cds_scan *scan, uint8_t first, uint8_t last);
 
-/* only these rates: `count` register values of 0 to 254, the caller's array, in that order (the
- * bus's own is &bus->baud, 1); */
+/* only these rates: `bauds`, `count` (1 to 255) register values of 0 to 254, the caller's array, in
+ * that order (the bus's own is &bus->baud, 1); */
 void cds_scan_set_bauds(struct cds_scan *scan, const uint8_t *bauds, uint8_t count);
 
 /* all 255 rates there are, for a servo that was set to one of its unlisted ones (R24); a servo at a

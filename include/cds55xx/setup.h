@@ -16,12 +16,13 @@
 extern "C" {
 #endif
 
+/* One setting; the caller reads `written`, `error` and `result`. */
 struct cds_setup {
     struct cds_bus *bus;
     struct cds_request *request;
-    const uint8_t *data; // the caller's, or `own`
-    uint8_t own;
-    uint8_t id, address, length;
+    const uint8_t *data;              // the caller's, or `own`
+    uint8_t own;                      // a value of one byte
+    uint8_t id, address, length;      // where it goes, and its bytes
     uint8_t written;                  // not 0: the WRITE was sent, for the value differed
     uint8_t error;                    // CDS_ERROR_* bits of the last answer
     uint8_t result;                   // enum cds_result of the whole
@@ -41,13 +42,13 @@ enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *b
 
 /* How long the servo waits before it answers: at least `delay_us` microseconds, 0 to what the bus
  * waits for (cds_bus_set_return_delay(); at most 508), in steps of 2 (manual, example 8). Tell the
- * bus when all its servos are set. */
+ * bus when all its servos are set. Results as cds_setup_write_begin(). */
 enum cds_result cds_setup_return_delay_begin(struct cds_setup *setup, struct cds_bus *bus,
                                              struct cds_request *request, uint8_t id,
                                              uint16_t delay_us);
 
 /* Locks it: until its power is removed only registers 0x18 to 0x23 can be written (R6; manual,
- * example 20). */
+ * example 20). Results as cds_setup_write_begin(). */
 enum cds_result cds_setup_lock_begin(struct cds_setup *setup, struct cds_bus *bus,
                                      struct cds_request *request, uint8_t id);
 

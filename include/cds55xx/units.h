@@ -3,9 +3,8 @@
  *
  * For every register value, converting it to its unit and back gives it again (of a signed one, bit
  * 10 alone is a zero too, and comes back as 0). Nothing here has a state or waits. A conversion
- * divides 32 bits once, 700 cycles of an AVR (950 for bit/s): convert where values enter and leave
- * the program. Any context, but not an interrupt for that reason. Manual 3.1, rulings R8 to R10,
- * R16, R24, R35.
+ * takes 700 cycles of an AVR (950 for bit/s): convert where values enter and leave the program. Any
+ * context, but for that reason not an interrupt. Manual 3.1, rulings R8 to R10, R16, R24, R35.
  */
 #ifndef CDS_UNITS_H
 #define CDS_UNITS_H
@@ -65,16 +64,17 @@ extern const struct cds_profile cds_profile_ax12;
  * number is at 0x00. */
 enum cds_unit cds_units_of(const struct cds_profile *profile, uint8_t address);
 
-/* A register's value in its unit, the nearest whole number, into *value. `profile` is looked at for
- * the two units of mRPM only and may be NULL for others. CDS_OK; CDS_BAD_ARGUMENT: no register of
- * that unit holds such a value, or there is no such unit; *value is left as it was. */
+/* The value `raw` of a register (what the unit can have: 0 to 65535) in its unit, the nearest whole
+ * number, into *value. `profile` is looked at for the two units of mRPM only and may be NULL for
+ * others. CDS_OK; CDS_BAD_ARGUMENT: no register of that unit holds such a value, or there is no
+ * such unit; *value is left as it was. Divides 32-bit numbers: not for the hot path. */
 enum cds_result cds_units_from_register(const struct cds_profile *profile, enum cds_unit unit,
                                         uint16_t raw, int32_t *value);
 
 /* The register value nearest to `value`, into *raw; of two as near the greater one (a signed value:
  * the one further from 0; bit/s: the faster one). CDS_OK; CDS_BAD_ARGUMENT: outside the range that
  * stands beside the unit (speeds: 0, or minus, to full_speed_mrpm), or there is no such unit; *raw
- * is left as it was. `profile` as above. */
+ * is left as it was. `profile` as above. Divides 32-bit numbers: not for the hot path. */
 enum cds_result cds_units_to_register(const struct cds_profile *profile, enum cds_unit unit,
                                       int32_t value, uint16_t *raw);
 
@@ -84,7 +84,7 @@ enum cds_result cds_units_to_register(const struct cds_profile *profile, enum cd
 /* The baud register (0 to 254) whose rate, 2 000 000 / (register + 1), is nearest to `bps`, of two
  * the faster one; and by how much that is off in 1/1000 of `bps`, rounded to the nearest, positive
  * if the servo is faster than asked. CDS_OK; CDS_BAD_ARGUMENT: not 7843 to 2000000 bit/s; nothing
- * is written. Manual 3.1, 0x04. */
+ * is written. Manual 3.1, 0x04. Divides 32-bit numbers: not for the hot path. */
 enum cds_result cds_units_baud(int32_t bps, uint8_t *baud, int16_t *error_permille);
 
 /* Does a servo keep this baud register without power? True for 1, 3, 7, 16, 34, 103; others work

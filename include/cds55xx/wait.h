@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 /* Waits for a request that was submitted with the result `submitted` (so that a call can stand as
- * the argument). Its result, or `submitted` if that was not CDS_OK. */
+ * the argument). Its result, or `submitted` if that was not CDS_OK. Manual: nothing. */
 static inline enum cds_result cds_wait_for(struct cds_bus *bus, struct cds_request *request,
                                            enum cds_result submitted)
 {
@@ -33,8 +33,8 @@ static inline enum cds_result cds_wait_ping(struct cds_bus *bus, struct cds_requ
     return cds_wait_for(bus, request, cds_servo_ping(bus, request, id));
 }
 
-/* Reads one register of one or two bytes into *out, which is left as it was unless the result is
- * CDS_OK; CDS_REFUSED: the servo refused, request->error says why (2.4.2). */
+/* Reads a register of one byte into *out, which is left as it was unless the result is CDS_OK;
+ * CDS_REFUSED: the servo refused, request->error says why (2.4.2). */
 static inline enum cds_result cds_wait_read_byte(struct cds_bus *bus, struct cds_request *request,
                                                  uint8_t id, uint8_t address, uint8_t *out)
 {
@@ -44,6 +44,7 @@ static inline enum cds_result cds_wait_read_byte(struct cds_bus *bus, struct cds
     return result == CDS_OK ? cds_request_byte(request, 0, out) : result;
 }
 
+/* As cds_wait_read_byte(), of a register of two bytes, low byte first (2.4.2, R28). */
 static inline enum cds_result cds_wait_read_word(struct cds_bus *bus, struct cds_request *request,
                                                  uint8_t id, uint8_t address, uint16_t *out)
 {
@@ -60,7 +61,7 @@ static inline enum cds_result cds_wait_written_(const struct cds_request *reques
     return result == CDS_OK && request->error & CDS_ERRORS_OF_PACKET ? CDS_REFUSED : result;
 }
 
-/* Writes one register of one or two bytes. CDS_OK: the servo has answered, or no answer was due;
+/* Writes a register of one byte. CDS_OK: the servo has answered, or no answer was due;
  * CDS_REFUSED: it refused, request->error says why (2.4.1). */
 static inline enum cds_result cds_wait_write_byte(struct cds_bus *bus, struct cds_request *request,
                                                   uint8_t id, uint8_t address, uint8_t value)
@@ -70,6 +71,7 @@ static inline enum cds_result cds_wait_write_byte(struct cds_bus *bus, struct cd
         cds_wait_for(bus, request, cds_servo_write_byte(bus, request, id, address, value)));
 }
 
+/* As cds_wait_write_byte(), to a register of two bytes, in one packet (2.4.1, R28). */
 static inline enum cds_result cds_wait_write_word(struct cds_bus *bus, struct cds_request *request,
                                                   uint8_t id, uint8_t address, uint16_t value)
 {

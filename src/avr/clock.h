@@ -1,5 +1,5 @@
 /* The microsecond clock: a 16-bit timer at F_CPU / 8, two ticks a microsecond, and a count of its
- * overflows, every 32 768 us. */
+ * overflows, every 32 768 us. Manual: nothing. */
 #ifndef AVR_CLOCK_H
 #define AVR_CLOCK_H
 
@@ -7,6 +7,7 @@
 
 #define AVR_CLOCK_OVERFLOW_US 32768u
 
+/* What the clock knows besides its timer. */
 struct cds_avr_clock {
     volatile uint32_t overflows_us; // time at the last overflow; written by its handler
 };

@@ -1,7 +1,7 @@
-/* The three handlers of a bus that does not hear itself, by hand: what link.h says of its events,
- * for a link and registers that are constants. avr-gcc saves ten registers where three do, and at
- * 1 Mbps the receive handler runs every 160 cycles: these take half as long. The events in C remain
- * for wirings with an echo and for other chips; a test has both do the same.
+/* The three handlers of a bus. Of one that does not hear itself they are by hand: what link.h says
+ * of its events, for a link and registers that are constants. avr-gcc saves ten registers where
+ * three do, and at 1 Mbps the receive handler runs every 160 cycles: these take half as long. The
+ * events in C remain for wirings with an echo and for other chips.
  *
  * GCC promises naked functions for assembly only: nothing else stands in them but cbi and sbi on
  * the enables. SREG is kept in r0; r24 and Z do the work. Whatever they write is volatile in C.
@@ -10,7 +10,9 @@
 #ifndef AVR_HANDLERS_H
 #define AVR_HANDLERS_H
 
-#include "cds55xx/link.h" // struct cds_link
+#include <avr/interrupt.h>
+
+#include "cds55xx/link.h" // struct cds_link, the events
 #include "usart.h"        // AVR_REGISTER, AVR_STATE_*
 
 // clang-format off
@@ -102,5 +104,62 @@
        [state] "i"(&(link).state))
 
 // clang-format on
+
+/* Status goes with the byte and must be read before it. */
+static inline void avr_receive(struct cds_link *link, uint8_t port)
+{
+    struct avr_usart usart = avr_usart(port);
+    uint8_t status = *usart.ucsra & (AVR_FRAMING_ERROR | AVR_OVERRUN);
+    uint8_t byte = *usart.udr;
+    uint8_t errors = 0;
+
+    if (status & AVR_FRAMING_ERROR)
+        errors |= CDS_LINE_FRAMING;
+    if (status & AVR_OVERRUN)
+        errors |= CDS_LINE_OVERRUN;
+    cds_link_on_rx_echo(link, byte, errors);
+}
+
+#ifdef USART_RX_vect // one USART only, without a number
+#define AVR_VECTOR(usart, event) USART_##event##_vect
+#else
+#define AVR_VECTOR(usart, event) AVR_PASTE3(USART, usart, _##event##_vect)
+#endif
+
+/* A receiver that is off while the bus talks. */
+#define AVR_HANDLERS_TWO_ENABLES(bus, number) AVR_HANDLERS_DEAF_(bus, number)
+#define AVR_HANDLERS_ONE_ENABLE(bus, number)  AVR_HANDLERS_DEAF_(bus, number)
+#define AVR_HANDLERS_ADAPTER(bus, number)     AVR_HANDLERS_DEAF_(bus, number)
+#define AVR_HANDLERS_DEAF_(bus, number)                                                            \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), RX), ISR_NAKED)                                        \
+    {                                                                                              \
+        AVR_ON_RX_((bus).link, number);                                                            \
+    }                                                                                              \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), UDRE), ISR_NAKED)                                      \
+    {                                                                                              \
+        AVR_ON_TX_READY_((bus).link, number);                                                      \
+    }                                                                                              \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), TX), ISR_NAKED)                                        \
+    {                                                                                              \
+        avr_usart_turn_around(number);                                                             \
+        AVR_ON_TX_COMPLETE_((bus).link, number);                                                   \
+    }
+
+/* One that hears all that is sent: the events in C, for they have more to do. */
+#define AVR_HANDLERS_TIED(bus, number)         AVR_HANDLERS_ECHO_(bus, number)
+#define AVR_HANDLERS_ADAPTER_ECHO(bus, number) AVR_HANDLERS_ECHO_(bus, number)
+#define AVR_HANDLERS_ECHO_(bus, number)                                                            \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), RX))                                                   \
+    {                                                                                              \
+        avr_receive(&(bus).link, number);                                                          \
+    }                                                                                              \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), UDRE))                                                 \
+    {                                                                                              \
+        cds_link_on_tx_ready(&(bus).link, number);                                                 \
+    }                                                                                              \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), TX))                                                   \
+    {                                                                                              \
+        cds_link_on_tx_complete(&(bus).link, number);                                              \
+    }
 
 #endif

@@ -64,6 +64,244 @@ class Layering(unittest.TestCase):
         self.breach("src/core/parser.c", "#define HEADER 0xFF")
 
 
+    def test_the_library_waits_for_nothing(self):
+        self.breach("src/core/scan.c", "static void f(void) { cds_wait_for(0, 0, CDS_OK); }")
+        self.breach("src/avr/clock.c", "#include <util/delay.h>")
+
+
+class Headers(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        for name in ["include", "src", "boards"]:
+            shutil.copytree(ROOT / name, self.root / name)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def check(self, *headers):
+        return run(sys.executable, ROOT / "scripts/headers.py", self.root, *headers)
+
+    def missing(self, file, old, new, complaint, header=None):
+        """`old` becomes `new` in `file`, whose header, or else another one, then lacks something."""
+        header = header or file
+        before = self.check(header)[1]
+        self.assertNotIn(complaint, before)
+        text = (self.root / file).read_text()
+        self.assertIn(old, text)
+        (self.root / file).write_text(text.replace(old, new))
+        status, output = self.check(header)
+        self.assertEqual(status, 1, output)
+        self.assertRegex(output, rf"{header}:\d+: .*{re.escape(complaint)}")
+
+    def test_the_tree_as_it_is_passes(self):
+        self.assertEqual(self.check(), (0, ""))
+
+    def test_a_function_without_a_comment(self):
+        self.missing("include/cds55xx/ring.h", "static inline bool cds_ring_put(",
+                     "\nstatic inline bool cds_ring_put(", "cds_ring_put: a comment")
+
+    def test_a_macro_without_a_comment(self):
+        self.missing("include/cds55xx/version.h", "/* As text: major.minor.patch. */", "",
+                     "CDS_VERSION: a comment")
+
+    def test_a_parameter_of_a_macro(self):
+        self.missing("include/cds55xx/packet.h", "`length` bytes to each of `servos` servos", "bytes",
+                     "CDS_SYNC_WRITE_SIZE: what servos is")
+
+    def test_a_struct_and_its_fields(self):
+        self.missing("include/cds55xx/feedback.h", "voltage;     // units of 0.1 V", "voltage;",
+                     "cds_feedback: what voltage is")
+        self.missing("include/cds55xx/parser.h", "/* How far the candidate", "\n#define X 1\n\n//",
+                     "cds_parser: a comment")
+
+    def test_the_range_of_an_argument(self):
+        self.missing("include/cds55xx/parser.h", "`longest`: highest\n * LENGTH that can be due, 2 to "
+                     "CDS_PARSER_LENGTH_MAX.", "`longest` is due.", "unit or range of longest")
+
+    def test_an_array_that_nothing_is_said_of(self):
+        self.missing("include/cds55xx/scan.h", "`bauds`, ", "", "cds_scan_set_bauds: what bauds is")
+
+    def test_a_result_that_the_comment_does_not_name(self):
+        self.missing("include/cds55xx/cycle.h", "CDS_BAD_ARGUMENT: some servo never", "Not if some never",
+                     "cds_cycle_commit: its result CDS_BAD_ARGUMENT")
+
+    def test_a_result_that_the_code_has_and_the_comment_not(self):
+        self.missing("src/core/setup.c", "return CDS_NO_ROOM", "return CDS_LIMIT",
+                     "cds_setup_write_begin: its result CDS_LIMIT", "include/cds55xx/setup.h")
+        self.assertIn("cds_setup_lock_begin: its result CDS_LIMIT", self.check("setup.h")[1])
+
+    def test_a_result_of_a_static_function_that_is_handed_on(self):
+        self.missing("src/core/packet.c", "    parameters = open(packet, id, instruction, (uint8_t)",
+                     "    if (!length) return CDS_HELD;\n    parameters = open(packet, id, instruction,"
+                     " (uint8_t)", "cds_packet_write: its result CDS_HELD",
+                     "include/cds55xx/packet.h")
+
+    def test_a_result_that_a_call_in_flight_ends_with(self):
+        self.missing("src/core/group_move.c", "    move->reason = result;",
+                     "    move->reason = CDS_CANCELLED + 0; move->reason = CDS_HELD;",
+                     "cds_group_move_poll: its result CDS_HELD", "include/cds55xx/group_move.h")
+        self.missing("src/core/servo.c", "    if (built != CDS_OK)", "    if (!bus) return CDS_LINE_BUSY;\n"
+                     "    if (built != CDS_OK)", "cds_servo_ping: its result CDS_LINE_BUSY",
+                     "include/cds55xx/servo.h")
+
+    def test_what_is_returned_when_it_is_no_result(self):
+        self.missing("include/cds55xx/units.h", "without power? True for", "without power: ",
+                     "cds_units_baud_is_kept: what it returns")
+
+    def test_the_context(self):
+        self.missing("include/cds55xx/feedback.h", "All functions: main context.", "",
+                     "cds_feedback_decode: its context")
+
+    def test_the_manual(self):
+        self.missing("include/cds55xx/ring.h", "Manual: nothing.", "",
+                     "cds_ring_peek: its place in the manual")
+
+    def test_a_header_that_does_not_compile_alone(self):
+        self.missing("include/cds55xx/ring.h", "#include <stdbool.h>\n", "",
+                     "does not compile alone (gcc)")
+
+    def test_a_header_that_is_not_cpp(self):
+        self.missing("include/cds55xx/parser.h", "uint8_t sum; ", "uint8_t class; ",
+                     "does not compile alone (avr-g++)")
+
+
+class MachineCode(unittest.TestCase):
+    """scripts/elf.py, on objects compiled here."""
+
+    def check(self, code, name="bus", *options):
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder) / f"{name}.c"
+            source.write_text("#include <avr/interrupt.h>\n#include <avr/io.h>\n#include <stdint.h>\n"
+                              "extern volatile uint32_t a, b;\nvoid other(void);\n" + code)
+            out = pathlib.Path(folder) / f"{name}.o"
+            done = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", *options,
+                       *([] if options else ["-ffunction-sections", "-c"]), source, "-o", out)
+            self.assertEqual(done, (0, ""))
+            return run(sys.executable, ROOT / "scripts/elf.py", out)
+
+    def breach(self, code, complaint, name="bus", *options):
+        status, output = self.check(code, name, *options)
+        self.assertEqual(status, 1, output)
+        self.assertIn(complaint, output)
+
+    def test_good_code_passes(self):
+        status, output = self.check("""
+            static volatile uint16_t counter;
+            struct item { struct item *next; void (*on_end)(struct item *); };
+            uint16_t cds_link_count(void)
+            {
+                uint16_t first, second = counter;
+                do {
+                    first = second;
+                    second = counter;
+                } while (first != second);
+                return first * 10u;
+            }
+            void cds_bus_poll(struct item *item)
+            {
+                volatile uint8_t room[20];
+                for (uint8_t i = 0; i < 20; i++)
+                    room[i] = UDR1;
+                while (item->next)
+                    item = item->next;
+                item->on_end(item);
+            }
+            uint32_t cds_units_to_register(void) { return a / b; }""")
+        self.assertEqual(status, 0, output)
+        self.assertIn("3 functions, 2 calls, deepest stack ", output)
+
+    def test_nothing_to_check_does_not_pass(self):
+        self.assertEqual(self.check("uint8_t x;")[0], 1)
+
+    def test_recursion(self):
+        self.breach("uint8_t f(uint8_t n) { return n ? f(n - 1) * f(n >> 1) : 1; }", "f: is recursive")
+
+    def test_recursion_by_way_of_jumps(self):
+        self.breach("""void g(uint8_t n);
+            __attribute__((noinline)) void f(uint8_t n) { PORTA = n; g(n); }
+            __attribute__((noinline)) void g(uint8_t n) { PORTB = n; f(n); }""", "g: is recursive")
+
+    def test_recursion_by_way_of_a_pointer(self):
+        self.breach("""void cds_bus_poll(void (**f)(void)) { (*f)(); other(); }
+            static void again(void) { cds_bus_poll(0); other(); }
+            void cds_bus_set(void (**f)(void)) { *f = again; }""", "cds_bus_poll: is recursive")
+        self.breach("""void cds_bus_poll(void (**f)(void)) { (*f)(); other(); }
+            static void again(void) { cds_bus_poll(0); other(); }
+            void (*const table[])(void) = {again};""", "cds_bus_poll: is recursive")
+
+    def test_calls_through_a_pointer_are_for_the_bus_only(self):
+        self.breach("void f(void (**p)(void)) { (*p)(); other(); }",
+                    "scan.o: f: calls through a pointer", "scan")
+
+    def test_floating_point(self):
+        self.breach("uint32_t f(void) { return a * 0.5f; }", "f: uses floating point: f -> __")
+
+    def test_division_on_the_hot_path_even_if_documented(self):
+        self.breach("void cds_bus_poll(void) { a = a / b; }",
+                    "cds_bus_poll: divides on the hot path: cds_bus_poll -> __udivmodsi4")
+        self.breach("""__attribute__((noinline)) void cds_units_to_register(void) { a = a / b; }
+            void cds_bus_submit(void) { cds_units_to_register(); other(); }""",
+                    "hot path: cds_bus_submit -> cds_units_to_register -> __udivmodsi4")
+
+    def test_division_of_16_and_64_bits(self):
+        self.breach("uint16_t cds_link_talk(uint16_t n, uint16_t m) { return n / m; }",
+                    "divides on the hot path: cds_link_talk -> __udivmodhi4")
+        self.breach("int64_t cds_servo_ping(int64_t n, int64_t m) { return n % m; }",
+                    "divides on the hot path: cds_servo_ping -> __moddi3")
+
+    def test_division_elsewhere_must_be_documented(self):
+        self.breach("void cds_register_at(void) { a = a / b; }",
+                    "cds_register_at: divides, and its header does not say so")
+
+    def test_a_function_documented_to_divide_divides(self):
+        self.breach("void cds_units_baud(void) { a = b; }",
+                    "cds_units_baud: does not divide, though its header says so")
+
+    def test_allocation(self):
+        self.breach("#include <stdlib.h>\nvoid *f(void) { return malloc(a); }", "f: allocates: f -> malloc")
+
+    def test_a_stack_of_variable_size(self):
+        for body in ["uint8_t room[n]; g(room);", "g(__builtin_alloca(n));"]:
+            self.breach("void g(uint8_t *); void f(uint16_t n) { " + body + " }",
+                        "f: moves the stack pointer by a variable")
+
+    def test_busy_waiting(self):
+        for loop in ["while (!(UCSR1A & 1 << UDRE1)) { }", "while (!(PINB & 4)) { }", "while (a) { }",
+                     "loop_until_bit_is_set(UCSR1A, 5);", "for (;;) { }"]:
+            self.breach("void f(void) { " + loop + " }", "only looks")
+
+    def test_busy_waiting_for_what_a_pointer_points_to(self):
+        self.breach("void f(volatile uint8_t *p) { other(); while (*p == 1) { } other(); }", "only looks")
+
+    def test_busy_waiting_within_a_loop(self):
+        self.breach("void f(uint8_t n) { for (; n; n--) { while (!(UCSR1A & 32)) { } UDR1 = n; } }",
+                    "only looks")
+
+    def test_delays(self):
+        self.breach("#include <util/delay.h>\nvoid f(void) { _delay_us(3); }", "only counts")
+        self.breach("#include <util/delay.h>\nvoid f(void) { _delay_ms(30); }", "only counts")
+
+    def test_waiting_for_the_clock_or_by_polling(self):
+        self.breach("uint32_t cds_port_now_us(void); void f(uint32_t t) { while (cds_port_now_us() < t) { } }",
+                    "calls cds_port_now_us()")
+        self.breach("uint8_t cds_bus_poll(void); void f(void) { while (cds_bus_poll()) { } }",
+                    "calls cds_bus_poll()")
+
+    def test_waiting_as_a_caller_may(self):
+        self.breach("void cds_wait_for(void); void f(void) { cds_wait_for(); other(); }", "f: waits")
+
+    def test_interrupts_off_and_sleep(self):
+        self.breach("void f(void) { cli(); a = 1; sei(); }", "f: turns interrupts off")
+        self.breach("void f(void) { __asm__ volatile(\"sleep\"); }", "f: sleeps")
+
+    def test_a_handler_of_a_linked_program(self):
+        self.breach("""volatile uint32_t a, b;
+            ISR(USART1_RX_vect) { a = a / b; }
+            int main(void) { for (;;) a = b / a; }""", "__vector_30: divides on the hot path",
+                    "program", "-flto")
+
+
 class Build(unittest.TestCase):
     def make(self, *arguments, **environment):
         return run("make", "-C", ROOT, "--no-print-directory", *arguments,

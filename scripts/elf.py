@@ -1,0 +1,351 @@
+#!/usr/bin/env python3
+"""What the library's machine code must not do. Prints a line for each file, then every breach as
+file: function: what; exit 1 if there is one.
+
+usage: elf.py FILE ...   (archives and objects, of which every function is the library's; linked
+                          programs, of which those named cds_... and the interrupt vectors are)
+
+Read from avr-objdump: instructions, relocations, and the graph of calls and jumps between functions.
+It proves, of all code on any path, taken or not:
+  allocation   malloc and its like are not called; the stack pointer is moved by constants only
+  recursion    the graph has no cycle. The one indirect call permitted is cds_request.on_end, from
+               cds_bus_poll() (bus.o); in an archive it counts as a call of every function whose
+               address is taken. What a program's own on_end does is not seen
+  floating point   none of libgcc's and libm's functions for it is called
+  division     a function that reaches libgcc's division, of any width, is one whose header says
+               "Divides 32-bit numbers: not for the hot path", and the hot path (HOT and the vectors)
+               reaches none, whatever headers say. One that says so and does not divide is told, too
+  blocking     no sleep, and no cli but that of a stack frame; no loop of up to 8 instructions that
+               only looks (at a register, at memory) or only counts; no loop around a look at the
+               clock or a poll; no call of cds_wait_... A loop that keeps what it saw, to look
+               until two looks agree, is let through
+It does not prove that every loop ends, nor how often it runs, and sees no wait that is hidden in
+a longer loop, in a function called from a loop, or in a loop through a switch's jump table. Stack:
+bytes pushed and framed along the deepest path of calls, return addresses included; libgcc's own use
+and on_end are not.
+"""
+import functools
+import pathlib
+import re
+import subprocess
+import sys
+
+import headers
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+
+HOT = re.compile(r"cds_(?:bus_(?:poll|submit)|cycle_(?:poll|goal|commit)|"
+                 r"(?:link|group|servo|feedback|packet|parser|port)_\w+)$|__vector_")
+DIVIDES = re.compile(r"Divides (?:16|32)-bit numbers: not for the hot path")
+
+ALLOCATION = re.compile(r"(?:m|c|re)alloc$|free$|alloca$|sbrk$")
+FLOAT = re.compile(r"__\w*[sd]f\d?$|__fp_|__(?:float|fix)|(?:sin|cos|tan|sqrt|pow|exp|log|floor|ceil|fabs)f?$")
+DIVISION = re.compile(r"__u?(?:div|mod)")
+LOOK = re.compile(r"cds_port_now_us$|cds_\w+_poll$")
+
+LABEL = re.compile(r"([0-9a-f]+) <([^>]+)>:$")
+CODE = re.compile(r"\s*([0-9a-f]+):\t(?:[0-9a-f]{2} )+\s*\t(\w+)\s*([^;]*?)\s*"
+                  r"(?:;.*?(?:<([^>+]+)(?:\+0x([0-9a-f]+))?>)?)?$")
+RELOCATION = re.compile(r"\s*[0-9a-f]+: R_AVR_(\w+)\t([^+\s]+)(?:\+0x([0-9a-f]+))?")
+
+BRANCH = re.compile(r"(?:br\w+|rjmp|jmp)$")
+CALL = re.compile(r"r?call$")
+# What a loop may consist of that waits: looking, and what decides on it; or counting.
+LOOKING = re.compile(r"(?:in|lds?|ldd|ldi|andi?|or|cp\w*|tst|bst|sbi[cs]|sbr[cs]|br\w+|rjmp|jmp|nop|wdr)$")
+COUNTING = re.compile(r"(?:dec|inc|subi|sbci|sbiw|adiw|br\w+|rjmp|jmp|nop|wdr)$")
+WAIT_LENGTH = 8
+
+
+class Instruction:
+    def __init__(self, at, name, operands, target):
+        self.at, self.name, self.operands = at, name, operands
+        self.target = target # (name of function or section, offset) or None
+        self.goes_to = None  # address in its own function
+        self.callee = ""     # name
+
+
+class Function:
+    def __init__(self, unit, section, name, at):
+        self.unit, self.section, self.name, self.at = unit, section, name, at
+        self.code = []
+        self.calls = set() # Functions, or names of what is not in the file
+        self.taken = False # its address is
+        self.indirect = False
+        self.is_ours = True
+
+    @property
+    def plain(self):
+        return self.name.split(".")[0] # without what link-time optimisation appends
+
+    def __str__(self):
+        return f"{self.unit}: {self.name}" if self.unit else self.name
+
+
+class Program:
+    def __init__(self, path):
+        self.path = path
+        described = subprocess.check_output(["avr-objdump", "-f", path], text=True)
+        self.linked = "EXEC_P" in described
+        self.pc_bytes = 3 if "architecture: avr:6" in described else 2
+        self.functions = []
+        self.here, self.everywhere = {}, {} # by (unit, name), by name
+        self.sections = {}                  # (unit, section): functions in order
+        self.references = []                # (unit, name, offset) of addresses taken
+        self.read()
+        if not self.linked:
+            self.read_tables()
+        for function in self.functions:
+            function.is_ours = not self.linked or function.name.startswith(("cds_", "__vector_"))
+            self.link(function)
+        for unit, name, offset in self.references:
+            function, inside = self.find(unit, name, offset)
+            if isinstance(function, Function) and not inside:
+                function.taken = True
+
+    def read(self):
+        unit, section, function = "", "", None
+        options = ["-d"] if self.linked else ["-dr"]
+        output = subprocess.check_output(["avr-objdump", *options, self.path], text=True)
+        for line in output.splitlines():
+            if "file format" in line and not self.linked:
+                unit = line.split(":")[0].split("/")[-1]
+            elif line.startswith("Disassembly of section"):
+                section, function = line.split()[-1][:-1], None
+            elif LABEL.match(line):
+                at, name = LABEL.match(line).groups()
+                function = Function(unit, section, name, int(at, 16))
+                self.functions.append(function)
+                self.here[unit, name] = function
+                self.everywhere.setdefault(name, function)
+                self.sections.setdefault((unit, section), []).append(function)
+            elif function and CODE.match(line):
+                at, name, operands, target, offset = CODE.match(line).groups()
+                target = (target, int(offset or "0", 16)) if target else None
+                function.code.append(Instruction(int(at, 16), name, operands, target))
+            elif function and function.code and RELOCATION.match(line):
+                kind, name, offset = RELOCATION.match(line).groups()
+                last = function.code[-1]
+                last.target = (name, int(offset or "0", 16))
+                if kind.endswith(("_PM", "_GS")):
+                    self.references.append((unit, name, last.target[1]))
+
+    def read_tables(self):
+        """Addresses of functions that stand in data."""
+        unit, data = "", False
+        for line in subprocess.check_output(["avr-objdump", "-r", self.path], text=True).splitlines():
+            if "file format" in line:
+                unit = line.split(":")[0].split("/")[-1]
+            elif line.startswith("RELOCATION RECORDS"):
+                data = re.search(r"\[\.(?:data|rodata|progmem)", line)
+            elif data and "_PM" in line:
+                name, _, offset = line.split()[-1].partition("+0x")
+                self.references.append((unit, name, int(offset or "0", 16)))
+
+    def find(self, unit, name, offset):
+        """(Function or name, offset in it)"""
+        if (unit, name) in self.sections:
+            within = [f for f in self.sections[unit, name] if f.at <= offset]
+            if within:
+                return within[-1], offset - within[-1].at
+        function = self.here.get((unit, name)) or self.everywhere.get(name)
+        return (function, offset) if function else (name, offset)
+
+    def link(self, function):
+        """Fills in the calls, and makes of each target within the function its address."""
+        for it in function.code:
+            if it.name in ("icall", "eicall"):
+                function.indirect = True
+            if not it.target or not (CALL.match(it.name) or BRANCH.match(it.name)):
+                continue
+            target, offset = self.find(function.unit, *it.target)
+            within = target is function
+            if within and BRANCH.match(it.name):
+                it.goes_to = function.at + offset
+            elif within and function.at + offset == it.at + 2: # rcall .+0: room on the stack
+                it.name = "room"
+            else:
+                function.calls.add(target)
+                it.callee = target if isinstance(target, str) else target.plain
+
+    def callees(self, function):
+        found = {f for f in function.calls if isinstance(f, Function)}
+        if function.indirect:
+            found |= {f for f in self.functions if f.taken}
+        return found
+
+    def stack(self, function):
+        """Bytes of its own: pushes, room and frame."""
+        pushed = sum(1 for it in function.code if it.name == "push")
+        pushed += sum(self.pc_bytes for it in function.code if it.name == "room")
+        frame = 0
+        for it in function.code:
+            if it.name == "out" and it.operands.startswith(("0x3e", "0x3d")):
+                break
+            match = re.match(r"r2([89]), 0x(\w+)", it.operands)
+            if match and it.name in ("sbiw", "subi", "sbci"):
+                frame += int(match[2], 16) << (8 if match[1] == "9" else 0)
+        else:
+            frame = 0
+        return pushed + frame
+
+    @functools.cached_property
+    def cycles(self):
+        """Functions that can reach themselves, and depths of all others."""
+        self.depths, cyclic, path = {}, set(), []
+
+        def visit(function):
+            if function in path:
+                cyclic.update(path[path.index(function):])
+                return 0
+            if function not in self.depths:
+                path.append(function)
+                below = [self.pc_bytes + visit(f) for f in self.callees(function)]
+                below += [self.pc_bytes for f in function.calls if isinstance(f, str)]
+                path.pop()
+                self.depths[function] = self.stack(function) + max(below, default=0)
+            return self.depths[function]
+
+        for function in self.functions:
+            visit(function)
+        return cyclic
+
+    @functools.cache
+    def reaches(self, function, what):
+        """The path of names to one that matches, or None."""
+        seen, paths = {function}, [(function, (function.name,))]
+        while paths:
+            at, path = paths.pop()
+            for callee in sorted(at.calls, key=str):
+                name = callee if isinstance(callee, str) else callee.name
+                if what.match(name):
+                    return " -> ".join((*path, name))
+            for callee in self.callees(at) - seen:
+                seen.add(callee)
+                paths.append((callee, (*path, callee.name)))
+        return None
+
+
+def moves_stack_by_variable(function):
+    """The stack pointer comes from another register than the frame pointer's, or that one has been
+    changed by more than a constant."""
+    written = [it.operands for it in function.code
+               if it.name == "out" and it.operands.startswith(("0x3d", "0x3e"))]
+    changed = any(it.name in ("add", "adc", "sub", "sbc") and re.match(r"r2[89]\b", it.operands)
+                  for it in function.code)
+    return any(not re.search(r"r2[89]$", w) for w in written) or (written and changed)
+
+
+def successors(code):
+    """{index: indices that may come next}, within the function and without jump tables."""
+    index = {it.at: i for i, it in enumerate(code)}
+    found = {}
+    for i, it in enumerate(code):
+        after = [i + 1] if not re.match(r"reti?$|e?ijmp$|r?jmp$", it.name) else []
+        if re.match(r"sb[ir][cs]$|cpse$", it.name):
+            after.append(i + 2)
+        if it.goes_to in index:
+            after.append(index[it.goes_to])
+        found[i] = [a for a in after if a < len(code)]
+    return found
+
+
+def reach(begin, edges, end=None):
+    """All that is reached from `begin`, itself included; nothing is looked for behind `end`."""
+    seen, left = {begin}, [begin]
+    while left:
+        at = left.pop()
+        for to in edges.get(at, ()) if at != end else ():
+            if to not in seen:
+                seen.add(to)
+                left.append(to)
+    return seen
+
+
+def loops(function):
+    """(address, instructions) of each loop: what lies between a jump back and its target."""
+    code = function.code
+    after = successors(code)
+    before = {}
+    for i, following in after.items():
+        for to in following:
+            before.setdefault(to, []).append(i)
+    for last, it in enumerate(code):
+        if it.goes_to is None or it.goes_to > it.at:
+            continue
+        first = next((i for i, other in enumerate(code) if other.at == it.goes_to), None)
+        forward = reach(first, after) if first is not None else ()
+        if last in forward:
+            yield it.goes_to, [code[i] for i in sorted(reach(last, before, first) & forward)]
+
+
+def waits(function):
+    """What the loops of this function wait for."""
+    for first, body in loops(function):
+        moving = any("+" in i.operands.split(", ")[-1][1:] or "-" in i.operands.split(", ")[-1][:1]
+                     for i in body if i.name == "ld")
+        if len(body) <= WAIT_LENGTH and not moving:
+            if all(LOOKING.match(i.name) for i in body):
+                yield f"a loop at 0x{first:x} only looks, and waits for another to change it"
+            elif all(COUNTING.match(i.name) for i in body):
+                yield f"a loop at 0x{first:x} only counts"
+        for i in body:
+            if LOOK.match(i.callee):
+                yield f"a loop at 0x{first:x} calls {i.callee}()"
+
+
+def stops(function):
+    for i, it in enumerate(function.code):
+        ahead = function.code[i + 1] if i + 1 < len(function.code) else it
+        if it.name == "sleep":
+            yield "sleeps"
+        if it.name == "cli" and not (ahead.name == "out" and ahead.operands.startswith(("0x3d", "0x3e"))):
+            yield "turns interrupts off"
+
+
+def breaches(program, documented):
+    for function in program.functions:
+        if not function.is_ours:
+            continue
+        for what, why in [(ALLOCATION, "allocates"), (FLOAT, "uses floating point"),
+                          (re.compile("cds_wait_"), "waits")]:
+            path = program.reaches(function, what)
+            if path:
+                yield function, f"{why}: {path}"
+        if moves_stack_by_variable(function):
+            yield function, "moves the stack pointer by a variable"
+        if function in program.cycles:
+            yield function, "is recursive"
+        if function.indirect and not program.linked and function.unit != "bus.o":
+            yield function, "calls through a pointer, which only bus.o may"
+        for why in [*waits(function), *stops(function)]:
+            yield function, why
+        path = program.reaches(function, DIVISION)
+        public = headers.public(function.plain)
+        if path and HOT.match(function.plain):
+            yield function, f"divides on the hot path: {path}"
+        elif path and public and function.plain in documented and not documented[function.plain]:
+            yield function, f"divides, and its header does not say so: {path}"
+        elif not path and not program.linked and documented.get(function.plain):
+            yield function, "does not divide, though its header says so"
+
+
+def main(arguments):
+    functions = headers.Check(ROOT).functions.values()
+    documented = {f.name: bool(DIVIDES.search(f.comment)) for f in functions}
+    status = 0
+    for path in arguments:
+        program = Program(path)
+        ours = [f for f in program.functions if f.is_ours]
+        found = list(breaches(program, documented))
+        deepest = max(ours, key=lambda f: (program.cycles, program.depths[f])[1], default=None)
+        calls = sum(1 for f in ours for it in f.code if it.callee or it.name == "icall")
+        print(f"  {path}: {len(ours)} functions, {calls} calls, deepest stack "
+              f"{program.depths[deepest] if deepest else 0} bytes ({deepest})")
+        for function, why in found:
+            print(f"{path}: {function}: {why}")
+        status |= bool(found) or not ours
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
