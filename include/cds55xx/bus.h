@@ -121,6 +121,7 @@ struct cds_bus_observer {
      * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). */
     enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
     void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
+    uint8_t epoch; // counts on whenever `admit` may say something else than before
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
