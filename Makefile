@@ -293,7 +293,7 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 	$(SIM_TESTS:%=build/host/test/sim/%)
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/program/three_buses.elf \
+	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
 	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
