@@ -302,6 +302,11 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
 	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
 
+## cycle: 60 s of 50 servos at 250 Hz: the figures; fails if a promise is broken
+.PHONY: cycle
+cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
+	@test/run/cycle.py 60
+
 # ---- checks ----------------------------------------------------------------------------------------
 
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \

@@ -1,5 +1,11 @@
-/* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. Says
- * after PERIODS periods how it went. Servos 1 to 50 at their factory return delay. */
+/* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. The
+ * first two bytes of the EEPROM say for how many seconds; a dot is said after each, and in the end
+ * how it went. Servos 1 to 50 at their factory return delay.
+ *
+ * The CPU sleeps while there is nothing to do, and PB0 is high while it is in the library: what a
+ * robot has left for itself is the rest. */
+#include <avr/eeprom.h>
+#include <avr/sleep.h>
 #include <cds55xx/cycle.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -9,9 +15,9 @@
 #define SERVOS          50
 #define RETURN_DELAY_US 2
 
-#ifndef PERIODS
-#define PERIODS 1250 // 5 s
-#endif
+#define PERIODS_PER_S (1000000ul / CDS_CYCLE_PERIOD_US)
+#define TICK          (250u * (uint16_t)(F_CPU / 8000000ul)) // 250 us of the clock's timer
+#define MARK          (1 << PB0)
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -21,6 +27,63 @@ static struct cds_cycle cycle;
 static uint8_t ids[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
 static struct cds_feedback feedback[SERVOS];
+
+/* What the library does is between these two; the compiler moves nothing of it past them. */
+static inline void mark(void)
+{
+    PORTB |= MARK;
+    __asm__ volatile("" ::: "memory");
+}
+
+static inline void unmark(void)
+{
+    __asm__ volatile("" ::: "memory");
+    PORTB &= (uint8_t)~MARK;
+}
+
+/* A period begins, or a reply is overdue, without any interrupt of the bus: this one wakes the CPU
+ * for it. */
+static volatile bool ticked;
+
+ISR(TIMER1_COMPA_vect)
+{
+    OCR1A += TICK;
+    ticked = true;
+}
+
+/* What the handlers of the bus change, as it was before the library was called last: there is work
+ * when a packet has left or a byte has come. Bytes are parsed as they come: at the end of a reply
+ * there is then the less to do before the next READ. */
+static uint8_t seen_state, seen_head;
+
+static bool anything_new(void)
+{
+    return ticked || (bus.link.state != seen_state && bus.link.state == CDS_LINK_LISTENING) ||
+           bus.link.rx.head != seen_head;
+}
+
+static void sleep(void)
+{
+    cli();
+    while (!anything_new()) {
+        sleep_enable();
+        sei(); // takes effect after the next instruction, the sleep
+        sleep_cpu();
+        cli();
+    }
+    sei();
+}
+
+static void poll(void)
+{
+    ticked = false;
+    seen_state = bus.link.state;
+    seen_head = bus.link.rx.head;
+    mark();
+    cds_bus_poll(&bus);
+    cds_cycle_poll(&cycle);
+    unmark();
+}
 
 /* Goals of one period; true when all of them were taken. */
 static bool set_goals(uint16_t period)
@@ -33,9 +96,14 @@ static bool set_goals(uint16_t period)
         if (position & 0x200) {
             position = 0x3FF - position;
         }
+        mark();
         taken &= cds_cycle_goal(&cycle, i, 256 + position, 0) == CDS_OK;
+        unmark();
     }
-    return taken && cds_cycle_commit(&cycle) == CDS_OK;
+    mark();
+    taken &= cds_cycle_commit(&cycle) == CDS_OK;
+    unmark();
+    return taken;
 }
 
 static void say_counters(void)
@@ -54,15 +122,41 @@ static void say_counters(void)
     say("ring_overflows", count.ring_overflows);
 }
 
+/* So many periods; returns how often goals were refused. */
+static uint16_t run(uint32_t periods)
+{
+    uint32_t second = PERIODS_PER_S, set = 0, over;
+    uint16_t refused = !set_goals((uint16_t)set++);
+
+    OCR1A = TCNT1 + 10; // not before the period begins
+    TIFR = 1 << OCF1A;
+    TIMSK |= 1 << OCIE1A;
+    while ((over = cycle.counters.periods + cycle.counters.missed) < periods) {
+        poll();
+        if (cycle.counters.periods == set) // what was set is on its way
+            refused += !set_goals((uint16_t)set++);
+        if (over == second) {
+            say_text(".\n"); // the USART has room for both
+            second += PERIODS_PER_S;
+        }
+        sleep();
+    }
+    cds_cycle_stop(&cycle);
+    while (cds_cycle_poll(&cycle) == CDS_PENDING)
+        cds_bus_poll(&bus);
+    return refused;
+}
+
 int main(void)
 {
     static uint8_t packet[CDS_PACKET_SIZE(3)];
     static struct cds_request request = CDS_REQUEST(packet);
-    uint16_t set = 0, refused = 0;
+    uint16_t refused;
 
     for (uint8_t i = 0; i < SERVOS; i++) {
         ids[i] = (uint8_t)(i + 1);
     }
+    DDRB = MARK;
     say_open();
     cds_avr_clock_open();
     sei();
@@ -73,18 +167,7 @@ int main(void)
     }
     say("begun", cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback,
                                  CDS_CYCLE_PERIOD_US) == CDS_OK);
-    refused += !set_goals(set++);
-    while (cycle.counters.periods + cycle.counters.missed < PERIODS) {
-        cds_bus_poll(&bus);
-        cds_cycle_poll(&cycle);
-        if ((uint16_t)cycle.counters.periods == set) { // what was set is on its way
-            refused += !set_goals(set++);
-        }
-    }
-    cds_cycle_stop(&cycle);
-    while (cds_cycle_poll(&cycle) == CDS_PENDING) {
-        cds_bus_poll(&bus);
-    }
+    refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
     say("refused", refused);

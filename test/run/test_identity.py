@@ -162,7 +162,7 @@ class Identity(unittest.TestCase):
         self.interrupt(Change("baud 3 2", (3, 1), (3, 2)), self.check_unlisted)
 
     def test_a_servo_that_is_deaf_for_a_second_after_power_up(self):
-        self.interrupt(Change("id 3 7", (3, 1), (7, 1), DEAF_MS), self.check, every=11)
+        self.interrupt(Change("id 3 7", (3, 1), (7, 1), DEAF_MS), self.check, every=7)
 
     def test_a_reset(self):
         self.interrupt(Change("reset 3", (3, 1), (1, 1)), self.check)
