@@ -2,10 +2,9 @@
  * first two bytes of the EEPROM say for how many seconds; a dot is said after each, and in the end
  * how it went. Servos 1 to 50 at their factory return delay.
  *
- * The CPU sleeps while there is nothing to do, and PB0 is high while it is in the library: what a
- * robot has left for itself is the rest. */
+ * The library is called when a handler of the bus has done something, and on a tick; PB0 is high
+ * while it runs. What neither that nor the handlers take is left to the robot. */
 #include <avr/eeprom.h>
-#include <avr/sleep.h>
 #include <cds55xx/cycle.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -16,7 +15,8 @@
 #define RETURN_DELAY_US 2
 
 #define PERIODS_PER_S (1000000ul / CDS_CYCLE_PERIOD_US)
-#define TICK          (250u * (uint16_t)(F_CPU / 8000000ul)) // 250 us of the clock's timer
+#define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
+#define TICK          (1000u * TICKS_PER_US)
 #define MARK          (1 << PB0)
 
 static struct cds_bus bus;
@@ -41,48 +41,40 @@ static inline void unmark(void)
     PORTB &= (uint8_t)~MARK;
 }
 
-/* A period begins, or a reply is overdue, without any interrupt of the bus: this one wakes the CPU
- * for it. */
-static volatile bool ticked;
+/* A period begins, or a reply is overdue, without any interrupt of the bus: then it is time for a
+ * call all the same. */
+static uint16_t next_tick;
 
-ISR(TIMER1_COMPA_vect)
-{
-    OCR1A += TICK;
-    ticked = true;
-}
-
-/* What the handlers of the bus change, as it was before the library was called last: there is work
- * when a packet has left or a byte has come. Bytes are parsed as they come: at the end of a reply
- * there is then the less to do before the next READ. */
+/* What the handlers of the bus change: there is work when a packet has left or a byte has come.
+ * Bytes are parsed as they come: at the end of a reply there is then the less to do before the next
+ * READ. */
 static uint8_t seen_state, seen_head;
 
 static bool anything_new(void)
 {
-    return ticked || (bus.link.state != seen_state && bus.link.state == CDS_LINK_LISTENING) ||
-           bus.link.rx.head != seen_head;
+    uint8_t state = bus.link.state;
+
+    return (state != seen_state && state == CDS_LINK_LISTENING) || bus.link.rx.head != seen_head;
 }
 
-static void sleep(void)
+static void wait(void)
 {
-    cli();
     while (!anything_new()) {
-        sleep_enable();
-        sei(); // takes effect after the next instruction, the sleep
-        sleep_cpu();
-        cli();
+        if ((int16_t)(TCNT1 - next_tick) >= 0) {
+            next_tick += TICK;
+            return;
+        }
     }
-    sei();
 }
 
 static void poll(void)
 {
-    ticked = false;
-    seen_state = bus.link.state;
     seen_head = bus.link.rx.head;
     mark();
     cds_bus_poll(&bus);
     cds_cycle_poll(&cycle);
     unmark();
+    seen_state = bus.link.state; // that of a packet which has just begun, not the one before it
 }
 
 /* Goals of one period; true when all of them were taken. */
@@ -128,9 +120,8 @@ static uint16_t run(uint32_t periods)
     uint32_t second = PERIODS_PER_S, set = 0, over;
     uint16_t refused = !set_goals((uint16_t)set++);
 
-    OCR1A = TCNT1 + 10; // not before the period begins
-    TIFR = 1 << OCF1A;
-    TIMSK |= 1 << OCIE1A;
+    /* Periods begin on a tick. */
+    next_tick = TCNT1 - (uint16_t)(cds_port_now_us() - cycle.next_us) * TICKS_PER_US;
     while ((over = cycle.counters.periods + cycle.counters.missed) < periods) {
         poll();
         if (cycle.counters.periods == set) // what was set is on its way
@@ -139,7 +130,7 @@ static uint16_t run(uint32_t periods)
             say_text(".\n"); // the USART has room for both
             second += PERIODS_PER_S;
         }
-        sleep();
+        wait();
     }
     cds_cycle_stop(&cycle);
     while (cds_cycle_poll(&cycle) == CDS_PENDING)

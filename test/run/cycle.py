@@ -40,9 +40,9 @@ class Cycle:
                 self.read(transcript)
         self.figure = {name: int(number) for name, number in
                        re.findall(r"^(\w+) (\d+)$", self.output, re.M)}
-        summary = re.search(r"wire busy ([\d.]+) %.*^cpu: +([\d.]+) % in interrupt handlers, awake "
-                            r"([\d.]+) %.*^mark: +PB0 high ([\d.]+) %", self.output, re.M | re.S)
-        self.wire, self.handlers, self.awake, self.calls = map(float, summary.groups())
+        summary = re.search(r"wire busy ([\d.]+) %.*^cpu: +([\d.]+) % in interrupt handlers.*"
+                            r"^mark: +PB0 high ([\d.]+) %", self.output, re.M | re.S)
+        self.wire, self.handlers, self.calls = map(float, summary.groups())
 
     def run(self, command, progress):
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
@@ -126,14 +126,13 @@ class Cycle:
             ("packets sent, replies, lost bytes",
              f"{self.sent}, {self.replies}, {sum(figure[n] for n in NEVER[3:])}"),
             ("return delay of the servos", f"{figure['return_delay_us']} us"),
-            ("goals are late by", f"{self.jitter_us():.0f} us at most"),
+            ("goals on the wire to within", f"{self.jitter_us():.0f} us"),
             ("oldest feedback", f"{figure['oldest_us'] / 1000:.1f} ms"),
             ("bus utilisation", f"{figure['utilisation_permille'] / 10:.1f} % by the cycle's own "
              f"count, wire busy {self.wire:.1f} %"),
             ("CPU: interrupt handlers", f"{self.handlers:.1f} %"),
             ("CPU: calls of the library", f"{self.calls:.1f} %"),
-            ("CPU: the program's own, awake", f"{self.awake - self.handlers - self.calls:.1f} %"),
-            ("CPU: asleep", f"{100 - self.awake:.1f} %"),
+            ("CPU: left to the robot", f"{100 - self.handlers - self.calls:.1f} %"),
         ])
 
 
