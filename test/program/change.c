@@ -1,7 +1,7 @@
 /* Changes of identity on demand, a command a line, answered as a console does: "id FROM TO",
  * "baud ID REGISTER", "reset ID" (at the bus's rate), each said with what came of it; "again" looks
- * once more if the servo was lost, and says it anew; "rate REGISTER" takes the bus there; "scan REGISTER" says who of IDs 0 to 9 is at that
- * rate. */
+ * once more if the servo was lost, and says it anew; "rate REGISTER" takes the bus there; "scan
+ * REGISTER" says who of IDs 0 to 9 is at that rate. */
 #include <cds55xx/identity.h>
 #include <cds55xx/scan.h>
 #include <cds55xx_avr.h>
