@@ -23,7 +23,7 @@ static uint8_t packet[BUSES][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
 static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0]), CDS_REQUEST(packet[1]),
                                             CDS_REQUEST(packet[2])};
 static uint8_t length, buses;
-static uint16_t reads[BUSES], good[BUSES];
+static uint16_t reads[BUSES], good[BUSES], refused[BUSES];
 static uint32_t begun_us[BUSES], longest_us[BUSES];
 
 static void read_next(uint8_t i)
@@ -40,9 +40,12 @@ static void read_next(uint8_t i)
 static void judge(uint8_t i)
 {
     uint8_t id = 0;
+    enum cds_result result = cds_request_byte(&request[i], 0, &id);
 
-    if (cds_request_byte(&request[i], 0, &id) == CDS_OK && id == i + 1)
+    if (result == CDS_OK && id == i + 1)
         good[i]++;
+    if (result == CDS_REFUSED) // it heard something else than was said
+        refused[i]++;
 }
 
 static void open_all(uint8_t delay)
@@ -86,6 +89,7 @@ static void say_counters(uint8_t i)
     say("bus", i);
     say("reads", reads[i]);
     say("good", good[i]);
+    say("refused", refused[i]);
     say("sent", count.sent);
     say("ok", count.ok);
     say("timeouts", count.timeouts);
