@@ -58,6 +58,7 @@ class Cycle:
         """Counts the packets, and notes when which goals went out and how soon replies came."""
         self.sent = self.replies = 0
         self.goals, self.turnarounds, self.damaged = [], set(), []
+        self.answered = []
         asked = None
         for line in transcript:
             match = PACKET.match(line)
@@ -72,6 +73,7 @@ class Cycle:
                     self.goals.append((cycle, bytes.fromhex(match[3])))
             else:
                 self.replies += 1
+                self.answered.append(int(match[3][6:8], 16))
                 self.turnarounds.add((cycle - asked) / MHZ)
 
     @staticmethod
@@ -103,7 +105,9 @@ class Cycle:
         yield "all goals of a period of one commit", self.torn() == 0
         yield "goals on time to 100 us", self.jitter_us() < 100
         yield f"{READS} READs a period", figure["reads"] >= READS * (periods - 1)
-        yield "feedback in turn", figure["oldest_us"] < (SERVOS / READS + 1) * PERIOD_US
+        yield "every servo in its turn", self.answered == [
+            1 + n % SERVOS for n in range(len(self.answered))]
+        yield "feedback not older than a turn", figure["oldest_us"] < (SERVOS / READS + 1) * PERIOD_US
         # 16 bits each
         yield "sent as on the wire", figure["sent"] == self.sent % 65536
         yield "sent: torque, goals, READs", self.sent == 1 + periods + figure["reads"]

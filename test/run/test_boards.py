@@ -66,12 +66,15 @@ class SeveralBuses(unittest.TestCase):
         self.assertEqual(bus["ok"], bus["good"] + bus["refused"])
         self.assertEqual(bus["foreign"], 0)
 
-    def assert_undisturbed(self, run, number):
-        """Nothing failed, and it counts what its wire saw; a WRITE to all came before."""
-        bus = run.buses[number]
+    def assert_well(self, bus):
         self.assertEqual(bus["ok"], bus["sent"])
         for name in ("refused", "timeouts", "corrupt", "refuted", "framing", "overruns", "overflows"):
             self.assertEqual(bus[name], 0, name)
+
+    def assert_undisturbed(self, run, number):
+        """Nothing failed, and it counts what its wire saw; a WRITE to all came before."""
+        bus = run.buses[number]
+        self.assert_well(bus)
         seen = re.findall(rf"^ *\d+ bus{number} (->in|<-out): FF FF (\S\S) [^(]*\(LEN:\d+\)$",
                           run.transcript, re.M)
         self.assertEqual(seen.count(("->in", "FE")), 1)
@@ -114,7 +117,7 @@ class SeveralBuses(unittest.TestCase):
         run = self.simulate(25, 2, 3, "--fault", "1:noise 500")
         self.assertEqual(run.status, 0, run.output)
         for number in (0, 2):
-            self.assert_undisturbed(run, number)
+            self.assert_well(run.buses[number])
         noisy = run.buses[1]
         self.assertGreater(noisy["timeouts"] + noisy["corrupt"], 50)
         self.assertGreater(noisy["ok"], 200)
