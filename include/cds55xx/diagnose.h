@@ -11,17 +11,18 @@
  *      and whoever else is there: OTHER_RATE, OTHER_ID, else SILENCE
  *   4. READ is silent where PING is not: NO_REPLY_BY_LEVEL
  *   5. damage: only where two servos would say different things (READ of position, voltage ...),
- *      and not in PING and READ of the ID: DUPLICATE_ID; in half of all answers or more:
- *      DUPLICATE_ID if another servo is understood, or none is there and all was damage; else
- * NOISE. One bad exchange of sixteen is none: real buses lose a few in a thousand
+ *      and not in PING and READ of the ID: DUPLICATE_ID. In half of all answers or more:
+ *      DUPLICATE_ID if another servo is understood, or if none is there and three quarters are
+ *      damaged; else NOISE. One bad exchange of sixteen is nothing: real buses lose a few in a
+ *      thousand. Up to three bytes unasked are nothing either
  *   6. what the servo says of itself: SLOW, LOW_SUPPLY, HIGH_SUPPLY, OVERHEATED, OVERLOADED
  *
- * At 1 Mbps a servo that is well takes 0.1 s and 22 exchanges, silence 0.2 s; where others must be
- * looked for there are at most 300 exchanges: 0.4 s, and 3 s at 19200. Twins that agree to the bit,
- * in values and in time, are one servo to anybody.
+ * At 1 Mbps a servo that is well takes 0.1 s and 20 exchanges, silence 0.2 s and 27. Where others
+ * must be looked for there are at most 300 exchanges in 0.4 s, 2.2 s at 19200; of anybody twice as
+ * many. Two servos that agree to the bit, in values and in time, pass for one.
  *
- * Broadcast PING is sent only if nobody answers, or to look for anybody: several servos answer it
- * at once then, for 60 us. Keep other requests off the bus meanwhile, as in a scan. What an
+ * Broadcast PING is sent only where nobody answers, or to look for anybody: several servos answer
+ * it at once then, for 60 us. Keep other requests off the bus meanwhile, as in a scan. What an
  * observer knows of servos is not used. Main context.
  */
 #ifndef CDS_DIAGNOSE_H
@@ -44,7 +45,7 @@ extern "C" {
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
       "unplug one servo after the other until it is; then look at that one")                       \
     X(CDS_FINDING_ECHO, 4, "own bytes come back, though the board says they do not",               \
-      "check RX enable, or choose the wiring with an echo in board.h")                             \
+      "check RX enable; or describe the board as one with an echo")                                \
     X(CDS_FINDING_COLLISION, 5, "somebody else sends on this line",                                \
       "let one controller only talk: unplug the other, or an adapter to a PC")                     \
     X(CDS_FINDING_NOISE, 6, "the line is disturbed",                                               \

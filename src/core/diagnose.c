@@ -10,7 +10,7 @@
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
 #define PAUSE_US   1000u // after a question, with 8 byte times: what comes late or twice comes now
-#define NOISE      2     // bytes unasked, fewer are an accident
+#define NOISE      4     // bytes unasked; fewer are what good buses lose a few replies by
 #define FEW        2     // of anything that may happen once on a good bus
 #define SUPPLY_MV  100u  // unit of the registers
 #define VARYING    8     // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
@@ -79,7 +79,7 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose)
     diagnose->aborted = 1;
 }
 
-static void pause(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
+static void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
 {
     diagnose->since_us = cds_port_now_us();
     diagnose->pause_us = us + (uint32_t)bytes * diagnose->bus->byte_time_us;
@@ -239,7 +239,7 @@ static void exchange_ended(struct cds_diagnose *diagnose)
     if (clean)
         keep(diagnose);
     if (phase != SEEK || heard || result != CDS_TIMEOUT)
-        pause(diagnose, PAUSE_US, 8);
+        rest(diagnose, PAUSE_US, 8);
 }
 
 /* ---- what a series tells ---- */
@@ -356,7 +356,8 @@ static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
     if (diagnose->seek_id <= CDS_ID_MAX)
         enter(diagnose, SEEK);
     else if (diagnose->purpose == TO_COMPARE)
-        compare(diagnose, total->answered < FEW && total->silent < FEW); // nobody else is there
+        compare(diagnose,
+                total->damaged >= total->asked - total->asked / 4); // nobody else is there
     else
         go_elsewhere(diagnose);
 }
@@ -368,6 +369,7 @@ static void knocked(struct cds_diagnose *diagnose)
         diagnose->found_id = diagnose->target;
         enter(diagnose, SAME);
     } else if (diagnose->late) {
+        diagnose->found_id = diagnose->target;
         find(diagnose, CDS_FINDING_SLOW);
     } else {
         diagnose->purpose = TO_TELL;
@@ -540,7 +542,7 @@ static void start(struct cds_diagnose *diagnose)
     diagnose->repeats = bus->repeats;
     cds_bus_set_repeats(bus, 0); // each question counts
     enter(diagnose, SETTLE);
-    pause(diagnose, SETTLE_US, CDS_RING_SIZE);
+    rest(diagnose, SETTLE_US, CDS_RING_SIZE);
 }
 
 static void give_back(struct cds_diagnose *diagnose)
@@ -568,7 +570,7 @@ static void go_on(struct cds_diagnose *diagnose)
     switch (diagnose->phase) {
     case SETTLE:
         enter(diagnose, LISTEN);
-        pause(diagnose, LISTEN_US, 0);
+        rest(diagnose, LISTEN_US, 0);
         diagnose->head = diagnose->bus->link.rx.head;
         break;
     case LISTEN:
@@ -577,7 +579,8 @@ static void go_on(struct cds_diagnose *diagnose)
         break;
     case GIVE_BACK: give_back(diagnose); break;
     default:
-        if (series->asked == wanted(diagnose->phase) || series->busy >= FEW)
+        if (series->asked == wanted(diagnose->phase) || series->busy >= FEW ||
+            (diagnose->phase == LIMITS && series->answered))
             series_ended(diagnose);
         else if (tuned(diagnose))
             ask(diagnose);
