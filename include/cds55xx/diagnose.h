@@ -122,7 +122,7 @@ struct cds_diagnose {
     uint16_t return_delay_us;
     uint8_t repeats, baud, own_baud;
     uint8_t phase, purpose, aborted, in_flight, crowd, limits_known;
-    uint8_t target, candidate, seek_id, rate_index;
+    uint8_t target, candidate, seek_id, rates_left;
     uint8_t sent[8], sent_size, head;
     uint8_t feedback[8], limits[9];
     uint8_t result;

@@ -68,6 +68,7 @@ enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose, struct cds_bus
         .found_id = CDS_DIAGNOSE_NOBODY,
         .found_baud = bus->baud,
         .own_baud = bus->baud,
+        .rates_left = CDS_SCAN_LISTED_BAUDS,
         .phase = START,
         .result = CDS_PENDING,
     };
@@ -302,11 +303,13 @@ static void listened(struct cds_diagnose *diagnose)
         enter(diagnose, diagnose->target == CDS_BROADCAST_ID ? ANYONE : KNOCK);
 }
 
-/* The next listed rate that is not the bus's own, from `rate_index` on; false: none is left. */
+/* The next listed rate that is not the bus's own; false: none is left. Slowest first: a servo hears
+ * what is sent at a faster rate as single bytes, of which several make the head of a long packet.
+ */
 static bool next_rate(struct cds_diagnose *diagnose)
 {
-    while (diagnose->rate_index < CDS_SCAN_LISTED_BAUDS) {
-        diagnose->baud = cds_scan_listed_bauds[diagnose->rate_index++];
+    while (diagnose->rates_left) {
+        diagnose->baud = cds_scan_listed_bauds[--diagnose->rates_left];
         if (diagnose->baud != diagnose->own_baud)
             return true;
     }
@@ -324,7 +327,7 @@ static void go_elsewhere(struct cds_diagnose *diagnose)
         return;
     }
     if (for_one)
-        diagnose->rate_index = 0;
+        diagnose->rates_left = CDS_SCAN_LISTED_BAUDS;
     if (diagnose->found_id != CDS_DIAGNOSE_NOBODY)
         find(diagnose, CDS_FINDING_OTHER_ID);
     else if (next_rate(diagnose))

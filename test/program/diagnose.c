@@ -69,6 +69,7 @@ static void obey(char letter, const uint16_t *number)
             cds_wait_for(&bus, &request, cds_servo_read(&bus, &request, id, 0x24, 11));
         break;
     case 'r': cds_bus_set_return_delay(&bus, number[0]); break;
+    case 'b': cds_bus_set_baud(&bus, (uint8_t)number[0]); break;
     default: say_text("error 30: letter\n"); return;
     }
     say_text("ok\n");
