@@ -16,10 +16,12 @@ static uint8_t buffer[CDS_DIAGNOSE_SIZE];
 static struct cds_request request;
 static struct cds_diagnose diagnose;
 static struct {
-    uint32_t spoilt; // bit n: the answer to question n of servo ID is damaged
+    uint32_t spoilt; // bit n: the answer to question n of each examination of servo ID is damaged
     uint8_t to_id;   // questions to it so far
     uint8_t error;   // in answers to READ of measurements
     bool other_too;  // all answers of others are damaged
+    bool once;       // ... of the first one only
+    bool headless;   // answers of servo ID lack a byte of their header
     bool echoes;     // every byte comes back
     uint16_t lost;   // bytes that the receiver loses in each answer
 } world;
@@ -70,14 +72,16 @@ static void meet(void)
         port_fake_hear(&bus.link, sent, port_fake.sent_size);
     for (uint16_t i = 0; i < world.lost; i++)
         cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
-    if (to_id ? world.to_id < QUESTIONS && world.spoilt >> world.to_id & 1 : world.other_too)
+    if (to_id ? world.spoilt >> world.to_id % QUESTIONS & 1 : world.other_too)
         port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x05\x02\x00\x00", 6);
+    else if (to_id && world.headless)
+        port_fake_hear(&bus.link, (const uint8_t *)"\xFF\x05\x02\x00\xF8", 5);
     else if (to_id && measured && world.error)
         port_fake_answer(&bus.link, ID, world.error, &servos.servo[0].table[sent[5]], sent[6]);
     else
         servos_hear(&bus);
-    if (to_id)
-        world.to_id++;
+    if (to_id && ++world.to_id == QUESTIONS && world.once)
+        world.spoilt = 0;
 }
 
 static void turn(void)
@@ -157,7 +161,7 @@ void test_a_servo_that_is_well(void)
 void test_nobody(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SILENCE, found());
-    TEST_ASSERT_EQUAL_UINT16(27, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT16(31, diagnose.exchanges);
     TEST_ASSERT_LESS_THAN_UINT32(200000, port_fake.now_us);
     TEST_ASSERT_EQUAL_UINT8(CDS_DIAGNOSE_NOBODY, diagnose.found_id);
 }
@@ -171,12 +175,13 @@ void test_it_waits_while_others_use_the_bus_and_until_all_late_answers_are_over(
     cds_packet_ping(&other.packet, 77);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_diagnose_poll(&diagnose));
-    TEST_ASSERT_EQUAL_UINT16(40, bus.return_delay_us);
+    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats); // nothing is touched before it is its turn
     while (other.result == CDS_PENDING) {
         turn();
         cds_bus_poll(&bus);
     }
     cds_diagnose_poll(&diagnose);
+    port_fake.now_us += 1900;
     port_fake_answer(&bus.link, 77, 0, NULL, 0);
     port_fake_answer(&bus.link, 78, 0, NULL, 0);
     TEST_ASSERT_EQUAL(CDS_OK, go_on());
@@ -341,6 +346,25 @@ void test_one_damaged_answer_is_nothing_wherever_it_is_and_two_are_noise(void)
                             found_for(questions(QUESTIONS - 2, 2), false, false));
 }
 
+void test_one_bad_examination_is_nothing_if_the_next_one_is_clean(void)
+{
+    put(0, ID, 1);
+    world.spoilt = questions(2, 5);
+    world.once = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT16(QUESTIONS + 20, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.answered);
+}
+
+void test_a_servo_that_was_deaf_at_first(void)
+{
+    put(0, ID, 1);
+    put(1, 200, 1);
+    servos.plan[0] = (struct servos_plan){1, CUT_BEFORE, 20};
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+}
+
 void test_damage_only_where_two_servos_would_differ(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID,
@@ -369,6 +393,15 @@ void test_much_damage_of_the_only_servo(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_for(questions(0, 12), false, false));
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(300, diagnose.exchanges);
     TEST_ASSERT_LESS_THAN_UINT32(400000, port_fake.now_us);
+}
+
+void test_bytes_that_begin_no_packet_are_damage_and_not_silence(void)
+{
+    put(0, ID, 1);
+    world.headless = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.damaged);
+    TEST_ASSERT_EQUAL_UINT8(0, diagnose.total.silent);
 }
 
 /* ---- what a servo says of itself ---- */

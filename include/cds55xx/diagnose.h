@@ -13,11 +13,12 @@
  *   5. damage: only where two servos would say different things (READ of position, voltage ...),
  *      and not in PING and READ of the ID: DUPLICATE_ID. In half of all answers or more:
  *      DUPLICATE_ID if another servo is understood, or if none is there and three quarters are
- *      damaged; else NOISE. One bad exchange of sixteen is nothing: real buses lose a few in a
- *      thousand. Up to three bytes unasked are nothing either
+ *      damaged; else NOISE. One bad exchange of sixteen is nothing, nor are more if a second
+ *      examination is clean: real buses lose a few in a thousand. Up to three bytes unasked are
+ * nothing either
  *   6. what the servo says of itself: SLOW, LOW_SUPPLY, HIGH_SUPPLY, OVERHEATED, OVERLOADED
  *
- * At 1 Mbps a servo that is well takes 0.1 s and 20 exchanges, silence 0.2 s and 27. Where others
+ * At 1 Mbps a servo that is well takes 0.1 s and 20 exchanges, silence 0.2 s and 31. Where others
  * must be looked for there are at most 300 exchanges in 0.4 s, 2.2 s at 19200; of anybody twice as
  * many. Two servos that agree to the bit, in values and in time, pass for one.
  *
@@ -121,7 +122,7 @@ struct cds_diagnose {
     uint32_t since_us, pause_us;
     uint16_t return_delay_us;
     uint8_t repeats, baud, own_baud;
-    uint8_t phase, purpose, aborted, in_flight, crowd, limits_known;
+    uint8_t phase, purpose, aborted, in_flight, crowd, limits_known, looked_again;
     uint8_t target, candidate, seek_id, rates_left;
     uint8_t sent[8], sent_size, head;
     uint8_t feedback[8], limits[9];

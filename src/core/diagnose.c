@@ -303,6 +303,28 @@ static void listened(struct cds_diagnose *diagnose)
         enter(diagnose, diagnose->target == CDS_BROADCAST_ID ? ANYONE : KNOCK);
 }
 
+/* Examines the target once more; false: that has been done. One damaged LENGTH makes a servo deaf
+ * for up to 255 bytes, so one accident may spoil a whole examination. */
+static bool look_again(struct cds_diagnose *diagnose)
+{
+    if (diagnose->looked_again)
+        return false;
+    diagnose->looked_again = 1;
+    diagnose->total = (struct cds_diagnose_tally){0};
+    enter(diagnose, KNOCK);
+    return true;
+}
+
+static void nobody_is_there(struct cds_diagnose *diagnose)
+{
+    if (diagnose->target != CDS_BROADCAST_ID && look_again(diagnose))
+        return;
+    if (diagnose->found_id != CDS_DIAGNOSE_NOBODY)
+        find(diagnose, CDS_FINDING_OTHER_ID);
+    else
+        find(diagnose, diagnose->crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
+}
+
 /* The next listed rate that is not the bus's own; false: none is left. Slowest first: a servo hears
  * what is sent at a faster rate as single bytes, of which several make the head of a long packet.
  */
@@ -328,12 +350,10 @@ static void go_elsewhere(struct cds_diagnose *diagnose)
     }
     if (for_one)
         diagnose->rates_left = CDS_SCAN_LISTED_BAUDS;
-    if (diagnose->found_id != CDS_DIAGNOSE_NOBODY)
-        find(diagnose, CDS_FINDING_OTHER_ID);
-    else if (next_rate(diagnose))
+    if (diagnose->found_id == CDS_DIAGNOSE_NOBODY && next_rate(diagnose))
         enter(diagnose, ELSEWHERE_ANYONE);
     else
-        find(diagnose, diagnose->crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
+        nobody_is_there(diagnose);
 }
 
 static void examine(struct cds_diagnose *diagnose, uint8_t id)
@@ -374,6 +394,8 @@ static void knocked(struct cds_diagnose *diagnose)
     } else if (diagnose->late) {
         diagnose->found_id = diagnose->target;
         find(diagnose, CDS_FINDING_SLOW);
+    } else if (diagnose->looked_again) {
+        nobody_is_there(diagnose);
     } else {
         diagnose->purpose = TO_TELL;
         enter(diagnose, ANYONE);
@@ -383,10 +405,10 @@ static void knocked(struct cds_diagnose *diagnose)
 static void read_the_same(struct cds_diagnose *diagnose)
 {
     diagnose->same = diagnose->series;
-    if (diagnose->same.silent == diagnose->same.asked && diagnose->ping.silent < FEW)
-        find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
-    else
+    if (diagnose->same.silent < diagnose->same.asked || diagnose->ping.silent >= FEW)
         enter(diagnose, DIFFERING);
+    else if (!look_again(diagnose))
+        find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
 }
 
 static void read_what_differs(struct cds_diagnose *diagnose)
@@ -405,7 +427,7 @@ static void read_what_differs(struct cds_diagnose *diagnose)
     } else if (total->damaged >= total->asked / 2) {
         diagnose->purpose = TO_COMPARE;
         seek(diagnose, 0);
-    } else {
+    } else if (!look_again(diagnose)) {
         find(diagnose, CDS_FINDING_NOISE);
     }
 }
@@ -479,9 +501,8 @@ static void named(struct cds_diagnose *diagnose)
         compare(diagnose, series->answered == series->asked);
     } else if (diagnose->purpose == TO_EXAMINE) {
         examine(diagnose, diagnose->candidate);
-    } else if (diagnose->candidate == diagnose->target) { // now it answers: it comes and goes
-        diagnose->found_id = diagnose->target;
-        find(diagnose, CDS_FINDING_NOISE);
+    } else if (diagnose->candidate == diagnose->target) { // now it answers
+        look_again(diagnose);
     } else {
         diagnose->found_id = diagnose->candidate;
         go_elsewhere(diagnose);

@@ -53,14 +53,21 @@ class Diagnose(unittest.TestCase):
 
     def test_a_few_damaged_replies_in_a_thousand_are_no_finding(self):
         # 14 wrong bits a second: about 0.2 % of exchanges of 0.15 ms
-        script = "f 1 20\nd 1\n" * 40
-        self.assertEqual(self.runs(script, "1-18", "noise 14", options=["--seed", "5"]), ["OK"] * 40)
+        script = "f 1 20\nd 1\n" * 20
+        self.assertEqual(self.runs(script, "1-18", "noise 14", options=["--seed", "5"]), ["OK"] * 20)
         self.assertGreater(max(one["unasked"] for one in self.found), 0)
 
     def test_one_damaged_or_lost_reply_of_any_sort_is_no_finding(self):
         for packet in (1, 3, 5, 9, 11, 16):
             for fault in (f"flip out {packet} 3 4", f"lose out {packet} 0", f"flip in {packet} 4 2"):
                 self.assertEqual(self.runs("d 1\n", "1", fault), ["OK"], fault)
+
+    def test_one_damaged_length_that_makes_the_servo_deaf_for_long_is_no_finding(self):
+        for packet in (1, 4, 8, 12):
+            for servos in ("1", "1,2"):
+                # a second LENGTH bit: the servo waits for 64 bytes more, ten PINGs
+                found = self.runs("d 1\n", servos, f"flip in {packet} 3 7")
+                self.assertEqual(found, ["OK"], (packet, servos))
 
     def test_wirings_that_hear_themselves(self):
         for board in ("test/boards/adapter-echo", "arbotix"):
@@ -99,6 +106,14 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(self.runs("d 254\n", "3-20", options=["--rules", "warn"]), ["OK"])
         self.assertEqual(self.found[0]["found_id"], 3)
 
+    def test_anybody_of_two_that_answer_one_after_the_other(self):
+        self.assertEqual(self.runs("w 2 5 254\nd 254\n", "1,2"), ["OK"])
+        self.assertEqual(self.found[0]["extra"], 0)
+
+    def test_anybody_whose_first_answers_have_a_made_up_id(self):
+        self.assertEqual(self.runs("d 254\n", "5", *(f"id out {n} 77" for n in (1, 2, 3))), ["OK"])
+        self.assertEqual(self.found[0]["found_id"], 5)
+
     # ---- the line ----
 
     def test_line_low(self):
@@ -117,9 +132,9 @@ class Diagnose(unittest.TestCase):
                 self.assertEqual(self.runs(f"d {servo}\n", "1", f"noise {rate}"), ["NOISE"])
 
     def test_replies_damaged_on_a_line_that_is_quiet(self):
-        orders = [f"flip out {packet} 3 4" for packet in (1, 5, 8, 12)]
+        orders = [f"flip out {packet} 3 4" for packet in (1, 5, 8, 12, 17, 21, 24, 28)]
         self.assertEqual(self.runs("d 1\n", "1,2", *orders), ["NOISE"])
-        self.assertEqual(self.found[0]["total"], 16)
+        self.assertEqual(self.runs("d 1\n", "1,2", *orders[:4]), ["OK"])  # the second time
         self.assertEqual(self.runs("d 1\n", "1,2", "flip out every 3 4"), ["NOISE"])  # both servos'
 
     def test_echo(self):
