@@ -2,6 +2,7 @@
 #include "console.h"
 
 #include "errors.h"
+#include "host.h" // HOST_MARK_DROPPED
 #include "reply.h"
 
 static void begin_line(struct console *console)
@@ -69,8 +70,20 @@ static void end_line(struct console *console)
         reply(console, error);
 }
 
+/* The host link says that the line so far is gone. */
+static void take_mark(struct console *console, uint8_t mark)
+{
+    begin_line(console);
+    if (mark == HOST_MARK_LOST)
+        reply(console, ERROR_INPUT_LOST);
+}
+
 static void take(struct console *console, char c)
 {
+    if ((uint8_t)c == HOST_MARK_DROPPED || (uint8_t)c == HOST_MARK_LOST) {
+        take_mark(console, (uint8_t)c);
+        return;
+    }
     if (c == '\r' || c == '\n') {
         end_line(console);
         return;
@@ -88,11 +101,6 @@ static void take(struct console *console, char c)
         end_word(console, c);
     else
         token_add(&console->token, c);
-}
-
-void console_input_lost(struct console *console)
-{
-    spoil(console, ERROR_INPUT_LOST);
 }
 
 /* The exchange has ended: what has the servo said? */

@@ -42,10 +42,6 @@ void console_open(struct console *console, struct cds_bus *bus, struct cds_reque
  * called from the main loop, beside cds_bus_poll(). */
 void console_poll(struct console *console);
 
-/* The input has a gap here (call only when console_idle()): the line it fell into is not carried
- * out and is answered by an error. */
-void console_input_lost(struct console *console);
-
 /* Nothing to do but wait for input? */
 bool console_idle(const struct console *console);
 

@@ -88,7 +88,7 @@ static bool is_reply(const struct cds_bus *bus)
         return false;
     if (error & CDS_ERROR_NONE_SUCH)
         return false;
-    return parameters == request->reply_parameters ||
+    return parameters == request->reply_parameters || request->any_length ||
            (parameters == 0 && error & CDS_ERRORS_OF_PACKET);
 }
 
@@ -222,7 +222,8 @@ static void start(struct cds_bus *bus, uint32_t now_us)
     bus->damaged = 0;
     bus->counters.sent++;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
-        longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        longest = request->any_length ? CDS_PARSER_LENGTH_MAX
+                                      : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
     }
     cds_parser_begin(&bus->parser, longest);
@@ -300,7 +301,7 @@ static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
     request->vetted = false;
     if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
         return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE && due > request->packet.room)
+    if (due != CDS_REPLY_NONE && (request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
         return CDS_NO_ROOM;
     request->return_delay_us = bus->return_delay_us;
     if (bus->observer && !vetted)
