@@ -98,7 +98,9 @@ static void keep_pace(void *owner, uint64_t now)
     /* A client may be there before the firmware listens: its bytes wait. */
     size_t room = usart_rxen(&bench->host.usart) ? host_room(&bench->host) : 0;
     size_t size = pty_read(&bench->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
-    adapter_baud(&bench->host.pc, pty_baud(&bench->pty)); // for these bytes, and what is heard
+    if (bench->options->client_baud) {
+        adapter_baud(&bench->host.pc, pty_baud(&bench->pty)); // for these, and what is heard
+    }
     adapter_say(&bench->host.pc, now, bytes, size);
     schedule_at(&bench->schedule, &bench->keep_pace, now + bench->board.clock_Hz / 1000);
 }

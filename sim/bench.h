@@ -48,6 +48,7 @@ struct bench_options {
     bool gdb;
     uint16_t gdb_port; // 0: any
     bool rules_warn;
+    bool client_baud; // the PC has the rate that the pty's client sets, not the board's
     enum bench_host host;
     double seconds;    // 0: no limit
     const char *state; // folder

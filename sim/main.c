@@ -36,6 +36,7 @@ static const char help[] =
     "  --script FILE      run a scenario, docs/scenario.md: commands, causes, expectations;\n"
     "                     ends with its last line\n"
     "  --host pty         open a terminal for the console, print its path, run in real time\n"
+    "  --host-baud client the PC's rate is the one set at the pty, not the board's\n"
     "  --host stdout      print what the firmware says; ends when it sleeps with interrupts off\n"
     "  --echo             show commands, replies and packets as they come\n"
     "  --transcript FILE  every packet on the wire, with the cycle of its first start bit\n"
@@ -78,6 +79,13 @@ static bool parse_host(struct bench_options *options, const char *value)
         return usage("--host is pty or stdout, not", value);
     }
     return true;
+}
+
+static bool parse_host_baud(struct bench_options *options, const char *value)
+{
+    options->client_baud = strcmp(value, "client") == 0;
+    return options->client_baud || strcmp(value, "board") == 0 ||
+           usage("--host-baud is board or client, not", value);
 }
 
 static bool parse_script(struct bench_options *options, const char *value)
@@ -177,6 +185,7 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         {"--servos", 0, parse_servos},
         {"--script", 0, parse_script},
         {"--host", 0, parse_host},
+        {"--host-baud", 0, parse_host_baud},
         {"--transcript", &options->transcript, 0},
         {"--vcd", &options->vcd, 0},
         {"--csv", &options->csv, 0},

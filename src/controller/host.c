@@ -173,7 +173,8 @@ static void listen(struct host *host)
         return;
     host->skipping = false;
     if (is_open(host)) {
-        host->counters.silent++;
+        if (host->count > 1) // a lone 0xFF is no packet
+            host->counters.silent++;
         refute(host);
     }
 }
