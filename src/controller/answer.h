@@ -5,13 +5,15 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/ring.h" // struct cds_ring
+#include "cds55xx/packet.h" // CDS_AT_PARAMETERS
+#include "cds55xx/ring.h"   // struct cds_ring
 
 struct answer {
-    const uint8_t *parameters; // stay in place until it is out
-    uint16_t at;               // next byte of the packet
-    uint8_t id, error, length; // length: parameters
-    uint8_t sum;
+    uint8_t head[CDS_AT_PARAMETERS]; // header, ID, LENGTH, ERROR
+    const uint8_t *parameters;       // those to come; they stay in place until they are out
+    uint8_t at;                      // bytes of `head` that are out
+    uint8_t left;                    // parameters to come
+    uint8_t sum;                     // of what is out; the two of the header cancel out
 };
 
 /* `length`: 0 to 252. */

@@ -48,6 +48,7 @@ struct gather {
     uint8_t count;       // servos
     uint8_t asked, done; // of them
     uint8_t address, each;
+    uint8_t device_id;
     uint8_t error, length; // ... of GATHER_ANSWER
 };
 

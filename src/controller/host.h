@@ -42,7 +42,8 @@ struct host {
     uint8_t *bytes;         // HOST_PACKET_MAX of them
     uint16_t from, count;   // what is or may become a packet stands at from ... count - 1,
     uint16_t seen;          // and this is the next of these bytes to be examined
-    uint8_t sum;            // of those from the ID on
+    uint16_t end;           // where the packet will end, 0 until its LENGTH is known
+    uint8_t sum;            // of the bytes from the ID on
     uint32_t heard_us;      // when the last byte was taken
     bool whole;             // a packet stands there; nothing is taken until host_take()
     bool typing;            // the text so far ends within a line

@@ -15,6 +15,9 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
+/* Of so many turns of the main loop one does everything, while a READ of many servos goes on. */
+#define SELDOM 8
+
 static struct {
     struct cds_bus bus;
     struct serial serial;
@@ -88,10 +91,14 @@ static void open(void)
 int main(void)
 {
     open();
-    for (;;) {
+    for (uint8_t turn = 0;; turn++) {
         cds_bus_poll(&controller.bus);
-        host_poll(&controller.host);
         bridge_poll(&controller.bridge);
+        if (bridge_hurries(&controller.bridge) && turn % SELDOM) {
+            serial_send(&controller.serial);
+            continue;
+        }
+        host_poll(&controller.host);
         if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
             console_poll(&controller.console);
         if (!controller.host.whole && serial_broken(&controller.serial))
