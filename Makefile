@@ -248,6 +248,10 @@ $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -o $@
 
+build/host/test/fuzz: build/host/test/obj/test/fuzz.o $(TESTED_OBJ)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(SANITIZE) $(filter-out %/unity.o,$^) -o $@
+
 $(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj/test/sim/%.o \
 		build/host/test/obj/runner/sim/%_runner.o build/host/test/obj/unity.o \
 		$(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
@@ -313,6 +317,11 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 .PHONY: cycle
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 	@test/run/cycle.py 60
+
+## fuzz: 10 million random bytes, 1 million damaged lines and packets for the host link, sanitized
+.PHONY: fuzz
+fuzz: build/host/test/fuzz
+	@$< 10000000 1000000
 
 ## feedback: 18 servos' feedback over a 1 Mbps host link: one BULK READ against 18 round trips
 .PHONY: feedback

@@ -372,3 +372,17 @@ void test_marks_cannot_be_typed(void)
          "b\r");
     assert_said("ab\r");
 }
+
+void test_the_rest_of_a_packet_whose_length_was_damaged_spoils_no_later_line(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 1, 2, 3, 'a', 'b', 'c', 'd'}; // LENGTH was 5
+
+    feed(damaged, sizeof damaged, 1);
+    pause_us(HOST_SILENCE_US);
+    type("ping 1\r");
+    assert_said("bcd" MARK_DROPPED "ping 1\r");
+    type("pi");
+    pause_us(HOST_SILENCE_US); // a person may take more time
+    type("ng 2\r");
+    assert_said("ping 2\r");
+}

@@ -34,8 +34,8 @@ static void fail(struct command_line *line, uint8_t error)
 static bool is_named(const struct token *token, const CDS_FLASH char *name)
 {
     for (uint8_t i = 0; i < token->length; i++)
-        if (token->length > TOKEN_MAX || token->text[i] != *name++)
-            return false;
+        if (token->length > TOKEN_MAX || *name == '\0' || token->text[i] != *name++)
+            return false; // a NUL that was typed is not the end of the name
     return *name == '\0';
 }
 

@@ -60,7 +60,19 @@ static void take_text(struct host *host, uint8_t byte)
             gap(host);
         else
             host->typing = !ends_line(byte);
+        host->suspect = host->suspect && host->typing;
     }
+}
+
+/* What was typed of this line is gone. */
+static void drop_line(struct host *host)
+{
+    if (!host->typing)
+        return;
+    if (put(host, HOST_MARK_DROPPED))
+        host->typing = false;
+    else
+        host->lost = true; // there is half a line in the ring, which must not be joined
 }
 
 /* Nothing stands there, or, if `count` is 1, a 0xFF that has just come. */
@@ -76,12 +88,7 @@ static void begin(struct host *host)
 {
     host->skipping = false;
     restart(host, 1);
-    if (host->typing) {
-        if (put(host, HOST_MARK_DROPPED))
-            host->typing = false;
-        else
-            host->lost = true; // there is half a line in the ring, which must not be joined
-    }
+    drop_line(host);
 }
 
 /* What stands at `from` begins no packet: the search goes on behind its first byte. */
@@ -102,6 +109,7 @@ static void refute(struct host *host)
 static void refute_counted(struct host *host)
 {
     host->counters.broken++;
+    host->suspect = true;
     refute(host);
 }
 
@@ -204,11 +212,14 @@ static void take_byte(struct host *host)
 /* Nothing has come: for how long? */
 static void listen(struct host *host)
 {
-    if (!is_open(host) && !host->skipping)
+    if (!is_open(host) && !host->skipping && !host->suspect)
         return;
     if (cds_port_now_us() - host->heard_us < HOST_SILENCE_US)
         return;
     host->skipping = false;
+    if (host->suspect)
+        drop_line(host);
+    host->suspect = false;
     if (is_open(host)) {
         if (host->count > 1) // a lone 0xFF is no packet
             host->counters.silent++;
