@@ -106,6 +106,13 @@ build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
+# The firmware with something beside it: it includes main.c.
+build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
+		$(filter-out %/main.o,$(FIRMWARE_SRC:%.c=build/$(1)/obj/%.o)) build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
@@ -299,7 +306,7 @@ build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | tools
 
 TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
 	$(SIM_TESTS:%=build/host/test/sim/%)
-TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
+TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) build/host/test/fuzz \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
 	build/arbotix/program/exchanges.elf \

@@ -260,6 +260,7 @@ static int damaged_ones(uint32_t count)
 
 int main(int argc, char **argv)
 {
+    uint32_t damaged;
     int failed;
 
     if (argc < 3) {
@@ -273,7 +274,8 @@ int main(int argc, char **argv)
            "lost\n",
            argv[1], host.counters.packets, host.counters.broken, host.counters.silent,
            host.counters.gaps, lost);
-    failed = good_ones(NULL, 0) || damaged_ones((uint32_t)strtoul(argv[2], NULL, 0));
+    damaged = (uint32_t)strtoul(argv[2], NULL, 0);
+    failed = good_ones(NULL, 0) || damaged_ones(damaged) || seconds > damaged / 100;
     printf("damage: %s lines and packets; a good one behind them was not answered %u times\n",
            argv[2], seconds);
     if (port_fake.breaches)

@@ -63,7 +63,7 @@ static void type(const char *text)
             turn();
         text++;
     }
-    for (uint8_t i = 0; i < 40; i++)
+    for (uint8_t i = 0; i < 200; i++)
         turn();
 }
 

@@ -5,6 +5,8 @@
 #include "host.h" // HOST_MARK_DROPPED
 #include "reply.h"
 
+#define CHARACTERS_PER_POLL 2 // the bus must not wait for a line
+
 static void begin_line(struct console *console)
 {
     command_begin(&console->line);
@@ -117,7 +119,8 @@ void console_poll(struct console *console)
 {
     switch (console->state) {
     case CONSOLE_READING:
-        while (console->state == CONSOLE_READING && cds_ring_count(console->input)) {
+        for (uint8_t left = CHARACTERS_PER_POLL;
+             left && console->state == CONSOLE_READING && cds_ring_count(console->input); left--) {
             char c = (char)cds_ring_peek(console->input, 0);
 
             cds_ring_drop(console->input, 1);

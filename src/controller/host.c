@@ -5,7 +5,10 @@
 
 #include "cds55xx/port.h" // cds_port_now_us()
 
-#define BYTES_PER_POLL 32 // examined at the most: the bus must not wait for the host
+/* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
+ */
+#define BYTES_PER_POLL   3
+#define COUNTED_PER_POLL 32
 
 void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
 {
@@ -227,10 +230,11 @@ static void listen(struct host *host)
     }
 }
 
-/* Takes and examines up to `left` bytes. */
-static void work(struct host *host, uint8_t left)
+static void work(struct host *host)
 {
-    while (left && !host->whole) {
+    uint8_t left = BYTES_PER_POLL;
+
+    while (!host->whole) {
         uint8_t done = 1;
 
         if (host->seen < host->count)
@@ -238,9 +242,11 @@ static void work(struct host *host, uint8_t left)
         else if (cds_ring_count(host->input) == 0)
             break;
         else if (host->end)
-            done = take_counted(host, left);
+            done = take_counted(host, COUNTED_PER_POLL);
         else
             take_byte(host);
+        if (done >= left)
+            break;
         left = (uint8_t)(left - done);
     }
 }
@@ -253,7 +259,7 @@ void host_poll(struct host *host)
         host->lost = false;
         host->typing = false;
     }
-    work(host, BYTES_PER_POLL);
+    work(host);
     if (tail != host->input->tail)
         host->heard_us = cds_port_now_us();
     else if (!host->whole && host->seen == host->count)
