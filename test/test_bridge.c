@@ -166,6 +166,26 @@ void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
     TEST_ASSERT_EQUAL_UINT16(bridge.counters.answered, bridge.counters.passed);
 }
 
+static uint8_t due(uint8_t id, uint8_t length, uint8_t instruction, uint8_t count)
+{
+    const uint8_t packet[] = {0xFF, 0xFF, id, length, instruction, 0, count, 0};
+
+    return gather_reply_due(packet);
+}
+
+void test_how_long_a_reply_may_be(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(8, due(1, 4, CDS_READ, 8));
+    TEST_ASSERT_EQUAL_UINT8(50, due(1, 4, CDS_READ, 50));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 4, CDS_READ, 51));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 5, CDS_READ, 8)); // no READ that a servo knows
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 2, CDS_PING, 8));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 4, CDS_WRITE, 8));
+    TEST_ASSERT_EQUAL_UINT8(0, due(254, 2, CDS_PING, 8));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 4, CDS_READ, 8));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 8, 0x83, 8));
+}
+
 void test_no_reply_or_a_damaged_one_is_no_answer(void)
 {
     SAY(9, CDS_PING);
