@@ -186,6 +186,23 @@ void test_how_long_a_reply_may_be(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 8, 0x83, 8));
 }
 
+void test_a_reply_of_any_length_must_fit(void)
+{
+    static uint8_t bytes[CDS_REPLY_ANY];
+    struct cds_request request = CDS_REQUEST(bytes);
+
+    request.any_length = true;
+    cds_packet_ping(&request.packet, 1);
+    request.packet.room--;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
+    request.packet.room++;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_TRUE(sent());
+    answer(1, 0, data, CDS_REPLY_ANY);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_ANY, request.length);
+}
+
 void test_no_reply_or_a_damaged_one_is_no_answer(void)
 {
     SAY(9, CDS_PING);
@@ -282,6 +299,12 @@ void test_the_device_answers_and_the_bus_stays_silent(void)
     assert_heard(DEVICE_IS, 0, NULL, 0);
     SAY(DEVICE_IS, CDS_READ, 0, 4);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x55\xCD\x01\xFD", 4);
+    SAY(DEVICE_IS, CDS_READ, 0x0F, 3); // where nothing is it reads 0
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0\0\0", 3);
+    SAY(DEVICE_IS, CDS_READ, 0x6F, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+    SAY(DEVICE_IS, CDS_READ, 0x6F, 2);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     SAY(DEVICE_IS, CDS_REG_WRITE, 7, 1);
     assert_heard(DEVICE_IS, CDS_ERROR_INSTRUCTION, NULL, 0);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
@@ -306,6 +329,8 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
     TEST_ASSERT_EQUAL_UINT16(DEVICE_IS, values.kept[DEVICE_ID]);
     SAY(DEVICE_IS, CDS_WRITE, 0x0B, 0x56); // the high byte alone
     TEST_ASSERT_EQUAL_UINT16(0x5634, values.kept[DEVICE_LINK_LOSS_MS]);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0xCF, 0x07); // 1999
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
 }
 
 void test_a_change_of_id_is_answered_with_the_old_one(void)
@@ -378,6 +403,25 @@ void test_sync_read_marks_who_failed(void)
     SAY(DEVICE_IS, CDS_READ, 0x50, 32);
     TEST_ASSERT_EQUAL_HEX8(0x0A, heard[5]);
     TEST_ASSERT_EQUAL_HEX8(0x40, heard[5 + 31]);
+    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 5);
+    read_and_answer(5, 0x24, 2, 0, 2);
+    turns(20);
+    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
+    SAY(DEVICE_IS, CDS_READ, 0x50, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+}
+
+void test_sync_read_of_more_data_than_ids(void)
+{
+    uint8_t list[14] = {0x24, 21, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1}, expected[252];
+
+    say(254, SYNC_READ, list, 14);
+    for (uint8_t id = 12; id; id--) {
+        read_and_answer(id, 0x24, 21, 0, 21);
+        memcpy(&expected[21 * (12 - id)], data, 21);
+    }
+    turns(40);
+    assert_heard(DEVICE_IS, 0, expected, 252);
 }
 
 void test_sync_read_of_all_that_one_packet_holds(void)
@@ -428,6 +472,7 @@ void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
     assert_heard(1, 0, data, 1);
     TEST_ASSERT_TRUE(sent()); // 9
     turns(450);
+    TEST_ASSERT_FALSE(bridge_idle(&bridge));
     read_and_answer(2, 3, 1, 0, 1); // it was in the queue already
     turns(200);
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
