@@ -101,7 +101,7 @@ int main(void)
         host_poll(&controller.host);
         if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
             console_poll(&controller.console);
-        if (!controller.host.whole && serial_broken(&controller.serial))
+        if (serial_broken(&controller.serial))
             host_gap(&controller.host);
         serial_send(&controller.serial);
         follow_host_baud();
