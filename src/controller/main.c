@@ -15,7 +15,7 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* Of so many turns of the main loop one does everything, while a READ of many servos goes on. */
+/* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on. */
 #define SELDOM 8
 
 static struct {
@@ -88,23 +88,29 @@ static void open(void)
                  &controller.serial.tx);
 }
 
+/* The main loop's body. Not inlined: a debugger finds it. */
+__attribute__((noinline)) static void turn(void)
+{
+    uint8_t left = SELDOM;
+
+    do {
+        cds_bus_poll(&controller.bus);
+        bridge_poll(&controller.bridge);
+        serial_send(&controller.serial);
+    } while (bridge_hurries(&controller.bridge) && --left);
+    host_poll(&controller.host);
+    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
+        console_poll(&controller.console);
+    if (serial_broken(&controller.serial))
+        host_gap(&controller.host);
+    serial_send(&controller.serial);
+    follow_host_baud();
+    avr_idle(busy, NULL);
+}
+
 int main(void)
 {
     open();
-    for (uint8_t turn = 0;; turn++) {
-        cds_bus_poll(&controller.bus);
-        bridge_poll(&controller.bridge);
-        if (bridge_hurries(&controller.bridge) && turn % SELDOM) {
-            serial_send(&controller.serial);
-            continue;
-        }
-        host_poll(&controller.host);
-        if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
-            console_poll(&controller.console);
-        if (serial_broken(&controller.serial))
-            host_gap(&controller.host);
-        serial_send(&controller.serial);
-        follow_host_baud();
-        avr_idle(busy, NULL);
-    }
+    for (;;)
+        turn();
 }
