@@ -15,7 +15,8 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on. */
+/* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on.
+ */
 #define SELDOM 8
 
 static struct {
