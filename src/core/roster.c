@@ -90,13 +90,16 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
     const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
 
     if (torque) {
-        if (servo->torque && !*torque) {
+        bool lost = servo->torque && !*torque;
+
+        if (lost) {
             servo->held |= CDS_HOLD_LOST;
             servo->speed_known = false;
         }
+        if (lost || servo->presence == CDS_PRESENCE_BACK)
+            roster->observer.epoch++; // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
-        roster->observer.epoch++;
     }
     learn(servo, address, data, length);
 }
