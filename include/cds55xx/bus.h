@@ -116,11 +116,14 @@ struct cds_bus_news {
     const struct cds_request *request; // of ENDED; its result is not set yet
 };
 
-/* Whoever watches a bus: roster.h. Both are called from submit and poll. */
+/* Whoever watches a bus: roster.h. Called from submit, poll and cds_bus_would_admit(). */
 struct cds_bus_observer {
     /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
      * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). */
     enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
+    /* The same for what a SYNC WRITE has for one servo. */
+    enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
+                                   const uint8_t *data, uint8_t length);
     void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
     uint16_t epoch; // counts on whenever `admit` may say something else than before
 };
@@ -185,10 +188,11 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * epoch, and it was not sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
-/* Would the observer of the bus admit the packet of `request` now? What cds_bus_submit() would
- * return of it: CDS_OK, also if there is none; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD. Nothing is
- * sent, and the request need not be submitted; it must not be on its way. */
-enum cds_result cds_bus_would_admit(struct cds_bus *bus, struct cds_request *request);
+/* Would the observer of the bus admit a SYNC WRITE of these `length` bytes (1 to 50) from `address`
+ * on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT, CDS_HELD. Nothing is sent.
+ */
+enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
+                                    const uint8_t *data, uint8_t length);
 
 /* Takes back a request that waits for its turn, or for a quiet line: it ends as CDS_CANCELLED,
  * without on_end. CDS_OK; CDS_BUSY: it is in flight and will end by its deadline; CDS_BAD_ARGUMENT:

@@ -70,18 +70,16 @@ struct cds_cycle {
     uint32_t elapsed_us;               // periods that are over
     struct cds_request goals[2];       // the two packets of goals
     struct cds_request read;           // the feedback READ
-    struct cds_request one;            // the goal of one servo, to be judged; never sent
     struct cds_bus_observer *observer; // of the bus, when goals were judged last
     uint16_t epoch[2];                 // its epoch, when all of a packet was admitted
     uint16_t period_us;                // from one beginning to the next
     uint16_t goals_us;                 // the goals on the wire
     uint16_t latest_us; // goals that begin later than this would hold up the next ones
     uint8_t buffer[CDS_FEEDBACK_SIZE]; // of the READ
-    uint8_t one_bytes[CDS_SYNC_WRITE_SIZE(1, 4)];
-    uint8_t count;   // servos
-    uint8_t turn;    // servo whose feedback is read next, or being read
-    uint8_t front;   // packet that is sent every period; the other one is filled
-    bool committed;  // there are goals to send
+    uint8_t count;                     // servos
+    uint8_t turn;                      // servo whose feedback is read next, or being read
+    uint8_t front;                     // packet that is sent every period; the other one is filled
+    bool committed;                    // there are goals to send
     bool filling;    // the other packet holds all that the front one does, or newer
     bool reading;    // a READ is on its way
     bool giving_way; // no READ begins: somebody waits for his turn

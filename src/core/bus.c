@@ -264,7 +264,7 @@ static enum cds_result admit_again(struct cds_bus *bus)
 
     if (!bus->observer || request->epoch == bus->observer->epoch)
         return CDS_OK;
-    result = cds_bus_would_admit(bus, request);
+    result = bus->observer->admit(bus->observer, request);
     if (result == CDS_OK)
         request->epoch = bus->observer->epoch;
     return result;
@@ -305,9 +305,12 @@ static struct cds_request **place_for(struct cds_bus *bus, const struct cds_requ
     return place;
 }
 
-enum cds_result cds_bus_would_admit(struct cds_bus *bus, struct cds_request *request)
+enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
+                                    const uint8_t *data, uint8_t length)
 {
-    return bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK;
+    struct cds_bus_observer *observer = bus->observer;
+
+    return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
 }
 
 /* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
@@ -325,7 +328,7 @@ static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
     if (!bus->observer)
         return CDS_OK;
     request->epoch = bus->observer->epoch;
-    return vetted ? CDS_OK : cds_bus_would_admit(bus, request);
+    return vetted ? CDS_OK : bus->observer->admit(bus->observer, request);
 }
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)

@@ -29,20 +29,19 @@ static void goals_ended(struct cds_request *request)
         cycle->counters.unsent++;
 }
 
-/* A whole packet for the first `count` servos, whose goals are still to be set. */
-static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes,
-                        uint8_t count)
+/* A whole packet whose goals are still to be set. */
+static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
 {
     static const uint8_t none[GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
 
     request->packet.bytes = bytes;
-    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(count, GOAL_SIZE);
+    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, GOAL_SIZE);
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
     request->on_end = goals_ended;
     request->owner = cycle;
     cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, GOAL_SIZE);
-    for (uint8_t i = 0; i < count; i++)
+    for (uint8_t i = 0; i < cycle->count; i++)
         cds_packet_sync_add(&request->packet, cycle->ids[i], none);
     cds_packet_end(&request->packet);
 }
@@ -86,9 +85,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
         .count = count,
         .filling = true,
     };
-    build_goals(cycle, &cycle->goals[0], packets, count);
-    build_goals(cycle, &cycle->goals[1], packets + size, count);
-    build_goals(cycle, &cycle->one, cycle->one_bytes, 1);
+    build_goals(cycle, &cycle->goals[0], packets);
+    build_goals(cycle, &cycle->goals[1], packets + size);
     cycle->read.packet.bytes = cycle->buffer;
     cycle->read.packet.room = sizeof cycle->buffer;
     return CDS_OK;
@@ -159,8 +157,7 @@ static enum cds_result judge(struct cds_cycle *cycle, const uint8_t *block)
 {
     if (!cycle->bus->observer)
         return CDS_OK;
-    memcpy(block_of(&cycle->one, 0), block, BLOCK_SIZE);
-    return cds_bus_would_admit(cycle->bus, &cycle->one);
+    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE);
 }
 
 /* Has the observer admitted every block of this packet, and would say the same again? */

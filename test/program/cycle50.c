@@ -1,6 +1,7 @@
 /* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. Says
  * after PERIODS periods how it went. Servos 1 to 50 at their factory return delay. */
 #include <cds55xx/cycle.h>
+#include <cds55xx/roster.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -21,6 +22,26 @@ static struct cds_cycle cycle;
 static uint8_t ids[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
 static struct cds_feedback feedback[SERVOS];
+
+#ifdef ROSTER
+static struct cds_roster roster;
+static struct cds_roster_servo servos[SERVOS];
+
+static void begin_roster(void)
+{
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        servos[i].id = ids[i];
+    }
+    say("roster", cds_roster_begin(&roster, &bus, servos, SERVOS) == CDS_OK);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        cds_roster_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
+    }
+}
+#else
+static void begin_roster(void)
+{
+}
+#endif
 
 /* Goals of one period; true when all of them were taken. */
 static bool set_goals(uint16_t period)
@@ -59,6 +80,7 @@ int main(void)
     static uint8_t packet[CDS_PACKET_SIZE(3)];
     static struct cds_request request = CDS_REQUEST(packet);
     uint16_t set = 0, refused = 0;
+    uint32_t turns = 0;
 
     for (uint8_t i = 0; i < SERVOS; i++) {
         ids[i] = (uint8_t)(i + 1);
@@ -68,6 +90,7 @@ int main(void)
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
+    begin_roster();
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     while (cds_bus_poll(&bus)) {
     }
@@ -77,6 +100,7 @@ int main(void)
     while (cycle.counters.periods + cycle.counters.missed < PERIODS) {
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);
+        turns++;
         if ((uint16_t)cycle.counters.periods == set) { // what was set is on its way
             refused += !set_goals(set++);
         }
@@ -88,6 +112,9 @@ int main(void)
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
     say("refused", refused);
+    say("unsent", cycle.counters.unsent);
+    say("dropped", cycle.counters.dropped);
+    say("turns", turns);
     say("reads", cycle.counters.reads);
     say("failed", cycle.counters.failed);
     say("oldest_us", cycle.counters.oldest_us);
