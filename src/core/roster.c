@@ -21,13 +21,19 @@ static struct cds_roster *of(struct cds_bus_observer *observer)
 struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
 {
     uint8_t at = roster->last;
+    struct cds_roster_servo *servo = &roster->servos[at];
 
-    for (uint8_t i = 0; i < roster->count; i++) {
-        if (roster->servos[at].id == id) {
+    for (uint8_t i = roster->count; i; i--) {
+        if (servo->id == id) {
             roster->last = at;
-            return &roster->servos[at];
+            return servo;
         }
-        at = at + 1u < roster->count ? (uint8_t)(at + 1u) : 0;
+        at++;
+        servo++;
+        if (at == roster->count) {
+            at = 0;
+            servo = roster->servos;
+        }
     }
     return NULL;
 }
@@ -59,12 +65,14 @@ static void learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t
 {
     const uint8_t *it;
 
+    if ((it = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length)))
+        servo->armed = *it;
+    if (address > CDS_REG_MOVING_SPEED) // feedback, which comes often
+        return;
     if ((it = byte_of(CDS_REG_RETURN_DELAY, address, data, length)))
         servo->return_delay = *it;
     if ((it = byte_of(CDS_REG_STATUS_RETURN_LEVEL, address, data, length)))
         servo->status_return_level = *it;
-    if ((it = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length)))
-        servo->armed = *it;
     learn_zero(&servo->cw_limit_0, CDS_REG_CW_ANGLE_LIMIT, address, data, length);
     learn_zero(&servo->ccw_limit_0, CDS_REG_CCW_ANGLE_LIMIT, address, data, length);
     if (byte_of(CDS_REG_MOVING_SPEED, address, data, length))
@@ -450,7 +458,8 @@ static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
 static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
 {
     struct cds_roster *roster = of(observer);
-    struct cds_roster_servo *servo = cds_roster_find(roster, news->id);
+    struct cds_roster_servo *servo =
+        news->id == CDS_BROADCAST_ID ? NULL : cds_roster_find(roster, news->id);
 
     note_alarms(roster, servo, news->error);
     if (news->event == CDS_BUS_ENDED)
