@@ -8,9 +8,9 @@
  * From begin on nothing that drives a servo of the roster is sent: what waited in the queue ends as
  * CDS_HELD, and cycles drop all of them. The first broadcast goes out behind the exchange in flight
  * (its repeats included) and the urgent requests that were submitted before. It is never answered,
- * so it is sent CDS_STOP_BROADCASTS times. Then TORQUE_ENABLE of each servo is read; whoever is not
- * known to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all. All of it is
- * urgent.
+ * so it is sent CDS_STOP_BROADCASTS times; one exchange that waited may lie between two. Then
+ * TORQUE_ENABLE of each servo is read; whoever is not known to be off is told so itself, and read
+ * again, in CDS_STOP_ROUNDS rounds in all. All of it is urgent.
  *
  * A servo that is not in the roster hears the broadcasts, but is neither held nor looked at. Servos
  * stay held until cds_roster_release(). Main context.
