@@ -297,7 +297,9 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 	$(SIM_TESTS:%=build/host/test/sim/%)
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/program/three_buses.elf build/arbotix/program/exchanges.elf \
+	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
+	build/arbotix/program/exchanges.elf \
+	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
 	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
 
@@ -306,6 +308,11 @@ TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega
 test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
 	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
+
+## cycle: 60 s of 50 servos at 250 Hz: the figures; fails if a promise is broken
+.PHONY: cycle
+cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
+	@test/run/cycle.py 60
 
 # ---- checks ----------------------------------------------------------------------------------------
 

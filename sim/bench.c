@@ -335,6 +335,7 @@ static bool init_instruments(struct bench *bench)
         (options->vcd && !vcd_open(&bench->vcd, options->vcd, clock_Hz)) ||
         (options->csv && !motion_open(&bench->motion, options->csv, &bench->schedule,
                                       &bench->bus[0].servos, clock_Hz)) ||
+        (options->mark && !mark_open(&bench->mark, &bench->machine.cpu, options->mark)) ||
         (options->plot && !open_plot(bench)) || (options->gdb && !open_gdb(bench)) ||
         (options->eeprom && !eeprom_load(&bench->machine.eeprom, options->eeprom))) {
         return false;
@@ -463,7 +464,7 @@ static double percent(uint64_t part, uint64_t whole)
     return whole ? 100.0 * (double)part / (double)whole : 0.0;
 }
 
-void bench_report(const struct bench *bench, FILE *out)
+void bench_report(struct bench *bench, FILE *out)
 {
     const struct cpu *cpu = &bench->machine.cpu;
     fprintf(out, "time:    %.6f s simulated%s\n", (double)bench->end / bench->board.clock_Hz,
@@ -480,6 +481,7 @@ void bench_report(const struct bench *bench, FILE *out)
     }
     fprintf(out, "cpu:     %.1f %% in interrupt handlers, awake %.1f %%\n",
             percent(cpu->in_handlers, bench->end), 100.0 - percent(cpu->asleep, bench->end));
+    mark_report(&bench->mark, bench->end, out);
     if (bench->host.pc.framing_errors) {
         fprintf(out, "host:    %" PRIu32 " bytes of the firmware with framing errors: baud rate?\n",
                 bench->host.pc.framing_errors);

@@ -12,6 +12,7 @@
 #include "gdb.h"
 #include "host.h"
 #include "machine.h"
+#include "mark.h"
 #include "pace.h"
 #include "plot.h"
 #include "pty.h"
@@ -43,6 +44,7 @@ struct bench_options {
     const char *csv;
     const char *plot;
     const char *eeprom; // of the AVR
+    const char *mark;   // pin
     bool gdb;
     uint16_t gdb_port; // 0: any
     bool rules_warn;
@@ -93,6 +95,7 @@ struct bench {
     struct plot plot;
     char title[128]; // of the plot
     struct gdb gdb;
+    struct mark mark;
     FILE *transcript;
     struct follow follow;
     struct event limit;
@@ -110,7 +113,7 @@ bool bench_order_faults(const struct bench_options *options,
 
 /* False when a rule was broken. */
 bool bench_run(struct bench *bench);
-void bench_report(const struct bench *bench, FILE *out);
+void bench_report(struct bench *bench, FILE *out);
 
 /* False when a file could not be written. */
 bool bench_free(struct bench *bench);

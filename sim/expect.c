@@ -106,26 +106,46 @@ static bool parse_subject(struct expectation *e, const char *word)
     return good;
 }
 
-static const char *parse_servo(struct expectation *e, char *words)
+/* IDS WHAT */
+static const char *parse_look(struct expectation *e, const char *list, const char *what)
 {
-    char *word[3];
     uint8_t ids[IDS_MAX];
     unsigned count = 0;
-    if (words_split(words, word, 3) != 3) {
-        return "wanted: servo, IDs, what to look at, VALUE or LOW..HIGH";
-    }
-    const char *wrong = ids_parse(word[0], true, ids, &count);
+    const char *wrong = ids_parse(list, true, ids, &count);
     if (wrong) {
         return wrong;
     }
     for (unsigned i = 0; i < count; i++) {
         e->ids[ids[i]] = true;
     }
-    if (!parse_subject(e, word[1])) {
-        return "a register (docs/registers.md), an address, torque, led or error is wanted";
+    e->text = what;
+    return parse_subject(e, what)
+               ? 0
+               : "a register (docs/registers.md), an address, torque, led or error is wanted";
+}
+
+static const char *parse_servo(struct expectation *e, char *words)
+{
+    char *word[3];
+    if (words_split(words, word, 3) != 3) {
+        return "wanted: servo, IDs, what to look at, VALUE or LOW..HIGH";
+    }
+    const char *wrong = parse_look(e, word[0], word[1]);
+    if (wrong) {
+        return wrong;
     }
     return parse_range(e, word[2]) ? 0
                                    : "a value from 0 on, LOW..HIGH, on, off or blinking is wanted";
+}
+
+const char *expect_parse_show(struct expectation *e, char *words)
+{
+    char *word[3];
+    e->kind = EXPECT_SERVO;
+    if (words_split(words, word, 3) != 3 || strcmp(word[0], "servo") != 0) {
+        return "wanted: servo, IDs, what to look at";
+    }
+    return parse_look(e, word[1], word[2]);
 }
 
 const char *expect_parse(struct expectation *e, char *words)
@@ -259,5 +279,19 @@ enum expect_verdict expect_judge(const struct expectation *e, const struct expec
     case EXPECT_SERVO: return judge_servo(e, scene, seen, room);
     case EXPECT_TEXT: return judge_text(e, scene, seen, room);
     default: return judge_rule(e, scene, seen, room);
+    }
+}
+
+void expect_show(const struct expectation *e, const struct expect_scene *scene, FILE *out)
+{
+    const struct servos *servos;
+    for (unsigned bus = 0; (servos = scene->bus(scene->owner, bus)) != 0; bus++) {
+        for (unsigned i = 0; i < servos->count; i++) {
+            const struct servo_node *node = &servos->node[i];
+            if (e->ids[node->id]) {
+                fprintf(out, "servo %u %s %" PRId32 "\n", node->id, e->text,
+                        look_at(e, &node->servo));
+            }
+        }
     }
 }

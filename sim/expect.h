@@ -6,6 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "ids.h"
 #include "rules.h"
@@ -21,7 +22,7 @@ enum expect_verdict { EXPECT_MET, EXPECT_NOT_YET, EXPECT_NEVER };
 struct expectation {
     enum expect_kind kind;
     uint32_t ms;      // within; EXPECT_SILENCE: how long
-    const char *text; // bytes of the packet; what the reply contains
+    const char *text; // bytes of the packet; what the reply contains; what is shown
     bool in;          // packet from the controller
     bool ids[IDS_MAX];
     enum expect_subject subject;
@@ -47,5 +48,10 @@ const char *expect_parse(struct expectation *expectation, char *words);
 enum expect_verdict expect_judge(const struct expectation *expectation,
                                  const struct expect_scene *scene, uint64_t now, char *seen,
                                  size_t room);
+
+/* `servo IDS WHAT`: what is there, a line for each servo. */
+const char *expect_parse_show(struct expectation *expectation, char *words);
+void expect_show(const struct expectation *expectation, const struct expect_scene *scene,
+                 FILE *out);
 
 #endif

@@ -16,6 +16,7 @@
 enum word {
     NONE,
     WAY,            // in or out
+    IN,             // in
     OUT,            // out
     PACKET,         // a number from 1, or every
     IDS,            // a list
@@ -38,7 +39,8 @@ static const struct {
     [FAULT_LOSE] = {"lose", "lose in|out PACKET BYTE", {WAY, PACKET, NUMBER}, {0}, {BYTE_MAX}},
     [FAULT_INSERT] = {"insert", "insert out PACKET BYTE VALUE",
                       {OUT, PACKET, NUMBER, NUMBER}, {0}, {BYTE_MAX, 255}},
-    [FAULT_CUT] = {"cut", "cut out PACKET BYTES", {OUT, PACKET, NUMBER}, {0}, {BYTE_MAX}},
+    [FAULT_CUT] = {"cut", "cut out PACKET BYTES [MS]: an hour at most",
+                   {OUT, PACKET, NUMBER, PERHAPS_NUMBER}, {0}, {BYTE_MAX, MS_MAX}},
     [FAULT_DELAY] = {"delay", "delay out PACKET US: 10 s at most",
                      {OUT, PACKET, NUMBER}, {0}, {US_MAX}},
     [FAULT_ID] = {"id", "id out PACKET ID", {OUT, PACKET, NUMBER}, {0}, {255}},
@@ -52,6 +54,8 @@ static const struct {
                      {NUMBER}, {0}, {FLIPS_MAX}},
     [FAULT_BROWNOUT] = {"brownout", "brownout IDS MS: an hour at most",
                         {IDS, NUMBER}, {0}, {MS_MAX}},
+    [FAULT_UNPLUG] = {"unplug", "unplug in PACKET BYTE IDS MS: an hour at most",
+                      {IN, PACKET, NUMBER, IDS, NUMBER}, {0}, {BYTE_MAX, MS_MAX}},
     [FAULT_TURNAROUND] = {"turnaround", "turnaround IDS US: 10 s at most",
                           {IDS, NUMBER}, {0}, {US_MAX}},
     [FAULT_BAUD] = {"baud", "baud IDS REGISTER: 0 to 254", {IDS, NUMBER}, {0}, {254}},
@@ -115,6 +119,7 @@ static bool take_word(struct fault_order *order, enum word word, const char *tex
     switch (word) {
     case NONE: return false;
     case WAY: return take_way(order, text);
+    case IN: return take_way(order, text) && !order->out;
     case OUT: return take_way(order, text) && order->out;
     case PACKET: return take_packet(order, text);
     case IDS: return take_ids(order, text);
@@ -165,7 +170,7 @@ const char *fault_parse(struct fault_order *order, const char *text)
         }
     }
     return "a fault is wanted: flip lose insert cut delay id length echo babble stuck noise "
-           "brownout turnaround baud quirk clear";
+           "brownout unplug turnaround baud quirk clear";
 }
 
 const char *fault_verb_name(enum fault_verb verb)

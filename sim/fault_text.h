@@ -23,6 +23,7 @@ enum fault_verb {
     FAULT_STUCK,
     FAULT_NOISE,
     FAULT_BROWNOUT,
+    FAULT_UNPLUG,
     FAULT_TURNAROUND,
     FAULT_BAUD,
     FAULT_QUIRK,

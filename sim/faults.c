@@ -158,7 +158,9 @@ static bool insert_byte(const struct fault_order *order, struct servo_node *node
 
 static bool cut_reply(const struct fault_order *order, struct servo_node *node)
 {
+    uint64_t ms = order->numbers > 1 ? order->number[1] : 0;
     node->dies_after = (uint16_t)order->number[0];
+    node->dark = ms * node->servos->clock_Hz / 1000u;
     return node->dies_after <= node->servo.reply.size;
 }
 
@@ -177,6 +179,21 @@ static uint64_t brown_out(struct faults *faults, const struct fault_order *order
     uint64_t time = cycles(faults, order->number[0] * 1000ull);
     servo_node_brown_out(node, now, time);
     return now + time;
+}
+
+/* As a byte of the controller begins. */
+static void unplug(struct faults *faults, const struct fault_order *order, uint64_t now,
+                   const struct talker *talker)
+{
+    (void)talker;
+    uint64_t time = cycles(faults, order->number[1] * 1000ull);
+    for (unsigned i = 0; i < faults->servos->count; i++) {
+        struct servo_node *node = &faults->servos->node[i];
+        if (order->ids[node->servo.registers[TABLE_ID]]) {
+            servo_node_brown_out(node, now, time);
+            tell(faults, now, now + time, order->verb);
+        }
+    }
 }
 
 /* Of several with one ID each is that much later than the one before. */
@@ -331,14 +348,15 @@ static const struct {
                       struct servo_node *node);
     void (*now)(struct faults *faults, const struct fault_order *order, uint64_t now);
 } verbs[FAULT_VERBS] = {
-    [FAULT_FLIP] = {.byte = flip_bits},        [FAULT_LOSE] = {.byte = lose_byte},
-    [FAULT_INSERT] = {.reply = insert_byte},   [FAULT_CUT] = {.reply = cut_reply},
-    [FAULT_DELAY] = {.reply = delay_reply},    [FAULT_ID] = {.reply = set_id},
-    [FAULT_LENGTH] = {.reply = set_length},    [FAULT_ECHO] = {.now = join},
-    [FAULT_BABBLE] = {.now = babble},          [FAULT_STUCK] = {.now = stick},
-    [FAULT_NOISE] = {.now = make_noise},       [FAULT_BROWNOUT] = {.servo = brown_out},
-    [FAULT_TURNAROUND] = {.servo = make_late}, [FAULT_BAUD] = {.servo = set_baud},
-    [FAULT_QUIRK] = {.servo = set_quirk},      [FAULT_CLEAR] = {.now = clear},
+    [FAULT_FLIP] = {.byte = flip_bits},      [FAULT_LOSE] = {.byte = lose_byte},
+    [FAULT_INSERT] = {.reply = insert_byte}, [FAULT_CUT] = {.reply = cut_reply},
+    [FAULT_DELAY] = {.reply = delay_reply},  [FAULT_ID] = {.reply = set_id},
+    [FAULT_LENGTH] = {.reply = set_length},  [FAULT_ECHO] = {.now = join},
+    [FAULT_BABBLE] = {.now = babble},        [FAULT_STUCK] = {.now = stick},
+    [FAULT_NOISE] = {.now = make_noise},     [FAULT_BROWNOUT] = {.servo = brown_out},
+    [FAULT_UNPLUG] = {.byte = unplug},       [FAULT_TURNAROUND] = {.servo = make_late},
+    [FAULT_BAUD] = {.servo = set_baud},      [FAULT_QUIRK] = {.servo = set_quirk},
+    [FAULT_CLEAR] = {.now = clear},
 };
 
 static const char *wait_for_packet(struct faults *faults, const struct fault_order *order)

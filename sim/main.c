@@ -43,6 +43,7 @@ static const char help[] =
     "  --csv FILE         goal and present position of every servo, every 4 ms\n"
     "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
     "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
+    "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
     "  --gdb PORT         wait for avr-gdb (target remote :PORT) before the first instruction\n"
     "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
     "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
@@ -181,6 +182,7 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         {"--csv", &options->csv, 0},
         {"--plot", &options->plot, 0},
         {"--eeprom", &options->eeprom, 0},
+        {"--mark", &options->mark, 0},
         {"--gdb", 0, parse_gdb},
         {"--rules", 0, parse_rules},
         {"--state", &options->state, 0},
@@ -244,8 +246,9 @@ static bool check_ids(const struct bench_options *options)
 static bool check_bus(const struct bench_options *options)
 {
     if (options->elf || options->board || !options->exact || options->gdb || options->eeprom ||
-        (options->host != BENCH_HOST_NONE && !options->script)) {
-        return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom",
+        options->mark || (options->host != BENCH_HOST_NONE && !options->script)) {
+        return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom, "
+                     "--mark",
                      0);
     }
     if (options->servos[1].count || options->servos[2].count) {

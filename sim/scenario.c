@@ -85,6 +85,11 @@ static const char *parse_expect(struct scenario_line *line, char *rest)
     return expect_parse(&line->expectation, rest);
 }
 
+static const char *parse_show(struct scenario_line *line, char *rest)
+{
+    return expect_parse_show(&line->expectation, rest);
+}
+
 /* [IDS] VALUE [over MS] */
 static const char *parse_cause(struct scenario_line *line, char *rest)
 {
@@ -125,6 +130,7 @@ static const char *parse_action(struct scenario_line *line, char *text)
         {"fault", SCENARIO_FAULT, parse_fault},
         {"expect", SCENARIO_EXPECT, parse_expect},
         {"baud", SCENARIO_BAUD, parse_baud},
+        {"show", SCENARIO_SHOW, parse_show},
     };
     char *rest = words_rest(text);
     line->text = rest;
@@ -139,7 +145,7 @@ static const char *parse_action(struct scenario_line *line, char *text)
     return line->cause < CAUSE_COUNT
                ? parse_cause(line, rest)
                : "unknown @ command; there are @servos @power @supply @ambient @load @block @fault "
-                 "@wait @at @send @baud @expect @print @echo";
+                 "@wait @at @send @baud @expect @show @print @echo";
 }
 
 static const char *parse_line(struct scenario_line *line, char *text)
@@ -159,8 +165,9 @@ int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX])
         memcpy(there, line->ids, sizeof(line->ids));
         return -1;
     }
-    bool expects = line->verb == SCENARIO_EXPECT && line->expectation.kind == EXPECT_SERVO;
-    const bool *named = expects ? line->expectation.ids : line->ids;
+    bool looks = line->expectation.kind == EXPECT_SERVO &&
+                 (line->verb == SCENARIO_EXPECT || line->verb == SCENARIO_SHOW);
+    const bool *named = looks ? line->expectation.ids : line->ids;
     for (int id = 0; id < IDS_MAX; id++) {
         if (named[id] && !there[id]) {
             return id;

@@ -26,6 +26,7 @@ enum scenario_verb {
     SCENARIO_FAULT,
     SCENARIO_CAUSE,
     SCENARIO_EXPECT,
+    SCENARIO_SHOW,
 };
 
 struct scenario_line {

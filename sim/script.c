@@ -176,6 +176,13 @@ static bool do_expect(struct script *script, uint64_t now, const struct scenario
     return verdict == EXPECT_MET;
 }
 
+static bool do_show(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    expect_show(&line->expectation, &script->scene, script->out);
+    return true;
+}
+
 /* What is forgotten of what was seen. */
 enum memory { KEEPS, FORGETS_BEFORE, FORGETS_AFTER };
 
@@ -194,6 +201,7 @@ static const struct {
     [SCENARIO_FAULT] = {do_fault, KEEPS},
     [SCENARIO_CAUSE] = {do_cause, KEEPS},
     [SCENARIO_EXPECT] = {do_expect, KEEPS},
+    [SCENARIO_SHOW] = {do_show, KEEPS},
 };
 
 /* --- line after line -----------------------------------------------------------------------------

@@ -84,6 +84,7 @@ static void reply_is_due(struct servo_node *node, uint64_t end)
     driver_excuse(&node->driver,
                   node->misled || node->late_us || (servos->duplicates && shares_id(node)));
     node->dies_after = SERVOS_NEVER;
+    node->dark = 0;
     node->servo.reply.delay_us += node->late_us;
     if (servos->on_due) {
         servos->on_due(servos->meddler, node);
@@ -135,7 +136,9 @@ static void say_next(struct servo_node *node, uint64_t now)
 /* The next byte of the reply, or the end of it, or of the servo. */
 static void go_on(struct servo_node *node, uint64_t now)
 {
-    if (node->said == node->dies_after) {
+    if (node->said == node->dies_after && node->dark) {
+        servo_node_brown_out(node, now, node->dark);
+    } else if (node->said == node->dies_after) {
         servo_node_power(node, now, true);
     } else if (node->said < node->servo.reply.size) {
         say_next(node, now);

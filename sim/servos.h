@@ -29,6 +29,7 @@ struct servo_node {
     struct event revival; // a brown-out is over
     uint16_t said;        // bytes of the reply
     uint16_t dies_after;  // that many bytes of it, or SERVOS_NEVER
+    uint64_t dark;        // cycles without power that follow; 0: it is there again at once
     uint32_t reply;       // number of the reply; on_due's to count
     uint32_t late_us;     // that every reply comes later than the return delay says
     bool misled;          // by a fault: its rate is not what anybody set

@@ -1,5 +1,10 @@
-/* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. Says
- * after PERIODS periods how it went. Servos 1 to 50 at their factory return delay. */
+/* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. The
+ * first two bytes of the EEPROM say for how many seconds; a dot is said after each, and in the end
+ * how it went. Servos 1 to 50 at their factory return delay.
+ *
+ * The library is called when a handler of the bus has done something, and on a tick; PB0 is high
+ * while it runs. What neither that nor the handlers take is left to the robot. */
+#include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
 #include <cds55xx/roster.h>
 #include <cds55xx/servo.h>
@@ -10,9 +15,10 @@
 #define SERVOS          50
 #define RETURN_DELAY_US 2
 
-#ifndef PERIODS
-#define PERIODS 1250 // 5 s
-#endif
+#define PERIODS_PER_S (1000000ul / CDS_CYCLE_PERIOD_US)
+#define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
+#define TICK          (1000u * TICKS_PER_US)
+#define MARK          (1 << PB0)
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -43,6 +49,55 @@ static void begin_roster(void)
 }
 #endif
 
+/* What the library does is between these two; the compiler moves nothing of it past them. */
+static inline void mark(void)
+{
+    PORTB |= MARK;
+    __asm__ volatile("" ::: "memory");
+}
+
+static inline void unmark(void)
+{
+    __asm__ volatile("" ::: "memory");
+    PORTB &= (uint8_t)~MARK;
+}
+
+/* A period begins, or a reply is overdue, without any interrupt of the bus: then it is time for a
+ * call all the same. */
+static uint16_t next_tick;
+
+/* What the handlers of the bus change: there is work when a packet has left or a byte has come.
+ * Bytes are parsed as they come: at the end of a reply there is then the less to do before the next
+ * READ. */
+static uint8_t seen_state, seen_head;
+
+static bool anything_new(void)
+{
+    uint8_t state = bus.link.state;
+
+    return (state != seen_state && state == CDS_LINK_LISTENING) || bus.link.rx.head != seen_head;
+}
+
+static void wait(void)
+{
+    while (!anything_new()) {
+        if ((int16_t)(TCNT1 - next_tick) >= 0) {
+            next_tick += TICK;
+            return;
+        }
+    }
+}
+
+static void poll(void)
+{
+    seen_head = bus.link.rx.head;
+    mark();
+    cds_bus_poll(&bus);
+    cds_cycle_poll(&cycle);
+    unmark();
+    seen_state = bus.link.state; // that of a packet which has just begun, not the one before it
+}
+
 /* Goals of one period; true when all of them were taken. */
 static bool set_goals(uint16_t period)
 {
@@ -54,9 +109,14 @@ static bool set_goals(uint16_t period)
         if (position & 0x200) {
             position = 0x3FF - position;
         }
+        mark();
         taken &= cds_cycle_goal(&cycle, i, 256 + position, 0) == CDS_OK;
+        unmark();
     }
-    return taken && cds_cycle_commit(&cycle) == CDS_OK;
+    mark();
+    taken &= cds_cycle_commit(&cycle) == CDS_OK;
+    unmark();
+    return taken;
 }
 
 static void say_counters(void)
@@ -75,16 +135,40 @@ static void say_counters(void)
     say("ring_overflows", count.ring_overflows);
 }
 
+/* So many periods; returns how often goals were refused. */
+static uint16_t run(uint32_t periods)
+{
+    uint32_t second = PERIODS_PER_S, set = 0, over;
+    uint16_t refused = !set_goals((uint16_t)set++);
+
+    /* Periods begin on a tick. */
+    next_tick = TCNT1 - (uint16_t)(cds_port_now_us() - cycle.next_us) * TICKS_PER_US;
+    while ((over = cycle.counters.periods + cycle.counters.missed) < periods) {
+        poll();
+        if (cycle.counters.periods == set) // what was set is on its way
+            refused += !set_goals((uint16_t)set++);
+        if (over == second) {
+            say_text(".\n"); // the USART has room for both
+            second += PERIODS_PER_S;
+        }
+        wait();
+    }
+    cds_cycle_stop(&cycle);
+    while (cds_cycle_poll(&cycle) == CDS_PENDING)
+        cds_bus_poll(&bus);
+    return refused;
+}
+
 int main(void)
 {
     static uint8_t packet[CDS_PACKET_SIZE(3)];
     static struct cds_request request = CDS_REQUEST(packet);
-    uint16_t set = 0, refused = 0;
-    uint32_t turns = 0;
+    uint16_t refused;
 
     for (uint8_t i = 0; i < SERVOS; i++) {
         ids[i] = (uint8_t)(i + 1);
     }
+    DDRB = MARK;
     say_open();
     cds_avr_clock_open();
     sei();
@@ -96,25 +180,12 @@ int main(void)
     }
     say("begun", cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback,
                                  CDS_CYCLE_PERIOD_US) == CDS_OK);
-    refused += !set_goals(set++);
-    while (cycle.counters.periods + cycle.counters.missed < PERIODS) {
-        cds_bus_poll(&bus);
-        cds_cycle_poll(&cycle);
-        turns++;
-        if ((uint16_t)cycle.counters.periods == set) { // what was set is on its way
-            refused += !set_goals(set++);
-        }
-    }
-    cds_cycle_stop(&cycle);
-    while (cds_cycle_poll(&cycle) == CDS_PENDING) {
-        cds_bus_poll(&bus);
-    }
+    refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
     say("refused", refused);
     say("unsent", cycle.counters.unsent);
     say("dropped", cycle.counters.dropped);
-    say("turns", turns);
     say("reads", cycle.counters.reads);
     say("failed", cycle.counters.failed);
     say("oldest_us", cycle.counters.oldest_us);

@@ -1,7 +1,8 @@
 /* Three buses at once on an arduino-mega, a servo on each (its ID: that of the bus and 1): READ
  * after READ on all of them for a second. The EEPROM says how: its first byte is the return delay
- * the servos are given, in 2 us, its second one how many registers are read. Says the counters of
- * each bus. */
+ * the servos are given, in 2 us, its second one how many registers are read, its third one on how
+ * many buses, from bus 0 on. Says the counters of each bus, and the longest time from one READ of
+ * it to the next. */
 #include <avr/eeprom.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -21,27 +22,35 @@ CDS_AVR_CLOCK()
 static uint8_t packet[BUSES][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
 static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0]), CDS_REQUEST(packet[1]),
                                             CDS_REQUEST(packet[2])};
-static uint8_t length;
-static uint16_t reads[BUSES], good[BUSES];
+static uint8_t length, buses;
+static uint16_t reads[BUSES], good[BUSES], refused[BUSES];
+static uint32_t begun_us[BUSES], longest_us[BUSES];
 
 static void read_next(uint8_t i)
 {
+    uint32_t now_us = cds_port_now_us();
+
+    if (reads[i]++ && now_us - begun_us[i] > longest_us[i])
+        longest_us[i] = now_us - begun_us[i];
+    begun_us[i] = now_us;
     cds_servo_read(&bus[i], &request[i], (uint8_t)(i + 1), CDS_REG_ID, length);
-    reads[i]++;
 }
 
 /* Did the servo's own ID come back? */
 static void judge(uint8_t i)
 {
     uint8_t id = 0;
+    enum cds_result result = cds_request_byte(&request[i], 0, &id);
 
-    if (cds_request_byte(&request[i], 0, &id) == CDS_OK && id == i + 1)
+    if (result == CDS_OK && id == i + 1)
         good[i]++;
+    if (result == CDS_REFUSED) // it heard something else than was said
+        refused[i]++;
 }
 
 static void open_all(uint8_t delay)
 {
-    for (uint8_t i = 0; i < BUSES; i++) {
+    for (uint8_t i = 0; i < buses; i++) {
         cds_bus_open(&bus[i], i, CDS_BAUD_1M);
         cds_servo_write_byte(&bus[i], &request[i], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, delay);
         while (cds_bus_poll(&bus[i])) {
@@ -54,17 +63,17 @@ static uint32_t read_all(void)
 {
     uint32_t from_us = cds_port_now_us(), turns = 0;
 
-    for (uint8_t i = 0; i < BUSES; i++)
+    for (uint8_t i = 0; i < buses; i++)
         read_next(i);
     for (; cds_port_now_us() - from_us < TIME_US; turns++) {
-        for (uint8_t i = 0; i < BUSES; i++) {
+        for (uint8_t i = 0; i < buses; i++) {
             if (!cds_bus_poll(&bus[i])) {
                 judge(i);
                 read_next(i);
             }
         }
     }
-    for (uint8_t i = 0; i < BUSES; i++) {
+    for (uint8_t i = 0; i < buses; i++) {
         while (cds_bus_poll(&bus[i])) {
         }
         judge(i);
@@ -80,12 +89,18 @@ static void say_counters(uint8_t i)
     say("bus", i);
     say("reads", reads[i]);
     say("good", good[i]);
+    say("refused", refused[i]);
     say("sent", count.sent);
+    say("unsent", count.unsent);
     say("ok", count.ok);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);
     say("overruns", count.overruns);
+    say("refuted", count.refuted);
     say("foreign", count.foreign);
+    say("framing", count.framing_errors);
+    say("overflows", count.ring_overflows);
+    say("longest_us", longest_us[i]);
 }
 
 int main(void)
@@ -96,10 +111,11 @@ int main(void)
     cds_avr_clock_open();
     sei();
     length = eeprom_read_byte((const uint8_t *)1);
+    buses = eeprom_read_byte((const uint8_t *)2);
     open_all(eeprom_read_byte((const uint8_t *)0));
     turns = read_all();
     say("turns", turns);
-    for (uint8_t i = 0; i < BUSES; i++)
+    for (uint8_t i = 0; i < buses; i++)
         say_counters(i);
     say_end();
 }

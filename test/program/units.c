@@ -29,16 +29,6 @@ static void must(enum cds_result submitted)
     }
 }
 
-static void say_signed(const char *name, int32_t value)
-{
-    char digits[12];
-
-    say_text(name);
-    say_text(" ");
-    say_text(ltoa(value, digits, 10));
-    say_text("\n");
-}
-
 static void say_feedback(void)
 {
     int32_t mdeg = 0, mrpm = 0, mV = 0, celsius = 0;

@@ -87,42 +87,96 @@ class Exchanges(unittest.TestCase):
             self.assertEqual((figure["sent"], figure["unsent"]), (0, 801), board)
 
 
-class ThreeBuses(unittest.TestCase):
-    def figures(self, return_delay, length):
-        """What three_buses.c says of each bus; delay in register units, READs of so many bytes."""
+class SeveralBuses(unittest.TestCase):
+    """Two and three buses at once, a servo on each: test/program/three_buses.c."""
+
+    def simulate(self, return_delay, length, buses, *options):
+        """What the program says of each bus; delay in register units, READs of so many bytes."""
         with tempfile.NamedTemporaryFile() as eeprom:
-            eeprom.write(bytes([return_delay, length]) + b"\xff" * 4094)
+            eeprom.write(bytes([return_delay, length, buses]) + b"\xff" * 4093)
             eeprom.flush()
             run = Run("build/arduino-mega/program/three_buses.elf", "--servos", "1:2", "--servos",
-                      "2:3", "--eeprom", eeprom.name, "--host", "stdout", "--seconds", "3",
+                      "2:3", "--eeprom", eeprom.name, "--host", "stdout", "--seconds", "3", *options,
                       board="arduino-mega")
         said = re.split(r"^bus \d$", run.output.split("\ntime:")[0], flags=re.M)[1:]
-        self.assertEqual(len(said), 3, run.output)
-        return run, [{name: int(n) for name, n in re.findall(r"^(\w+) (\d+)$", text, re.M)}
+        self.assertEqual(len(said), buses, run.output)
+        run.buses = [{name: int(n) for name, n in re.findall(r"^(\w+) (\d+)$", text, re.M)}
                      for text in said]
+        for bus in run.buses:
+            self.assert_reconciled(bus)
+        return run
 
     def assert_reconciled(self, bus):
-        self.assertEqual(bus["sent"], bus["reads"])
+        self.assertEqual(bus["sent"] + bus["unsent"], bus["reads"])
         self.assertEqual(bus["sent"], bus["ok"] + bus["timeouts"] + bus["corrupt"])
-        self.assertEqual(bus["ok"], bus["good"])
+        self.assertEqual(bus["ok"], bus["good"] + bus["refused"])
         self.assertEqual(bus["foreign"], 0)
+
+    def assert_well(self, bus):
+        self.assertEqual(bus["ok"], bus["sent"])
+        for name in ("refused", "timeouts", "corrupt", "refuted", "framing", "overruns", "overflows"):
+            self.assertEqual(bus[name], 0, name)
+
+    def assert_undisturbed(self, run, number):
+        """Nothing failed, and it counts what its wire saw; a WRITE to all came before."""
+        bus = run.buses[number]
+        self.assert_well(bus)
+        seen = re.findall(rf"^ *\d+ bus{number} (->in|<-out): FF FF (\S\S) [^(]*\(LEN:\d+\)$",
+                          run.transcript, re.M)
+        self.assertEqual(seen.count(("->in", "FE")), 1)
+        sent = [(way, who) for way, who in seen if way == "->in" and who != "FE"]
+        replies = [(way, who) for way, who in seen if way == "<-out"]
+        self.assertEqual(set(sent + replies), {("->in", f"{number + 1:02}"),
+                                               ("<-out", f"{number + 1:02}")})
+        self.assertEqual(len(sent), bus["sent"])
+        self.assertEqual(len(replies), bus["ok"])
 
     def test_short_reads_at_a_return_delay_of_10_us_lose_nothing(self):
         """160 cycles: two handlers of the other buses may come before the one that turns around."""
-        for length in [1, 2, 11]:
-            run, buses = self.figures(5, length)
-            self.assertEqual(run.status, 0, run.output)
-            for bus in buses:
-                self.assert_reconciled(bus)
-                self.assertEqual(bus["ok"], bus["sent"])
-                self.assertGreater(bus["ok"], 700)
+        for buses in [2, 3]:
+            for length in [1, 2, 11]:
+                run = self.simulate(5, length, buses)
+                self.assertEqual(run.status, 0, run.output)
+                for number, bus in enumerate(run.buses):
+                    self.assert_undisturbed(run, number)
+                    self.assertGreater(bus["ok"], 700)
 
     def test_long_reads_may_lose_bytes_and_never_unnoticed(self):
         """Three whole tables at once ask for more receive handlers than there are cycles."""
         for delay in [1, 50]:
-            _, buses = self.figures(delay, 40)
-            for bus in buses:
-                self.assert_reconciled(bus)
+            self.simulate(delay, 40, 3)
+
+    def test_two_buses_go_on_undisturbed_while_the_third_is_dead(self):
+        clean = self.simulate(1, 2, 3)
+        for fault in ["1:stuck low", "1:stuck high", "1:brownout 2 5000"]:
+            run = self.simulate(1, 2, 3, "--fault", fault)
+            self.assertEqual(run.status, 0, run.output)
+            for number in (0, 2):
+                bus, before = run.buses[number], clean.buses[number]
+                self.assert_undisturbed(run, number)
+                self.assertGreater(bus["ok"], before["ok"], fault)  # nobody else's work to do
+                self.assertLess(bus["longest_us"], before["longest_us"] + 200, fault)
+            self.assertEqual(run.buses[1]["ok"], 0, fault)
+            self.assertGreater(run.buses[1]["reads"], 100, fault)
+
+    def test_two_buses_go_on_undisturbed_while_the_third_babbles(self):
+        for what in ["0x55", "headers", "random"]:
+            run = self.simulate(5, 2, 3, "--fault", f"1:babble {what}")
+            self.assertEqual(run.status, 0, run.output)
+            for number in (0, 2):
+                self.assert_undisturbed(run, number)
+                self.assertGreater(run.buses[number]["ok"], 500, what)
+            self.assertEqual((run.buses[1]["sent"], run.buses[1]["ok"]), (0, 0), what)
+
+    def test_a_bus_that_flips_bits_fails_alone(self):
+        # At the factory's return delay the handlers of one bus may hold up the turnaround of another.
+        run = self.simulate(25, 2, 3, "--fault", "1:noise 500")
+        self.assertEqual(run.status, 0, run.output)
+        for number in (0, 2):
+            self.assert_well(run.buses[number])
+        noisy = run.buses[1]
+        self.assertGreater(noisy["timeouts"] + noisy["corrupt"], 50)
+        self.assertGreater(noisy["ok"], 200)
 
 
 if __name__ == "__main__":

@@ -549,6 +549,21 @@ void test_F7_a_servo_can_die_after_any_byte_of_its_reply(void)
     }
 }
 
+void test_F7_it_can_be_gone_for_a_while(void)
+{
+    for (unsigned bytes = 0; bytes <= 8; bytes++) {
+        again();
+        orderf("cut out 1 %u 20", bytes, 0, 0);
+        uint64_t end = exchange(read_goal, 5);
+        assert_heard(&wire, goal, bytes);
+        uint64_t back = end + 2 * US + bytes * 10 * BIT + 20000 * US;
+        schedule_run_until(&schedule, back - 1);
+        TEST_ASSERT_FALSE(servos.node[0].servo.powered);
+        pass(1);
+        assert_ping_is_answered();
+    }
+}
+
 void test_F7_without_a_cut_torque_stays_on(void)
 {
     exchange(torque_on, 5);
@@ -575,6 +590,25 @@ void test_F8_a_brown_out_silences_and_resets_a_servo(void)
     TEST_ASSERT_TRUE(servos.node[0].servo.powered);
     TEST_ASSERT_EQUAL_UINT8(0, servos.node[0].servo.registers[TABLE_TORQUE_ENABLE]);
     assert_ping_is_answered();
+}
+
+void test_F8_a_servo_can_be_unplugged_as_any_byte_of_a_packet_begins(void)
+{
+    for (unsigned byte = 0; byte < 7; byte++) {
+        again();
+        orderf("unplug in 2 %u 1,9 20", byte, 0, 0);
+        exchange(ping, 3);
+        TEST_ASSERT_EQUAL_UINT(6, wire.count);
+        wire.count = 0;
+        uint64_t begins = schedule.now + 50 * US + byte * 10 * BIT;
+        say(torque_on, 5);
+        schedule_run_until(&schedule, begins + 20000 * US - 1);
+        TEST_ASSERT_EQUAL_UINT(0, wire.count);
+        TEST_ASSERT_FALSE(servos.node[0].servo.powered);
+        pass(1);
+        TEST_ASSERT_EQUAL_UINT8(0, servos.node[0].servo.registers[TABLE_TORQUE_ENABLE]);
+        assert_ping_is_answered();
+    }
 }
 
 void test_F8_power_that_is_switched_in_a_brown_out_ends_it(void)
@@ -1156,6 +1190,10 @@ void test_bad_orders_are_refused_with_what_is_wanted(void)
         "insert in 1 0 0",
         "insert out 1 0 256",
         "cut in 1 3",
+        "cut out 1 3 3600001",
+        "unplug out 1 3 1 5",
+        "unplug in 1 3 1",
+        "unplug in 1 3 x 5",
         "delay out 1 10000001",
         "id out 1 256",
         "length out 1 x",

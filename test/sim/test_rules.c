@@ -156,6 +156,7 @@ void test_bad_usage_is_refused(void)
     assert_refused("firmware a.elf --board x --servos 1,1", "an ID occurs twice");
     assert_refused("firmware a.elf --board x --fault fly", "--fault: a fault is wanted: flip");
     assert_refused("firmware a.elf --board x --fault 'cut out 1'", "--fault: cut out PACKET BYTES");
+    assert_refused("bus --servos 1 --seconds 1 --mark B0", "a bus has no firmware");
     assert_refused("firmware a.elf --board x --seed 4294967296", "--seed wants");
     assert_refused("firmware a.elf --board x --seed -1", "--seed wants");
     assert_refused("firmware a.elf --board x --seconds -1", "positive number");

@@ -478,6 +478,18 @@ void test_a_fault_that_is_refused_ends_the_scenario(void)
                              log_text);
 }
 
+void test_what_a_servo_has_can_be_shown(void)
+{
+    char shown[200] = "";
+    table_set(servos.node[1].servo.registers, TABLE_GOAL_POSITION, 2, 0x155);
+    run("@show servo 2 GOAL_POSITION\n@show servo 1,3 0x03\n@show servo 1 torque\n");
+    rewind(out);
+    TEST_ASSERT_TRUE(fread(shown, 1, sizeof(shown) - 1, out) > 0);
+    TEST_ASSERT_EQUAL_STRING("servo 2 GOAL_POSITION 341\nservo 1 0x03 1\nservo 3 0x03 3\n"
+                             "servo 1 torque 0\n",
+                             shown);
+}
+
 /* --- bad input --- */
 
 void test_bad_lines_are_refused_before_anything_runs(void)
@@ -555,6 +567,11 @@ void test_bad_lines_are_refused_before_anything_runs(void)
         "@expect servo 1 LED 1 within -1\n",
         "@expect servo 1 LED 1 within 3600001\n",
         "@expect text\n",
+        "@show servo 1\n",
+        "@show text LED 1\n",
+        "@show servo 1 LED 1\n",
+        "@show servo 1 GLOW\n",
+        "@show servo 254 LED\n",
         "@expect rule politeness\n",
     };
     for (unsigned i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {

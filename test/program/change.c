@@ -1,0 +1,91 @@
+/* Changes of identity on demand, a command a line, answered as a console does: "id FROM TO",
+ * "baud ID REGISTER", "reset ID" (at the bus's rate), each said with what came of it; "again" looks
+ * once more if the servo was lost, and says it anew; "rate REGISTER" takes the bus there; "scan
+ * REGISTER" says who of IDs 0 to 9 is at that rate. */
+#include <cds55xx/identity.h>
+#include <cds55xx/scan.h>
+#include <cds55xx_avr.h>
+#include <string.h>
+
+#include "say.h"
+
+#define IDS 10
+
+static struct cds_bus bus;
+CDS_AVR_BUS(bus, 0)
+CDS_AVR_CLOCK()
+
+static uint8_t packet[CDS_PACKET_SIZE(2)];
+static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_identity identity;
+static char line[24];
+
+static enum cds_result settle(enum cds_result begun)
+{
+    if (begun == CDS_OK)
+        while (cds_identity_poll(&identity) == CDS_PENDING)
+            cds_bus_poll(&bus);
+    say("state", identity.state);
+    say("result", identity.result);
+    say("written", identity.written);
+    say("baud", bus.baud);
+    return begun;
+}
+
+static enum cds_result look(uint8_t baud)
+{
+    static struct cds_scan scan;
+    static struct cds_scan_found found[IDS];
+
+    cds_scan_begin(&scan, &bus, &request, found, IDS);
+    cds_scan_set_ids(&scan, 0, IDS - 1);
+    cds_scan_set_bauds(&scan, &baud, 1);
+    while (cds_scan_poll(&scan) == CDS_PENDING)
+        cds_bus_poll(&bus);
+    for (uint8_t i = 0; i < scan.count; i++)
+        say("found", found[i].id * 1000ul + found[i].baud);
+    return (enum cds_result)scan.result;
+}
+
+static uint8_t number(const char *text)
+{
+    return (uint8_t)(text ? atoi(text) : 0);
+}
+
+static enum cds_result obey(const char *word, uint8_t first, uint8_t second)
+{
+    if (strcmp(word, "id") == 0)
+        return settle(cds_identity_change_id_begin(&identity, &bus, &request, first, second));
+    if (strcmp(word, "baud") == 0)
+        return settle(cds_identity_change_baud_begin(&identity, &bus, &request, first, second));
+    if (strcmp(word, "reset") == 0)
+        return settle(cds_identity_reset_begin(&identity, &bus, &request, first));
+    if (strcmp(word, "again") == 0)
+        return settle(identity.state == CDS_IDENTITY_LOST ? cds_identity_look_again(&identity)
+                                                          : CDS_OK);
+    if (strcmp(word, "rate") == 0)
+        return cds_bus_set_baud(&bus, first);
+    if (strcmp(word, "scan") == 0)
+        return look(first);
+    return CDS_BAD_ARGUMENT;
+}
+
+int main(void)
+{
+    say_open();
+    cds_avr_clock_open();
+    sei();
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    for (;;) {
+        const char *word, *first, *second;
+
+        say_hear(line, sizeof line);
+        word = strtok(line, " ");
+        first = strtok(NULL, " ");
+        second = strtok(NULL, " ");
+        if (obey(word, number(first), number(second)) == CDS_OK)
+            say_text("ok\n");
+        else
+            say_text("error 1: that cannot be\n");
+    }
+}
