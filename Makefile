@@ -67,6 +67,7 @@ CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 CONTROLLER_SRC := $(wildcard src/controller/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
+EXAMPLES := $(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf))
 
 # The controller's own serial port to the PC is not the library's business.
 LIBRARY_SRC := $(CORE_SRC) $(filter-out src/avr/serial.c,$(AVR_SRC))
@@ -136,9 +137,9 @@ examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
 
 ## size: flash and RAM of every board's firmware beside its budget
 .PHONY: size
-size: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+size: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@scripts/size.py $(foreach b,$(BOARDS),build/$(b)/controller.elf $($(b)_LIMITS)) \
-	  --note $(BOARDS:%=build/%/examples/two_servos.elf)
+	  --note $(EXAMPLES)
 
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
@@ -301,7 +302,7 @@ TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega
 	build/arbotix/program/exchanges.elf \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
-	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
 .PHONY: test
@@ -323,7 +324,7 @@ GENERATED_DOCS := errors registers
 
 ## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check
-check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf) build/host/cds55xx-sim
+check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
@@ -331,7 +332,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 	@scripts/readme.py --check
 	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
 	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
-	  $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
 
