@@ -298,7 +298,7 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 	$(SIM_TESTS:%=build/host/test/sim/%)
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
+	build/arduino-mega/program/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/program/$(p).elf)) \
 	build/arbotix/program/exchanges.elf \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
