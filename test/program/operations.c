@@ -67,25 +67,29 @@ static void group_write(void)
         say("goal", answers[i].result ? answers[i].result : data[2 * i] + 256u * data[2 * i + 1]);
 }
 
-/* Servo 3 has a limit below the first of the two. */
-static void verified_moves(void)
+static void verified_move(uint16_t position)
 {
     static struct cds_goal goals[3];
     static struct cds_group_move move;
 
+    for (uint8_t i = 0; i < 3; i++)
+        goals[i] = (struct cds_goal){.id = ids[i + 1], .position = position, .speed = 1023};
+    cds_group_move_begin(&move, &bus, &request, goals, 3);
+    cds_group_move_set_verify(&move);
+    while (cds_group_move_poll(&move) == CDS_PENDING)
+        cds_bus_poll(&bus);
+    say("moved", move.result);
+    say("acted", move.acted);
+    for (uint8_t i = 0; i < 3; i++)
+        say("servo", goals[i].result * 1000ul + goals[i].error * 10u + goals[i].armed);
+}
+
+/* Servo 3 has a limit below the first of the two. */
+static void verified_moves(void)
+{
     write_word("limit", 3, CDS_REG_CCW_ANGLE_LIMIT, 600);
-    for (uint16_t position = 640; position >= 560; position -= 80) {
-        for (uint8_t i = 0; i < 3; i++)
-            goals[i] = (struct cds_goal){.id = ids[i + 1], .position = position, .speed = 1023};
-        cds_group_move_begin(&move, &bus, &request, goals, 3);
-        cds_group_move_set_verify(&move);
-        while (cds_group_move_poll(&move) == CDS_PENDING)
-            cds_bus_poll(&bus);
-        say("moved", move.result);
-        say("acted", move.acted);
-        for (uint8_t i = 0; i < 3; i++)
-            say("servo", goals[i].result * 1000ul + goals[i].error * 10u + goals[i].armed);
-    }
+    verified_move(640);
+    verified_move(560);
 }
 
 /* --- roster --------------------------------------------------------------------------------------
@@ -128,6 +132,17 @@ static void holds(void)
     write_byte("let_go", 2, CDS_REG_TORQUE_ENABLE, 0);
     cds_roster_release(&roster, &servos[1]);
     write_byte("driven", 2, CDS_REG_TORQUE_ENABLE, 1);
+}
+
+/* One that answers PING and READ only; one that is held. */
+static void moves_with_roster(void)
+{
+    write_byte("level", 4, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    verified_move(540);
+    cds_roster_hold(&roster, &servos[2], CDS_HOLD_STOPPED);
+    verified_move(530);
+    cds_roster_release(&roster, &servos[2]);
+    write_byte("level", 4, CDS_REG_STATUS_RETURN_LEVEL, 2);
 }
 
 /* --- torque off, state check, diagnosis ----------------------------------------------------------
@@ -224,6 +239,7 @@ int main(void)
     soft_limits();
     learning();
     holds();
+    moves_with_roster();
     stop_all();
     check_state();
     diagnose(1);
