@@ -38,6 +38,13 @@ struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
     return NULL;
 }
 
+/* What may be sent is not what it was. */
+static void note_change(struct cds_roster *roster)
+{
+    roster->observer.epoch++;
+    roster->changed = true;
+}
+
 /* ---- what is learnt ---- */
 
 /* Does a transfer of `length` bytes from `address` on hold this register of one byte? Then where.
@@ -106,7 +113,7 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
             servo->speed_known = false;
         }
         if (lost || servo->presence == CDS_PRESENCE_BACK)
-            roster->observer.epoch++; // not else: whoever sends the same again is judged anew
+            note_change(roster); // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
     }
@@ -261,9 +268,8 @@ static enum cds_result suit(const struct cds_roster_servo *servo, struct cds_req
     return CDS_OK;
 }
 
-static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+static enum cds_result judge_packet(struct cds_roster *roster, struct cds_request *request)
 {
-    struct cds_roster *roster = of(observer);
     const uint8_t *bytes = request->packet.bytes;
     uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION];
     enum cds_result result = CDS_OK;
@@ -279,6 +285,22 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
         result = suit(servo, request, instruction);
     }
     return result;
+}
+
+/* What has waited while something changed is judged anew at its turn, but for looking, which is
+ * always allowed. */
+static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+{
+    struct cds_roster *roster = of(observer);
+    uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION];
+    bool again = request->result == CDS_PENDING, vetted = request->vetted;
+
+    request->vetted = false;
+    if (!roster->bus->request)
+        roster->changed = false; // nobody has waited since
+    if (again ? !roster->changed || instruction == CDS_PING || instruction == CDS_READ : vetted)
+        return CDS_OK;
+    return judge_packet(roster, request);
 }
 
 /* The goal and speed that nobody minds, by the shortest way: a cycle has 50 of them in 4 ms.
@@ -326,7 +348,7 @@ static void answered(struct cds_roster *roster, struct cds_roster_servo *servo)
     servo->silences = 0;
     if (servo->presence == CDS_PRESENCE_AWAY) {
         servo->presence = CDS_PRESENCE_BACK;
-        roster->observer.epoch++;
+        note_change(roster);
     } else if (servo->presence == CDS_PRESENCE_UNKNOWN) {
         servo->presence = CDS_PRESENCE_HERE;
     }
@@ -339,7 +361,7 @@ static void not_answered(struct cds_roster *roster, struct cds_roster_servo *ser
         servo->silences++;
     if (servo->silences == CDS_ROSTER_SILENCES && servo->presence != CDS_PRESENCE_AWAY) {
         servo->presence = CDS_PRESENCE_AWAY;
-        roster->observer.epoch++;
+        note_change(roster);
     }
 }
 
@@ -520,7 +542,7 @@ enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_rost
     servo->lowest = lowest;
     servo->highest = highest;
     servo->fastest = fastest;
-    roster->observer.epoch++;
+    note_change(roster);
     return CDS_OK;
 }
 
@@ -539,7 +561,7 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why)
 {
-    roster->observer.epoch++;
+    note_change(roster);
     for (uint8_t i = 0; i < roster->count; i++)
         if (!servo || servo == &roster->servos[i])
             roster->servos[i].held |= why;
@@ -547,7 +569,7 @@ void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, 
 
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
-    roster->observer.epoch++;
+    note_change(roster);
     for (uint8_t i = 0; i < roster->count; i++)
         if (!servo || servo == &roster->servos[i])
             roster->servos[i].held = 0;
