@@ -52,6 +52,9 @@ enum cds_bus_state {
 #define CDS_REPLY_NONE 0xFF // no reply is due (broadcast, or the status return level)
 #define CDS_REPLY_MAX  50   // a READ of the whole control table
 
+/* In `urgent` of a request: it goes before the urgent ones too. For torque off (stop.h). */
+#define CDS_URGENT_FIRST 2
+
 /* One exchange: filled in by the typed calls of servo.h and group.h, owned by the caller, who
  * leaves it and its buffer alone from submit until `result` is no longer CDS_PENDING. */
 struct cds_request {
@@ -63,7 +66,7 @@ struct cds_request {
     uint16_t return_delay_us;             // the longest this servo waits; set by submit
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes
-    uint8_t urgent;  // goes before all that are less so: 0, 1, CDS_URGENT_STOP
+    uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
     bool vetted;     // this very packet was judged already: the observer puts it back to false
     uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
     uint8_t id;      // who answered (of interest after a broadcast PING)
@@ -177,7 +180,7 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
- * else in its turn, after those submitted before it; an urgent one after the urgent ones only.
+ * else in its turn, after those submitted before it that are as urgent, or more so.
  * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
  * already; nothing was touched. CDS_BAD_ARGUMENT: no bus is open, or reply_parameters is above
  * CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer. CDS_NO_REPLY_DUE, CDS_LIMIT,

@@ -108,10 +108,10 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
     if (torque) {
         bool lost = servo->torque && !*torque;
 
-        if (lost) {
+        if (lost)
             servo->held |= CDS_HOLD_LOST;
+        if (lost || (!*torque && servo->presence == CDS_PRESENCE_BACK))
             servo->speed_known = false;
-        }
         if (lost || servo->presence == CDS_PRESENCE_BACK)
             note_change(roster); // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
