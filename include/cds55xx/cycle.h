@@ -50,7 +50,7 @@ extern "C" {
 struct cds_cycle_counters {
     uint32_t periods; // whose goals were sent, or were to be
     uint32_t unsent;  // ... of them, those that the bus did not send: all servos were dropped, the
-                      // line was not quiet, or a servo was held after they were submitted
+                      // line was not quiet, or it was too late when one was dropped in the queue
     uint32_t missed;  // whose goals were not, since polls came too late or others held the bus
     uint32_t reads;   // feedback READs that ended, well or not
     uint32_t failed;  // ... of them, those that brought no values
@@ -81,6 +81,7 @@ struct cds_cycle {
     uint8_t front;                     // packet that is sent every period; the other one is filled
     bool committed;                    // there are goals to send
     bool filling;    // the other packet holds all that the front one does, or newer
+    bool refused;    // goals at their turn: a servo was held while they waited
     bool reading;    // a READ is on its way
     bool giving_way; // no READ begins: somebody waits for his turn
     bool stopping;   // cds_cycle_stop() was called

@@ -25,7 +25,9 @@ static void goals_ended(struct cds_request *request)
 {
     struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
 
-    if (request->result != CDS_OK)
+    if (request->result == CDS_HELD || request->result == CDS_LIMIT)
+        cycle->refused = true; // since a servo is: the others need not wait for the next period
+    else if (request->result != CDS_OK)
         cycle->counters.unsent++;
 }
 
@@ -296,6 +298,19 @@ static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
     pass_period(cycle);
 }
 
+/* The goals of this period were refused at their turn: now without whom that concerns, if they
+ * still do not hold up the next ones. */
+static void send_again(struct cds_cycle *cycle)
+{
+    int32_t left_us = (int32_t)(cycle->next_us - cds_port_now_us()); // judging took its time
+
+    cycle->refused = false;
+    front(cycle)->vetted = is_vetted(cycle, cycle->front);
+    if (left_us < cycle->period_us - cycle->latest_us || is_empty(front(cycle)) ||
+        cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
+        cycle->counters.unsent++;
+}
+
 /* The longest a feedback READ may take, as the bus has it. */
 static uint16_t read_us(const struct cds_bus *bus)
 {
@@ -358,6 +373,8 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
     if (cycle->committed && !is_vetted(cycle, cycle->front))
         vet_anew(cycle);
+    if (cycle->refused)
+        send_again(cycle);
     if ((int32_t)(now_us - cycle->next_us) >= 0)
         begin_period(cycle, now_us);
     else if (!cycle->bus->request && !cycle->giving_way)
