@@ -264,32 +264,31 @@ SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
     return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
-/* Sends the first request if line and observer let it. CDS_OK; CDS_PENDING: not yet; else the
+/* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
  * observer has changed its mind: the next poll ends it. */
-static uint8_t start_if_quiet(struct cds_bus *bus, uint32_t now_us)
+static uint8_t start_if_quiet(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    uint8_t result;
+    uint8_t result = judge(bus, request);
+    uint32_t now_us = cds_port_now_us(); // not before: the observer may take its time
 
+    if (result != CDS_OK)
+        return result;
     if (!is_quiet(bus, now_us))
         return CDS_PENDING;
     if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
         return CDS_PENDING; // its reply would be taken for the new one
-    result = judge(bus, request);
-    if (result == CDS_OK)
-        start(bus, now_us);
-    return result;
+    start(bus, now_us);
+    return CDS_OK;
 }
 
 /* There is a new first request: sends it now, or as soon as the line is quiet. */
 static void begin(struct cds_bus *bus)
 {
-    uint32_t now_us = cds_port_now_us();
-
     bus->in_flight = false;
-    if (start_if_quiet(bus, now_us) != CDS_OK)
-        bus->deadline_us =
-            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    if (start_if_quiet(bus) != CDS_OK)
+        bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX),
+                                                               CDS_RETURN_DELAY_MAX_US);
 }
 
 /* Where in the queue the request belongs; never before one in flight, which is the first. */
@@ -466,7 +465,7 @@ static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
 /* The first request waits for a quiet line. */
 static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
-    uint8_t result = start_if_quiet(bus, now_us);
+    uint8_t result = start_if_quiet(bus);
 
     if (result == CDS_PENDING && (int32_t)(now_us - bus->deadline_us) >= 0) {
         bus->counters.unsent++;

@@ -371,8 +371,10 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
-    if (cycle->committed && !is_vetted(cycle, cycle->front))
+    if (cycle->committed && !is_vetted(cycle, cycle->front)) {
         vet_anew(cycle);
+        now_us = cds_port_now_us(); // it takes a while
+    }
     if (cycle->refused)
         send_again(cycle);
     if ((int32_t)(now_us - cycle->next_us) >= 0)
