@@ -72,6 +72,7 @@ struct cds_cycle {
     struct cds_request read;           // the feedback READ
     struct cds_bus_observer *observer; // of the bus, when goals were judged last
     uint16_t epoch[2];                 // its epoch, when all of a packet was admitted
+    bool holes[2];                     // a packet has blocks of servos that were dropped
     uint16_t period_us;                // from one beginning to the next
     uint16_t goals_us;                 // the goals on the wire
     uint16_t latest_us; // goals that begin later than this would hold up the next ones
@@ -81,7 +82,6 @@ struct cds_cycle {
     uint8_t front;                     // packet that is sent every period; the other one is filled
     bool committed;                    // there are goals to send
     bool filling;    // the other packet holds all that the front one does, or newer
-    bool refused;    // goals at their turn: a servo was held while they waited
     bool reading;    // a READ is on its way
     bool giving_way; // no READ begins: somebody waits for his turn
     bool stopping;   // cds_cycle_stop() was called

@@ -285,7 +285,6 @@ static uint8_t start_if_quiet(struct cds_bus *bus)
 /* There is a new first request: sends it now, or as soon as the line is quiet. */
 static void begin(struct cds_bus *bus)
 {
-    bus->in_flight = false;
     if (start_if_quiet(bus) != CDS_OK)
         bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX),
                                                                CDS_RETURN_DELAY_MAX_US);
@@ -373,7 +372,7 @@ static bool all_looked_at(struct cds_bus *bus)
 }
 
 /* How the exchange in flight stands, seen at `now_us`. */
-static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
+static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
 {
     bool listening = bus->link.state == CDS_LINK_LISTENING;
     bool due = reply_is_due(bus->request);
@@ -387,7 +386,7 @@ static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
-static void count_end(struct cds_bus *bus, enum cds_result result)
+static void count_end(struct cds_bus *bus, uint8_t result)
 {
     if (result == CDS_OK)
         bus->counters.ok++;
@@ -397,13 +396,13 @@ static void count_end(struct cds_bus *bus, enum cds_result result)
         bus->counters.timeouts++;
 }
 
-SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
+SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
 {
     const struct cds_request *request = bus->request;
     struct cds_bus_news news = {.event = CDS_BUS_ENDED,
                                 .id = request->id,
                                 .error = request->error,
-                                .result = (uint8_t)result,
+                                .result = result,
                                 .instruction = bus->instruction,
                                 .address = bus->address,
                                 .request = request};
@@ -412,7 +411,7 @@ SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
 }
 
 /* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
-static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     const struct cds_request *request = bus->request;
 
@@ -421,7 +420,7 @@ static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_u
     if (reply_is_due(request)) {
         bus->last_id =
             bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
-        bus->last_result = (uint8_t)result;
+        bus->last_result = result;
         bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
     }
     if (result == CDS_CORRUPT) { // and the line may be so still
@@ -438,7 +437,6 @@ static void finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    bus->in_flight = false;
     bus->request = request->next;
     request->result = result;
     if (bus->request)
@@ -448,13 +446,14 @@ static void finish(struct cds_bus *bus, uint8_t result)
 }
 
 /* The exchange in flight has ended: sends it again if it may be, else it is over. */
-static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
     note_end(bus, result, now_us);
+    bus->in_flight = false;
     if (result == CDS_OK || request->repeats == 0) {
-        finish(bus, (uint8_t)result);
+        finish(bus, result);
         return;
     }
     request->repeats--;
@@ -467,18 +466,20 @@ static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
     uint8_t result = start_if_quiet(bus);
 
-    if (result == CDS_PENDING && (int32_t)(now_us - bus->deadline_us) >= 0) {
+    if (result == CDS_PENDING) {
+        if ((int32_t)(now_us - bus->deadline_us) < 0)
+            return;
         bus->counters.unsent++;
         result = CDS_LINE_BUSY;
     }
-    if (result != CDS_OK && result != CDS_PENDING)
+    if (result != CDS_OK)
         finish(bus, result);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
-    enum cds_result result;
+    uint8_t result;
 
     if (bus->in_flight) {
         result = outcome(bus, now_us);

@@ -21,15 +21,7 @@ static bool on_its_way(const struct cds_cycle *cycle)
            cycle->read.result == CDS_PENDING;
 }
 
-static void goals_ended(struct cds_request *request)
-{
-    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
-
-    if (request->result == CDS_HELD || request->result == CDS_LIMIT)
-        cycle->refused = true; // since a servo is: the others need not wait for the next period
-    else if (request->result != CDS_OK)
-        cycle->counters.unsent++;
-}
+static void goals_ended(struct cds_request *request);
 
 /* A whole packet whose goals are still to be set. */
 static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
@@ -131,13 +123,14 @@ static bool is_empty(struct cds_request *request)
 
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
-static void finish_goals(struct cds_cycle *cycle, struct cds_request *request)
+static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
 {
+    struct cds_request *request = &cycle->goals[packet];
     uint8_t *bytes = request->packet.bytes;
     const uint8_t *whole = NULL;
     bool dropped = false;
 
-    for (uint8_t i = 0; i < cycle->count; i++) {
+    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++) {
         if (is_dropped(cycle, request, i))
             dropped = true;
         else
@@ -151,15 +144,8 @@ static void finish_goals(struct cds_cycle *cycle, struct cds_request *request)
         else if (!whole)
             *block = NO_SERVO;
     }
+    cycle->holes[packet] = dropped;
     bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
-}
-
-/* May the servo of this block go to its goal? */
-static enum cds_result judge(struct cds_cycle *cycle, const uint8_t *block)
-{
-    if (!cycle->bus->observer)
-        return CDS_OK;
-    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE);
 }
 
 /* Has the observer admitted every block of this packet, and would say the same again? */
@@ -178,60 +164,85 @@ static void vet(struct cds_cycle *cycle, uint8_t packet, bool counted)
     for (uint8_t i = 0; i < cycle->count; i++) {
         uint8_t *block = block_of(request, i);
 
-        if (is_dropped(cycle, request, i) || judge(cycle, block) == CDS_OK)
+        if (is_dropped(cycle, request, i) ||
+            cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1,
+                                GOAL_SIZE) == CDS_OK)
             continue;
         *block = NO_SERVO;
+        cycle->holes[packet] = true;
         cycle->counters.dropped += counted;
     }
-    finish_goals(cycle, request);
+    finish_goals(cycle, packet);
     cycle->epoch[packet] = cycle->bus->observer->epoch;
 }
 
-/* The roster has changed since the goals were judged. Those being filled follow, but for the goals
- * that were never set: they are what a first commit waits for. */
+/* If the roster has changed since the goals were judged. Those being filled follow, but for the
+ * goals that were never set: they are what a first commit waits for. One that waits in the queue is
+ * judged by the bus when its turn comes. */
 static void vet_anew(struct cds_cycle *cycle)
 {
-    if (front(cycle)->result == CDS_PENDING)
-        return; // the bus judges it itself when its turn comes
+    if (!cycle->committed || is_vetted(cycle, cycle->front) || front(cycle)->result == CDS_PENDING)
+        return;
     vet(cycle, cycle->front, true);
     if (cycle->filling)
         vet(cycle, !cycle->front, false);
     cycle->observer = cycle->bus->observer;
 }
 
-static void set_goal(uint8_t *block, uint8_t id, uint16_t position, uint16_t speed)
+static void set_goal(uint8_t *goal, uint16_t position, uint16_t speed)
 {
-    block[0] = id;
-    block[1] = (uint8_t)position;
-    block[2] = (uint8_t)(position >> 8);
-    block[3] = (uint8_t)speed;
-    block[4] = (uint8_t)(speed >> 8);
+    goal[0] = (uint8_t)position;
+    goal[1] = (uint8_t)(position >> 8);
+    goal[2] = (uint8_t)speed;
+    goal[3] = (uint8_t)(speed >> 8);
+}
+
+/* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
+static __attribute__((noinline)) enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t index,
+                                                            uint16_t position, uint16_t speed)
+{
+    uint8_t goal[GOAL_SIZE];
+    uint8_t *block = block_of(back(cycle), index);
+    enum cds_result result;
+
+    set_goal(goal, position, speed);
+    result =
+        cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal, GOAL_SIZE);
+    if (result == CDS_OK) {
+        *block = cycle->ids[index];
+    } else if (result == CDS_HELD && block[2] == NO_GOAL) {
+        *block = NO_SERVO; // the others need not wait for it
+        cycle->holes[!cycle->front] = true;
+    }
+    return result;
+}
+
+/* What is not set anew is to stay as it is, not as it was before that. */
+static void follow_front(struct cds_cycle *cycle)
+{
+    const struct cds_packet *packet = &front(cycle)->packet;
+
+    memcpy(back(cycle)->packet.bytes, packet->bytes, packet->size);
+    cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
+    cycle->holes[!cycle->front] = cycle->holes[cycle->front];
+    cycle->filling = true;
 }
 
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
-    struct cds_packet *packet = &back(cycle)->packet;
-    uint8_t block[BLOCK_SIZE];
-    uint8_t *place;
-    enum cds_result result;
+    enum cds_result result = CDS_OK;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
     if (back(cycle)->result == CDS_PENDING)
         return CDS_BUSY;
-    if (!cycle->filling) { // what is not set anew is to stay as it is, not as it was before that
-        memcpy(packet->bytes, front(cycle)->packet.bytes, packet->size);
-        cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
-    }
-    cycle->filling = true;
-    set_goal(block, cycle->ids[index], position, speed);
-    result = judge(cycle, block);
-    place = block_of(back(cycle), index);
+    if (!cycle->filling)
+        follow_front(cycle);
+    if (cycle->bus->observer)
+        result = judge_goal(cycle, index, position, speed);
     if (result == CDS_OK)
-        memcpy(place, block, BLOCK_SIZE);
-    else if (result == CDS_HELD && place[2] == NO_GOAL)
-        place[0] = NO_SERVO; // the others need not wait for it
+        set_goal(block_of(back(cycle), index) + 1, position, speed);
     return result;
 }
 
@@ -247,12 +258,11 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
     if (!cycle->filling)
         return CDS_OK;
-    if (!cycle->committed) {
-        if (!all_set(cycle, back(cycle)))
-            return CDS_BAD_ARGUMENT;
+    if (!cycle->committed && !all_set(cycle, back(cycle)))
+        return CDS_BAD_ARGUMENT;
+    finish_goals(cycle, !cycle->front);
+    if (!cycle->committed)
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
-    }
-    finish_goals(cycle, back(cycle));
     cycle->front = !cycle->front;
     cycle->filling = false;
     cycle->committed = true;
@@ -272,10 +282,12 @@ static void pass_period(struct cds_cycle *cycle)
 }
 
 /* The next period has begun, or more than one. */
-static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
+static void begin_period(struct cds_cycle *cycle)
 {
-    int32_t late_us = (int32_t)(now_us - cycle->next_us);
+    int32_t late_us;
 
+    vet_anew(cycle);
+    late_us = (int32_t)(cds_port_now_us() - cycle->next_us); // that may have taken a while
     for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
         if (cycle->committed)
             cycle->counters.missed++;
@@ -298,16 +310,22 @@ static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
     pass_period(cycle);
 }
 
-/* The goals of this period were refused at their turn: now without whom that concerns, if they
- * still do not hold up the next ones. */
-static void send_again(struct cds_cycle *cycle)
+/* Refused at their turn, since a servo is: now without it, if they still do not hold up the next
+ * ones. */
+static bool send_again(struct cds_cycle *cycle)
 {
-    int32_t left_us = (int32_t)(cycle->next_us - cds_port_now_us()); // judging took its time
-
-    cycle->refused = false;
+    vet_anew(cycle);
     front(cycle)->vetted = is_vetted(cycle, cycle->front);
-    if (left_us < cycle->period_us - cycle->latest_us || is_empty(front(cycle)) ||
-        cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
+    return (int32_t)(cycle->next_us - cds_port_now_us()) >= cycle->period_us - cycle->latest_us &&
+           !is_empty(front(cycle)) && cds_bus_submit(cycle->bus, front(cycle)) == CDS_OK;
+}
+
+static void goals_ended(struct cds_request *request)
+{
+    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
+    bool refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
+
+    if (request->result != CDS_OK && !(refused && send_again(cycle)))
         cycle->counters.unsent++;
 }
 
@@ -367,18 +385,14 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     uint32_t now_us = cds_port_now_us();
 
-    if (cycle->reading && cycle->read.result != CDS_PENDING)
+    if (cycle->reading && cycle->read.result != CDS_PENDING) {
         take_feedback(cycle, now_us);
+        vet_anew(cycle); // there is time for it now
+    }
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
-    if (cycle->committed && !is_vetted(cycle, cycle->front)) {
-        vet_anew(cycle);
-        now_us = cds_port_now_us(); // it takes a while
-    }
-    if (cycle->refused)
-        send_again(cycle);
     if ((int32_t)(now_us - cycle->next_us) >= 0)
-        begin_period(cycle, now_us);
+        begin_period(cycle);
     else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
     return CDS_PENDING;

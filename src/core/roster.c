@@ -315,13 +315,21 @@ static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *dat
            (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
 }
 
+static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
+                                                             uint8_t address, const uint8_t *data,
+                                                             uint8_t length)
+{
+    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
+
+    return judge(servo, &part);
+}
+
 static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
                                    const uint8_t *data, uint8_t length)
 {
     struct cds_roster *roster = of(observer);
     uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
     const struct cds_roster_servo *servo = &roster->servos[next];
-    struct part part = {.id = id, .address = address, .length = length, .data = data};
 
     if (next < roster->count && servo->id == id)
         roster->last = next;
@@ -330,7 +338,7 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
     if (!servo ||
         (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE && is_harmless(servo, data)))
         return CDS_OK;
-    return judge(servo, &part);
+    return judge_block(servo, address, data, length);
 }
 
 /* ---- what has happened ---- */
