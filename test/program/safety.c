@@ -12,7 +12,7 @@
 #include "say.h"
 
 #define SERVOS          (RAMEND > 0x10FF ? 50 : 18)
-#define RETURN_DELAY_US 2
+#define RETURN_DELAY_US 20
 #define SPEED           300
 #define EVENTS          20
 #define WAITING         4
@@ -46,7 +46,8 @@ static uint16_t seen_epoch;
 static uint8_t buffers[WAITING][CDS_SYNC_WRITE_SIZE(2, 4)];
 static struct cds_request requests[WAITING];
 
-/* A line of the PC, and how many bytes of it came. */
+/* A line of the PC, and how many bytes of it came. The handler holds up those of the bus by 4 us,
+ * so the servos are told to wait for 20. */
 static volatile uint8_t heard;
 static char line[24];
 
@@ -54,11 +55,20 @@ ISR(AVR_VECTOR(BOARD_HOST_USART, RX))
 {
     uint8_t byte = SAY_DATA;
 
-    if (byte == '\n')
-        byte = 0;
-    line[heard] = (char)byte;
+    line[heard] = byte == '\n' ? 0 : (char)byte;
     if (heard < sizeof line - 1)
         heard++;
+}
+
+/* From here on it counts. */
+static void begin_anew(void)
+{
+    memset(&cycle.counters, 0, sizeof cycle.counters);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        seen[i].held = servos[i].held;
+        seen[i].presence = servos[i].presence;
+    }
+    event_count = 0;
 }
 
 static void note_events(void)
@@ -131,7 +141,7 @@ static void fill_and_stop(void)
     cds_servo_write(&bus, &requests[1], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, &on, 1);
     cds_servo_write_word(&bus, &requests[2], 2, CDS_REG_GOAL_POSITION, 900);
     cds_servo_ping(&bus, &requests[3], 3);
-    say("stop", cds_stop_begin(&stop, &roster, outcomes));
+    cds_stop_begin(&stop, &roster, outcomes);
     stopping = true;
 }
 
@@ -169,7 +179,6 @@ static void say_events(void)
         say("held", events[i].held);
         say("presence", events[i].presence);
     }
-    event_count = 0;
 }
 
 static void say_counters(void)
@@ -206,6 +215,7 @@ static void obey(char letter, const uint16_t *number)
     case 's': fill_and_stop(); break;
     case 'o': say_stop(); break;
     case 'e': say_events(); break;
+    case 'z': begin_anew(); break;
     case 'n': say_counters(); break;
     case 'r': cds_roster_release(&roster, id ? named(id) : NULL); break;
     case 'l':
@@ -248,7 +258,7 @@ static void obey_line(void)
 int main(void)
 {
     say_open();
-    SAY_CONTROL = SAY_TXEN | SAY_RXEN | SAY_RXC;
+    SAY_CONTROL = SAY_TXEN | SAY_RXEN | SAY_RXC; // the last one is RXCIE there
     cds_avr_clock_open();
     sei();
     for (uint8_t i = 0; i < SERVOS; i++)
@@ -258,6 +268,8 @@ int main(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
     cds_roster_begin(&roster, &bus, servos, SERVOS);
+    cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY,
+                         RETURN_DELAY_US / 2);
     for (;;) {
         turn();
         if (heard && line[heard - 1] == 0)

@@ -21,8 +21,8 @@
 #define SAY_DATA            AVR_PASTE(UDR, BOARD_HOST_USART)
 #define SAY_DIVISOR         ((F_CPU + 4ul * BOARD_HOST_BAUD) / (8ul * BOARD_HOST_BAUD))
 
-enum {                // where all these chips have them
-    SAY_RXC = 1 << 7, // and, in the other register, its interrupt enable
+enum { // where all these chips have them
+    SAY_RXC = 1 << 7,
     SAY_TXC = 1 << 6,
     SAY_UDRE = 1 << 5,
     SAY_U2X = 1 << 1,
