@@ -129,7 +129,8 @@ struct cds_bus_observer {
     enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
                                    const uint8_t *data, uint8_t length);
     void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
-    uint16_t epoch; // counts on whenever `admit` may say something else than before
+    uint16_t epoch;     // counts on whenever `admit` may say something else than before
+    uint8_t changed_id; // whom the last count concerns, or CDS_BROADCAST_ID
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */

@@ -156,37 +156,58 @@ static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
     return !observer || (cycle->observer == observer && cycle->epoch[packet] == observer->epoch);
 }
 
-/* Judges a packet block by block and drops whom the observer does not admit any more. */
-static void vet(struct cds_cycle *cycle, uint8_t packet, bool counted)
+static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
 {
-    struct cds_request *request = &cycle->goals[packet];
-
-    for (uint8_t i = 0; i < cycle->count; i++) {
-        uint8_t *block = block_of(request, i);
-
-        if (is_dropped(cycle, request, i) ||
-            cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1,
-                                GOAL_SIZE) == CDS_OK)
-            continue;
-        *block = NO_SERVO;
-        cycle->holes[packet] = true;
-        cycle->counters.dropped += counted;
-    }
-    finish_goals(cycle, packet);
-    cycle->epoch[packet] = cycle->bus->observer->epoch;
+    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE) ==
+           CDS_OK;
 }
 
-/* If the roster has changed since the goals were judged. Those being filled follow, but for the
- * goals that were never set: they are what a first commit waits for. One that waits in the queue is
- * judged by the bus when its turn comes. */
-static void vet_anew(struct cds_cycle *cycle)
+/* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
+static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
 {
+    struct cds_request *request = &cycle->goals[packet];
+    uint8_t *block = block_of(request, index);
+
+    if (is_dropped(cycle, request, index) || is_admitted(cycle, block))
+        return false;
+    *block = NO_SERVO;
+    cycle->holes[packet] = true;
+    return true;
+}
+
+/* Whom did the roster's last changes concern, since the goals in front were judged? */
+static uint8_t who_changed(const struct cds_cycle *cycle)
+{
+    const struct cds_bus_observer *observer = cycle->bus->observer;
+    bool one = cycle->observer == observer &&
+               (uint16_t)(observer->epoch - cycle->epoch[cycle->front]) == 1;
+
+    return one ? observer->changed_id : CDS_BROADCAST_ID;
+}
+
+/* If the roster has changed since the goals were judged: judges anew whom that concerns, as 50
+ * servos take a millisecond. Those being filled follow for whom is dropped, and for the others when
+ * they are committed; those that wait in the queue are judged by the bus when their turn comes. */
+static void vet(struct cds_cycle *cycle)
+{
+    uint8_t id;
+    bool dropped = false;
+
     if (!cycle->committed || is_vetted(cycle, cycle->front) || front(cycle)->result == CDS_PENDING)
         return;
-    vet(cycle, cycle->front, true);
-    if (cycle->filling)
-        vet(cycle, !cycle->front, false);
+    id = who_changed(cycle);
+    for (uint8_t i = 0; i < cycle->count; i++) {
+        if ((id != CDS_BROADCAST_ID && id != cycle->ids[i]) || !drop(cycle, cycle->front, i))
+            continue;
+        dropped = true;
+        cycle->counters.dropped++;
+        if (cycle->filling)
+            drop(cycle, !cycle->front, i);
+    }
+    if (dropped)
+        finish_goals(cycle, cycle->front);
     cycle->observer = cycle->bus->observer;
+    cycle->epoch[cycle->front] = cycle->observer->epoch;
 }
 
 static void set_goal(uint8_t *goal, uint16_t position, uint16_t speed)
@@ -286,7 +307,7 @@ static void begin_period(struct cds_cycle *cycle)
 {
     int32_t late_us;
 
-    vet_anew(cycle);
+    vet(cycle);
     late_us = (int32_t)(cds_port_now_us() - cycle->next_us); // that may have taken a while
     for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
         if (cycle->committed)
@@ -314,7 +335,7 @@ static void begin_period(struct cds_cycle *cycle)
  * ones. */
 static bool send_again(struct cds_cycle *cycle)
 {
-    vet_anew(cycle);
+    vet(cycle);
     front(cycle)->vetted = is_vetted(cycle, cycle->front);
     return (int32_t)(cycle->next_us - cds_port_now_us()) >= cycle->period_us - cycle->latest_us &&
            !is_empty(front(cycle)) && cds_bus_submit(cycle->bus, front(cycle)) == CDS_OK;
@@ -385,14 +406,14 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     uint32_t now_us = cds_port_now_us();
 
-    if (cycle->reading && cycle->read.result != CDS_PENDING) {
+    if (cycle->reading && cycle->read.result != CDS_PENDING)
         take_feedback(cycle, now_us);
-        vet_anew(cycle); // there is time for it now
-    }
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
     if ((int32_t)(now_us - cycle->next_us) >= 0)
         begin_period(cycle);
+    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
+        vet(cycle); // rather than when goals are due
     else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
     return CDS_PENDING;

@@ -153,7 +153,8 @@ class Safety(unittest.TestCase):
         offset_us = 1000  # the program's clock begins later than the simulator's
         for packet in goals:
             gone = {servo for servo, us in lost_us.items() if packet.us > us + offset_us}
-            there = {servo for servo in range(1, servos + 1) if packet.us < lost_us.get(servo, 1e9)}
+            there = {servo for servo in range(1, servos + 1)
+                     if packet.us < lost_us.get(servo, 1e9) - PERIOD_US}
             self.assertFalse(self.goals_of(packet) & gone)
             self.assertLessEqual(there, self.goals_of(packet))
 
