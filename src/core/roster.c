@@ -90,7 +90,7 @@ static void learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t
         servo->armed = *it;
     if (address > CDS_REG_MOVING_SPEED) // feedback, which comes often
         return;
-    if (address <= CDS_REG_STATUS_RETURN_LEVEL) // above it lies torque, of all in one packet
+    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
         learn_settings(servo, address, data, length);
     if (byte_of(CDS_REG_MOVING_SPEED, address, data, length))
         servo->speed_known = cds_limits_check(servo, address, data, length) == CDS_OK;
@@ -418,6 +418,11 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes)
 
     if (are_old_news(roster, bytes))
         return;
+    if (is_torque_off(bytes) && bytes[CDS_AT_ID] == CDS_BROADCAST_ID) { // is not to take long
+        for (uint8_t k = 0; k < roster->count; k++)
+            roster->servos[k].torque = false;
+        return;
+    }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
         for (uint8_t k = 0; part.id == CDS_BROADCAST_ID && k < roster->count; k++)
             learn_written(&roster->servos[k], part.address, part.data, part.length);

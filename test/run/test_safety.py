@@ -12,7 +12,7 @@ PERIOD_US = 4000
 WATCH_US = 1000000
 BEGIN_MS = 400  # of what is measured
 BOUND_US = 20000  # beyond the period of the state check: it gives way to the cycle
-EXCHANGE_US = 800  # the longest: nobody answers, and the return delay is not known
+BROADCASTS_US = 2000  # from the first to the third: all that a cycle of 50 drops between them
 
 OK, TIMEOUT, LIMIT, HELD = 0, 2, 11, 12  # enum cds_result
 OFF, SILENT = 1, 3  # enum cds_stop_outcome
@@ -36,7 +36,7 @@ class Safety(unittest.TestCase):
         run.sent = []
         for cycle, way, text in run.packets:
             packet = bytes.fromhex(text)
-            if way == "->in":
+            if way == "->in" and len(packet) == packet[3] + 4:  # else the run ended in it
                 run.sent.append(Packet(cycle / MHZ, packet[2], packet[4], packet[5], packet[6:-1]))
         run.said = [[(name, int(number)) for name, number in re.findall(r"^(\w+) (\d+)$", part, re.M)]
                     for part in re.split(r"^> .*$", run.output, flags=re.M)[1:]]
@@ -75,7 +75,7 @@ class Safety(unittest.TestCase):
         refused = [value for part in run.said[7:11] for name, value in part if name == "submitted"]
         self.assertEqual(refused, [HELD] * 4)
         self.assertEqual(run.said[6][0], ("taken", 0))
-        self.assertLess(told[2].us - told[0].us, 3 * EXCHANGE_US)
+        self.assertLess(told[2].us - told[0].us, BROADCASTS_US)
         return run.sent, first
 
     def check_silence_behind(self, sent, servos, dead):
@@ -166,6 +166,74 @@ class Safety(unittest.TestCase):
         self.check_brown_outs("arduino-mega", [
             (600, 50, 1), (602, 17, 1), (605, 33, 3), (611, 2, 10), (673, 25, 50), (790, 41, 100),
             (897, 1, 200), (1001, 26, 500)])
+
+    # ---- alarms ----
+
+    def test_alarms_stay_until_they_are_acknowledged(self):
+        run = self.run_script([
+            "p 3", "q 3", "@supply 3 5.5 over 5", "@wait 100", "p 3", "p 4", "q 3", "q 4",
+            "@supply 3 12 over 5", "@wait 100", "p 3", "q 3", "a 4", "q 3", "a 3", "p 3", "q 3"])
+        latched = [tuple(value for _, value in part) for part in run.said
+                   if part and part[0][0] == "latched"]
+        voltage = 1  # CDS_ERROR_*; of the servo, and of all
+        self.assertEqual(latched, [(0, 0), (voltage, voltage), (0, voltage), (voltage, voltage),
+                                   (voltage, voltage), (0, 0)])
+        self.assertEqual([part for part in run.said if part and part[0][0] == "alarms"],
+                         [[("alarms", 0)], [("alarms", voltage)]])
+
+    # ---- soft limits ----
+
+    # What is said, and whether it may go out: goal and speed of servo 1 in position mode, of servo 2
+    # in endless turn, where bit 10 of the speed is its direction.
+    LIMITED = [
+        ("l 1 300 700 200", None), ("l 2 0 1023 200", None),
+        ("d 1 30 500", LIMIT),  # its speed was never set
+        ("d 1 32 200", OK), ("d 1 32 201", LIMIT), ("d 1 32 0", LIMIT), ("d 1 32 1023", LIMIT),
+        ("d 1 30 300", OK), ("d 1 30 700", OK), ("d 1 30 299", LIMIT), ("d 1 30 701", LIMIT),
+        ("b 1 30 1", LIMIT), ("b 1 32 1", LIMIT),  # half of a word
+        (f"d {BROADCAST} 30 299", LIMIT), (f"d {BROADCAST} 32 201", LIMIT),
+        ("y 300 100 900 100", OK), ("y 299 100 900 100", LIMIT), ("y 300 100 900 201", LIMIT),
+        ("y 300 0 900 100", LIMIT),
+        ("d 1 6 0", OK), ("d 1 8 0", LIMIT),  # endless turn knows no goal
+        ("d 2 6 0", OK), ("d 2 8 0", OK),
+        ("d 2 32 200", OK), ("d 2 32 1224", OK), ("d 2 32 0", OK), ("d 2 32 1024", OK),
+        ("d 2 32 201", LIMIT), ("d 2 32 1225", LIMIT), ("d 2 32 2047", LIMIT),
+    ]
+
+    def test_beyond_a_soft_limit_nothing_is_on_the_wire(self):
+        lines = []
+        for line, _ in self.LIMITED:
+            lines += ["n", line]
+        run = self.run_script(lines + ["n", "@expect servo 1 GOAL_POSITION 300",
+                                       "@expect servo 1 MOVING_SPEED 100",
+                                       "@expect servo 1 CCW_ANGLE_LIMIT 1023",
+                                       "@expect servo 2 MOVING_SPEED 1024"])
+        admitted = 0
+        for n, (line, wanted) in enumerate(self.LIMITED):
+            counters, said = dict(run.said[2 * n]), dict(run.said[2 * n + 1])
+            after = dict(run.said[2 * n + 2])
+            if wanted is not None:
+                self.assertEqual(said["submitted"], wanted, line)
+            self.assertEqual(after["sent"] - counters["sent"], wanted == OK, line)
+            self.assertEqual(after["ok"] - counters["ok"], wanted == OK, line)
+            admitted += wanted == OK
+        # and by the servos' own count; the first packet is the return delay
+        self.assertEqual(len(run.sent), 1 + admitted)
+        self.assertIn(f"bus 0:   {1 + admitted} packets in", run.output)
+
+    def test_a_cycle_takes_no_goal_beyond_a_limit(self):
+        run = self.run_script([
+            "c 400", f"b {BROADCAST} 24 1", "l 3 0 600 1023", "l 4 0 1023 299", "@wait 50", "n",
+            "g 700", "@wait 1000", "@expect servo 3-4 PRESENT_POSITION 395..405",
+            "@expect servo 1-2 PRESENT_POSITION 695..705"])
+        self.assertEqual(run.said[5][0], ("taken", HOSTED["atmega128"] - 2))
+        self.assertEqual(dict(run.said[4])["dropped"], 1)  # servo 4: its speed is beyond the limit
+        goals = [packet for packet in run.sent if packet.instruction == SYNC_WRITE]
+        for packet in goals:
+            blocks = [packet.data[1 + at:6 + at] for at in range(0, len(packet.data) - 1, 5)]
+            self.assertFalse(any(block[0] == 3 and block[1:3] != b"\x90\x01" for block in blocks))
+        self.assertNotIn(4, self.goals_of(goals[-1]))
+        self.assertIn(3, self.goals_of(goals[-1]))
 
 
 if __name__ == "__main__":
