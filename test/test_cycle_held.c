@@ -209,6 +209,57 @@ void test_goals_committed_but_not_sent_yet_are_judged_once_more(void)
     assert_told(-1, 701, 702);
 }
 
+/* Held, and at once the others' goals are set and committed: that judges nobody else. */
+void test_a_commit_right_after_a_hold_does_not_let_it_through(void)
+{
+    begin();
+    cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
+    TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_periods(1);
+    assert_told(-1, 700, 502);
+    TEST_ASSERT_EQUAL_UINT16(1, cycle.counters.dropped);
+}
+
+/* Goals are being filled all the time; two servos are held, one after the other and both at once.
+ */
+void test_two_that_are_held_are_both_left_out(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
+    cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
+    cds_roster_hold(&roster, &servos[2], CDS_HOLD_LOST);
+    run_periods(1);
+    assert_told(-1, 501, -1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_periods(1);
+    assert_told(-1, 700, -1);
+
+    setUp();
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
+    cds_roster_hold(&roster, &servos[2], CDS_HOLD_LOST);
+    run_periods(1);
+    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_periods(1);
+    assert_told(500, -1, -1);
+    TEST_ASSERT_EQUAL_UINT16(2, cycle.counters.dropped);
+}
+
+/* The limit is the filled goal's own: the one that is being sent lies within. */
+void test_a_filled_goal_beyond_a_new_limit_is_left_out_when_committed(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, set(0, 700));
+    cds_roster_set_limits(&roster, &servos[0], 0, 600, 1023);
+    run_periods(1);
+    assert_told(500, 501, 502);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_periods(1);
+    assert_told(-1, 501, 502);
+}
+
 void test_release_alone_brings_none_back_a_goal_does(void)
 {
     begin();
@@ -308,13 +359,16 @@ void test_goals_refused_in_the_queue_go_out_in_the_same_period(void)
     TEST_ASSERT_TRUE(servos[1].torque);
     begin();
     run_periods(1);
-    while ((int32_t)(cycle.next_us - port_fake.now_us) > 100)
+    while ((int32_t)(cycle.next_us - port_fake.now_us) > 50)
         turn();
-    while (cycle.reading)
-        turn();
+    TEST_ASSERT_NULL(bus.request);
     torque_of_read = 0;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 2, CDS_REG_TORQUE_ENABLE, 1));
     goals_sent = 0;
+    for (uint8_t i = 0; i < 7; i++)
+        turn();
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals[cycle.front].result);
     run_periods(1);
     TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, servos[1].held);
     TEST_ASSERT_EQUAL_UINT16(1, goals_sent);

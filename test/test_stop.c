@@ -241,9 +241,12 @@ void test_one_that_answers_no_read_is_told_and_reported(void)
     TEST_ASSERT_EQUAL(CDS_STOP_MUTE, outcomes[1]);
     TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
-    wire.servo[0].deaf = wire.servo[0].stubborn = true; // the worst of them is the result
-    wire.servo[0].torque = 1;
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE)); // it is not told for ever
     wire.servo[2].dead = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, run()); // the worst of them is the result
+    wire.servo[0].deaf = wire.servo[0].stubborn = true;
+    wire.servo[0].torque = 1;
     begin();
     TEST_ASSERT_EQUAL(CDS_REFUSED, run());
 }
@@ -287,6 +290,41 @@ void test_a_line_in_use_is_tried_a_thousand_times(void)
     TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, outcomes[0]);
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
     TEST_ASSERT_NULL(bus.request); // nothing comes after all when the line is free
+    port_fake.low = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL_UINT16(0, stop.tries);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(0);
+    begin();
+    TEST_ASSERT_EQUAL_UINT8(0, stop.broadcasts);
+}
+
+/* The line is used by somebody, or the bus is opened anew, while one is looked at. */
+void test_a_look_that_came_to_nothing_is_made_again(void)
+{
+    for (uint8_t reopened = 0; reopened < 2; reopened++) {
+        setUp();
+        begin();
+        run_for(3 * (BROADCAST_US + TURN_US));
+        cds_bus_poll(&bus);
+        if (!reopened) {
+            port_fake.low = true;
+            cds_bus_poll(&bus);
+        }
+        cds_stop_poll(&stop);
+        cds_stop_poll(&stop);
+        TEST_ASSERT_EQUAL(CDS_PENDING, stop.one.result);
+        if (reopened)
+            cds_bus_open(&bus, 0, CDS_BAUD_1M);
+        port_fake.now_us += 5000;
+        cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL(reopened ? CDS_CANCELLED : CDS_LINE_BUSY, stop.one.result);
+        port_fake.low = false;
+        memset(&wire.talking, 0, sizeof wire.talking);
+        TEST_ASSERT_EQUAL(CDS_OK, run());
+        TEST_ASSERT_EQUAL_UINT16(1, stop.tries);
+        TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[0]);
+    }
 }
 
 void test_a_line_that_is_free_again_is_used(void)
