@@ -8,10 +8,10 @@
  * From begin on nothing that drives a servo of the roster is sent: what waited in the queue ends as
  * CDS_HELD, and cycles drop all of them. The broadcast is never answered, so it is sent
  * CDS_STOP_BROADCASTS times, right behind the exchange in flight (of which no try is repeated if it
- * drives) and before all that wait, urgent or not. Then TORQUE_ENABLE of each servo is read;
- * whoever is not known to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in
- * all: 50 servos that are all silent take 0.2 s at 1 Mbps, and as much more for each repeat of the
- * bus.
+ * drives) and before all that wait, urgent or not; they are out within 2 ms, a cycle of 50 servos
+ * on an ATmega at 16 MHz beside it. Then TORQUE_ENABLE of each servo is read; whoever is not known
+ * to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: 50 servos that are
+ * all silent take 0.2 s at 1 Mbps, and as much more for each repeat of the bus.
  *
  * A servo that is not in the roster hears the broadcasts, but is neither held nor looked at. Servos
  * stay held until cds_roster_release(). Main context.
