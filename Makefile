@@ -202,7 +202,7 @@ sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 FAULTS_BOARDS := atmega128 arduino-uno arbotix
 FAULTS_SRC := $(wildcard test/faults/*.c)
 FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/program/exchanges.elf) \
-	build/atmega128/controller.elf
+	build/atmega128/controller.elf build/arbotix/controller.elf
 
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
 	$(call say,CC,$@)

@@ -12,7 +12,8 @@
 
 #include "rows.h"
 
-static const struct row *const tables[] = {rows_wire, rows_servo, rows_line, rows_handler};
+static const struct row *const tables[] = {rows_wire, rows_servo, rows_line, rows_handler,
+                                           rows_host};
 #define TABLES (sizeof(tables) / sizeof(tables[0]))
 
 static void list(void)
@@ -22,6 +23,14 @@ static void list(void)
             printf("%s\t%s\t%s\n", row->name, row->boards ? row->boards : "", row->what);
         }
     }
+}
+
+static bool is_in(const struct row *table, const struct row *wanted)
+{
+    while (table->name && table != wanted) {
+        table++;
+    }
+    return table->name;
 }
 
 static const struct row *find(const char *name)
@@ -54,7 +63,7 @@ static int run(const struct row *row, const char *board, const char *elf, struct
 {
     static struct rig rig;
     static struct check check;
-    if (!rig_open(&rig, elf, SIM_BOARDS_DIR, board, row->servos)) {
+    if (!rig_open(&rig, elf, SIM_BOARDS_DIR, board, row->servos, is_in(rows_host, row))) {
         return 2;
     }
     check = (struct check){.rig = &rig,

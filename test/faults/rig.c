@@ -212,7 +212,7 @@ static bool run(struct rig *rig, uint64_t cycles)
 }
 
 bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *board,
-              const char *servos)
+              const char *servos, bool console)
 {
     *rig = (struct rig){.hold_after = INT64_MIN};
     rig->options = (struct bench_options){
@@ -229,11 +229,13 @@ bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *
     rig->bench.rules.out = 0;
     event_init(&rig->limit, over, rig);
     event_init(&rig->hold, raise_hold, rig);
-    rig->job_at = symbol(&rig->bench.machine.image, "job_board");
     rig->bench.machine.cpu.owner = rig;
-    rig->bench.machine.cpu.on_handler = handler_runs;
     tap_in(rig);
-    watch_marks(rig);
+    if (!console) {
+        rig->job_at = symbol(&rig->bench.machine.image, "job_board");
+        rig->bench.machine.cpu.on_handler = handler_runs;
+        watch_marks(rig);
+    }
     rig_pass(rig, START_UP);
     return true;
 }

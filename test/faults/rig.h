@@ -56,9 +56,10 @@ struct rig {
     int64_t hold_after;  // the first byte of the next packet; INT64_MIN: not to be raised
 };
 
-/* False, with one line on stderr. `servos`: as for --servos; several may have one ID. */
+/* False, with one line on stderr. `servos`: as for --servos; several may have one ID. `console`: it
+ * is the controller's own firmware, which takes no jobs. */
 bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *board,
-              const char *servos);
+              const char *servos, bool console);
 void rig_close(struct rig *rig);
 
 uint64_t rig_now(const struct rig *rig);

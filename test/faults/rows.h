@@ -12,7 +12,8 @@ struct row {
     const char *boards; // its wirings; 0: all
 };
 
-extern const struct row rows_wire[], rows_servo[], rows_line[], rows_handler[];
+/* rows_host: with the controller's firmware in place of exchanges.c. */
+extern const struct row rows_wire[], rows_servo[], rows_line[], rows_handler[], rows_host[];
 
 /* The exchanges that faults are injected into: with servo 1. */
 #define ROWS_JOBS 8

@@ -56,7 +56,10 @@ static void hold_release(struct check *check, const struct job *job, unsigned cy
     check_run(check, job);
     uint64_t end = rig->said.bytes[check->asked.size - 1].time + RIG_BYTE;
     uint64_t latest = (rig->hold_until > end ? rig->hold_until : end) + RELEASE;
-    if (rig->hold_until + BIT < end + cycles || rig->hold_until > end + cycles + 2 * BIT) {
+    // once in 32 ms the clock's handler comes first, and the one held up is that of the last byte
+    bool gap = end - rig->said.bytes[0].time > (uint64_t)complete;
+    if (!gap &&
+        (rig->hold_until + BIT < end + cycles || rig->hold_until > end + cycles + 2 * BIT)) {
         check_fail(check, "held up for %d cycles", (int)(rig->hold_until - end));
     }
     if (!rig_tied(rig) && (rig->released < end || rig->released > latest)) {
