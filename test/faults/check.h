@@ -54,6 +54,7 @@ struct check {
     bool misunderstood; // ... and that a servo hears another command than the one asked for
     bool powered_up;    // servo 0 has lost its power behind the exchange
     bool holds;         // handlers are held up: bytes are lost that the oracle knows nothing of
+    uint8_t pause;      // the next exchange follows at once, but for such a one
     int baud;           // register of servo 0, where a fault has set it; -1: it has not
     uint32_t rules;     // RULE() that may be broken
     uint32_t slack_us;  // that the program may take besides

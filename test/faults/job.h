@@ -30,6 +30,7 @@ struct __attribute__((packed)) job {
     uint8_t address;
     uint8_t length; // of what is read, or of `data` to be written
     uint8_t repeats;
+    uint8_t pause; // before it, in units of 100 us, nobody polls
     uint8_t data[JOB_DATA_MAX];
 };
 

@@ -369,6 +369,21 @@ static void late(struct check *check)
     }
 }
 
+/* It comes while the main loop is elsewhere for 5 ms, and then the next packet is sent: a reply of
+ * the same servo and length, but not to this question. */
+static void stale(struct check *check)
+{
+    static const struct job job = {
+        .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2};
+    for (unsigned us = 750; us <= 4500; us += 10) {
+        if (check_next(check, "%s, %u us", check_name(&job), us)) {
+            check->pause = 50;
+            rig_order(check->rig, "delay out 1 %u", us);
+            check_all(check, &job, OUTCOME(CDS_TIMEOUT));
+        }
+    }
+}
+
 static void other_id(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -429,6 +444,7 @@ const struct row rows_wire[] = {
      TIED},
     {"F7", "servo resets after so many bytes of its reply", "1,2", cut, 0},
     {"F15-late", "reply 0 to 3000 us late", "1,2", late, 0},
+    {"F15-stale", "late reply, not looked at before the next packet is sent", "1,2", stale, 0},
     {"F15-id", "reply from every other ID", "1,2", other_id, 0},
     {"F16", "LENGTH 0 to 255", "1,2", wrong_length, 0},
     {0},

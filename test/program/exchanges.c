@@ -43,6 +43,9 @@ static enum cds_result submit(const struct job *job)
 
 static void exchange(const struct job *job, struct job_outcome *outcome)
 {
+    for (uint8_t i = 0; i < job->pause; i++) {
+        _delay_loop_2(F_CPU / 4 / 10000);
+    }
     cds_bus_set_repeats(&bus, job->repeats);
     PORTB = JOB_BEGUN;
     outcome->submitted = submit(job);
