@@ -222,6 +222,11 @@ SEED ?= 0
 faults: $(FAULTS_NEEDS)
 	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
 
+## faults-docs: the same, and its table in docs/faults.md anew
+.PHONY: faults-docs
+faults-docs: faults
+	@scripts/faults.py --docs
+
 # ---- tests -----------------------------------------------------------------------------------------
 
 UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest

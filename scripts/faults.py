@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Runs every row of build/host/faults on every board it applies to, some at a time; a line each.
 
-usage: faults.py [--part N/M] [--seed N] [--jobs N] [--out FILE] [ROW...]
+usage: faults.py [--part N/M] [--seed N] [--jobs N] [--out FILE] [--docs] [ROW...]
 
+--docs: the table in docs/faults.md is written anew from FILE; runs nothing.
 --part 1/20: the first of 20 parts into which --seed divides the injections. Writes FILE (build/faults.tsv): fault, what,
 injections and failures, and of the injections: `undetected`, a value was taken that no servo gave;
 `misunderstood`, a servo carried out a damaged packet; both were foreseen, each one, or they are
@@ -11,8 +12,10 @@ failures. `lost`: good exchanges lost while a servo waited for the rest of a dam
 """
 import argparse
 import collections
+import csv
 import concurrent.futures
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -105,14 +108,30 @@ def write(path, done):
             print(row.name, row.what, *map(int, figures), f"{late_us:.1f}", sep="\t", file=out)
 
 
+def document(path, docs="docs/faults.md"):
+    with open(path) as file:
+        done = list(csv.DictReader(file, delimiter="\t"))
+    columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+    lines += [f"| {' | '.join(row[column] for column in columns)} |" for row in done]
+    table = "<!-- make faults -->\n" + "\n".join(lines) + "\n<!-- end -->"
+    text = open(docs).read()
+    with open(docs, "w") as out:
+        out.write(re.sub(r"<!-- make faults -->.*<!-- end -->", lambda m: table, text, flags=re.S))
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--part", default="1/1")
     parser.add_argument("--seed", default="0")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--out", default="build/faults.tsv")
+    parser.add_argument("--docs", action="store_true")
     parser.add_argument("rows", nargs="*")
     arguments = parser.parse_args()
+    if arguments.docs:
+        document(arguments.out)
+        return 0
     done = rows(arguments.rows)
     display = Display()
     start = time.monotonic()
