@@ -1,0 +1,149 @@
+#include "oracle.h"
+
+#include <string.h>
+
+enum { HEADER = 0xFF, ALL = 0xFE, ID_MAX = 0xFD, REFUSALS = 0x5A, NO_SUCH_ERROR = 0x80 };
+
+static bool sum_is_right(const uint8_t *packet, unsigned size)
+{
+    unsigned sum = 0;
+    for (unsigned i = 2; i < size; i++) {
+        sum += packet[i];
+    }
+    return (sum & 0xFF) == 0xFF;
+}
+
+static bool answers(const struct oracle_asked *asked, const uint8_t *packet, int parameters)
+{
+    uint8_t to = asked->packet[2], from = packet[2], error = packet[4];
+    bool who = to == ALL ? from <= ID_MAX : from == to;
+    bool refusal = parameters == 0 && (error & REFUSALS);
+    return who && !(error & NO_SUCH_ERROR) && (parameters == asked->due || refusal);
+}
+
+/* Bytes without damage among them. True: the reply is there. */
+static bool judge_whole(const struct oracle_asked *asked, const uint8_t *bytes, unsigned count,
+                        struct verdict *verdict, bool *damaged)
+{
+    unsigned longest = (unsigned)asked->due + 2;
+    for (unsigned at = 0; at + 3 < count;) {
+        const uint8_t *packet = bytes + at;
+        if (packet[0] != HEADER || packet[1] != HEADER || packet[2] == HEADER) {
+            at++;
+            continue;
+        }
+        unsigned length = packet[3], size = 4 + length;
+        bool possible = length >= 2 && length <= longest;
+        if (possible && at + size > count) {
+            return false; // it may still become one
+        }
+        if (!possible || !sum_is_right(packet, size)) {
+            verdict->refuted++;
+            *damaged = true;
+            at++;
+        } else if (answers(asked, packet, (int)length - 2)) {
+            verdict->id = packet[2];
+            verdict->error = packet[4];
+            verdict->length = length - 2;
+            memcpy(verdict->data, packet + 5, length - 2);
+            return true;
+        } else {
+            verdict->foreign++;
+            at += size;
+        }
+    }
+    return false;
+}
+
+void oracle_judge(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
+                  struct verdict *verdict)
+{
+    static uint8_t whole[65536];
+    bool damaged = false;
+    unsigned size = 0;
+    *verdict = (struct verdict){.result = CDS_OK, .id = asked->packet[2]};
+    if (asked->due < 0) {
+        return;
+    }
+    for (unsigned i = 0; i <= count; i++) {
+        if (i < count && !bytes[i].bad) {
+            whole[size++] = bytes[i].byte;
+            continue;
+        }
+        if (judge_whole(asked, whole, size, verdict, &damaged)) {
+            return;
+        }
+        damaged |= i < count;
+        size = 0;
+    }
+    verdict->result = damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+}
+
+static bool changes_a_servo(uint8_t instruction)
+{
+    return (instruction >= 3 && instruction <= 6) || instruction == 0x83; // WRITE to RESET
+}
+
+bool oracle_commands(const struct oracle_asked *asked, const struct oracle_byte *bytes,
+                     unsigned count)
+{
+    for (unsigned at = 0; at + 5 < count; at++) {
+        uint8_t packet[258];
+        unsigned size = 4u + bytes[at + 3].byte;
+        bool whole = at + size <= count && size >= 6 && size <= sizeof(packet);
+        for (unsigned i = 0; whole && i < size; i++) {
+            packet[i] = bytes[at + i].byte;
+            whole = !bytes[at + i].bad;
+        }
+        if (whole && packet[0] == HEADER && packet[1] == HEADER && packet[2] != HEADER &&
+            sum_is_right(packet, size) && changes_a_servo(packet[4]) &&
+            (size != asked->size || memcmp(packet, asked->packet, size) != 0)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+unsigned oracle_hear(const bool *level, unsigned bits, struct oracle_byte *bytes)
+{
+    unsigned count = 0;
+    for (unsigned at = 0; at < bits;) {
+        if (level[at] || (at > 0 && !level[at - 1])) { // a frame begins with a falling edge
+            at++;
+            continue;
+        }
+        unsigned frame = 0;
+        for (unsigned bit = 0; bit < 10; bit++) {
+            frame |= (unsigned)(at + bit >= bits || level[at + bit]) << bit;
+        }
+        bytes[count++] = (struct oracle_byte){(uint8_t)(frame >> 1), !(frame & 0x200)};
+        at += 10;
+    }
+    return count;
+}
+
+void oracle_say(const uint8_t *bytes, unsigned size, bool *level)
+{
+    for (unsigned bit = 0; bit < size * 10; bit++) {
+        unsigned frame = 0x200u | bytes[bit / 10] * 2u;
+        level[bit] = frame >> bit % 10 & 1;
+    }
+}
+
+unsigned oracle_packet(uint8_t *packet, uint8_t id, uint8_t instruction_or_error,
+                       const uint8_t *parameters, unsigned count)
+{
+    unsigned sum = 0;
+    packet[0] = packet[1] = HEADER;
+    packet[2] = id;
+    packet[3] = (uint8_t)(count + 2);
+    packet[4] = instruction_or_error;
+    if (count) {
+        memcpy(packet + 5, parameters, count);
+    }
+    for (unsigned i = 2; i < 5 + count; i++) {
+        sum += packet[i];
+    }
+    packet[5 + count] = (uint8_t)~sum;
+    return 6 + count;
+}
