@@ -7,10 +7,12 @@
 #include "rows.h"
 
 #define TOLD_MAX        10  // failures of a row that are told in full
-#define RETURN_DELAY_US 508 // what the bus allows for, unless it is told better
-#define MARGIN_US       100
 #define EDGE            (120 * RIG_US) // so near to the deadline a reply may be in time or not
+#define START           (30 * RIG_US)  // from the reading of the clock to the first start bit
+#define CLOCK           (5 * RIG_US)   // from the end of a byte to the clock that is read for it
+#define RACE            (12 * RIG_US)  // a byte that ends so late before a packet, nobody saw
 #define PING_SIZE       6
+#define QUIET           (60 * RIG_US) // more than it takes a bus to see that it is
 #define ENDLESS         (10 * 1000 * 1000 * RIG_US)
 
 /* --- which, and what of it -----------------------------------------------------------------------
@@ -45,10 +47,20 @@ bool check_next(struct check *check, const char *format, ...)
     check->failed = check->foreseen = check->holds = false;
     check->baud = -1;
     check->pause = 0;
+    check->level = 2;
+    check->told = 0;
+    check->babbles = check->several = false;
+    check->low_until = 0;
+    check->judged = 0;
+    check->least = check->most = (struct check_sums){0};
+    check->span.asks = false;
+    check->span.count = 0;
+    check->span.last_id = check->last_id;
+    check->span.last_ok = check->last_ok;
     check->misunderstood = check->powered_up = false;
     check->rules = check->slack_us = check->bad = check->echo_errors = 0;
     check->good_id = rig_node(check->rig, 0)->id;
-    check->before = check->outcome.counters;
+    check->before = check->look.counters;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(check->text, sizeof(check->text), format, arguments);
@@ -125,34 +137,268 @@ const char *check_name(const struct job *job)
     return name;
 }
 
+/* --- what is heard -------------------------------------------------------------------------------
+ */
+
+static bool is_echo(const struct check *check, uint64_t time)
+{
+    const struct check_span *span = &check->span;
+    return rig_tied(check->rig) && span->asks && span->echoes < span->asked.size &&
+           time >= span->echo_from && time < span->echo_until;
+}
+
+/* What was heard until then is of the present span. */
+static void hear(struct check *check, uint64_t until)
+{
+    const struct tap *heard = &check->rig->heard;
+    struct check_span *span = &check->span;
+    for (; check->judged < heard->count && check->judged < RIG_ROOM; check->judged++) {
+        const struct tap_byte *byte = &heard->bytes[check->judged];
+        if (byte->time >= until) {
+            return;
+        }
+        if (is_echo(check, byte->time)) {
+            check->echo_errors += byte->bad || byte->byte != span->asked.packet[span->echoes];
+            span->echoes++;
+            continue;
+        }
+        check->bad += byte->bad;
+        if (span->count == RIG_ROOM) {
+            check_fail(check, "too much was heard");
+            return;
+        }
+        span->times[span->count] = byte->time;
+        span->bytes[span->count++] = (struct oracle_byte){byte->byte, byte->bad};
+    }
+}
+
+static void widen(struct check_sums *least, struct check_sums *most,
+                  const struct verdict *verdict, bool first)
+{
+    const unsigned is[] = {verdict->refuted, verdict->late, verdict->extra, verdict->foreign};
+    unsigned *low[] = {&least->refuted, &least->late, &least->extra, &least->foreign};
+    unsigned *high[] = {&most->refuted, &most->late, &most->extra, &most->foreign};
+    for (unsigned i = 0; i < 4; i++) {
+        *low[i] = first || is[i] < *low[i] ? is[i] : *low[i];
+        *high[i] = first || is[i] > *high[i] ? is[i] : *high[i];
+    }
+}
+
+static bool fits(const struct check_span *span, const struct verdict *verdict)
+{
+    if (!span->asks || span->good) {
+        return verdict->result == CDS_OK;
+    }
+    return verdict->result != CDS_OK &&
+           (span->result < 0 || verdict->result == (unsigned)span->result);
+}
+
+/* Of the first `count` bytes of the span, over all that may have been in time. True: the oracle
+ * comes to the result that the library came to; then `verdict` says so. */
+static bool judge_part(const struct check_span *span, unsigned count, struct check_sums *least,
+                       struct check_sums *most, struct verdict *verdict)
+{
+    struct oracle_span part = {.asked = span->asks ? &span->asked : 0,
+                               .bytes = span->bytes,
+                               .count = count,
+                               .last_id = span->last_id,
+                               .last_ok = span->last_ok};
+    bool fitted = false;
+    unsigned from = span->asks ? span->in_time_least : 0, to = span->asks ? span->in_time_most : 0;
+    for (unsigned in_time = to + 1; in_time-- > from;) {
+        struct verdict one;
+        part.in_time = in_time;
+        oracle_judge(&part, &one);
+        if (fits(span, &one)) {
+            widen(least, most, &one, !fitted);
+            *verdict = fitted ? *verdict : one;
+            fitted = true;
+        } else if (in_time == to) {
+            *verdict = one;
+        }
+    }
+    return fitted;
+}
+
+/* Bytes that ended just before the next packet `until` may have been thrown away. */
+static bool judge_span(const struct check_span *span, uint64_t until, struct check_sums *least,
+                       struct check_sums *most, struct verdict *verdict)
+{
+    unsigned count = span->count, bad = 0;
+    bool fitted = judge_part(span, count, least, most, verdict);
+    while (fitted && count > 0 && span->times[count - 1] + RACE > until) {
+        struct check_sums low, high;
+        struct verdict without;
+        if (!judge_part(span, --count, &low, &high, &without)) {
+            break;
+        }
+        struct verdict lowest = {.refuted = low.refuted, .late = low.late,
+                                 .extra = low.extra, .foreign = low.foreign};
+        widen(least, most, &lowest, false);
+    }
+    for (unsigned i = 0; i < span->count; i++) {
+        bad += span->bytes[i].bad;
+    }
+    if (bad > 1) { // what stands between them may go unexamined
+        least->refuted = least->late = least->extra = least->foreign = 0;
+    }
+    return fitted;
+}
+
+static void add(struct check_sums *to, const struct check_sums *more)
+{
+    to->refuted += more->refuted;
+    to->late += more->late;
+    to->extra += more->extra;
+    to->foreign += more->foreign;
+}
+
+/* The next packet begins: how the last one ended, if it was not the last of a request, is to be
+ * told from what was heard. */
+static void close_span(struct check *check, uint64_t until)
+{
+    struct check_sums least, most;
+    struct verdict verdict;
+    if (!judge_span(&check->span, until, &least, &most, &verdict)) {
+        check_fail(check, "what was heard does not fit how it ended");
+        return;
+    }
+    add(&check->least, &least);
+    add(&check->most, &most);
+    check->span.asks = false;
+    check->span.count = 0;
+}
+
+static void open_span(struct check *check, unsigned attempt)
+{
+    struct check_span *span = &check->span;
+    const struct tap_byte *said = check->rig->said.bytes + attempt * check->asked.size;
+    span->asked = check->asked;
+    span->asks = true;
+    span->count = span->echoes = 0;
+    span->echo_from = said[0].time;
+    span->echo_until = said[check->asked.size - 1].time + RIG_BYTE;
+    span->last_id = check->last_id;
+    span->last_ok = check->last_ok;
+}
+
+/* The attempt was over at `until`, or up to EDGE and `more` before. */
+static void end_span(struct check *check, uint64_t until, uint64_t more, int result)
+{
+    struct check_span *span = &check->span;
+    hear(check, until);
+    span->good = result == CDS_OK;
+    span->result = result;
+    span->in_time_most = span->in_time_least = span->count;
+    while (!span->good && span->in_time_least > 0 &&
+           span->times[span->in_time_least - 1] + EDGE + more > until) {
+        span->in_time_least--;
+    }
+    if (check->asked.due >= 0) {
+        check->last_id = check->asked.packet[2];
+        check->last_ok = span->good;
+    }
+}
+
 /* --- one exchange --------------------------------------------------------------------------------
  */
 
-static uint32_t allowed_us(const struct oracle_asked *asked)
+static uint32_t allowed_us(const struct check *check)
 {
-    uint32_t reply = asked->due < 0 ? 0 : 10 * (6 + (uint32_t)asked->due) + RETURN_DELAY_US;
-    return 10 * asked->size + reply + MARGIN_US;
+    const struct oracle_asked *asked = &check->asked;
+    uint32_t delay = check->job.told ? 2u * check->job.told : CHECK_RETURN_DELAY_US;
+    uint32_t reply = asked->due < 0 ? 0 : 10 * (6 + (uint32_t)asked->due) + delay + CHECK_MARGIN_US;
+    return 10 * asked->size + reply;
 }
 
+static uint64_t processing(const struct check *check)
+{
+    uint32_t bytes = check->asked.due > 0 ? (uint32_t)check->asked.due : 0;
+    return (CHECK_PROCESSING_US + CHECK_BYTE_US * bytes + check->slack_us) * (uint64_t)RIG_US;
+}
+
+static double us(uint64_t cycles)
+{
+    return (double)cycles / RIG_US;
+}
+
+/* The last attempt ends by its deadline, and not before if it failed. */
 static void check_time(struct check *check)
 {
-    struct rig *rig = check->rig;
-    uint64_t took = rig->ended - rig->begun;
-    uint64_t deadline = (uint64_t)check->attempts * allowed_us(&check->asked) * RIG_US;
-    uint32_t processing_us =
-        CHECK_PROCESSING_US +
-        CHECK_BYTE_US * (uint32_t)(check->asked.due > 0 ? check->asked.due : 0);
-    uint64_t processing = (uint64_t)(processing_us + check->slack_us) * RIG_US * check->attempts;
-    if (took > deadline + processing) {
-        check_fail(check, "took %.1f us, deadline %.1f", (double)took / RIG_US,
-                   (double)deadline / RIG_US);
+    const struct rig *rig = check->rig;
+    uint64_t start = rig->said.bytes[(check->attempts - 1) * check->asked.size].time;
+    uint64_t took = rig->ended - start, allowed = allowed_us(check) * (uint64_t)RIG_US;
+    if (took > allowed + processing(check)) {
+        check_fail(check, "took %.1f us, deadline %.1f", us(took), us(allowed));
     }
-    if (check->outcome.result != CDS_OK && took < deadline) {
-        check_fail(check, "gave up after %.1f us, deadline %.1f", (double)took / RIG_US,
-                   (double)deadline / RIG_US);
+    if (check->outcome.result != CDS_OK && took + START < allowed) {
+        check_fail(check, "gave up after %.1f us, deadline %.1f", us(took), us(allowed));
     }
-    if (took > deadline && took - deadline > check->longest) {
-        check->longest = took - deadline;
+    if (took > allowed && took - allowed > check->longest) {
+        check->longest = took - allowed;
+    }
+}
+
+/* When the line was last in use by others, as far as a controller can know, before its next packet
+ * at `until`; 0: not. Sets how many bytes there were within `near`. */
+static uint64_t last_use(const struct check *check, uint64_t until, uint64_t near, unsigned *bytes)
+{
+    const struct check_span *span = &check->span;
+    uint64_t last = check->corrupt_at;
+    struct check_sums least, most;
+    struct verdict verdict;
+    unsigned first = 0;
+    *bytes = 0;
+    if (span->asks && judge_part(span, span->count, &least, &most, &verdict)) {
+        first = verdict.taken ? verdict.taken : span->in_time_least;
+    }
+    for (unsigned i = first; i < span->count; i++) {
+        last = span->times[i] > last ? span->times[i] : last;
+        *bytes += span->times[i] + near > until;
+    }
+    return check->low_until > last ? check->low_until : last;
+}
+
+/* A packet is sent when the line has been quiet for long enough, and then at once. One single byte
+ * may end while the controller makes up its mind: nobody can see it in time. */
+static void check_start(struct check *check, unsigned attempt)
+{
+    const struct rig *rig = check->rig;
+    uint64_t start = rig->said.bytes[attempt * check->asked.size].time, from = rig->begun;
+    unsigned near, nearest;
+    if (attempt > 0) {
+        from = rig->said.bytes[(attempt - 1) * check->asked.size].time +
+               allowed_us(check) * (uint64_t)RIG_US;
+    }
+    last_use(check, start, RACE, &nearest);
+    uint64_t used = last_use(check, start, CHECK_QUIET_US * RIG_US - CLOCK, &near);
+    if (near > 0 && (near > 1 || nearest == 0)) {
+        check_fail(check, "spoke into a line in use");
+    }
+    uint64_t latest = (used > from ? used : from) + CHECK_QUIET_US * RIG_US + processing(check);
+    if (start > latest) {
+        check_fail(check, "spoke %.1f us after it might have", us(start - latest));
+    }
+}
+
+/* A request that was not sent: for good reason, and given up in time. */
+static void check_unsent(struct check *check)
+{
+    const struct rig *rig = check->rig;
+    uint64_t took = rig->ended - rig->begun, wait = CHECK_QUIET_WAIT_US * (uint64_t)RIG_US;
+    unsigned bytes;
+    hear(check, rig->ended);
+    if (took + CLOCK < wait || took > wait + processing(check)) {
+        check_fail(check, "waited %.1f us for a quiet line, bound %.1f", us(took), us(wait));
+    }
+    if (took > wait && took - wait > check->longest) {
+        check->longest = took - wait;
+    }
+    if (last_use(check, rig->ended, 0, &bytes) + 3 * CHECK_QUIET_US * RIG_US < rig->ended) {
+        check_fail(check, "the line was quiet, and nothing was said");
+    }
+    if (check->outcome.state == CDS_BUS_OK) {
+        check_fail(check, "the line is said to be quiet");
     }
 }
 
@@ -168,83 +414,28 @@ static void check_said(struct check *check)
     }
 }
 
-/* A byte that came back while the controller drove the wire. */
-static bool is_echo(const struct check *check, unsigned attempt, unsigned echoes, uint64_t time)
+/* What was heard, put down to the packets that were said. */
+static void hear_all(struct check *check)
 {
-    const struct tap_byte *said = check->rig->said.bytes + attempt * check->asked.size;
-    return rig_tied(check->rig) && echoes < check->asked.size && time >= said[0].time &&
-           time < said[check->asked.size - 1].time + RIG_BYTE;
-}
-
-/* What was heard from `from` until `until`, without the echo, `index` the first byte not yet taken.
- */
-static unsigned take_heard(struct check *check, unsigned attempt, unsigned *index, uint64_t until,
-                           struct oracle_byte *bytes, uint64_t *times)
-{
-    const struct tap *heard = &check->rig->heard;
-    unsigned count = 0, echoes = 0;
-    for (; *index < heard->count && *index < RIG_ROOM; ++*index) {
-        const struct tap_byte *byte = &heard->bytes[*index];
-        if (byte->time >= until) {
-            break;
-        }
-        if (is_echo(check, attempt, echoes, byte->time)) {
-            check->echo_errors += byte->bad || byte->byte != check->asked.packet[echoes];
-            echoes++;
-            continue;
-        }
-        check->bad += byte->bad;
-        times[count] = byte->time;
-        bytes[count++] = (struct oracle_byte){byte->byte, byte->bad};
-    }
-    return count;
-}
-
-struct sums {
-    unsigned ok, timeouts, corrupt, refuted, foreign;
-    bool several; // damaged bytes in one attempt: what stands between them may go unexamined
-};
-
-/* What must have come of one attempt. `good`: the library says it ended well. */
-static void judge_attempt(struct check *check, struct oracle_byte *bytes, const uint64_t *times,
-                          unsigned count, uint64_t until, bool good, struct verdict *verdict,
-                          struct sums *sums)
-{
-    unsigned bad = 0;
-    oracle_judge(&check->asked, bytes, count, verdict);
-    if (!good && verdict->result == CDS_OK) { // too late, perhaps?
-        while (count > 0 && times[count - 1] + EDGE > until) {
-            count--;
-        }
-        oracle_judge(&check->asked, bytes, count, verdict);
-    }
-    for (unsigned i = 0; i < count; i++) {
-        bad += bytes[i].bad;
-    }
-    sums->ok += verdict->result == CDS_OK;
-    sums->timeouts += verdict->result == CDS_TIMEOUT;
-    sums->corrupt += verdict->result == CDS_CORRUPT;
-    sums->refuted += verdict->refuted;
-    sums->foreign += verdict->foreign;
-    sums->several |= bad > 1;
-}
-
-static void judge(struct check *check, struct verdict *verdict, struct sums *sums)
-{
-    static struct oracle_byte bytes[RIG_ROOM];
-    static uint64_t times[RIG_ROOM];
     const struct rig *rig = check->rig;
-    unsigned index = 0;
-    take_heard(check, 0, &index, rig->said.bytes[0].time, bytes, times); // nothing was asked yet
     for (unsigned attempt = 0; attempt < check->attempts; attempt++) {
-        bool last = attempt + 1 == check->attempts;
-        unsigned next = (attempt + 1) * check->asked.size;
-        uint64_t until = last ? rig->ended : rig->said.bytes[next].time;
-        unsigned count = take_heard(check, attempt, &index, until, bytes, times);
-        judge_attempt(check, bytes, times, count, until, last && check->outcome.result == CDS_OK,
-                      verdict, sums);
+        uint64_t start = rig->said.bytes[attempt * check->asked.size].time;
+        if (attempt > 0) {
+            end_span(check, start, START, -1);
+        }
+        hear(check, start);
+        if (!check->holds) {
+            check_start(check, attempt);
+        }
+        close_span(check, start);
+        open_span(check, attempt);
     }
-    check->judged = index;
+    bool sent = check->outcome.result != CDS_LINE_BUSY;
+    end_span(check, rig->ended, sent ? 0 : CHECK_QUIET_WAIT_US * RIG_US,
+             sent ? check->outcome.result : -1);
+    if (check->outcome.result == CDS_CORRUPT) {
+        check->corrupt_at = rig->ended;
+    }
 }
 
 static void subtract(struct cds_counters *a, const struct cds_counters *b)
@@ -263,21 +454,57 @@ void check_sums(struct check *check)
            (unsigned)moved->ok + moved->timeouts + moved->corrupt);
 }
 
-static void check_counters(struct check *check, const struct sums *sums)
+/* Of one exchange; what came that was not due is counted by check_settle(). */
+static void check_counters(struct check *check)
 {
     const struct cds_counters *moved = &check->moved;
-    expect(check, "sent", 1u + moved->repeated, moved->sent);
-    expect(check, "ok", sums->ok, moved->ok);
-    expect(check, "timeouts", sums->timeouts, moved->timeouts);
-    expect(check, "corrupt", sums->corrupt, moved->corrupt);
+    enum cds_result result = check->outcome.result;
+    bool unsent = result == CDS_LINE_BUSY;
+    expect(check, "repeated", moved->sent - (unsent ? 0u : 1u), moved->repeated);
+    expect(check, "unsent", unsent, moved->unsent);
+    expect(check, "ok", result == CDS_OK, moved->ok);
+    if ((result == CDS_TIMEOUT && !moved->timeouts) || (result == CDS_CORRUPT && !moved->corrupt)) {
+        check_fail(check, "the end was not counted");
+    }
     if (moved->repeated > check->job.repeats) {
         check_fail(check, "repeated %u times of %u", moved->repeated, check->job.repeats);
     }
-    if (!sums->several || moved->refuted > sums->refuted) {
-        expect(check, "refuted", sums->refuted, moved->refuted);
+}
+
+static void between(struct check *check, const char *what, unsigned least, unsigned most,
+                    unsigned is)
+{
+    if (is < least || is > most) {
+        check_fail(check, "%s: %u, expected %u to %u", what, is, least, most);
     }
-    if (!sums->several || moved->foreign > sums->foreign) {
-        expect(check, "foreign", sums->foreign, moved->foreign);
+}
+
+/* All that was counted since the injection began. */
+static void check_counts(struct check *check)
+{
+    struct check_sums least, most;
+    struct verdict verdict;
+    const struct cds_counters *all = &check->all;
+    expect(check, "framing errors", check->bad, all->framing_errors);
+    expect(check, "echo errors", check->echo_errors, all->echo_errors);
+    expect(check, "overruns", 0, all->overruns);
+    if (!check->babbles) {
+        expect(check, "ring overflows", 0, all->ring_overflows);
+    }
+    if (check->failed) {
+        return;
+    }
+    if (!judge_span(&check->span, UINT64_MAX, &least, &most, &verdict)) {
+        check_fail(check, "what was heard does not fit how it ended");
+        return;
+    }
+    add(&least, &check->least);
+    add(&most, &check->most);
+    if (all->ring_overflows == 0) {
+        between(check, "refuted", least.refuted, most.refuted, all->refuted);
+        between(check, "late", least.late, most.late, all->late);
+        between(check, "extra", least.extra, most.extra, all->extra);
+        between(check, "foreign", least.foreign, most.foreign, all->foreign);
     }
 }
 
@@ -296,9 +523,12 @@ static bool was_given(const struct check *check)
     return check->asked.due < 0;
 }
 
-static void check_value(struct check *check, const struct verdict *verdict)
+static void check_value(struct check *check)
 {
     const struct job_outcome *outcome = &check->outcome;
+    struct check_sums least, most;
+    struct verdict one, *verdict = &one;
+    judge_part(&check->span, check->span.count, &least, &most, verdict);
     expect(check, "result", verdict->result, outcome->result);
     if (outcome->result != CDS_OK || verdict->result != CDS_OK) {
         return;
@@ -321,40 +551,50 @@ static void check_rules(struct check *check)
     }
 }
 
-void check_job(struct check *check, const struct job *job)
+static void perform(struct check *check, const struct job *job, struct job_outcome *outcome)
 {
-    struct rig *rig = check->rig;
-    struct cds_counters before = check->outcome.counters;
-    check->job = *job;
-    if (job->kind < JOB_SCAN) {
-        check_asked(job, &check->asked);
-    }
-    rig_begin(rig, job);
-    if (!rig_wait(rig, ENDLESS, &check->outcome)) {
+    rig_begin(check->rig, job);
+    if (!rig_wait(check->rig, ENDLESS, outcome)) {
         check_fail(check, "the call did not end");
         printf("failure\t%s: given up\n", check->row->name);
         exit(1);
     }
+}
+
+void check_job(struct check *check, const struct job *job)
+{
+    struct cds_counters before = check->look.counters;
+    check->job = *job;
+    if (job->kind < JOB_SCAN) {
+        check_asked(job, &check->asked);
+        bool known = job->roster != JOB_ALONE;
+        if (known && job->kind != JOB_PING && check->level < (job->kind == JOB_READ ? 1 : 2)) {
+            check->asked.due = -1;
+        }
+    }
+    perform(check, job, &check->outcome);
+    check->look = check->outcome;
     check->moved = check->outcome.counters;
     subtract(&check->moved, &before);
-    check->attempts = 1u + check->moved.repeated;
+    check->attempts = check->moved.sent;
 }
 
 static void check_exchange(struct check *check)
 {
-    struct verdict verdict;
-    struct sums sums = {0};
     expect(check, "submitted", CDS_OK, check->outcome.submitted);
-    check->judged = 0;
     check_said(check);
-    check_time(check);
     check_sums(check);
-    if (!check->failed) {
-        judge(check, &verdict, &sums);
-        if (!check->holds) {
-            check_value(check, &verdict);
-            check_counters(check, &sums);
+    if (!check->failed && check->attempts > 0) {
+        hear_all(check);
+        if (!check->holds && check->outcome.result != CDS_LINE_BUSY) {
+            check_time(check);
+            check_value(check);
         }
+    } else if (!check->failed) {
+        check_unsent(check);
+    }
+    if (!check->failed && !check->holds) {
+        check_counters(check);
     }
     if (!rig_listens(check->rig)) {
         check_fail(check, "the driver was not released");
@@ -504,12 +744,38 @@ void check_outcome(struct check *check, unsigned outcomes)
     }
 }
 
-/* What came when nobody asked any more. */
-static void count_the_rest(struct check *check)
+void check_refused(struct check *check, const struct job *job, enum cds_result result)
 {
-    const struct tap *heard = &check->rig->heard;
-    for (unsigned i = check->judged; i < heard->count && i < RIG_ROOM; i++) {
-        check->bad += heard->bytes[i].bad;
+    check_job(check, job);
+    hear(check, check->rig->ended);
+    expect(check, "submitted", result, check->outcome.submitted);
+    expect(check, "bytes said", 0, check->rig->said.count);
+    expect(check, "sent", 0, check->moved.sent);
+    expect(check, "unsent", 0, check->moved.unsent);
+}
+
+void check_forget(struct check *check)
+{
+    hear(check, UINT64_MAX);
+    rig_forget(check->rig);
+    check->judged = 0;
+}
+
+void check_settle(struct check *check)
+{
+    static const struct job look = {.kind = JOB_LOOK};
+    if (!rig_settle(check->rig)) {
+        check_fail(check, "the line does not become quiet");
+        return;
+    }
+    rig_pass(check->rig, QUIET);
+    hear(check, UINT64_MAX);
+    perform(check, &look, &check->look);
+    check->all = check->look.counters;
+    subtract(&check->all, &check->before);
+    expect(check, "state of the bus", CDS_BUS_OK, check->look.state);
+    if (!check->holds) {
+        check_counts(check);
     }
 }
 
@@ -523,6 +789,7 @@ static void check_good(struct check *check)
                       .id = check->good_id,
                       .address = TABLE_GOAL_POSITION,
                       .length = 2,
+                      .told = check->told,
                       .pause = check->pause};
     unsigned missing = awaited(check), may_fail = missing ? (missing - 1) / PING_SIZE + 3 : 0;
     for (unsigned lost = 0;; lost++) {
@@ -537,9 +804,8 @@ static void check_good(struct check *check)
             return;
         }
         check->lost++;
-        rig_settle(check->rig);
-        count_the_rest(check);
-        rig_forget(check->rig);
+        check_settle(check);
+        check_forget(check);
         job.kind = job.kind == JOB_READ ? JOB_PING : JOB_READ;
     }
     if (!was_given(check)) {
@@ -551,27 +817,17 @@ void check_after(struct check *check)
 {
     struct rig *rig = check->rig;
     rig_order(rig, "clear");
-    if (!check->pause && !rig_settle(rig)) {
-        check_fail(check, "the line does not become quiet");
+    if (!check->pause) {
+        check_settle(check);
     }
     check_rules(check);
     struct job job = check->job;
     bool acknowledged = check->outcome.result == CDS_OK && !check->outcome.error;
-    count_the_rest(check);
-    rig_forget(rig);
+    check_forget(check);
     check_good(check);
     check_rules(check);
-    count_the_rest(check);
+    check_settle(check);
     check_servos(check, &job, acknowledged);
-    struct cds_counters all = check->outcome.counters;
-    subtract(&all, &check->before);
-    if (!check->holds) {
-        expect(check, "framing errors", check->bad, all.framing_errors);
-        expect(check, "echo errors", check->echo_errors, all.echo_errors);
-        expect(check, "overruns", 0, all.overruns);
-        expect(check, "ring overflows", 0, all.ring_overflows);
-    }
-    rig_settle(rig);
     restore(check);
 }
 

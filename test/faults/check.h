@@ -25,12 +25,41 @@
 #define CHECK_PROCESSING_US 130u
 #define CHECK_BYTE_US       3u
 
+/* What a bus allows for. */
+#define CHECK_RETURN_DELAY_US 508u // unless it is told better
+#define CHECK_MARGIN_US       100u
+#define CHECK_QUIET_US        20u // two byte times
+/* ... and until a request is given up that cannot be sent: the longest reply there may be. */
+#define CHECK_QUIET_WAIT_US (56u * 10u + CHECK_RETURN_DELAY_US + CHECK_MARGIN_US)
+
 #define OUTCOME(result) (1u << (result))
 #define GOOD            OUTCOME(CDS_OK)
 #define FAILED          (OUTCOME(CDS_TIMEOUT) | OUTCOME(CDS_CORRUPT))
 #define RULE(rule)      (1u << (rule))
 
 struct row;
+
+/* What was heard from one packet of the controller's to the next, as in oracle.h. How many bytes
+ * were in time may be uncertain, near to the deadline. */
+struct check_span {
+    struct oracle_asked asked;
+    bool asks;
+    struct oracle_byte bytes[RIG_ROOM];
+    uint64_t times[RIG_ROOM];
+    unsigned count;
+    uint64_t echo_from, echo_until; // while the controller drives
+    unsigned echoes;
+    unsigned in_time_least, in_time_most;
+    bool good;      // the attempt ended well,
+    int result;     // and if not: how; -1: one or the other
+    uint8_t last_id;
+    bool last_ok;
+};
+
+/* What is to be counted, at least or at most. */
+struct check_sums {
+    unsigned ok, timeouts, corrupt, refuted, late, extra, foreign;
+};
 
 struct check {
     struct rig *rig;
@@ -54,6 +83,10 @@ struct check {
     bool misunderstood; // ... and that a servo hears another command than the one asked for
     bool powered_up;    // servo 0 has lost its power behind the exchange
     bool holds;         // handlers are held up: bytes are lost that the oracle knows nothing of
+    bool babbles;       // the receiver's ring may overflow
+    uint64_t low_until; // cycle: the row itself keeps the line in use for so long
+    int level;          // status return level that the bus knows of the servo
+    uint8_t told;       // return delay, as in struct job
     uint8_t pause;      // the next exchange follows at once, but for such a one
     int baud;           // register of servo 0, where a fault has set it; -1: it has not
     uint32_t rules;     // RULE() that may be broken
@@ -62,10 +95,19 @@ struct check {
     struct oracle_asked asked;
     struct job job;
     struct job_outcome outcome; // of the latest exchange, like the two above
-    struct cds_counters before, moved;
+    struct job_outcome look;     // the latest, of any job
+    struct cds_counters before;  // the injection
+    struct cds_counters moved;   // by the latest exchange
+    struct cds_counters all;     // by the injection, as of check_settle()
     unsigned attempts;
-    unsigned judged; // bytes heard that are accounted for,
-    unsigned bad;    // and those with a framing error among all
+    struct check_span span;      // since the latest packet
+    struct check_sums least, most; // by the spans before it
+    uint8_t last_id;             // who had to answer last,
+    bool last_ok;                // and did
+    uint64_t corrupt_at;         // when an exchange last ended so
+    unsigned judged;             // bytes heard that are accounted for,
+    unsigned bad;                // and those with a framing error among all
+    bool several; // of them between two packets: what stands between may go unexamined
     unsigned echo_errors;
     struct servo *servos; // as they were put there
 };
@@ -82,6 +124,12 @@ void check_job(struct check *check, const struct job *job);
 
 /* Performs the job, and checks all that is checked of every exchange. */
 void check_run(struct check *check, const struct job *job);
+/* The same of a job that is not admitted: nothing is sent. */
+void check_refused(struct check *check, const struct job *job, enum cds_result result);
+/* Forgets what was said and heard by now, once it is accounted for. */
+void check_forget(struct check *check);
+/* The line becomes quiet and the bus knows it; `all` and `look` are up to date, all is counted. */
+void check_settle(struct check *check);
 /* One of these outcomes, OUTCOME(...). */
 void check_outcome(struct check *check, unsigned outcomes);
 /* The fault is over: the line becomes quiet, the next exchange is good, servos are as they were. */

@@ -3,6 +3,7 @@
 #include <string.h>
 
 enum { HEADER = 0xFF, ALL = 0xFE, ID_MAX = 0xFD, REFUSALS = 0x5A, NO_SUCH_ERROR = 0x80 };
+enum { LONGEST = 60 }; // LENGTH of a packet that nobody waits for
 
 static bool sum_is_right(const uint8_t *packet, unsigned size)
 {
@@ -21,62 +22,117 @@ static bool answers(const struct oracle_asked *asked, const uint8_t *packet, int
     return who && !(error & NO_SUCH_ERROR) && (parameters == asked->due || refusal);
 }
 
-/* Bytes without damage among them. True: the reply is there. */
-static bool judge_whole(const struct oracle_asked *asked, const uint8_t *bytes, unsigned count,
-                        struct verdict *verdict, bool *damaged)
+struct search {
+    const struct oracle_span *span;
+    struct verdict *verdict;
+    unsigned examined; // index of the newest byte that was looked at
+    bool replied, damaged;
+};
+
+static bool due(const struct oracle_span *span)
 {
-    unsigned longest = (unsigned)asked->due + 2;
+    return span->asked && span->asked->due >= 0;
+}
+
+/* The reply was still waited for when this byte was looked at. */
+static bool waits(const struct search *search)
+{
+    return due(search->span) && !search->replied && search->examined < search->span->in_time;
+}
+
+static void examine(struct search *search, unsigned index)
+{
+    search->examined = index > search->examined ? index : search->examined;
+}
+
+/* A good packet that is not the reply. */
+static void undue(struct search *search, uint8_t id)
+{
+    const struct oracle_span *span = search->span;
+    bool over = due(span) && !waits(search);
+    uint8_t last_id = over ? span->asked->packet[2] : span->last_id;
+    bool answered = over ? search->replied : span->last_ok;
+    if (last_id != id && last_id != ALL) {
+        search->verdict->foreign++;
+    } else if (answered) {
+        search->verdict->extra++;
+    } else {
+        search->verdict->late++;
+    }
+}
+
+static void take(struct search *search, const uint8_t *packet, unsigned length)
+{
+    struct verdict *verdict = search->verdict;
+    verdict->id = packet[2];
+    verdict->error = packet[4];
+    verdict->length = length - 2;
+    memcpy(verdict->data, packet + 5, length - 2);
+    verdict->taken = search->examined + 1;
+    search->replied = true;
+}
+
+/* Bytes without damage among them, the first of which is number `first` of all. */
+static void judge_whole(struct search *search, const uint8_t *bytes, unsigned count, unsigned first)
+{
     for (unsigned at = 0; at + 3 < count;) {
         const uint8_t *packet = bytes + at;
         if (packet[0] != HEADER || packet[1] != HEADER || packet[2] == HEADER) {
             at++;
             continue;
         }
+        examine(search, first + at + 3);
         unsigned length = packet[3], size = 4 + length;
+        unsigned longest = waits(search) ? (unsigned)search->span->asked->due + 2 : LONGEST;
         bool possible = length >= 2 && length <= longest;
         if (possible && at + size > count) {
-            return false; // it may still become one
+            return; // it may still become one
+        }
+        if (possible) {
+            examine(search, first + at + size - 1);
         }
         if (!possible || !sum_is_right(packet, size)) {
-            verdict->refuted++;
-            *damaged = true;
+            search->verdict->refuted++;
+            search->damaged |= waits(search);
             at++;
-        } else if (answers(asked, packet, (int)length - 2)) {
-            verdict->id = packet[2];
-            verdict->error = packet[4];
-            verdict->length = length - 2;
-            memcpy(verdict->data, packet + 5, length - 2);
-            return true;
-        } else {
-            verdict->foreign++;
-            at += size;
-        }
-    }
-    return false;
-}
-
-void oracle_judge(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
-                  struct verdict *verdict)
-{
-    static uint8_t whole[65536];
-    bool damaged = false;
-    unsigned size = 0;
-    *verdict = (struct verdict){.result = CDS_OK, .id = asked->packet[2]};
-    if (asked->due < 0) {
-        return;
-    }
-    for (unsigned i = 0; i <= count; i++) {
-        if (i < count && !bytes[i].bad) {
-            whole[size++] = bytes[i].byte;
             continue;
         }
-        if (judge_whole(asked, whole, size, verdict, &damaged)) {
-            return;
+        if (waits(search) && answers(search->span->asked, packet, (int)length - 2)) {
+            take(search, packet, length);
+        } else {
+            undue(search, packet[2]);
         }
-        damaged |= i < count;
-        size = 0;
+        at += size;
     }
-    verdict->result = damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+}
+
+void oracle_judge(const struct oracle_span *span, struct verdict *verdict)
+{
+    static uint8_t whole[65536];
+    struct search search = {.span = span, .verdict = verdict};
+    unsigned first = 0;
+    *verdict = (struct verdict){.id = span->asked ? span->asked->packet[2] : 0};
+    for (unsigned i = 0; i <= span->count; i++) {
+        if (i < span->count && !span->bytes[i].bad) {
+            whole[i - first] = span->bytes[i].byte;
+            continue;
+        }
+        judge_whole(&search, whole, i - first, first);
+        examine(&search, i);
+        search.damaged |= i < span->count && waits(&search);
+        first = i + 1;
+    }
+    verdict->result = search.replied || !due(span) ? CDS_OK
+                      : search.damaged             ? CDS_CORRUPT
+                                                   : CDS_TIMEOUT;
+}
+
+void oracle_reply(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
+                  struct verdict *verdict)
+{
+    struct oracle_span span = {
+        .asked = asked, .bytes = bytes, .count = count, .in_time = count, .last_id = HEADER};
+    oracle_judge(&span, verdict);
 }
 
 static bool changes_a_servo(uint8_t instruction)

@@ -21,16 +21,29 @@ struct oracle_asked {
     int due; // parameters of the reply; -1: no reply is due
 };
 
+/* All that is heard from one packet of the controller's to the next. */
+struct oracle_span {
+    const struct oracle_asked *asked; // 0: nothing, it has just begun to listen
+    const struct oracle_byte *bytes;
+    unsigned count;
+    unsigned in_time; // of them: until the attempt was over, unless by a reply
+    uint8_t last_id;  // who was asked before and had to answer,
+    bool last_ok;     // and whether it did
+};
+
 struct verdict {
     enum cds_result result;
     uint8_t id, error;
     unsigned length; // of the data
     uint8_t data[64];
-    unsigned refuted, foreign;
+    unsigned taken; // bytes heard up to the end of the reply
+    unsigned refuted, late, extra, foreign;
 };
 
-/* The end of one attempt to get a reply, when these bytes were heard until its deadline. */
-void oracle_judge(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
+void oracle_judge(const struct oracle_span *span, struct verdict *verdict);
+
+/* Of one attempt to get a reply, when all these bytes were in time and there was nothing before. */
+void oracle_reply(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
                   struct verdict *verdict);
 
 /* Is there a packet among these bytes, right by its checksum, that changes a servo and is not the

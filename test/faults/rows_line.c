@@ -4,19 +4,68 @@
 /* --- F9: babble ----------------------------------------------------------------------------------
  */
 
+/* How much longer a babbling line holds up the program: the tied one's handlers take most of the
+ * time there is. */
+#define SLACK_US      400
+#define SLACK_TIED_US 1000
+
+static void begin_babble(struct check *check)
+{
+    check->babbles = true;
+    check->slack_us = rig_tied(check->rig) ? SLACK_TIED_US : SLACK_US;
+}
+
+/* Nothing is said, and the state is told. */
+static void say_nothing(struct check *check, const struct job *job, enum cds_bus_state state)
+{
+    check_run(check, job);
+    check_outcome(check, OUTCOME(CDS_LINE_BUSY));
+    if (check->rig->said.count) {
+        check_fail(check, "%u bytes were said", check->rig->said.count);
+    }
+    if (check->outcome.state != state) {
+        check_fail(check, "the state was %u", check->outcome.state);
+    }
+}
+
 static void babble(struct check *check, const struct job *job, const char *what, unsigned phase)
 {
     if (!check_next(check, "%s, babble %s, phase %u", check_name(job), what, phase)) {
         return;
     }
-    check->slack_us = 400; // handlers and parser are busy
+    begin_babble(check);
     rig_pass(check->rig, phase);
     rig_order(check->rig, "babble %s", what);
     rig_pass(check->rig, 500 * RIG_US);
-    check_run(check, job);
-    check_outcome(check, GOOD | FAILED); // GOOD: headers at the very phase of the reply
+    say_nothing(check, job, CDS_BUS_BUSY);
     rig_order(check->rig, "babble off");
     check_after(check);
+}
+
+/* It begins amid an exchange; that one ends as it may, and the next one is not begun. */
+static void babble_begins(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS * 2; i++) {
+        const struct job *job = &rows_jobs[i / 2];
+        for (unsigned us = 0; us < 900; us += 3) {
+            const char *what = i % 2 ? "headers" : "random";
+            if (!check_next(check, "%s, %s from %u us on", check_name(job), what, us)) {
+                continue;
+            }
+            begin_babble(check);
+            check->misunderstood = true; // it may say anything
+            rig_order_in(check->rig, us * RIG_US, "babble %s", what);
+            check_run(check, job);
+            check_outcome(check, GOOD | FAILED);
+            uint64_t begun = check->rig->begun + us * RIG_US + 200 * RIG_US;
+            rig_pass(check->rig, begun > rig_now(check->rig) ? begun - rig_now(check->rig) : 1);
+            check_forget(check);
+            say_nothing(check, &rows_jobs[1], CDS_BUS_BUSY);
+            rig_order(check->rig, "babble off");
+            check->job = *job;
+            check_after(check);
+        }
+    }
 }
 
 static void babble_bytes(struct check *check)
@@ -48,7 +97,7 @@ static void babble_random(struct check *check)
 /* --- F10: stuck ----------------------------------------------------------------------------------
  */
 
-static void stick(struct check *check, const char *level)
+static void stick(struct check *check, bool low)
 {
     static const unsigned for_us[] = {1, 10, 37, 200, 1500};
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -57,11 +106,19 @@ static void stick(struct check *check, const char *level)
                 if (check_next(check, "%s, after %u us for %u us", check_name(&rows_jobs[i]), us,
                                for_us[n])) {
                     check->misunderstood = true; // a microsecond is a bit of a LENGTH, too
-                    rig_order_in(check->rig, us * RIG_US, "stuck %s", level);
-                    rig_order_in(check->rig, (us + for_us[n]) * RIG_US, "stuck off");
+                    uint64_t until = (us + for_us[n]) * RIG_US;
+                    check->low_until = low ? rig_now(check->rig) + until : 0;
+                    rig_order_in(check->rig, us * RIG_US, low ? "stuck low" : "stuck high");
+                    rig_order_in(check->rig, until, "stuck off");
                     check_run(check, &rows_jobs[i]);
-                    check_outcome(check, GOOD | FAILED);
-                    rig_pass(check->rig, (us + for_us[n]) * RIG_US);
+                    // amid the program's preparations, and for longer than it waits
+                    bool may_wait = low && for_us[n] > CHECK_QUIET_WAIT_US;
+                    check_outcome(check, GOOD | FAILED | (may_wait ? OUTCOME(CDS_LINE_BUSY) : 0));
+                    if (check->outcome.result == CDS_LINE_BUSY &&
+                        check->outcome.state != CDS_BUS_FAULT) {
+                        check_fail(check, "the state was %u", check->outcome.state);
+                    }
+                    rig_pass(check->rig, until);
                     check_after(check);
                 }
             }
@@ -71,15 +128,16 @@ static void stick(struct check *check, const char *level)
 
 static void stick_low(struct check *check)
 {
-    stick(check, "low");
+    stick(check, true);
 }
 
 static void stick_high(struct check *check)
 {
-    stick(check, "high");
+    stick(check, false);
 }
 
-/* Again and again, for up to half a second. */
+/* Again and again, for up to half a second. High, nobody can tell it from a line without servos; low,
+ * it is a fault, and nothing is said. */
 static void stay_stuck(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -88,21 +146,33 @@ static void stay_stuck(struct check *check)
                 continue;
             }
             rig_order(check->rig, "stuck %s", low ? "low" : "high");
+            check->low_until = low ? UINT64_MAX / 2 : 0;
+            rig_pass(check->rig, 100 * RIG_US);
             for (unsigned n = 0; n < 500; n++) {
-                check_run(check, &rows_jobs[i]);
-                check_outcome(check, FAILED);
-                rig_forget(check->rig);
+                if (low) {
+                    say_nothing(check, &rows_jobs[i], CDS_BUS_FAULT);
+                } else {
+                    check_run(check, &rows_jobs[i]);
+                    check_outcome(check, OUTCOME(CDS_TIMEOUT));
+                }
+                check_forget(check);
             }
             rig_order(check->rig, "stuck off");
+            check->low_until = rig_now(check->rig);
             check_after(check);
+            if (check->all.framing_errors != low) { // the one 00 that never ends
+                check_fail(check, "%u framing errors", check->all.framing_errors);
+            }
         }
     }
 }
 
 const struct row rows_line[] = {
-    {"F9-bytes", "a servo says one byte for ever, every value", "1,2", babble_bytes, 0},
-    {"F9-headers", "FF for ever, every phase", "1,2", babble_headers, 0},
-    {"F9-random", "random bytes for ever", "1,2", babble_random, 0},
+    {"F9-bytes", "a servo says one byte for ever, every value: nothing is sent", "1,2", babble_bytes, 0},
+    {"F9-headers", "FF for ever, every phase: nothing is sent", "1,2", babble_headers, 0},
+    {"F9-random", "random bytes for ever: nothing is sent", "1,2", babble_random, 0},
+    {"F9-begins", "FF or random bytes for ever, from every 3 us of an exchange on", "1,2",
+     babble_begins, 0},
     {"F10-low", "line stuck low for 1 us to 1.5 ms, every 3 us of an exchange", "1,2", stick_low,
      0},
     {"F10-high", "line stuck high, likewise", "1,2", stick_high, 0},

@@ -2,10 +2,12 @@
  * F8, F11, F12, F17 to F19. */
 #include "rows.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #define BITS    10 // of a byte on the wire
 #define SCAN_us 300000u
+#define TWINS_us 500u
 
 static struct job with_id(const struct job *job, uint8_t id)
 {
@@ -29,8 +31,8 @@ static void set_register(struct check *check, uint8_t address, uint8_t value)
  * later. */
 static unsigned foresee_both(struct check *check, const struct job *job, unsigned us)
 {
-    static bool level[SERVO_PACKET_MAX * BITS * 2], second[SERVO_PACKET_MAX * BITS];
-    struct oracle_byte heard[SERVO_PACKET_MAX * 2];
+    static bool level[SERVO_PACKET_MAX * BITS * 2 + TWINS_us], second[SERVO_PACKET_MAX * BITS];
+    static struct oracle_byte heard[SERVO_PACKET_MAX * 2 + TWINS_us / BITS];
     struct oracle_asked asked;
     struct verdict verdict;
     uint8_t reply[2][SERVO_PACKET_MAX];
@@ -47,7 +49,7 @@ static unsigned foresee_both(struct check *check, const struct job *job, unsigne
         level[i + us] = level[i + us] && second[i];
     }
     check_asked(job, &asked);
-    oracle_judge(&asked, heard, oracle_hear(level, bits + us, heard), &verdict);
+    oracle_reply(&asked, heard, oracle_hear(level, bits + us, heard), &verdict);
     bool given = false;
     for (unsigned i = 0; i < 2; i++) {
         given |= verdict.error == 0 && verdict.length == bits / BITS - 6 &&
@@ -57,18 +59,55 @@ static unsigned foresee_both(struct check *check, const struct job *job, unsigne
     return OUTCOME(verdict.result);
 }
 
+/* The first reply was whole and is taken; the second one, if it is whole, is counted before the next
+ * packet is sent. Then each of the two takes the other's reply for a packet, and answers, and so
+ * on: the line is in use until somebody interferes. */
+static void second_reply(struct check *check, unsigned us, unsigned bits)
+{
+    static const struct job other = {.kind = JOB_PING, .id = 2};
+    if (us < bits) {
+        check_settle(check);
+        const struct cds_counters *all = &check->all;
+        bool seen = all->extra || all->refuted || all->framing_errors || all->corrupt;
+        if (us > 0 && !seen && getenv("SHOW")) {
+            printf("unseen %s\n", check->text);
+        }
+        return;
+    }
+    struct job job = check->job;
+    check->babbles = true;
+    check->slack_us = 400;
+    check_forget(check);
+    rig_pass(check->rig, (us + 2 * bits) * RIG_US);
+    check_run(check, &other);
+    check_outcome(check, OUTCOME(CDS_LINE_BUSY));
+    if (check->outcome.state != CDS_BUS_BUSY) {
+        check_fail(check, "the state was %u", check->outcome.state);
+    }
+    rig_order(check->rig, "stuck high 1");
+    rig_pass(check->rig, 2000 * RIG_US);
+    check_settle(check);
+    if (check->all.extra == 0) {
+        check_fail(check, "the second reply was not counted");
+    }
+    check->job = job;
+    check->outcome.result = CDS_OK;
+}
+
 static void twins(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
         struct job job = with_id(&rows_jobs[i], 7);
-        for (unsigned us = 0; us < rows_reply_size(&job) * BITS && us <= 500; us++) {
-            if (!check_next(check, "%s, %u us apart", check_name(&job), us)) {
-                continue;
+        for (unsigned us = 0; us <= TWINS_us; us++) {
+            if (check_next(check, "%s, %u us apart", check_name(&job), us)) {
+                check->good_id = 2;
+                unsigned outcome = foresee_both(check, &job, us);
+                rig_order(check->rig, "delay out 2 %u", us);
+                check_run(check, &job);
+                check_outcome(check, outcome);
+                second_reply(check, us, rows_reply_size(&job) * BITS);
+                check_after(check);
             }
-            check->good_id = 2;
-            unsigned outcome = foresee_both(check, &job, us);
-            rig_order(check->rig, "delay out 2 %u", us);
-            check_all(check, &job, outcome);
         }
     }
 }
@@ -76,20 +115,85 @@ static void twins(struct check *check)
 /* --- F8: brown-out -------------------------------------------------------------------------------
  */
 
-/* Torque was on, and is not put on again by anybody. */
+/* Which of the boards this is: what takes long is divided among them. */
+static unsigned board_number(const struct check *check)
+{
+    const char *board = check->rig->options.board;
+    return strcmp(board, "atmega128") == 0 ? 0 : strcmp(board, "arduino-uno") == 0 ? 1 : 2;
+}
+
+static void check_known(struct check *check, const char *what, unsigned expected, unsigned is)
+{
+    if (expected != is) {
+        check_fail(check, "the roster has %s as %u, expected %u", what, is, expected);
+    }
+}
+
+/* Asked again and again until it is there again, five times at most. */
+static unsigned silences(struct check *check, uint64_t until)
+{
+    static const struct job ping = {.kind = JOB_PING, .id = 1, .roster = JOB_ROSTER};
+    unsigned count = 0;
+    while (count < 5 && rig_now(check->rig) + 900 * RIG_US < until) {
+        check_forget(check);
+        check_run(check, &ping);
+        check_outcome(check, OUTCOME(CDS_TIMEOUT));
+        count++;
+        check_known(check, "presence", count < 3 ? CDS_PRESENCE_HERE : CDS_PRESENCE_AWAY,
+                    check->outcome.known.presence);
+    }
+    if (rig_now(check->rig) < until) {
+        rig_pass(check->rig, until - rig_now(check->rig));
+    }
+    return count;
+}
+
+/* Torque was on, and is not put on again by anybody: one that was away is not driven before it has
+ * been asked, and one that is found with its torque off has lost its state. */
+static void lose_state(struct check *check, unsigned ms)
+{
+    struct job on = {.kind = JOB_WRITE, .id = 1, .address = TABLE_TORQUE_ENABLE, .length = 1,
+                     .data = {1}, .roster = JOB_ROSTER_ANEW};
+    struct job goal = rows_jobs[5], ask = {.kind = JOB_PING, .id = 1, .roster = JOB_ROSTER};
+    check_run(check, &on);
+    check_outcome(check, GOOD);
+    on.roster = goal.roster = JOB_ROSTER;
+    rig_order(check->rig, "brownout 1 %u", ms);
+    check->powered_up = true;
+    bool away = silences(check, rig_now(check->rig) + ms * 1000 * RIG_US) >= 3;
+    check_forget(check);
+    check_run(check, &ask);
+    check_outcome(check, GOOD);
+    check_known(check, "presence", away ? CDS_PRESENCE_BACK : CDS_PRESENCE_HERE,
+                check->outcome.known.presence);
+    check_forget(check);
+    if (away) {
+        check_refused(check, &goal, CDS_HELD);
+        check_refused(check, &on, CDS_HELD);
+    }
+    ask = (struct job){.kind = JOB_READ, .id = 1, .address = TABLE_TORQUE_ENABLE, .length = 1,
+                       .roster = JOB_ROSTER};
+    check_run(check, &ask);
+    check_outcome(check, GOOD);
+    check_known(check, "held", CDS_HOLD_LOST, check->outcome.known.held);
+    check_known(check, "presence", CDS_PRESENCE_HERE, check->outcome.known.presence);
+    check_forget(check);
+    check_refused(check, &goal, CDS_HELD);
+    check_refused(check, &on, CDS_HELD);
+    if (rig_node(check->rig, 0)->servo.registers[TABLE_TORQUE_ENABLE]) {
+        check_fail(check, "its torque is on");
+    }
+}
+
 static void drop(struct check *check)
 {
     set_register(check, TABLE_TORQUE_ENABLE, 1);
     table_set(check->servos[0].registers, TABLE_GOAL_POSITION, 2, 512); // where it stands
     rig_node(check->rig, 0)->servo = check->servos[0];
-    for (unsigned ms = 1; ms <= 500; ms += ms < 50 ? 1 : 5) {
-        const struct job *job = &rows_jobs[ms % ROWS_JOBS];
-        if (check_next(check, "%u ms", ms)) {
-            check->powered_up = true;
-            rig_order(check->rig, "brownout 1 %u", ms);
-            check_run(check, job);
-            check_outcome(check, OUTCOME(CDS_TIMEOUT));
-            rig_pass(check->rig, ms * 1000 * RIG_US);
+    for (unsigned ms = 1; ms <= 500; ms++) {
+        bool here = ms <= 50 || ms % 3 == board_number(check);
+        if (here && check_next(check, "%u ms", ms)) {
+            lose_state(check, ms);
             check_after(check);
         }
     }
@@ -205,6 +309,25 @@ static void delay_from(struct check *check, unsigned first)
     }
 }
 
+/* Below what two enables can do: the driver meets the reply, or may. In any phase, for the clock's
+ * handler and the program's own do not stand still. */
+static void delay_zero(struct check *check)
+{
+    set_register(check, TABLE_RETURN_DELAY, 0);
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned phase = 0; phase < 100; phase++) {
+            if (check_next(check, "%s, phase %u", check_name(&rows_jobs[i]), phase)) {
+                check->rules = RULE(RULE_TWO_DRIVERS) | RULE(RULE_REPLY_LOST);
+                check->good_id = 2;
+                rig_pass(check->rig, phase * 13);
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, GOOD | FAILED);
+                check_after(check);
+            }
+        }
+    }
+}
+
 static void delay_buffered(struct check *check)
 {
     delay_from(check, 1);
@@ -228,25 +351,49 @@ static void delay_over(struct check *check)
     }
 }
 
-/* What is answered at that level; and a broadcast, which never is and never is waited for. */
+/* The bus learns the level from what it writes, and back again. Then all of the jobs; READ where it
+ * is not answered is not sent. */
+static void level(struct check *check, const struct job *asked, unsigned level, unsigned before)
+{
+    struct job job = *asked, set = {.kind = JOB_WRITE, .id = 1, .length = 1,
+                                    .address = TABLE_RETURN_LEVEL, .roster = JOB_ROSTER_ANEW};
+    job.roster = JOB_ROSTER;
+    for (unsigned i = 0; i < 2; i++) { // the first answer tells `before`, the second one the rest
+        set.data[0] = (uint8_t)(i ? level : before);
+        check_run(check, &set);
+        check_outcome(check, GOOD);
+        check_known(check, "level", set.data[0], check->outcome.known.status_return_level);
+        check_forget(check);
+        check->level = set.data[0];
+        set.roster = JOB_ROSTER;
+    }
+    check->servos[0].registers[TABLE_RETURN_LEVEL] = (uint8_t)level;
+    if (level == 0 && job.kind == JOB_READ) {
+        check_refused(check, &job, CDS_NO_REPLY_DUE);
+    } else {
+        check_run(check, &job);
+        check_outcome(check, GOOD);
+        bool answered = job.id == 1 && (level == 2 || job.kind == JOB_PING || job.kind == JOB_READ);
+        if (check->rig->answer_count != answered) {
+            check_fail(check, "%u answers", check->rig->answer_count);
+        }
+    }
+    check->good_id = 2;
+    check_after(check);
+    check->servos[0].registers[TABLE_RETURN_LEVEL] = 2;
+    rig_node(check->rig, 0)->servo.registers[TABLE_RETURN_LEVEL] = 2;
+}
+
 static void levels(struct check *check)
 {
-    for (unsigned level = 0; level <= 2; level++) {
-        for (unsigned i = 0; i < ROWS_JOBS; i++) {
-            const struct job *job = &rows_jobs[i];
-            bool answered =
-                level == 2 || job->kind == JOB_PING || (level == 1 && job->kind == JOB_READ);
-            if (answered && check_next(check, "%s, level %u", check_name(job), level)) {
-                set_register(check, TABLE_RETURN_LEVEL, (uint8_t)level);
-                check->good_id = 2;
-                check_all(check, job, GOOD);
+    for (unsigned from_to = 0; from_to < 9; from_to++) {
+        for (unsigned i = 0; i <= ROWS_JOBS; i++) {
+            struct job job = rows_jobs[i < ROWS_JOBS ? i : 5];
+            job.id = i < ROWS_JOBS ? 1 : SERVO_BROADCAST_ID;
+            if (check_next(check, "%s to %u, level %u, then %u", check_name(&job), job.id,
+                           from_to / 3, from_to % 3)) {
+                level(check, &job, from_to % 3, from_to / 3);
             }
-        }
-        struct job all = with_id(&rows_jobs[5], SERVO_BROADCAST_ID);
-        if (check_next(check, "broadcast %s, level %u", check_name(&all), level)) {
-            set_register(check, TABLE_RETURN_LEVEL, (uint8_t)level);
-            check->good_id = 2;
-            check_all(check, &all, GOOD);
         }
     }
 }
@@ -283,6 +430,7 @@ static void report(struct check *check, const struct job *job, unsigned conditio
 {
     struct job repeated = *job;
     repeated.repeats = 2;
+    repeated.roster = JOB_ROSTER_ANEW;
     worry(check, conditions);
     if (error_of_packet == SERVO_ERROR_CHECKSUM) {
         rig_order(check->rig, "flip in 1 %u 1", rows_packet_size(job) - 1);
@@ -295,6 +443,8 @@ static void report(struct check *check, const struct job *job, unsigned conditio
     if (check->attempts != 1) {
         check_fail(check, "%u attempts", check->attempts);
     }
+    check_known(check, "alarms", check->outcome.error, check->outcome.known.alarms);
+    check_known(check, "alarms of all", check->outcome.error, check->outcome.alarms);
     calm(check);
     check_after(check);
 }
@@ -348,17 +498,20 @@ static void error_bits(struct check *check)
 #define TIED     "arbotix"
 
 const struct row rows_servo[] = {
-    {"F6", "two servos with one ID, replies that overlap: no mixture is taken", "7,7,2", twins, 0},
-    {"F8-drop", "servo without power for 1 to 500 ms", "1,2", drop, 0},
+    {"F6", "two servos with one ID, replies 0 to 500 us apart, every one", "7,7,2", twins, 0},
+    {"F8-drop", "servo without power for 1 to 500 ms, every one: away, back, state lost", "1,2",
+     drop, 0},
     {"F8-amid", "servo loses power at every microsecond of an exchange", "1,2", drop_amid, 0},
     {"F11", "servo absent, every ID", "1,2", absent, 0},
     {"F11-scan", "scan of 254 IDs within 0.3 s", "1,2", scan, 0},
     {"F12", "servo at every other baud rate", "1,2", other_baud, 0},
     {"F12-scan", "servo at every listed baud rate is found", "1,2", scan_bauds, 0},
     {"F17-buffers", "return delay register 1 to 254", "1,2", delay_buffered, BUFFERED},
+    {"F17-zero", "return delay register 0 where it is too short: no wrong value", "1,2", delay_zero,
+     BUFFERED},
     {"F17-tied", "return delay register 0 to 254, tied pins", "1,2", delay_tied, TIED},
     {"F17-over", "return delay 0.7 to 10 ms", "1,2", delay_over, 0},
-    {"F18", "status return level 0 to 2, what is answered; broadcast", "1,2", levels, 0},
-    {"F19", "each error bit, and all that go together", "1,2", error_bits, 0},
+    {"F18", "status return level 0 to 2, from each to each, learnt; broadcast", "1,2", levels, 0},
+    {"F19", "each error bit, and all that go together; alarms", "1,2", error_bits, 0},
     {0},
 };

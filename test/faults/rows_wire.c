@@ -42,7 +42,7 @@ static unsigned foresee(struct check *check, const struct job *job, const bool *
     struct verdict verdict;
     unsigned size = check_reply(check, job, truth);
     check_asked(job, &asked);
-    oracle_judge(&asked, heard, oracle_hear(level, bits, heard), &verdict);
+    oracle_reply(&asked, heard, oracle_hear(level, bits, heard), &verdict);
     bool same = verdict.error == truth[4] && verdict.length == size - 6 &&
                 memcmp(verdict.data, truth + 5, verdict.length) == 0;
     check->foreseen = verdict.result == CDS_OK && !same;
@@ -314,7 +314,7 @@ static void cut(struct check *check)
 static void echo_of_buffers(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
-        for (unsigned delay_us = 8; delay_us <= 508; delay_us += 2) {
+        for (unsigned delay_us = 2; delay_us <= 508; delay_us += 2) {
             if (check_next(check, "%s, return delay %u us", check_name(&rows_jobs[i]), delay_us)) {
                 rig_node(check->rig, 0)->servo.registers[TABLE_RETURN_DELAY] =
                     check->servos[0].registers[TABLE_RETURN_DELAY] = (uint8_t)(delay_us / 2);
@@ -352,6 +352,16 @@ static void echo_changed(struct check *check)
 /* --- F15, F16 ------------------------------------------------------------------------------------
  */
 
+/* A good reply that came too late is one that was late, and nothing else. */
+static void check_late(struct check *check)
+{
+    check_settle(check);
+    const struct cds_counters *all = &check->all;
+    if (all->late != (check->outcome.result == CDS_TIMEOUT) || all->extra || all->foreign) {
+        check_fail(check, "late: %u, extra: %u, foreign: %u", all->late, all->extra, all->foreign);
+    }
+}
+
 /* In time up to what the bus allows for, 508 us of return delay and the margin of 100 us, from when
  * it starts to send; the oracle tells for each reply. */
 static void late(struct check *check)
@@ -360,10 +370,12 @@ static void late(struct check *check)
         for (unsigned us = 0; us <= 3000; us += us < 800 ? 5 : 50) {
             if (check_next(check, "%s, %u us", check_name(&rows_jobs[i]), us)) {
                 rig_order(check->rig, "delay out 1 %u", us);
-                check_all(check, &rows_jobs[i],
-                          us <= 560   ? GOOD
-                          : us >= 660 ? OUTCOME(CDS_TIMEOUT)
-                                      : GOOD | OUTCOME(CDS_TIMEOUT));
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, us <= 560   ? GOOD
+                                     : us >= 660 ? OUTCOME(CDS_TIMEOUT)
+                                                 : GOOD | OUTCOME(CDS_TIMEOUT));
+                check_late(check);
+                check_after(check);
             }
         }
     }
@@ -380,8 +392,61 @@ static void stale(struct check *check)
             check->pause = 50;
             rig_order(check->rig, "delay out 1 %u", us);
             check_all(check, &job, OUTCOME(CDS_TIMEOUT));
+            if (check->all.late != 1) {
+                check_fail(check, "late: %u", check->all.late);
+            }
         }
     }
+}
+
+/* The bus is told of 2 us, as set-up leaves them, and one reply comes up to 508 us later, as late as
+ * any servo may. The next question, to the same servo and with a reply of the same length, follows
+ * at once: it waits until the old answer can no longer come. To another servo it does not wait: the
+ * two replies may meet. */
+static void next(struct check *check, uint8_t id)
+{
+    static const struct job first = {
+        .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2, .told = 1};
+    struct job second = first;
+    second.id = id;
+    second.address = TABLE_GOAL_POSITION;
+    for (unsigned us = 0; us <= 506; us++) {
+        if (!check_next(check, "%u us", us)) {
+            continue;
+        }
+        check->told = 1;
+        rig_order(check->rig, "delay out 1 %u", us);
+        check_run(check, &first);
+        check_outcome(check, us <= 60   ? GOOD
+                             : us > 160 ? OUTCOME(CDS_TIMEOUT)
+                                        : GOOD | OUTCOME(CDS_TIMEOUT));
+        bool late = check->outcome.result == CDS_TIMEOUT;
+        uint64_t asked = check->rig->said.bytes[0].time;
+        check_forget(check);
+        check->low_until = late && id == 1 ? asked + (160 + 508 + 100) * RIG_US : 0;
+        check_run(check, &second);
+        check_outcome(check, id == 1 ? GOOD : GOOD | FAILED);
+        uint64_t heard = check->span.asks && check->span.echo_from ? check->span.echo_from : 0;
+        if (late && id == 1 && heard + 10 * RIG_US < check->low_until) {
+            check_fail(check, "asked again while it might have answered");
+        }
+        check->low_until = 0;
+        check_settle(check);
+        if (id == 1 ? check->all.late != late : check->all.late > late) {
+            check_fail(check, "late: %u", check->all.late);
+        }
+        check_after(check);
+    }
+}
+
+static void next_same(struct check *check)
+{
+    next(check, 1);
+}
+
+static void next_other(struct check *check)
+{
+    next(check, 2);
 }
 
 static void other_id(struct check *check)
@@ -438,13 +503,16 @@ const struct row rows_wire[] = {
     {"F4-inside", "any byte inside or behind a reply of 6 or 8 bytes, every position", "1,2",
      insert_inside, 0},
     {"F4-headers", "1 to 40 times FF before a reply", "1,2", insert_headers, 0},
-    {"F5-buffers", "receive buffer always on, return delay 8 to 508 us", "1,2", echo_of_buffers,
+    {"F5-buffers", "receive buffer always on, return delay 2 to 508 us", "1,2", echo_of_buffers,
      BUFFERED},
     {"F5-tied", "tied pins, one bit of the echo flipped, every position", "1,2", echo_changed,
      TIED},
     {"F7", "servo resets after so many bytes of its reply", "1,2", cut, 0},
     {"F15-late", "reply 0 to 3000 us late", "1,2", late, 0},
     {"F15-stale", "late reply, not looked at before the next packet is sent", "1,2", stale, 0},
+    {"F15-next", "bus told of 2 us, reply up to 508 us late, the same servo is asked again at once",
+     "1,2", next_same, 0},
+    {"F15-other", "likewise, another servo is asked: the replies may meet", "1,2", next_other, 0},
     {"F15-id", "reply from every other ID", "1,2", other_id, 0},
     {"F16", "LENGTH 0 to 255", "1,2", wrong_length, 0},
     {0},

@@ -1,5 +1,6 @@
 /* One exchange after the other, as told from outside: for `make faults` (test/faults). Between them
  * it polls an idle bus, as a robot's main loop does. */
+#include <cds55xx/roster.h>
 #include <cds55xx/scan.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -21,6 +22,8 @@ __attribute__((used)) volatile struct job_board job_board;
 
 static uint8_t packet[CDS_PACKET_SIZE(1 + JOB_DATA_MAX)];
 static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_roster roster;
+static struct cds_roster_servo servos[] = {{.id = 1}, {.id = 2}};
 
 /* A handler of the robot's own that is too long. Timer 0 stands: the host raises it. */
 ISR(TIMER0_OVF_vect)
@@ -41,12 +44,42 @@ static enum cds_result submit(const struct job *job)
     }
 }
 
+static void enroll(enum job_roster how)
+{
+    if (how == JOB_ROSTER_ANEW)
+        cds_roster_begin(&roster, &bus, servos, sizeof(servos) / sizeof(servos[0]));
+    bus.observer = how == JOB_ALONE ? 0 : &roster.observer;
+}
+
+static void tell_known(struct job_known *known)
+{
+    const struct cds_roster_servo *servo = &servos[0];
+
+    known->counters = servo->counters;
+    known->return_delay = servo->return_delay;
+    known->status_return_level = servo->status_return_level;
+    known->alarms = servo->alarms;
+    known->presence = servo->presence;
+    known->silences = servo->silences;
+    known->held = servo->held;
+    known->torque = servo->torque;
+}
+
+/* What came meanwhile is looked at, as in any main loop. */
+static void look(void)
+{
+    for (uint8_t i = 0; i < 8; i++)
+        cds_bus_poll(&bus);
+}
+
 static void exchange(const struct job *job, struct job_outcome *outcome)
 {
     for (uint8_t i = 0; i < job->pause; i++) {
         _delay_loop_2(F_CPU / 4 / 10000);
     }
     cds_bus_set_repeats(&bus, job->repeats);
+    cds_bus_set_return_delay(&bus, job->told ? 2u * job->told : CDS_RETURN_DELAY_MAX_US);
+    enroll(job->roster);
     PORTB = JOB_BEGUN;
     outcome->submitted = submit(job);
     if (outcome->submitted == CDS_OK) {
@@ -55,7 +88,7 @@ static void exchange(const struct job *job, struct job_outcome *outcome)
         }
     }
     PORTB = JOB_ENDED;
-    outcome->result = request.result;
+    outcome->result = outcome->submitted == CDS_OK ? request.result : outcome->submitted;
     outcome->id = request.id;
     outcome->error = request.error;
     outcome->length = request.length;
@@ -99,12 +132,18 @@ static void perform(void)
     struct cds_counters counters;
 
     if (job.kind == JOB_SCAN || job.kind == JOB_SCAN_LISTED) {
+        bus.observer = 0;
         scan(&job, &outcome);
+    } else if (job.kind == JOB_LOOK) {
+        look();
     } else {
         exchange(&job, &outcome);
     }
     cds_bus_counters(&bus, &counters);
     outcome.counters = counters;
+    outcome.state = cds_bus_state(&bus);
+    outcome.alarms = roster.alarms;
+    tell_known(&outcome.known);
     job_board.outcome = outcome;
 }
 
