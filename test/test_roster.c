@@ -1,0 +1,584 @@
+/* What a roster learns from what passes, and what it does not let pass. */
+#include "cds55xx/roster.h"
+
+#include <string.h>
+
+#include "cds55xx/control_table.h"
+#include "cds55xx/group.h"
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define PORT 1
+
+static struct cds_bus bus;
+static struct cds_roster roster;
+static struct cds_roster_servo servos[3];
+static struct cds_roster_servo *const one = &servos[0], *const two = &servos[1];
+static uint8_t buffer[CDS_PACKET_SIZE(CDS_REPLY_MAX)];
+static struct cds_request request;
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&bus, 0, sizeof bus);
+    memset(servos, 0, sizeof servos);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    servos[0].id = 1;
+    servos[1].id = 2;
+    servos[2].id = 30;
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, 3));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static uint16_t sent(void)
+{
+    struct cds_counters count;
+
+    cds_bus_counters(&bus, &count);
+    return count.sent;
+}
+
+static void transmit(void)
+{
+    port_fake_settle(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+}
+
+/* The packet submitted goes out and is answered. */
+static void answer(enum cds_result submitted, uint8_t id, uint8_t error)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, submitted);
+    transmit();
+    if (request.reply_parameters != CDS_REPLY_NONE)
+        port_fake_answer(&bus.link, id, error, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+}
+
+static void silence(enum cds_result submitted)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, submitted);
+    transmit();
+    port_fake.now_us += 5000;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+}
+
+static enum cds_result write_byte(uint8_t id, uint8_t address, uint8_t value)
+{
+    return cds_servo_write_byte(&bus, &request, id, address, value);
+}
+
+static enum cds_result write_word(uint8_t id, uint8_t address, uint16_t value)
+{
+    return cds_servo_write_word(&bus, &request, id, address, value);
+}
+
+static void wrote_byte(uint8_t id, uint8_t address, uint8_t value)
+{
+    answer(write_byte(id, address, value), id, 0);
+}
+
+static void wrote_word(uint8_t id, uint8_t address, uint16_t value)
+{
+    answer(write_word(id, address, value), id, 0);
+}
+
+static void read_gives(uint8_t id, uint8_t address, const uint8_t *data, uint8_t length)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, id, address, length));
+    transmit();
+    port_fake_answer(&bus.link, id, 0, data, length);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+}
+
+static void read_byte_gives(uint8_t id, uint8_t address, uint8_t value)
+{
+    read_gives(id, address, &value, 1);
+}
+
+static void assert_refused(enum cds_result why, enum cds_result submitted)
+{
+    uint16_t before = sent();
+
+    TEST_ASSERT_EQUAL(why, submitted);
+    TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request.result);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(before, sent());
+}
+
+static enum cds_result goal(uint8_t id, uint16_t position)
+{
+    return write_word(id, CDS_REG_GOAL_POSITION, position);
+}
+
+static enum cds_result speed(uint8_t id, uint16_t value)
+{
+    return write_word(id, CDS_REG_MOVING_SPEED, value);
+}
+
+/* Takes back what the test does not want to see through. */
+static void assert_admitted(enum cds_result submitted)
+{
+    answer(submitted, request.packet.bytes[CDS_AT_ID], 0);
+}
+
+static enum cds_result sync_goals(uint16_t first, uint16_t second)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    cds_group_sync_add_goal(&request, 1, first, 100);
+    cds_group_sync_add_goal(&request, 2, second, 100);
+    return cds_group_sync_send(&bus, &request);
+}
+
+/* ---- the roster itself ---- */
+
+void test_ids_that_stand_twice_or_do_not_exist_are_refused(void)
+{
+    servos[2].id = 1;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_roster_begin(&roster, &bus, servos, 3));
+    servos[2].id = CDS_BROADCAST_ID;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_roster_begin(&roster, &bus, servos, 3));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, 0));
+}
+
+void test_servos_are_found_in_any_order(void)
+{
+    static const uint8_t ids[] = {30, 1, 2, 30, 30, 2, 1};
+
+    for (uint8_t i = 0; i < sizeof ids; i++)
+        TEST_ASSERT_EQUAL_UINT8(ids[i], cds_roster_find(&roster, ids[i])->id);
+    TEST_ASSERT_NULL(cds_roster_find(&roster, 3));
+}
+
+void test_opening_the_bus_again_keeps_the_roster(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 200, 1023));
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    assert_refused(CDS_LIMIT, goal(1, 300));
+}
+
+/* ---- return delay, status return level (F18, R2, R3) ---- */
+
+void test_the_deadline_is_the_servo_s_own_once_its_delay_is_known(void)
+{
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 50);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+    transmit();
+    port_fake.now_us += 12 * 10 + 100 + 100 - 1;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    port_fake.now_us++;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+}
+
+void test_the_delay_is_learnt_from_a_read_a_broadcast_and_a_sync_write(void)
+{
+    static const uint8_t three[] = {1, 7, 60}; // ID, baud rate, return delay
+
+    read_gives(1, CDS_REG_ID, three, 3);
+    TEST_ASSERT_EQUAL_UINT8(60, one->return_delay);
+    TEST_ASSERT_EQUAL_UINT8(CDS_ROSTER_UNKNOWN, two->return_delay);
+    wrote_byte(CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 9);
+    TEST_ASSERT_EQUAL_UINT8(9, one->return_delay);
+    TEST_ASSERT_EQUAL_UINT8(9, two->return_delay);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_RETURN_DELAY, 1));
+    cds_group_sync_add(&request, 2, &three[1]);
+    answer(cds_group_sync_send(&bus, &request), 0, 0);
+    TEST_ASSERT_EQUAL_UINT8(9, one->return_delay);
+    TEST_ASSERT_EQUAL_UINT8(7, two->return_delay);
+}
+
+void test_what_a_servo_refused_is_not_learnt(void)
+{
+    answer(write_byte(1, CDS_REG_RETURN_DELAY, 40), 1, CDS_ERROR_RANGE);
+    TEST_ASSERT_EQUAL_UINT8(CDS_ROSTER_UNKNOWN, one->return_delay);
+}
+
+void test_of_a_write_without_answer_the_longer_delay_is_taken(void)
+{
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 50);
+    silence(write_byte(1, CDS_REG_RETURN_DELAY, 10));
+    TEST_ASSERT_EQUAL_UINT8(50, one->return_delay);
+    silence(write_byte(1, CDS_REG_RETURN_DELAY, 90));
+    TEST_ASSERT_EQUAL_UINT8(90, one->return_delay);
+}
+
+void test_level_0_answers_ping_only(void)
+{
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 0);
+    assert_refused(CDS_NO_REPLY_DUE,
+                   cds_servo_read(&bus, &request, 1, CDS_REG_PRESENT_POSITION, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, CDS_REG_LED, 1));
+    transmit();
+    cds_bus_poll(&bus); // over with the packet, and no answer was waited for
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL_UINT8(0, request.reply_parameters);
+    transmit();
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok); // the WRITE of the level, and PING
+}
+
+void test_level_1_answers_ping_and_read(void)
+{
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    read_byte_gives(1, CDS_REG_LED, 0);
+    TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, CDS_REG_LED, 1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, request.reply_parameters);
+}
+
+/* R2: the level that held when the packet arrived decides. */
+void test_the_write_that_forbids_answers_is_answered(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 0));
+    TEST_ASSERT_EQUAL_UINT8(0, request.reply_parameters);
+}
+
+/* ---- a change of ID, and RESET ---- */
+
+void test_a_servo_is_known_by_its_new_id(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 200, 1023));
+    wrote_byte(1, CDS_REG_ID, 9);
+    TEST_ASSERT_EQUAL_PTR(one, cds_roster_find(&roster, 9));
+    assert_refused(CDS_LIMIT, goal(9, 300));
+}
+
+void test_reset_leaves_factory_settings(void)
+{
+    wrote_byte(30, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    wrote_byte(30, CDS_REG_TORQUE_ENABLE, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, 30));
+    transmit();
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT8(30, servos[2].id); // 1 is another one's
+    TEST_ASSERT_EQUAL_UINT8(1, servos[2].return_delay);
+    TEST_ASSERT_EQUAL_UINT8(2, servos[2].status_return_level);
+    TEST_ASSERT_FALSE(servos[2].torque);
+}
+
+/* ---- counters and alarms ---- */
+
+void test_counters_are_each_servo_s_own(void)
+{
+    uint8_t noise[] = {0xFF, 0xFF, 1, 2, 0, 0};
+
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    silence(cds_servo_ping(&bus, &request, 2));
+    port_fake_answer(&bus.link, 2, 0, NULL, 0);
+    port_fake_answer(&bus.link, 30, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+    transmit();
+    port_fake_hear(&bus.link, noise, sizeof noise);
+    port_fake.now_us += 5000;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
+    TEST_ASSERT_EQUAL_UINT16(1, one->counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(1, one->counters.extra);
+    TEST_ASSERT_EQUAL_UINT16(1, one->counters.corrupt);
+    TEST_ASSERT_EQUAL_UINT16(0, one->counters.timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, two->counters.timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, two->counters.late);
+    TEST_ASSERT_EQUAL_UINT16(1, servos[2].counters.foreign);
+}
+
+void test_alarms_stay_until_acknowledged(void)
+{
+    answer(cds_servo_ping(&bus, &request, 1), 1, CDS_ERROR_VOLTAGE);
+    answer(cds_servo_ping(&bus, &request, 1), 1, CDS_ERROR_OVERLOAD);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    answer(cds_servo_ping(&bus, &request, 2), 2, CDS_ERROR_OVERHEATING);
+    TEST_ASSERT_EQUAL_HEX8(0x21, one->alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x25, roster.alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x21, cds_roster_acknowledge(&roster, one));
+    TEST_ASSERT_EQUAL_HEX8(0, one->alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x04, roster.alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x04, cds_roster_acknowledge(&roster, NULL));
+    TEST_ASSERT_EQUAL_HEX8(0, two->alarms);
+}
+
+void test_alarms_of_strangers_and_of_undue_packets_count_too(void)
+{
+    answer(cds_servo_ping(&bus, &request, 77), 77, CDS_ERROR_VOLTAGE);
+    port_fake_answer(&bus.link, 2, CDS_ERROR_OVERHEATING, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_HEX8(0x05, roster.alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x04, two->alarms);
+}
+
+/* ---- presence (F8) ---- */
+
+static void go_away(uint8_t id)
+{
+    for (uint8_t i = 0; i < CDS_ROSTER_SILENCES; i++)
+        silence(cds_servo_ping(&bus, &request, id));
+}
+
+void test_three_silences_in_a_row_are_absence(void)
+{
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, one->presence);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_HERE, one->presence);
+    silence(cds_servo_ping(&bus, &request, 1));
+    silence(cds_servo_ping(&bus, &request, 1));
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    silence(cds_servo_ping(&bus, &request, 1));
+    silence(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_HERE, one->presence);
+    silence(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_AWAY, one->presence);
+}
+
+void test_a_servo_that_was_away_is_held_until_its_torque_was_read(void)
+{
+    go_away(1);
+    assert_refused(CDS_HELD, goal(1, 500));
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_BACK, one->presence);
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
+    assert_refused(CDS_HELD, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 0); // as it was
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_HERE, one->presence);
+    TEST_ASSERT_EQUAL_HEX8(0, one->held);
+    assert_admitted(goal(1, 500));
+}
+
+void test_a_servo_whose_torque_went_off_is_held_until_released(void)
+{
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
+    go_away(1);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 0);
+    TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, one->held);
+    assert_refused(CDS_HELD, goal(1, 500));
+    assert_refused(CDS_HELD, speed(1, 5));
+    assert_refused(CDS_HELD, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 0));
+    assert_admitted(write_byte(1, CDS_REG_LED, 1));
+    cds_roster_release(&roster, one);
+    assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+}
+
+void test_a_drop_between_two_exchanges_shows_when_torque_is_read(void)
+{
+    static const uint8_t torque_and_led[] = {0, 0};
+
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
+    read_gives(1, CDS_REG_TORQUE_ENABLE, torque_and_led, 2);
+    TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, one->held);
+}
+
+void test_torque_switched_on_without_an_answer_counts_as_on(void)
+{
+    silence(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 0);
+    TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, one->held);
+}
+
+void test_torque_switched_off_is_no_loss(void)
+{
+    wrote_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
+    TEST_ASSERT_TRUE(two->torque);
+    wrote_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0);
+    read_byte_gives(2, CDS_REG_TORQUE_ENABLE, 0);
+    TEST_ASSERT_EQUAL_HEX8(0, two->held);
+}
+
+/* ---- holds ---- */
+
+void test_one_held_servo_refuses_what_goes_to_all(void)
+{
+    cds_roster_hold(&roster, two, CDS_HOLD_STOPPED);
+    assert_refused(CDS_HELD, write_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1));
+    TEST_ASSERT_EQUAL_UINT8(2, roster.refused_id);
+    assert_refused(CDS_HELD, sync_goals(100, 100));
+    TEST_ASSERT_EQUAL_UINT8(2, roster.refused_id);
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, CDS_BROADCAST_ID));
+    assert_admitted(write_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0));
+    assert_admitted(goal(1, 100));
+    cds_roster_release(&roster, NULL);
+    assert_admitted(sync_goals(100, 100));
+}
+
+void test_one_that_is_away_does_not(void)
+{
+    go_away(2);
+    assert_admitted(sync_goals(100, 100));
+    assert_admitted(write_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1));
+}
+
+void test_a_registered_write_of_a_held_servo_is_not_set_off(void)
+{
+    static const uint8_t data[] = {0, 2};
+
+    answer(cds_servo_reg_write(&bus, &request, 2, CDS_REG_GOAL_POSITION, data, 2), 2, 0);
+    assert_admitted(cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    silence(cds_servo_reg_write(&bus, &request, 2, CDS_REG_GOAL_POSITION, data, 2));
+    cds_roster_hold(&roster, two, CDS_HOLD_STOPPED);
+    assert_refused(CDS_HELD, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    assert_refused(CDS_HELD, cds_servo_action(&bus, &request, 2));
+    assert_admitted(cds_servo_action(&bus, &request, 1));
+    wrote_byte(2, CDS_REG_REGISTERED_INSTRUCTION, 0);
+    assert_admitted(cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+}
+
+void test_a_servo_that_is_unknown_is_not_held(void)
+{
+    cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
+    assert_admitted(goal(77, 500));
+}
+
+/* ---- soft limits ---- */
+
+void test_goals_beyond_the_limits_are_not_sent(void)
+{
+    static const uint8_t data[] = {0xC9, 0};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 200, 1023));
+    assert_refused(CDS_LIMIT, goal(1, 99));
+    assert_admitted(goal(1, 100));
+    assert_admitted(goal(1, 200));
+    assert_refused(CDS_LIMIT, goal(1, 201));
+    assert_refused(CDS_LIMIT, goal(CDS_BROADCAST_ID, 201));
+    assert_refused(CDS_LIMIT, sync_goals(201, 201));
+    assert_admitted(sync_goals(200, 201));
+    assert_refused(CDS_LIMIT,
+                   cds_servo_reg_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, data, 2));
+    assert_admitted(goal(2, 1023));
+}
+
+void test_half_a_goal_cannot_be_judged(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 1023, 1023));
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_GOAL_POSITION, 150));
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_GOAL_POSITION + 1, 1));
+    assert_refused(CDS_LIMIT, write_word(1, CDS_REG_GOAL_POSITION - 1, 0x9600));
+    assert_admitted(write_byte(2, CDS_REG_GOAL_POSITION, 150));
+}
+
+void test_speed_has_a_limit_in_position_mode(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
+    assert_refused(CDS_LIMIT, goal(1, 500)); // at which speed?
+    assert_refused(CDS_LIMIT, speed(1, 0));  // as fast as it can
+    assert_refused(CDS_LIMIT, speed(1, 301));
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_MOVING_SPEED, 10));
+    wrote_word(1, CDS_REG_MOVING_SPEED, 300);
+    assert_admitted(goal(1, 500));
+}
+
+void test_goal_and_speed_in_one_write_are_judged_together(void)
+{
+    uint8_t data[] = {0xF4, 0x01, 0x2C, 0x01};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
+    assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, data, 4));
+    data[2]++;
+    assert_refused(CDS_LIMIT, cds_servo_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, data, 4));
+}
+
+void test_a_speed_forgotten_with_the_power_must_be_set_again(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 300);
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 0);
+    cds_roster_release(&roster, one);
+    assert_refused(CDS_LIMIT, goal(1, 500));
+}
+
+void test_a_new_limit_of_speed_forgets_the_speed_set(void)
+{
+    wrote_word(1, CDS_REG_MOVING_SPEED, 300);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 200));
+    assert_refused(CDS_LIMIT, goal(1, 500));
+}
+
+static void endless_turn(uint8_t id)
+{
+    static const uint8_t zeros[4];
+
+    answer(cds_servo_write(&bus, &request, id, CDS_REG_CW_ANGLE_LIMIT, zeros, 4), id, 0);
+}
+
+void test_speed_has_a_limit_in_endless_turn_both_ways(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
+    endless_turn(1);
+    assert_admitted(speed(1, 0)); // stands still
+    assert_admitted(speed(1, 300));
+    assert_admitted(speed(1, 0x400 + 300));
+    assert_refused(CDS_LIMIT, speed(1, 301));
+    assert_refused(CDS_LIMIT, speed(1, 0x400 + 301));
+}
+
+void test_a_servo_with_a_limit_of_its_goal_does_not_turn_endlessly(void)
+{
+    static const uint8_t zeros[4];
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 1023, 1023));
+    assert_refused(CDS_LIMIT, cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4));
+    wrote_word(1, CDS_REG_CW_ANGLE_LIMIT, 0);
+    assert_refused(CDS_LIMIT, write_word(1, CDS_REG_CCW_ANGLE_LIMIT, 0));
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_CCW_ANGLE_LIMIT, 0));
+    assert_admitted(write_word(1, CDS_REG_CCW_ANGLE_LIMIT, 500));
+    read_gives(1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4); // somebody else has done it
+    assert_refused(CDS_LIMIT, speed(1, 1));
+    assert_admitted(speed(1, 0));
+}
+
+void test_limits_out_of_range_are_refused(void)
+{
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_roster_set_limits(&roster, one, 200, 100, 5));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_roster_set_limits(&roster, one, 0, 1024, 5));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_roster_set_limits(&roster, one, 0, 1023, 1024));
+    TEST_ASSERT_EQUAL_UINT16(1023, one->highest);
+    TEST_ASSERT_EQUAL_UINT16(1023, one->fastest);
+}
+
+void test_half_a_block_of_a_sync_write_is_no_part_of_it(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 500, 1023));
+    memset(buffer, 3, sizeof buffer); // beyond the limit, if it were taken for a goal
+    cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    cds_packet_put(&request.packet, CDS_REG_GOAL_POSITION);
+    cds_packet_put(&request.packet, 2);
+    cds_packet_put(&request.packet, 1);
+    cds_packet_put(&request.packet, 3);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    request.reply_parameters = CDS_REPLY_NONE;
+    answer(cds_bus_submit(&bus, &request), 0, 0);
+}
+
+/* Whatever a packet says its length is, nothing outside it is judged or learnt. */
+void test_odd_packets_pass_unharmed(void)
+{
+    cds_packet_begin(&request.packet, 1, CDS_WRITE);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    request.reply_parameters = 0;
+    answer(cds_bus_submit(&bus, &request), 1, CDS_ERROR_INSTRUCTION);
+    cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    cds_packet_put(&request.packet, CDS_REG_GOAL_POSITION);
+    cds_packet_put(&request.packet, 0);
+    cds_packet_put(&request.packet, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    request.reply_parameters = CDS_REPLY_NONE;
+    answer(cds_bus_submit(&bus, &request), 0, 0);
+    cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    answer(cds_bus_submit(&bus, &request), 0, 0);
+}
