@@ -25,7 +25,7 @@ enum job_kind {
 enum job_roster { JOB_ALONE, JOB_ROSTER, JOB_ROSTER_ANEW }; // of servos 1 and 2
 
 /* The program puts these on PORTB as it goes on; the host notes when. */
-enum job_mark { JOB_READY, JOB_BEGUN, JOB_ENDED };
+enum job_mark { JOB_READY, JOB_BEGUN, JOB_ENDED, JOB_LOOKS };
 
 struct __attribute__((packed)) job {
     uint8_t kind; // enum job_kind

@@ -147,6 +147,7 @@ static void marked(struct avr_irq_t *irq, uint32_t value, void *param)
     switch (value) {
     case JOB_BEGUN: rig->begun = now; break;
     case JOB_ENDED: rig->ended = now; break;
+    case JOB_LOOKS: break;
     default:
         rig->ready = now;
         machine_stop(&rig->bench.machine);

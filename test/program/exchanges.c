@@ -68,6 +68,7 @@ static void tell_known(struct job_known *known)
 /* What came meanwhile is looked at, as in any main loop. */
 static void look(void)
 {
+    PORTB = JOB_LOOKS; // or the host would not notice the next mark
     for (uint8_t i = 0; i < 8; i++)
         cds_bus_poll(&bus);
 }
