@@ -173,13 +173,13 @@ static bool heard(const struct cds_bus *bus)
     return bus->link.broken || looked_to(bus) != bus->link.rx.head;
 }
 
-/* Parses what has been heard by now, before and behind the damage there may be. True when the
- * exchange has ended well. What is left after BYTES_PER_POLL is for the next poll, so that neither
- * a long reply nor a babbling line holds up the caller. */
-static bool parse(struct cds_bus *bus)
+/* Parses what has been heard by now, before and behind the damage there may be: `most` bytes, and
+ * no more than BYTES_PER_POLL, so that neither a long reply nor a babbling line holds up the caller.
+ * True when the exchange has ended well. */
+static bool parse(struct cds_bus *bus, uint8_t most)
 {
     struct cds_link *link = &bus->link;
-    uint8_t left = BYTES_PER_POLL;
+    uint8_t left = most < BYTES_PER_POLL ? most : BYTES_PER_POLL;
     bool broken;
 
     do {
@@ -245,7 +245,7 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     bool used = heard(bus);
 
     if (used) {
-        parse(bus);
+        parse(bus, BYTES_PER_POLL);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
         bus->line = CDS_BUS_BUSY;
@@ -345,8 +345,9 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The deadline is over: has all been looked at that had come by the first poll that saw it? */
-static bool all_looked_at(struct cds_bus *bus)
+/* The deadline is over. Bytes that had come when a poll first saw that, and are still to be looked
+ * at: nothing behind them, or a line never quiet would let the deadline slip. */
+static uint8_t left_to_close(struct cds_bus *bus)
 {
     uint8_t left;
 
@@ -355,7 +356,7 @@ static bool all_looked_at(struct cds_bus *bus)
         bus->close_at = bus->link.rx.head;
     }
     left = (uint8_t)(bus->close_at - looked_to(bus));
-    return left == 0 || left > CDS_RING_SIZE; // beyond it: damage was passed over
+    return left > CDS_RING_SIZE ? 0 : left; // beyond it: damage was passed over
 }
 
 /* How the exchange in flight stands, seen at `now_us`. */
@@ -363,10 +364,12 @@ static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
 {
     bool listening = bus->link.state == CDS_LINK_LISTENING;
     bool due = reply_is_due(bus->request);
+    bool over = (int32_t)(now_us - bus->deadline_us) >= 0;
+    uint8_t most = over ? left_to_close(bus) : BYTES_PER_POLL;
 
-    if (listening && (!due || (heard(bus) && parse(bus))))
+    if (listening && (!due || (heard(bus) && parse(bus, most))))
         return CDS_OK;
-    if ((int32_t)(now_us - bus->deadline_us) < 0 || (listening && !all_looked_at(bus)))
+    if (!over || (listening && left_to_close(bus)))
         return CDS_PENDING;
     if (!listening)
         cds_link_abort(&bus->link, bus->port);

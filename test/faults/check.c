@@ -6,7 +6,7 @@
 
 #include "rows.h"
 
-#define TOLD_MAX        10  // failures of a row that are told in full
+#define TOLD_MAX        1000000  // failures of a row that are told in full
 #define EDGE            (120 * RIG_US) // so near to the deadline a reply may be in time or not
 #define START           (30 * RIG_US)  // from the reading of the clock to the first start bit
 #define CLOCK           (5 * RIG_US)   // from the end of a byte to the clock that is read for it
