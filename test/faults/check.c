@@ -6,11 +6,13 @@
 
 #include "rows.h"
 
-#define TOLD_MAX        1000000  // failures of a row that are told in full
+#define TOLD_MAX        10  // failures of a row that are told in full
 #define EDGE            (120 * RIG_US) // so near to the deadline a reply may be in time or not
 #define START           (30 * RIG_US)  // from the reading of the clock to the first start bit
 #define CLOCK           (5 * RIG_US)   // from the end of a byte to the clock that is read for it
-#define RACE            (12 * RIG_US)  // a byte that ends so late before a packet, nobody saw
+#define RACE            (18 * RIG_US)  // a byte that ends so late before a packet, nobody saw:
+                                       // handler, look, first start bit
+#define SEEN            (22 * RIG_US)  // one that was seen ended so long before, or longer
 #define PING_SIZE       6
 #define QUIET           (60 * RIG_US) // more than it takes a bus to see that it is
 #define ENDLESS         (10 * 1000 * 1000 * RIG_US)
@@ -371,7 +373,7 @@ static void check_start(struct check *check, unsigned attempt)
                allowed_us(check) * (uint64_t)RIG_US;
     }
     last_use(check, start, RACE, &nearest);
-    uint64_t used = last_use(check, start, CHECK_QUIET_US * RIG_US - CLOCK, &near);
+    uint64_t used = last_use(check, start, SEEN, &near);
     if (near > 0 && (near > 1 || nearest == 0)) {
         check_fail(check, "spoke into a line in use");
     }

@@ -42,7 +42,8 @@ static void babble(struct check *check, const struct job *job, const char *what,
     check_after(check);
 }
 
-/* It begins amid an exchange; that one ends as it may, and the next one is not begun. */
+/* It begins amid an exchange; that one ends as it may, and the next one is not begun. Nor is the
+ * first, if the program was still about to build its packet. */
 static void babble_begins(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS * 2; i++) {
@@ -54,11 +55,12 @@ static void babble_begins(struct check *check)
             }
             begin_babble(check);
             check->misunderstood = true; // it may say anything
+            uint64_t from = rig_now(check->rig) + us * RIG_US, heard = from + 200 * RIG_US;
             rig_order_in(check->rig, us * RIG_US, "babble %s", what);
             check_run(check, job);
-            check_outcome(check, GOOD | FAILED);
-            uint64_t begun = check->rig->begun + us * RIG_US + 200 * RIG_US;
-            rig_pass(check->rig, begun > rig_now(check->rig) ? begun - rig_now(check->rig) : 1);
+            bool before = from < check->rig->begun + CHECK_PROCESSING_US * RIG_US;
+            check_outcome(check, GOOD | FAILED | (before ? OUTCOME(CDS_LINE_BUSY) : 0));
+            rig_pass(check->rig, heard > rig_now(check->rig) ? heard - rig_now(check->rig) : 1);
             check_forget(check);
             say_nothing(check, &rows_jobs[1], CDS_BUS_BUSY);
             rig_order(check->rig, "babble off");
