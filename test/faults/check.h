@@ -58,7 +58,7 @@ struct check_span {
 
 /* What is to be counted, at least or at most. */
 struct check_sums {
-    unsigned ok, timeouts, corrupt, refuted, late, extra, foreign;
+    unsigned refuted, stray, late, extra, foreign;
 };
 
 struct check {
@@ -80,9 +80,11 @@ struct check {
     char text[120];
     bool failed;
     bool foreseen;      // that a wrong value is taken
+    bool mixed;         // bits all over a reply are wrong: that may put its sum right again
     bool misunderstood; // ... and that a servo hears another command than the one asked for
     bool powered_up;    // servo 0 has lost its power behind the exchange
-    bool holds;         // handlers are held up: bytes are lost that the oracle knows nothing of
+    bool holds;         // handlers are held up: bytes may overrun,
+    bool blind;         // and did, or were not written down: the oracle knows nothing of them
     bool babbles;       // the receiver's ring may overflow
     uint64_t low_until; // cycle: the row itself keeps the line in use for so long
     int level;          // status return level that the bus knows of the servo
@@ -130,6 +132,10 @@ void check_refused(struct check *check, const struct job *job, enum cds_result r
 void check_forget(struct check *check);
 /* The line becomes quiet and the bus knows it; `all` and `look` are up to date, all is counted. */
 void check_settle(struct check *check);
+/* Bytes may still be coming at the deadline, as many as the reply has. */
+void check_late_bytes(struct check *check, const struct job *job);
+/* Somebody else talks on and on. */
+void check_babble(struct check *check);
 /* One of these outcomes, OUTCOME(...). */
 void check_outcome(struct check *check, unsigned outcomes);
 /* The fault is over: the line becomes quiet, the next exchange is good, servos are as they were. */

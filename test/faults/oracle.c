@@ -72,14 +72,33 @@ static void take(struct search *search, const uint8_t *packet, unsigned length)
     search->replied = true;
 }
 
+/* How much of a header there is: 0 to 2 bytes. */
+static unsigned header(const uint8_t *bytes, unsigned count)
+{
+    unsigned begun = 0;
+    while (begun < 2 && begun < count && bytes[begun] == HEADER) {
+        begun++;
+    }
+    return begun;
+}
+
 /* Bytes without damage among them, the first of which is number `first` of all. */
 static void judge_whole(struct search *search, const uint8_t *bytes, unsigned count, unsigned first)
 {
-    for (unsigned at = 0; at + 3 < count;) {
+    for (unsigned at = 0; at < count;) {
         const uint8_t *packet = bytes + at;
-        if (packet[0] != HEADER || packet[1] != HEADER || packet[2] == HEADER) {
+        unsigned begun = header(packet, count - at);
+        if (begun < 2 && at + begun < count) {
+            search->verdict->stray++;
+            at += begun + 1;
+            continue;
+        }
+        if (at + 2 < count && packet[2] == HEADER) {
             at++;
             continue;
+        }
+        if (at + 3 >= count) {
+            return;
         }
         examine(search, first + at + 3);
         unsigned length = packet[3], size = 4 + length;

@@ -37,7 +37,7 @@ struct verdict {
     unsigned length; // of the data
     uint8_t data[64];
     unsigned taken; // bytes heard up to the end of the reply
-    unsigned refuted, late, extra, foreign;
+    unsigned refuted, stray, late, extra, foreign;
 };
 
 void oracle_judge(const struct oracle_span *span, struct verdict *verdict);

@@ -4,17 +4,6 @@
 /* --- F9: babble ----------------------------------------------------------------------------------
  */
 
-/* How much longer a babbling line holds up the program: the tied one's handlers take most of the
- * time there is. */
-#define SLACK_US      400
-#define SLACK_TIED_US 1000
-
-static void begin_babble(struct check *check)
-{
-    check->babbles = true;
-    check->slack_us = rig_tied(check->rig) ? SLACK_TIED_US : SLACK_US;
-}
-
 /* Nothing is said, and the state is told. */
 static void say_nothing(struct check *check, const struct job *job, enum cds_bus_state state)
 {
@@ -33,7 +22,7 @@ static void babble(struct check *check, const struct job *job, const char *what,
     if (!check_next(check, "%s, babble %s, phase %u", check_name(job), what, phase)) {
         return;
     }
-    begin_babble(check);
+    check_babble(check);
     rig_pass(check->rig, phase);
     rig_order(check->rig, "babble %s", what);
     rig_pass(check->rig, 500 * RIG_US);
@@ -53,8 +42,8 @@ static void babble_begins(struct check *check)
             if (!check_next(check, "%s, %s from %u us on", check_name(job), what, us)) {
                 continue;
             }
-            begin_babble(check);
-            check->misunderstood = true; // it may say anything
+            check_babble(check);
+            check->misunderstood = check->mixed = true; // it may say anything
             uint64_t from = rig_now(check->rig) + us * RIG_US, heard = from + 200 * RIG_US;
             rig_order_in(check->rig, us * RIG_US, "babble %s", what);
             check_run(check, job);

@@ -394,7 +394,7 @@ static void late(struct check *check)
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
         for (unsigned us = 0; us <= 3000; us += us < 800 ? 5 : 50) {
             if (check_next(check, "%s, %u us", check_name(&rows_jobs[i]), us)) {
-                check->slack_us = rig_tied(check->rig) ? 2 * rows_reply_size(&rows_jobs[i]) : 0;
+                check_late_bytes(check, &rows_jobs[i]);
                 rig_order(check->rig, "delay out 1 %u", us);
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, late_outcome(check, &rows_jobs[i], us, 606));
