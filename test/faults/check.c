@@ -6,20 +6,21 @@
 
 #include "rows.h"
 
-#define TOLD_MAX        10  // failures of a row that are told in full
-#define EDGE            (120 * RIG_US) // so near to the deadline a reply may be in time or not
-#define START           (30 * RIG_US)  // from the reading of the clock to the first start bit
-#define CLOCK           (5 * RIG_US)   // from the end of a byte to the clock that is read for it
-#define RACE            (18 * RIG_US)  // a byte that ends so late before a packet, nobody saw:
-                                       // handler, look, first start bit;
-#define RACE_TIED       (26 * RIG_US)  // ... the handlers of tied pins take longer
-#define SEEN            (22 * RIG_US)  // one that was seen ended so long before, or longer
-#define PING_SIZE       6
-#define BABBLE_US       400 // how much longer a line never quiet holds up the program: on tied
-#define BABBLE_TIED_US  1000 // ... pins the handlers take most of the time there is
-#define TIED_MORE_US    2   // ... and by each byte more
-#define QUIET           (60 * RIG_US) // more than it takes a bus to see that it is
-#define ENDLESS         (10 * 1000 * 1000 * RIG_US)
+#define TOLD_MAX 10            // failures of a row that are told in full
+#define START    (30 * RIG_US) // from the reading of the clock to the first start bit
+#define CLOCK    (5 * RIG_US)  // from the end of a byte to the clock that is read for it
+/* From the last look at the ring to the first start bit, with the handlers of two bytes amid it:
+ * one that ends within this time before a packet, nobody saw. One that was seen ended SEEN before.
+ */
+#define RACE           (20 * RIG_US)
+#define RACE_TIED      (24 * RIG_US)
+#define SEEN           (25 * RIG_US)
+#define PING_SIZE      6
+#define BABBLE_US      400  // how much longer a line never quiet holds up the program: on tied
+#define BABBLE_TIED_US 1000 // ... pins the handlers take most of the time there is
+#define TIED_MORE_US   3    // ... and by each byte more
+#define QUIET          (60 * RIG_US) // more than it takes a bus to see that it is
+#define ENDLESS        (10 * 1000 * 1000 * RIG_US)
 
 /* --- which, and what of it -----------------------------------------------------------------------
  */
@@ -150,7 +151,7 @@ static bool is_echo(const struct check *check, uint64_t time)
 {
     const struct check_span *span = &check->span;
     return rig_tied(check->rig) && span->asks && span->echoes < span->asked.size &&
-           time >= span->echo_from && time < span->echo_until;
+           time >= span->echo_from && time <= span->echo_until; // at once: the receiver is first
 }
 
 /* What was heard until then is of the present span. */
@@ -178,8 +179,8 @@ static void hear(struct check *check, uint64_t until)
     }
 }
 
-static void widen(struct check_sums *least, struct check_sums *most,
-                  const struct verdict *verdict, bool first)
+static void widen(struct check_sums *least, struct check_sums *most, const struct verdict *verdict,
+                  bool first)
 {
     const unsigned is[] = {verdict->refuted, verdict->stray, verdict->late, verdict->extra,
                            verdict->foreign};
@@ -240,8 +241,11 @@ static bool judge_span(const struct check_span *span, uint64_t until, struct che
         if (!judge_part(span, --count, &low, &high, &without)) {
             break;
         }
-        struct verdict lowest = {.refuted = low.refuted, .stray = low.stray, .late = low.late,
-                                 .extra = low.extra, .foreign = low.foreign};
+        struct verdict lowest = {.refuted = low.refuted,
+                                 .stray = low.stray,
+                                 .late = low.late,
+                                 .extra = low.extra,
+                                 .foreign = low.foreign};
         widen(least, most, &lowest, false);
     }
     for (unsigned i = 0; i < span->count; i++) {
@@ -278,6 +282,14 @@ static void close_span(struct check *check, uint64_t until)
     check->span.count = 0;
 }
 
+static uint32_t allowed_us(const struct check *check)
+{
+    const struct oracle_asked *asked = &check->asked;
+    uint32_t delay = check->job.told ? 2u * check->job.told : CHECK_RETURN_DELAY_US;
+    uint32_t reply = asked->due < 0 ? 0 : 10 * (6 + (uint32_t)asked->due) + delay + CHECK_MARGIN_US;
+    return 10 * asked->size + reply;
+}
+
 static void open_span(struct check *check, unsigned attempt)
 {
     struct check_span *span = &check->span;
@@ -291,16 +303,18 @@ static void open_span(struct check *check, unsigned attempt)
     span->last_ok = check->last_ok;
 }
 
-/* The attempt was over at `until`, or up to EDGE and `more` before. */
-static void end_span(struct check *check, uint64_t until, uint64_t more, int result)
+/* The attempt was over by `until`. All that had come by its deadline was in time, and what came
+ * since then may have been. */
+static void end_span(struct check *check, uint64_t until, int result)
 {
     struct check_span *span = &check->span;
+    uint64_t deadline = span->echo_from + allowed_us(check) * (uint64_t)RIG_US - START;
     hear(check, until);
     span->good = result == CDS_OK;
     span->result = result;
     span->in_time_most = span->in_time_least = span->count;
     while (!span->good && span->in_time_least > 0 &&
-           span->times[span->in_time_least - 1] + EDGE + more > until) {
+           span->times[span->in_time_least - 1] + CLOCK > deadline) {
         span->in_time_least--;
     }
     if (check->asked.due >= 0) {
@@ -311,14 +325,6 @@ static void end_span(struct check *check, uint64_t until, uint64_t more, int res
 
 /* --- one exchange --------------------------------------------------------------------------------
  */
-
-static uint32_t allowed_us(const struct check *check)
-{
-    const struct oracle_asked *asked = &check->asked;
-    uint32_t delay = check->job.told ? 2u * check->job.told : CHECK_RETURN_DELAY_US;
-    uint32_t reply = asked->due < 0 ? 0 : 10 * (6 + (uint32_t)asked->due) + delay + CHECK_MARGIN_US;
-    return 10 * asked->size + reply;
-}
 
 static uint64_t processing(const struct check *check)
 {
@@ -368,8 +374,8 @@ static uint64_t last_use(const struct check *check, uint64_t until, uint64_t nea
     return check->low_until > last ? check->low_until : last;
 }
 
-/* A packet is sent when the line has been quiet for long enough, and then at once. One single byte
- * may end while the controller makes up its mind: nobody can see it in time. */
+/* A packet is sent when the line has been quiet for long enough, and then at once. Two bytes may
+ * end while the controller makes up its mind: nobody can see them in time. */
 static void check_start(struct check *check, unsigned attempt)
 {
     const struct rig *rig = check->rig;
@@ -381,7 +387,7 @@ static void check_start(struct check *check, unsigned attempt)
     }
     last_use(check, start, rig_tied(rig) ? RACE_TIED : RACE, &nearest);
     uint64_t used = last_use(check, start, SEEN, &near);
-    if (near > 0 && (near > 1 || nearest == 0)) {
+    if (near > nearest) {
         check_fail(check, "spoke into a line in use");
     }
     uint64_t latest = (used > from ? used : from) + CHECK_QUIET_US * RIG_US + processing(check);
@@ -430,7 +436,7 @@ static void hear_all(struct check *check)
     for (unsigned attempt = 0; attempt < check->attempts; attempt++) {
         uint64_t start = rig->said.bytes[attempt * check->asked.size].time;
         if (attempt > 0) {
-            end_span(check, start, START, -1);
+            end_span(check, start, -1);
         }
         hear(check, start);
         if (!check->blind) {
@@ -440,8 +446,7 @@ static void hear_all(struct check *check)
         open_span(check, attempt);
     }
     bool sent = check->outcome.result != CDS_LINE_BUSY;
-    end_span(check, rig->ended, sent ? 0 : CHECK_QUIET_WAIT_US * RIG_US,
-             sent ? check->outcome.result : -1);
+    end_span(check, rig->ended, sent ? check->outcome.result : -1);
     if (check->outcome.result == CDS_CORRUPT) {
         check->corrupt_at = rig->ended;
     }
@@ -720,6 +725,7 @@ static unsigned awaited(const struct check *check)
 void check_open(struct check *check)
 {
     unsigned count = check->rig->bench.bus[0].servos.count;
+    check->last_id = 0xFF; // nobody
     check->servos = calloc(count ? count : 1, sizeof(*check->servos));
     for (unsigned i = 0; i < count; i++) {
         struct servo *servo = &rig_node(check->rig, i)->servo;

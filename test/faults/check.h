@@ -50,8 +50,8 @@ struct check_span {
     uint64_t echo_from, echo_until; // while the controller drives
     unsigned echoes;
     unsigned in_time_least, in_time_most;
-    bool good;      // the attempt ended well,
-    int result;     // and if not: how; -1: one or the other
+    bool good;  // the attempt ended well,
+    int result; // and if not: how; -1: one or the other
     uint8_t last_id;
     bool last_ok;
 };
@@ -97,18 +97,18 @@ struct check {
     struct oracle_asked asked;
     struct job job;
     struct job_outcome outcome; // of the latest exchange, like the two above
-    struct job_outcome look;     // the latest, of any job
-    struct cds_counters before;  // the injection
-    struct cds_counters moved;   // by the latest exchange
-    struct cds_counters all;     // by the injection, as of check_settle()
+    struct job_outcome look;    // the latest, of any job
+    struct cds_counters before; // the injection
+    struct cds_counters moved;  // by the latest exchange
+    struct cds_counters all;    // by the injection, as of check_settle()
     unsigned attempts;
-    struct check_span span;      // since the latest packet
+    struct check_span span;        // since the latest packet
     struct check_sums least, most; // by the spans before it
-    uint8_t last_id;             // who had to answer last,
-    bool last_ok;                // and did
-    uint64_t corrupt_at;         // when an exchange last ended so
-    unsigned judged;             // bytes heard that are accounted for,
-    unsigned bad;                // and those with a framing error among all
+    uint8_t last_id;               // who had to answer last,
+    bool last_ok;                  // and did
+    uint64_t corrupt_at;           // when an exchange last ended so
+    unsigned judged;               // bytes heard that are accounted for,
+    unsigned bad;                  // and those with a framing error among all
     bool several; // of them between two packets: what stands between may go unexamined
     unsigned echo_errors;
     struct servo *servos; // as they were put there

@@ -21,4 +21,11 @@ extern const struct job rows_jobs[ROWS_JOBS];
 unsigned rows_reply_size(const struct job *job);
 unsigned rows_packet_size(const struct job *job);
 
+/* What may become of a reply that comes `us` late, if the bus allows for `allowed_us`: 40 us before
+ * and more it is good. Behind it, what came by the first poll that saw the deadline pass: the one
+ * before it took 30 us, and its time for each byte, 20 at the most. */
+unsigned rows_late_outcome(const struct check *check, const struct job *job, unsigned us,
+                           unsigned allowed_us);
+#define ROWS_ALLOWED_us 606u // a return delay of 508 and a margin of 100, less the servo's own 2
+
 #endif

@@ -127,8 +127,8 @@ static void stick_high(struct check *check)
     stick(check, false);
 }
 
-/* Again and again, for up to half a second. High, nobody can tell it from a line without servos; low,
- * it is a fault, and nothing is said. */
+/* Again and again, for up to half a second. High, nobody can tell it from a line without servos;
+ * low, it is a fault, and nothing is said. */
 static void stay_stuck(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -159,7 +159,8 @@ static void stay_stuck(struct check *check)
 }
 
 const struct row rows_line[] = {
-    {"F9-bytes", "a servo says one byte for ever, every value: nothing is sent", "1,2", babble_bytes, 0},
+    {"F9-bytes", "a servo says one byte for ever, every value: nothing is sent", "1,2",
+     babble_bytes, 0},
     {"F9-headers", "FF for ever, every phase: nothing is sent", "1,2", babble_headers, 0},
     {"F9-random", "random bytes for ever: nothing is sent", "1,2", babble_random, 0},
     {"F9-begins", "FF or random bytes for ever, from every 3 us of an exchange on", "1,2",

@@ -4,8 +4,8 @@
 
 #include <string.h>
 
-#define BITS    10 // of a byte on the wire
-#define SCAN_us 300000u
+#define BITS     10 // of a byte on the wire
+#define SCAN_us  300000u
 #define TWINS_us 500u
 
 static struct job with_id(const struct job *job, uint8_t id)
@@ -63,8 +63,8 @@ static unsigned foresee_both(struct check *check, const struct job *job, unsigne
 static void check_seen(struct check *check, unsigned us)
 {
     const struct cds_counters *all = &check->all;
-    if (us > 0 && check->outcome.result == CDS_OK && !all->extra && !all->refuted &&
-        !all->stray && !all->framing_errors) {
+    if (us > 0 && check->outcome.result == CDS_OK && !all->extra && !all->refuted && !all->stray &&
+        !all->framing_errors) {
         check_fail(check, "of the second reply nothing was counted");
     }
 }
@@ -164,8 +164,12 @@ static unsigned silences(struct check *check, uint64_t until)
  * been asked, and one that is found with its torque off has lost its state. */
 static void lose_state(struct check *check, unsigned ms)
 {
-    struct job on = {.kind = JOB_WRITE, .id = 1, .address = TABLE_TORQUE_ENABLE, .length = 1,
-                     .data = {1}, .roster = JOB_ROSTER_ANEW};
+    struct job on = {.kind = JOB_WRITE,
+                     .id = 1,
+                     .address = TABLE_TORQUE_ENABLE,
+                     .length = 1,
+                     .data = {1},
+                     .roster = JOB_ROSTER_ANEW};
     struct job goal = rows_jobs[5], ask = {.kind = JOB_PING, .id = 1, .roster = JOB_ROSTER};
     check_run(check, &on);
     check_outcome(check, GOOD);
@@ -183,7 +187,10 @@ static void lose_state(struct check *check, unsigned ms)
         check_refused(check, &goal, CDS_HELD);
         check_refused(check, &on, CDS_HELD);
     }
-    ask = (struct job){.kind = JOB_READ, .id = 1, .address = TABLE_TORQUE_ENABLE, .length = 1,
+    ask = (struct job){.kind = JOB_READ,
+                       .id = 1,
+                       .address = TABLE_TORQUE_ENABLE,
+                       .length = 1,
                        .roster = JOB_ROSTER};
     check_run(check, &ask);
     check_outcome(check, GOOD);
@@ -361,8 +368,10 @@ static void delay_over(struct check *check)
         for (unsigned us = 700; us <= 10000; us += 100) {
             if (check_next(check, "%s, %u us", check_name(&rows_jobs[i]), us)) {
                 check->good_id = 2;
+                check_late_bytes(check, &rows_jobs[i]);
                 rig_order(check->rig, "turnaround 1 %u", us);
-                check_all(check, &rows_jobs[i], OUTCOME(CDS_TIMEOUT));
+                check_all(check, &rows_jobs[i],
+                          rows_late_outcome(check, &rows_jobs[i], us, ROWS_ALLOWED_us));
             }
         }
     }
@@ -372,8 +381,11 @@ static void delay_over(struct check *check)
  * is not answered is not sent. */
 static void level(struct check *check, const struct job *asked, unsigned level, unsigned before)
 {
-    struct job job = *asked, set = {.kind = JOB_WRITE, .id = 1, .length = 1,
-                                    .address = TABLE_RETURN_LEVEL, .roster = JOB_ROSTER_ANEW};
+    struct job job = *asked, set = {.kind = JOB_WRITE,
+                                    .id = 1,
+                                    .length = 1,
+                                    .address = TABLE_RETURN_LEVEL,
+                                    .roster = JOB_ROSTER_ANEW};
     job.roster = JOB_ROSTER;
     for (unsigned i = 0; i < 2; i++) { // the first answer tells `before`, the second one the rest
         set.data[0] = (uint8_t)(i ? level : before);

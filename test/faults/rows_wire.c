@@ -373,22 +373,18 @@ static void check_late(struct check *check)
     }
 }
 
-/* What may become of a reply that comes `us` late, if the bus allows for `allowed_us`: 40 us before
- * and more it is good. Behind it, what came by the first poll that saw the deadline pass: the one
- * before it took 20 us, and its time for each byte, 20 at the most. */
-static unsigned late_outcome(const struct check *check, const struct job *job, unsigned us,
-                             unsigned allowed_us)
+unsigned rows_late_outcome(const struct check *check, const struct job *job, unsigned us,
+                           unsigned allowed_us)
 {
     unsigned bytes = rows_reply_size(job) < 20 ? rows_reply_size(job) : 20;
-    unsigned poll_us = 20 + bytes * (rig_tied(check->rig) ? TIED_BYTE_US : CHECK_BYTE_US);
+    unsigned poll_us = 30 + bytes * (rig_tied(check->rig) ? TIED_BYTE_US : CHECK_BYTE_US);
     if (us + 40 <= allowed_us) {
         return GOOD;
     }
     return us > allowed_us + poll_us ? OUTCOME(CDS_TIMEOUT) : GOOD | OUTCOME(CDS_TIMEOUT);
 }
 
-/* The bus allows for 508 us of return delay and a margin of 100 us, of which the servo takes 2; the
- * oracle tells for each reply. */
+/* The oracle tells for each reply whether it was in time. */
 static void late(struct check *check)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -397,7 +393,7 @@ static void late(struct check *check)
                 check_late_bytes(check, &rows_jobs[i]);
                 rig_order(check->rig, "delay out 1 %u", us);
                 check_run(check, &rows_jobs[i]);
-                check_outcome(check, late_outcome(check, &rows_jobs[i], us, 606));
+                check_outcome(check, rows_late_outcome(check, &rows_jobs[i], us, ROWS_ALLOWED_us));
                 check_late(check);
                 check_after(check);
             }
@@ -423,10 +419,10 @@ static void stale(struct check *check)
     }
 }
 
-/* The bus is told of 2 us, as set-up leaves them, and one reply comes up to 508 us later, as late as
- * any servo may. The next question, to the same servo and with a reply of the same length, follows
- * at once: it waits until the old answer can no longer come. To another servo it does not wait: the
- * two replies may meet. */
+/* The bus is told of 2 us, as set-up leaves them, and one reply comes up to 508 us later, as late
+ * as any servo may. The next question, to the same servo and with a reply of the same length,
+ * follows at once: it waits until the old answer can no longer come. To another servo it does not
+ * wait: the two replies may meet. */
 static void next(struct check *check, uint8_t id)
 {
     static const struct job first = {
@@ -441,7 +437,7 @@ static void next(struct check *check, uint8_t id)
         check->told = 1;
         rig_order(check->rig, "delay out 1 %u", us);
         check_run(check, &first);
-        check_outcome(check, late_outcome(check, &first, us, 100));
+        check_outcome(check, rows_late_outcome(check, &first, us, 100));
         bool late = check->outcome.result == CDS_TIMEOUT;
         uint64_t asked = check->rig->said.bytes[0].time;
         check_forget(check);
