@@ -599,6 +599,7 @@ static void check_exchange(struct check *check)
     expect(check, "submitted", CDS_OK, check->outcome.submitted);
     check_said(check);
     check_sums(check);
+    expect(check, "bytes stored behind the reply", 0, check->outcome.spilled);
     check->blind |= check->holds && check->rig->overruns;
     if (!check->failed && check->attempts > 0) {
         hear_all(check);

@@ -4,6 +4,7 @@
  * of the wire was broken;
  * - the controller said the packet asked for and nothing else;
  * - outcome, values and counters are those that oracle.h makes of the bytes heard;
+ * - no byte was stored behind the reply;
  * - a value is one that a servo gave; if not it is counted, and must have been foreseen;
  * - no servo holds anything that was not asked for, unless it heard a packet that says so;
  * - the next exchange, without a fault, is good.

@@ -453,6 +453,24 @@ static void calm(struct check *check)
     servo->motor.overload = false;
 }
 
+/* The servo is well again, and answers so: what it complained of stays latched. */
+static void stay_latched(struct check *check, unsigned alarms)
+{
+    static const struct job ping = {.kind = JOB_PING, .id = 1, .roster = JOB_ROSTER};
+    struct job job = check->job;
+    struct job_outcome outcome = check->outcome;
+    check_forget(check);
+    check_run(check, &ping);
+    check_outcome(check, GOOD);
+    if (check->outcome.error) {
+        check_fail(check, "it still complains: %02X", check->outcome.error);
+    }
+    check_known(check, "alarms", alarms, check->outcome.known.alarms);
+    check_known(check, "alarms of all", alarms, check->outcome.alarms);
+    check->job = job;
+    check->outcome = outcome;
+}
+
 /* Repeats are allowed, and must not be used: a reply is a reply. */
 static void report(struct check *check, const struct job *job, unsigned conditions,
                    unsigned error_of_packet)
@@ -475,6 +493,7 @@ static void report(struct check *check, const struct job *job, unsigned conditio
     check_known(check, "alarms", check->outcome.error, check->outcome.known.alarms);
     check_known(check, "alarms of all", check->outcome.error, check->outcome.alarms);
     calm(check);
+    stay_latched(check, check->outcome.error);
     check_after(check);
 }
 

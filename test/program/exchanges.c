@@ -73,6 +73,25 @@ static void look(void)
         cds_bus_poll(&bus);
 }
 
+/* The buffer is longer than most packets and replies. */
+#define UNTOUCHED 0xA5
+
+static void clean_buffer(void)
+{
+    for (uint8_t i = 0; i < sizeof(packet); i++)
+        packet[i] = UNTOUCHED;
+}
+
+static uint8_t spilled(void)
+{
+    uint8_t used = (uint8_t)request.packet.size, count = 0;
+
+    for (uint8_t i = request.length > used ? request.length : used; i < sizeof(packet); i++)
+        if (packet[i] != UNTOUCHED)
+            count++;
+    return count;
+}
+
 static void exchange(const struct job *job, struct job_outcome *outcome)
 {
     for (uint8_t i = 0; i < job->pause; i++) {
@@ -81,6 +100,7 @@ static void exchange(const struct job *job, struct job_outcome *outcome)
     cds_bus_set_repeats(&bus, job->repeats);
     cds_bus_set_return_delay(&bus, job->told ? 2u * job->told : CDS_RETURN_DELAY_MAX_US);
     enroll(job->roster);
+    clean_buffer();
     PORTB = JOB_BEGUN;
     outcome->submitted = submit(job);
     if (outcome->submitted == CDS_OK) {
@@ -93,6 +113,7 @@ static void exchange(const struct job *job, struct job_outcome *outcome)
     outcome->id = request.id;
     outcome->error = request.error;
     outcome->length = request.length;
+    outcome->spilled = spilled();
     for (uint8_t i = 0; i < JOB_DATA_MAX; i++) {
         outcome->data[i] = 0;
         cds_request_byte(&request, i, &outcome->data[i]);
