@@ -141,8 +141,8 @@ static void check_known(struct check *check, const char *what, unsigned expected
     }
 }
 
-/* Asked again and again until it is there again, five times at most. */
-static unsigned silences(struct check *check, uint64_t until)
+/* Asked again and again until it is there again, five times at most; told nothing while away. */
+static unsigned silences(struct check *check, const struct job *goal, uint64_t until)
 {
     static const struct job ping = {.kind = JOB_PING, .id = 1, .roster = JOB_ROSTER};
     unsigned count = 0;
@@ -153,6 +153,10 @@ static unsigned silences(struct check *check, uint64_t until)
         count++;
         check_known(check, "presence", count < 3 ? CDS_PRESENCE_HERE : CDS_PRESENCE_AWAY,
                     check->outcome.known.presence);
+        if (count == 3) {
+            check_forget(check);
+            check_refused(check, goal, CDS_HELD);
+        }
     }
     if (rig_now(check->rig) < until) {
         rig_pass(check->rig, until - rig_now(check->rig));
@@ -176,7 +180,7 @@ static void lose_state(struct check *check, unsigned ms)
     on.roster = goal.roster = JOB_ROSTER;
     rig_order(check->rig, "brownout 1 %u", ms);
     check->powered_up = true;
-    bool away = silences(check, rig_now(check->rig) + ms * 1000 * RIG_US) >= 3;
+    bool away = silences(check, &goal, rig_now(check->rig) + ms * 1000 * RIG_US) >= 3;
     check_forget(check);
     check_run(check, &ask);
     check_outcome(check, GOOD);
