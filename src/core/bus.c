@@ -177,7 +177,7 @@ static bool heard(const struct cds_bus *bus)
 
 /* The deadline is over. Bytes that had come when a poll first saw that, and are still to be looked
  * at: nothing behind them, or a line never quiet would let the deadline slip. */
-static uint8_t left_to_close(struct cds_bus *bus)
+SELDOM static uint8_t left_to_close(struct cds_bus *bus)
 {
     uint8_t left;
 

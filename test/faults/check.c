@@ -15,6 +15,7 @@
 #define RACE           (20 * RIG_US)
 #define RACE_TIED      (24 * RIG_US)
 #define SEEN           (25 * RIG_US)
+#define RING           64u
 #define PING_SIZE      6
 #define BABBLE_US      400  // how much longer a line never quiet holds up the program: on tied
 #define BABBLE_TIED_US 1000 // ... pins the handlers take most of the time there is
@@ -396,6 +397,12 @@ static void check_start(struct check *check, unsigned attempt)
     }
 }
 
+/* Until a full ring has been looked at. */
+static uint64_t backlog(const struct rig *rig)
+{
+    return RING * RIG_US * (rig_tied(rig) ? CHECK_BYTE_TIED_US : CHECK_BYTE_US);
+}
+
 /* A request that was not sent: for good reason, and given up in time. */
 static void check_unsent(struct check *check)
 {
@@ -409,7 +416,8 @@ static void check_unsent(struct check *check)
     if (took > wait && took - wait > check->longest) {
         check->longest = took - wait;
     }
-    if (last_use(check, rig->ended, 0, &bytes) + 3 * CHECK_QUIET_US * RIG_US < rig->ended) {
+    uint64_t behind = 3 * CHECK_QUIET_US * RIG_US + (check->babbles ? backlog(rig) : 0);
+    if (last_use(check, rig->ended, 0, &bytes) + behind < rig->ended) {
         check_fail(check, "the line was quiet, and nothing was said");
     }
     if (check->outcome.state == CDS_BUS_OK) {

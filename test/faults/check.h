@@ -25,6 +25,7 @@
  * parsed, and copied. */
 #define CHECK_PROCESSING_US 130u
 #define CHECK_BYTE_US       3u
+#define CHECK_BYTE_TIED_US  8u // while more are coming: the handlers take most of the time there is
 
 /* What a bus allows for. */
 #define CHECK_RETURN_DELAY_US 508u // unless it is told better

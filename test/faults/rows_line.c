@@ -59,6 +59,45 @@ static void babble_begins(struct check *check)
     }
 }
 
+/* It ends while a request waits, or while one is about to be given up: that one is sent when the
+ * line was quiet for two byte times, and no sooner; the clock is read 5 us before the ring, and 8
+ * us at the least before the first start bit. */
+static void check_silence(struct check *check)
+{
+    const struct tap *heard = &check->rig->heard;
+    uint64_t said = check->rig->said.bytes[0].time, last = 0;
+    for (unsigned i = 0; i < heard->count && heard->bytes[i].time < said; i++) {
+        last = heard->bytes[i].time;
+    }
+    if (said < last + (CHECK_QUIET_US - 5 + 8) * RIG_US) {
+        check_fail(check, "spoke %.1f us after the last byte", (double)(said - last) / RIG_US);
+    }
+}
+
+static void babble_ends(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS * 2; i++) {
+        const struct job *job = &rows_jobs[i / 2];
+        for (unsigned us = 100; us < 1300; us += 7) {
+            const char *what = i % 2 ? "headers" : "85"; // no servo takes them for a packet
+            if (!check_next(check, "%s, %s for %u us", check_name(job), what, us)) {
+                continue;
+            }
+            check_babble(check);
+            rig_order(check->rig, "babble %s", what);
+            rig_pass(check->rig, 50 * RIG_US);
+            rig_order_in(check->rig, us * RIG_US, "babble off");
+            check_run(check, job);
+            bool short_of = us > 1000; // up to what it waits, and what the program takes besides
+            check_outcome(check, GOOD | (short_of ? OUTCOME(CDS_LINE_BUSY) : 0));
+            if (check->rig->said.count) {
+                check_silence(check);
+            }
+            check_after(check);
+        }
+    }
+}
+
 static void babble_bytes(struct check *check)
 {
     for (unsigned value = 0; value < 256; value++) {
@@ -165,6 +204,7 @@ const struct row rows_line[] = {
     {"F9-random", "random bytes for ever: nothing is sent", "1,2", babble_random, 0},
     {"F9-begins", "FF or random bytes for ever, from every 3 us of an exchange on", "1,2",
      babble_begins, 0},
+    {"F9-ends", "FF or 55 for 0.1 to 1.3 ms while a request waits", "1,2", babble_ends, 0},
     {"F10-low", "line stuck low for 1 us to 1.5 ms, every 3 us of an exchange", "1,2", stick_low,
      0},
     {"F10-high", "line stuck high, likewise", "1,2", stick_high, 0},

@@ -360,9 +360,6 @@ static void echo_changed(struct check *check)
 /* --- F15, F16 ------------------------------------------------------------------------------------
  */
 
-/* To examine a byte, where the handlers of tied pins take most of the time there is. */
-#define TIED_BYTE_US 8
-
 /* A good reply that came too late is one that was late, and nothing else. */
 static void check_late(struct check *check)
 {
@@ -377,7 +374,7 @@ unsigned rows_late_outcome(const struct check *check, const struct job *job, uns
                            unsigned allowed_us)
 {
     unsigned bytes = rows_reply_size(job) < 20 ? rows_reply_size(job) : 20;
-    unsigned poll_us = 30 + bytes * (rig_tied(check->rig) ? TIED_BYTE_US : CHECK_BYTE_US);
+    unsigned poll_us = 30 + bytes * (rig_tied(check->rig) ? CHECK_BYTE_TIED_US : CHECK_BYTE_US);
     if (us + 40 <= allowed_us) {
         return GOOD;
     }

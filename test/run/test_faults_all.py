@@ -9,7 +9,7 @@ import unittest
 
 from simulator import ROOT
 
-ROWS = 43
+ROWS = 44
 
 
 class Part(unittest.TestCase):
