@@ -201,6 +201,37 @@ run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 	@scripts/sim-speed.py $^
 
+# ---- faults ----------------------------------------------------------------------------------------
+
+# Without sanitizers: a whole run is some hundred thousand exchanges.
+FAULTS_BOARDS := atmega128 arduino-uno arbotix
+FAULTS_SRC := $(wildcard test/faults/*.c)
+FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/program/exchanges.elf) \
+	build/atmega128/controller.elf build/arbotix/controller.elf
+
+build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
+	$(call say,CC,$@)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) -O2 $(DEPFILES) -c $< -o $@
+
+build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
+		$(patsubst sim/%.c,build/host/sim/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
+	$(call say,LD,$@)
+	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
+
+FAULTS_PART ?= 1/1
+SEED ?= 0
+
+## faults: every fault of docs/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
+.PHONY: faults
+faults: $(FAULTS_NEEDS)
+	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
+
+## faults-docs: the same, and its table in docs/faults.md anew
+.PHONY: faults-docs
+faults-docs: faults
+	@scripts/faults.py --docs
+
 # ---- tests -----------------------------------------------------------------------------------------
 
 UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest
@@ -299,10 +330,11 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/arduino-mega/program/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/program/$(p).elf)) \
-	build/arbotix/program/exchanges.elf \
+	build/arbotix/program/soak.elf \
 	$(patsubst %,build/%/program/safety.elf,arduino-mega arbotix cm510) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
-	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
+	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/soak.elf) \
+	$(FAULTS_NEEDS) \
 	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator

@@ -89,6 +89,8 @@ struct cds_counters {
     uint16_t corrupt;        // ... with nothing but damage by the deadline
     uint16_t unsent;         // requests that ended as CDS_LINE_BUSY: no packet was sent
     uint16_t refuted;        // LENGTH or checksum of a would-be packet wrong
+    uint16_t stray;          // bytes, each with the FF before it, that began no packet: noise, or
+                             // what is left of one: a second servo of that ID may be behind it
     uint16_t late;           // good packets that were not the reply due: of the servo that had just
                              // been given up
     uint16_t extra;          // ... of the one that had just answered: two have its ID

@@ -24,6 +24,7 @@ extern "C" {
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing yet: the next byte decides, or the one after
     CDS_PARSED_PACKET,  // a whole packet, checksum right, stands at the ring's tail
+    CDS_PARSED_STRAY,   // what stood at the ring's tail began no packet, and was dropped
     CDS_PARSED_REFUTED, // what looked like a packet was none (LENGTH or checksum)
 };
 

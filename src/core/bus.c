@@ -133,7 +133,9 @@ static bool parse_byte(struct cds_bus *bus)
     enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
     bool ended = false;
 
-    if (parsed == CDS_PARSED_REFUTED) {
+    if (parsed == CDS_PARSED_STRAY) {
+        bus->counters.stray++;
+    } else if (parsed == CDS_PARSED_REFUTED) {
         bus->counters.refuted++;
         bus->damaged = 1;
     } else if (parsed == CDS_PARSED_PACKET) {
@@ -173,17 +175,31 @@ static bool heard(const struct cds_bus *bus)
     return bus->link.broken || looked_to(bus) != bus->link.rx.head;
 }
 
-/* Parses what has been heard by now, before and behind the damage there may be. True when the
- * exchange has ended well. What is left after BYTES_PER_POLL is for the next poll, so that neither
- * a long reply nor a babbling line holds up the caller. */
-static bool parse(struct cds_bus *bus)
+/* The deadline is over. Bytes that had come when a poll first saw that, and are still to be looked
+ * at: nothing behind them, or a line never quiet would let the deadline slip. */
+SELDOM static uint8_t left_to_close(struct cds_bus *bus)
+{
+    uint8_t left;
+
+    if (!bus->closing) {
+        bus->closing = true;
+        bus->close_at = bus->link.rx.head;
+    }
+    left = (uint8_t)(bus->close_at - looked_to(bus));
+    return left > CDS_RING_SIZE ? 0 : left; // beyond it: damage was passed over
+}
+
+/* Parses what has been heard by now, or, if the deadline is over, by then, before and behind the
+ * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
+ * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
+static bool parse(struct cds_bus *bus, bool over)
 {
     struct cds_link *link = &bus->link;
     uint8_t left = BYTES_PER_POLL;
     bool broken;
 
-    do {
-        uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
+    do { // the end before `broken`: a break after this lies behind it
+        uint8_t end = over ? (uint8_t)(looked_to(bus) + left_to_close(bus)) : link->rx.head;
 
         broken = link->broken;
         if (broken)
@@ -245,7 +261,7 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     bool used = heard(bus);
 
     if (used) {
-        parse(bus);
+        parse(bus, false);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
         bus->line = CDS_BUS_BUSY;
@@ -358,28 +374,16 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The deadline is over: has all been looked at that had come by the first poll that saw it? */
-static bool all_looked_at(struct cds_bus *bus)
-{
-    uint8_t left;
-
-    if (!bus->closing) {
-        bus->closing = true;
-        bus->close_at = bus->link.rx.head;
-    }
-    left = (uint8_t)(bus->close_at - looked_to(bus));
-    return left == 0 || left > CDS_RING_SIZE; // beyond it: damage was passed over
-}
-
 /* How the exchange in flight stands, seen at `now_us`. */
 static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
 {
     bool listening = bus->link.state == CDS_LINK_LISTENING;
     bool due = reply_is_due(bus->request);
+    bool over = (int32_t)(now_us - bus->deadline_us) >= 0;
 
-    if (listening && (!due || (heard(bus) && parse(bus))))
+    if (listening && (!due || (heard(bus) && parse(bus, over))))
         return CDS_OK;
-    if ((int32_t)(now_us - bus->deadline_us) < 0 || (listening && !all_looked_at(bus)))
+    if (!over || (listening && left_to_close(bus)))
         return CDS_PENDING;
     if (!listening)
         cds_link_abort(&bus->link, bus->port);
