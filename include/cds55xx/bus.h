@@ -197,8 +197,9 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
-/* Would the observer of the bus admit a SYNC WRITE of these `length` bytes (1 to 50) from `address`
- * on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT, CDS_HELD. Nothing is sent.
+/* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
+ * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,
+ * CDS_HELD. Nothing is sent.
  */
 enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
                                     const uint8_t *data, uint8_t length);

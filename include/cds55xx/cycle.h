@@ -87,6 +87,7 @@ struct cds_cycle {
     uint8_t front;                     // packet that is sent every period; the other one is filled
     bool committed;                    // there are goals to send
     bool filling;    // the other packet holds all that the front one does, or newer
+    bool refused;    // goals were, at their turn: a servo was held while they waited
     bool reading;    // a READ is on its way
     bool giving_way; // no READ begins: somebody waits for his turn
     bool stopping;   // cds_cycle_stop() was called

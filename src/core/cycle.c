@@ -21,7 +21,15 @@ static bool on_its_way(const struct cds_cycle *cycle)
            cycle->read.result == CDS_PENDING;
 }
 
-static void goals_ended(struct cds_request *request);
+/* Goals refused go out again from cds_cycle_poll(): the bus is not called out of itself. */
+static void goals_ended(struct cds_request *request)
+{
+    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
+
+    cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
+    if (request->result != CDS_OK && !cycle->refused)
+        cycle->counters.unsent++;
+}
 
 /* A whole packet whose goals are still to be set. */
 static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
@@ -333,20 +341,13 @@ static void begin_period(struct cds_cycle *cycle)
 
 /* Refused at their turn, since a servo is: now without it, if they still do not hold up the next
  * ones. */
-static bool send_again(struct cds_cycle *cycle)
+static void send_again(struct cds_cycle *cycle)
 {
+    cycle->refused = false;
     vet(cycle);
     front(cycle)->vetted = is_vetted(cycle, cycle->front);
-    return (int32_t)(cycle->next_us - cds_port_now_us()) >= cycle->period_us - cycle->latest_us &&
-           !is_empty(front(cycle)) && cds_bus_submit(cycle->bus, front(cycle)) == CDS_OK;
-}
-
-static void goals_ended(struct cds_request *request)
-{
-    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
-    bool refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
-
-    if (request->result != CDS_OK && !(refused && send_again(cycle)))
+    if ((int32_t)(cycle->next_us - cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
+        is_empty(front(cycle)) || cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
         cycle->counters.unsent++;
 }
 
@@ -410,6 +411,8 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
+    if (cycle->refused)
+        send_again(cycle);
     if ((int32_t)(now_us - cycle->next_us) >= 0)
         begin_period(cycle);
     else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))

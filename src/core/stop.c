@@ -175,7 +175,7 @@ enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster,
         prepare(&stop->all[i], stop->buffers[i], sizeof stop->buffers[0]);
         tell_all(stop, i);
     }
-    return stop->result == CDS_PENDING ? CDS_OK : (enum cds_result)stop->result;
+    return stop->result == CDS_PENDING ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
 enum cds_result cds_stop_poll(struct cds_stop *stop)
