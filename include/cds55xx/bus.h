@@ -157,7 +157,7 @@ struct cds_bus {
     uint8_t last_result;               // and enum cds_result of it
     uint8_t instruction, address;      // of the packet in flight
     uint8_t repeats;                   // given to each request that bears repeating
-    struct cds_counters counters;      // the last four stay in `link` until asked for
+    struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s

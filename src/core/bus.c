@@ -133,9 +133,7 @@ static bool parse_byte(struct cds_bus *bus)
     enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
     bool ended = false;
 
-    if (parsed == CDS_PARSED_STRAY) {
-        bus->counters.stray++;
-    } else if (parsed == CDS_PARSED_REFUTED) {
+    if (parsed == CDS_PARSED_REFUTED) {
         bus->counters.refuted++;
         bus->damaged = 1;
     } else if (parsed == CDS_PARSED_PACKET) {
@@ -175,32 +173,29 @@ static bool heard(const struct cds_bus *bus)
     return bus->link.broken || looked_to(bus) != bus->link.rx.head;
 }
 
-/* The deadline is over. Bytes that had come when a poll first saw that, and are still to be looked
- * at: nothing behind them, or a line never quiet would let the deadline slip. */
-SELDOM static uint8_t left_to_close(struct cds_bus *bus)
+/* The deadline is over: returns the end of what had come when a poll first saw that. It is still
+ * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
+SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
 {
-    uint8_t left;
+    uint8_t left = (uint8_t)(bus->close_at - looked_to(bus));
 
-    if (!bus->closing) {
-        bus->closing = true;
-        bus->close_at = bus->link.rx.head;
-    }
-    left = (uint8_t)(bus->close_at - looked_to(bus));
-    return left > CDS_RING_SIZE ? 0 : left; // beyond it: damage was passed over
+    return left > CDS_RING_SIZE ? looked_to(bus) : bus->close_at; // damage was passed over
 }
 
-/* Parses what has been heard by now, or, if the deadline is over, by then, before and behind the
+/* Parses what has been heard by now, or by the deadline if that is over, before and behind the
  * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
  * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
-static bool parse(struct cds_bus *bus, bool over)
+static bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
     uint8_t left = BYTES_PER_POLL;
     bool broken;
 
-    do { // the end before `broken`: a break after this lies behind it
-        uint8_t end = over ? (uint8_t)(looked_to(bus) + left_to_close(bus)) : link->rx.head;
+    do {
+        uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
 
+        if (bus->closing)
+            end = end_at_deadline(bus);
         broken = link->broken;
         if (broken)
             end = link->broken_at;
@@ -261,7 +256,7 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     bool used = heard(bus);
 
     if (used) {
-        parse(bus, false);
+        parse(bus);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
         bus->line = CDS_BUS_BUSY;
@@ -374,20 +369,34 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
+/* The same when the deadline is over. */
+SELDOM static enum cds_result outcome_late(struct cds_bus *bus)
+{
+    if (bus->link.state != CDS_LINK_LISTENING) {
+        cds_link_abort(&bus->link, bus->port);
+        return CDS_TIMEOUT;
+    }
+    if (!bus->closing) {
+        bus->closing = true;
+        bus->close_at = bus->link.rx.head;
+    }
+    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
+        return CDS_OK;
+    if (looked_to(bus) != end_at_deadline(bus))
+        return CDS_PENDING;
+    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+}
+
 /* How the exchange in flight stands, seen at `now_us`. */
 static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
 {
-    bool listening = bus->link.state == CDS_LINK_LISTENING;
-    bool due = reply_is_due(bus->request);
-    bool over = (int32_t)(now_us - bus->deadline_us) >= 0;
-
-    if (listening && (!due || (heard(bus) && parse(bus, over))))
-        return CDS_OK;
-    if (!over || (listening && left_to_close(bus)))
+    if ((int32_t)(now_us - bus->deadline_us) >= 0)
+        return outcome_late(bus);
+    if (bus->link.state != CDS_LINK_LISTENING)
         return CDS_PENDING;
-    if (!listening)
-        cds_link_abort(&bus->link, bus->port);
-    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
+        return CDS_OK;
+    return CDS_PENDING;
 }
 
 static void count_end(struct cds_bus *bus, uint8_t result)
@@ -420,6 +429,7 @@ static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     const struct cds_request *request = bus->request;
 
     count_end(bus, result);
+    bus->closing = false;
     bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
     if (reply_is_due(request)) {
         bus->last_id =
@@ -500,6 +510,7 @@ bool cds_bus_poll(struct cds_bus *bus)
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 {
     *out = bus->counters;
+    out->stray = bus->parser.stray;
     out->framing_errors = cds_link_count(&bus->link.framing_errors);
     out->overruns = cds_link_count(&bus->link.overruns);
     out->ring_overflows = cds_link_count(&bus->link.ring_overflows);

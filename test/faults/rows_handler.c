@@ -68,6 +68,29 @@ static void hold_release(struct check *check, const struct job *job, unsigned cy
     }
 }
 
+/* Amid the packet: the transmitter runs dry and says that it is done, long before it is. */
+static void hold_amid(struct check *check)
+{
+    static const unsigned holds[] = {180, 320, 480};
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        const struct job *job = &rows_jobs[i];
+        for (unsigned n = 0; n < sizeof(holds) / sizeof(holds[0]); n++) {
+            unsigned last = rows_packet_size(job) * RIG_BYTE - holds[n] - RIG_BYTE;
+            for (unsigned at = 0; at < last; at += BIT) {
+                if (!check_next(check, "%s, %u cycles from cycle %u of the packet", check_name(job),
+                                holds[n], at)) {
+                    continue;
+                }
+                check->slack_us = holds[n] / RIG_US;
+                rig_hold(check->rig, at, (uint16_t)(holds[n] / 4));
+                check_run(check, job);
+                check_outcome(check, GOOD);
+                check_after(check);
+            }
+        }
+    }
+}
+
 static void hold(struct check *check, bool patient)
 {
     for (unsigned i = 0; i < ROWS_JOBS; i++) {
@@ -110,6 +133,8 @@ const struct row rows_handler[] = {
     {"F13", "receive handler held up for 320 to 700 cycles, every bit of a reply", "1,2", overrun,
      0},
     {"F20-patient", "release held up for 0 to 400 cycles, return delay 40 us", "1,2", hold_patient,
+     0},
+    {"F20-amid", "next byte held up for 180 to 480 cycles, every bit of a packet", "1,2", hold_amid,
      0},
     {"F20-prompt", "release held up for 0 to 400 cycles, return delay 2 us", "1,2", hold_prompt, 0},
     {0},

@@ -9,7 +9,7 @@ import unittest
 
 from simulator import ROOT
 
-ROWS = 44
+ROWS = 45
 
 
 class Part(unittest.TestCase):
