@@ -275,9 +275,17 @@ SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
     return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
+/* The first request must wait for a quiet line, or until an old answer can no longer come: for as
+ * long as the longest exchange may take. */
+SELDOM static void begin_waiting(struct cds_bus *bus, uint32_t now_us)
+{
+    bus->deadline_us =
+        now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
+
 /* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
- * observer has changed its mind: the next poll ends it. */
-static uint8_t start_if_quiet(struct cds_bus *bus)
+ * observer has changed its mind: the next poll ends it. `anew`: it has not waited before. */
+static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
 {
     struct cds_request *request = bus->request;
     uint8_t result = judge(bus, request);
@@ -285,20 +293,14 @@ static uint8_t start_if_quiet(struct cds_bus *bus)
 
     if (result != CDS_OK)
         return result;
-    if (!is_quiet(bus, now_us))
-        return CDS_PENDING;
-    if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
-        return CDS_PENDING; // its reply would be taken for the new one
-    start(bus, now_us);
-    return CDS_OK;
-}
-
-/* There is a new first request: sends it now, or as soon as the line is quiet. */
-static void begin(struct cds_bus *bus)
-{
-    if (start_if_quiet(bus) != CDS_OK)
-        bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX),
-                                                               CDS_RETURN_DELAY_MAX_US);
+    if (is_quiet(bus, now_us) &&
+        !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
+        start(bus, now_us);
+        return CDS_OK;
+    }
+    if (anew)
+        begin_waiting(bus, now_us);
+    return CDS_PENDING;
 }
 
 /* Where in the queue the request belongs; never before one in flight, which is the first. */
@@ -350,7 +352,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     request->next = *place;
     *place = request;
     if (bus->request == request)
-        begin(bus);
+        start_if_quiet(bus, true);
     return CDS_OK;
 }
 
@@ -454,7 +456,7 @@ static void finish(struct cds_bus *bus, uint8_t result)
     bus->request = request->next;
     request->result = result;
     if (bus->request)
-        begin(bus);
+        start_if_quiet(bus, true);
     if (request->on_end)
         request->on_end(request);
 }
@@ -472,13 +474,13 @@ static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     }
     request->repeats--;
     bus->counters.repeated++;
-    begin(bus);
+    start_if_quiet(bus, true);
 }
 
 /* The first request waits for a quiet line. */
 static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
-    uint8_t result = start_if_quiet(bus);
+    uint8_t result = start_if_quiet(bus, false);
 
     if (result == CDS_PENDING) {
         if ((int32_t)(now_us - bus->deadline_us) < 0)
