@@ -251,6 +251,18 @@ void test_an_urgent_request_overtakes_one_that_waits_for_silence(void)
     assert_answered(&request, 5);
 }
 
+/* The main loop was away until the time to wait was over; the line has been silent since. */
+void test_a_late_poll_that_finds_silence_sends(void)
+{
+    noise();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(5000);
+    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    assert_answered(&request, 5);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().unsent);
+}
+
 void test_one_that_waits_for_silence_can_be_taken_back(void)
 {
     noise();
@@ -310,6 +322,20 @@ void test_a_second_answer_before_the_next_packet_is_extra_too(void)
     TEST_ASSERT_EQUAL_UINT16(1, counters().extra);
     poll_at(QUIET_US);
     assert_answered(&other, 6);
+}
+
+/* Two servos have the ID, and the header of the second answer fell on the end of the first. */
+void test_a_second_answer_without_its_header_is_stray(void)
+{
+    static const uint8_t rest[] = {0xFF, 0x05, 0x02, 0x00, 0xF8};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    assert_answered(&request, 5);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().stray);
+    port_fake_hear(&bus.link, rest, sizeof rest);
+    poll_at(1);
+    TEST_ASSERT_EQUAL_UINT16(4, counters().stray);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().extra);
 }
 
 void test_who_answers_a_broadcast_ping_second_is_extra(void)

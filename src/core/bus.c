@@ -189,9 +189,18 @@ static uint8_t skim(struct cds_bus *bus, uint8_t end, uint8_t most)
     return cds_parser_skim(&bus->parser, &bus->link.rx, count < most ? count : most);
 }
 
-/* Parses what has been heard by now, before and behind the damage there may be. True when the
- * exchange has ended well. What is left after BYTES_PER_POLL is for the next poll, so that neither
- * a long reply nor a babbling line holds up the caller. */
+/* The deadline is over: returns the end of what had come when a poll first saw that. It is still
+ * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
+SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
+{
+    uint8_t left = (uint8_t)(bus->close_at - looked_to(bus));
+
+    return left > CDS_RING_SIZE ? looked_to(bus) : bus->close_at; // damage was passed over
+}
+
+/* Parses what has been heard by now, or by the deadline if that is over, before and behind the
+ * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
+ * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
 static bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
@@ -201,6 +210,8 @@ static bool parse(struct cds_bus *bus)
     do {
         uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
 
+        if (bus->closing)
+            end = end_at_deadline(bus);
         broken = link->broken;
         if (broken)
             end = link->broken_at;
@@ -279,27 +290,38 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     return bus->line == CDS_BUS_OK;
 }
 
-static bool start_if_quiet(struct cds_bus *bus, uint32_t now_us)
+/* What the observer says to it, now that it is submitted, or that its turn has come. */
+SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
 {
-    const struct cds_request *request = bus->request;
-
-    if (!is_quiet(bus, now_us))
-        return false;
-    if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
-        return false; // its reply would be taken for the new one
-    start(bus, now_us);
-    return true;
+    return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
-/* There is a new first request: sends it now, or as soon as the line is quiet. */
-static void begin(struct cds_bus *bus)
+/* The first request must wait for a quiet line, or until an old answer can no longer come: for as
+ * long as the longest exchange may take. */
+SELDOM static void begin_waiting(struct cds_bus *bus, uint32_t now_us)
 {
-    uint32_t now_us = cds_port_now_us();
+    bus->deadline_us =
+        now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
 
-    bus->in_flight = false;
-    if (!start_if_quiet(bus, now_us))
-        bus->deadline_us =
-            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+/* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
+ * observer has changed its mind: the next poll ends it. `anew`: it has not waited before. */
+static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
+{
+    struct cds_request *request = bus->request;
+    uint8_t result = judge(bus, request);
+    uint32_t now_us = cds_port_now_us(); // not before: the observer may take its time
+
+    if (result != CDS_OK)
+        return result;
+    if (is_quiet(bus, now_us) &&
+        !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
+        start(bus, now_us);
+        return CDS_OK;
+    }
+    if (anew)
+        begin_waiting(bus, now_us);
+    return CDS_PENDING;
 }
 
 /* Where in the queue the request belongs; never before one in flight, which is the first. */
@@ -307,38 +329,42 @@ static struct cds_request **place_for(struct cds_bus *bus, const struct cds_requ
 {
     struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
 
-    while (*place && ((*place)->urgent || !request->urgent))
+    while (*place && (*place)->urgent >= request->urgent)
         place = &(*place)->next;
     return place;
 }
 
+enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
+                                    const uint8_t *data, uint8_t length)
+{
+    struct cds_bus_observer *observer = bus->observer;
+
+    return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
+}
+
 /* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
-static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
+static uint8_t admit(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
-    bool vetted = request->vetted;
 
-    request->vetted = false;
     if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
         return CDS_BAD_ARGUMENT;
     if (due != CDS_REPLY_NONE && (request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
         return CDS_NO_ROOM;
     request->return_delay_us = bus->return_delay_us;
-    if (bus->observer && !vetted)
-        return bus->observer->admit(bus->observer, request);
-    return CDS_OK;
+    return judge(bus, request);
 }
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_request **place;
-    enum cds_result result;
+    uint8_t result;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = admit(bus, request);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
     request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
     request->error = 0;
@@ -347,7 +373,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     request->next = *place;
     *place = request;
     if (bus->request == request)
-        begin(bus);
+        start_if_quiet(bus, true);
     return CDS_OK;
 }
 
@@ -366,35 +392,37 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The deadline is over: has all been looked at that had come by the first poll that saw it? */
-static bool all_looked_at(struct cds_bus *bus)
+/* The same when the deadline is over. */
+SELDOM static enum cds_result outcome_late(struct cds_bus *bus)
 {
-    uint8_t left;
-
+    if (bus->link.state != CDS_LINK_LISTENING) {
+        cds_link_abort(&bus->link, bus->port);
+        return CDS_TIMEOUT;
+    }
     if (!bus->closing) {
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    left = (uint8_t)(bus->close_at - looked_to(bus));
-    return left == 0 || left > CDS_RING_SIZE; // beyond it: damage was passed over
-}
-
-/* How the exchange in flight stands, seen at `now_us`. */
-static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
-{
-    bool listening = bus->link.state == CDS_LINK_LISTENING;
-    bool due = reply_is_due(bus->request);
-
-    if (listening && (!due || (heard(bus) && parse(bus))))
+    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
         return CDS_OK;
-    if ((int32_t)(now_us - bus->deadline_us) < 0 || (listening && !all_looked_at(bus)))
+    if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
-    if (!listening)
-        cds_link_abort(&bus->link, bus->port);
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
-static void count_end(struct cds_bus *bus, enum cds_result result)
+/* How the exchange in flight stands, seen at `now_us`. */
+static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
+{
+    if ((int32_t)(now_us - bus->deadline_us) >= 0)
+        return outcome_late(bus);
+    if (bus->link.state != CDS_LINK_LISTENING)
+        return CDS_PENDING;
+    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
+        return CDS_OK;
+    return CDS_PENDING;
+}
+
+static void count_end(struct cds_bus *bus, uint8_t result)
 {
     if (result == CDS_OK)
         bus->counters.ok++;
@@ -404,13 +432,13 @@ static void count_end(struct cds_bus *bus, enum cds_result result)
         bus->counters.timeouts++;
 }
 
-SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
+SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
 {
     const struct cds_request *request = bus->request;
     struct cds_bus_news news = {.event = CDS_BUS_ENDED,
                                 .id = request->id,
                                 .error = request->error,
-                                .result = (uint8_t)result,
+                                .result = result,
                                 .instruction = bus->instruction,
                                 .address = bus->address,
                                 .request = request};
@@ -419,16 +447,17 @@ SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
 }
 
 /* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
-static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     const struct cds_request *request = bus->request;
 
     count_end(bus, result);
+    bus->closing = false;
     bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
     if (reply_is_due(request)) {
         bus->last_id =
             bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
-        bus->last_result = (uint8_t)result;
+        bus->last_result = result;
         bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
     }
     if (result == CDS_CORRUPT) { // and the line may be so still
@@ -441,47 +470,53 @@ static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_u
 
 /* The first request is over. The next one begins before on_end runs, so that what on_end submits
  * takes its turn like any other. */
-static void finish(struct cds_bus *bus, enum cds_result result)
+static void finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    bus->in_flight = false;
     bus->request = request->next;
-    request->result = (uint8_t)result;
+    request->result = result;
     if (bus->request)
-        begin(bus);
+        start_if_quiet(bus, true);
     if (request->on_end)
         request->on_end(request);
 }
 
 /* The exchange in flight has ended: sends it again if it may be, else it is over. */
-static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
     note_end(bus, result, now_us);
+    bus->in_flight = false;
     if (result == CDS_OK || request->repeats == 0) {
         finish(bus, result);
         return;
     }
     request->repeats--;
     bus->counters.repeated++;
-    begin(bus);
+    start_if_quiet(bus, true);
 }
 
 /* The first request waits for a quiet line. */
 static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
-    if (start_if_quiet(bus, now_us) || (int32_t)(now_us - bus->deadline_us) < 0)
-        return;
-    bus->counters.unsent++;
-    finish(bus, CDS_LINE_BUSY);
+    uint8_t result = start_if_quiet(bus, false);
+
+    if (result == CDS_PENDING) {
+        if ((int32_t)(now_us - bus->deadline_us) < 0)
+            return;
+        bus->counters.unsent++;
+        result = CDS_LINE_BUSY;
+    }
+    if (result != CDS_OK)
+        finish(bus, result);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
-    enum cds_result result;
+    uint8_t result;
 
     if (bus->in_flight) {
         result = outcome(bus, now_us);
@@ -498,6 +533,7 @@ bool cds_bus_poll(struct cds_bus *bus)
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 {
     *out = bus->counters;
+    out->stray = bus->parser.stray;
     out->framing_errors = cds_link_count(&bus->link.framing_errors);
     out->overruns = cds_link_count(&bus->link.overruns);
     out->ring_overflows = cds_link_count(&bus->link.ring_overflows);

@@ -9,6 +9,7 @@
 #define BLOCK_SIZE  (1u + GOAL_SIZE)         // ID, goal
 #define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
 #define NO_GOAL     UINT8_MAX                // high byte of a position that was never set
+#define NO_SERVO    CDS_BROADCAST_ID // ID of a dropped servo's block that nobody stands in for
 #define READ_BYTES  (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE))
 #define SUBMIT_US   20          // from our look at the clock to the bus's own, at 16 MHz
 #define CATCH_UP    32          // periods passed over in one poll, however late it is
@@ -20,6 +21,16 @@ static bool on_its_way(const struct cds_cycle *cycle)
            cycle->read.result == CDS_PENDING;
 }
 
+/* Goals refused go out again from cds_cycle_poll(): the bus is not called out of itself. */
+static void goals_ended(struct cds_request *request)
+{
+    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
+
+    cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
+    if (request->result != CDS_OK && !cycle->refused)
+        cycle->counters.unsent++;
+}
+
 /* A whole packet whose goals are still to be set. */
 static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
 {
@@ -29,10 +40,18 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, GOAL_SIZE);
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
+    request->on_end = goals_ended;
+    request->owner = cycle;
     cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, GOAL_SIZE);
     for (uint8_t i = 0; i < cycle->count; i++)
         cds_packet_sync_add(&request->packet, cycle->ids[i], none);
     cds_packet_end(&request->packet);
+}
+
+/* The epoch of an observer's word that was never given. */
+static uint16_t no_epoch(const struct cds_bus *bus)
+{
+    return bus->observer ? (uint16_t)(bus->observer->epoch - 1u) : 0;
 }
 
 static bool are_ids(const uint8_t *ids, uint8_t count)
@@ -63,6 +82,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
         .period_us = period_us,
         .goals_us = (uint16_t)goals_us,
         .latest_us = (uint16_t)(period_us - goals_us - CDS_REPLY_MARGIN_US),
+        .observer = bus->observer,
+        .epoch = {no_epoch(bus), no_epoch(bus)},
         .count = count,
         .filling = true,
     };
@@ -83,54 +104,201 @@ static struct cds_request *back(struct cds_cycle *cycle)
     return &cycle->goals[!cycle->front];
 }
 
+/* ---- whose goals are sent ---- */
+
+static uint8_t *block_of(struct cds_request *request, uint8_t index)
+{
+    return request->packet.bytes + BLOCKS_AT + index * BLOCK_SIZE;
+}
+
+/* A dropped servo's block says so itself: it has another one's ID. */
+static bool is_dropped(const struct cds_cycle *cycle, const struct cds_request *request,
+                       uint8_t index)
+{
+    return request->packet.bytes[BLOCKS_AT + index * BLOCK_SIZE] != cycle->ids[index];
+}
+
+bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
+{
+    return index < cycle->count && is_dropped(cycle, &cycle->goals[cycle->front], index);
+}
+
+/* Is there nobody left to send this to? */
+static bool is_empty(struct cds_request *request)
+{
+    return *block_of(request, 0) == NO_SERVO;
+}
+
+/* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
+ * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
+static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
+{
+    struct cds_request *request = &cycle->goals[packet];
+    uint8_t *bytes = request->packet.bytes;
+    const uint8_t *whole = NULL;
+    bool dropped = false;
+
+    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++) {
+        if (is_dropped(cycle, request, i))
+            dropped = true;
+        else
+            whole = block_of(request, i);
+    }
+    for (uint8_t i = 0; dropped && i < cycle->count; i++) {
+        uint8_t *block = block_of(request, i);
+
+        if (is_dropped(cycle, request, i) && whole)
+            memcpy(block, whole, BLOCK_SIZE);
+        else if (!whole)
+            *block = NO_SERVO;
+    }
+    cycle->holes[packet] = dropped;
+    bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
+}
+
+/* Has the observer admitted every block of this packet, and would say the same again? */
+static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
+{
+    const struct cds_bus_observer *observer = cycle->bus->observer;
+
+    return !observer || (cycle->observer == observer && cycle->epoch[packet] == observer->epoch);
+}
+
+static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
+{
+    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE) ==
+           CDS_OK;
+}
+
+/* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
+static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
+{
+    struct cds_request *request = &cycle->goals[packet];
+    uint8_t *block = block_of(request, index);
+
+    if (is_dropped(cycle, request, index) || is_admitted(cycle, block))
+        return false;
+    *block = NO_SERVO;
+    cycle->holes[packet] = true;
+    return true;
+}
+
+/* Whom did the roster's last changes concern, since the goals in front were judged? */
+static uint8_t who_changed(const struct cds_cycle *cycle)
+{
+    const struct cds_bus_observer *observer = cycle->bus->observer;
+    bool one = cycle->observer == observer &&
+               (uint16_t)(observer->epoch - cycle->epoch[cycle->front]) == 1;
+
+    return one ? observer->changed_id : CDS_BROADCAST_ID;
+}
+
+/* If the roster has changed since the goals were judged: judges anew whom that concerns, as 50
+ * servos take a millisecond. Those being filled follow for whom is dropped, and for the others when
+ * they are committed; those that wait in the queue are judged by the bus when their turn comes. */
+static void vet(struct cds_cycle *cycle)
+{
+    uint8_t id;
+    bool dropped = false;
+
+    if (!cycle->committed || is_vetted(cycle, cycle->front) || front(cycle)->result == CDS_PENDING)
+        return;
+    id = who_changed(cycle);
+    for (uint8_t i = 0; i < cycle->count; i++) {
+        if ((id != CDS_BROADCAST_ID && id != cycle->ids[i]) || !drop(cycle, cycle->front, i))
+            continue;
+        dropped = true;
+        cycle->counters.dropped++;
+        if (cycle->filling)
+            drop(cycle, !cycle->front, i);
+    }
+    if (dropped)
+        finish_goals(cycle, cycle->front);
+    cycle->observer = cycle->bus->observer;
+    cycle->epoch[cycle->front] = cycle->observer->epoch;
+}
+
+static void set_goal(uint8_t *goal, uint16_t position, uint16_t speed)
+{
+    goal[0] = (uint8_t)position;
+    goal[1] = (uint8_t)(position >> 8);
+    goal[2] = (uint8_t)speed;
+    goal[3] = (uint8_t)(speed >> 8);
+}
+
+/* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
+static __attribute__((noinline)) enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t index,
+                                                            uint16_t position, uint16_t speed)
+{
+    uint8_t goal[GOAL_SIZE];
+    uint8_t *block = block_of(back(cycle), index);
+    enum cds_result result;
+
+    set_goal(goal, position, speed);
+    result =
+        cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal, GOAL_SIZE);
+    if (result == CDS_OK) {
+        *block = cycle->ids[index];
+    } else if (result == CDS_HELD && block[2] == NO_GOAL) {
+        *block = NO_SERVO; // the others need not wait for it
+        cycle->holes[!cycle->front] = true;
+    }
+    return result;
+}
+
+/* What is not set anew is to stay as it is, not as it was before that. */
+static void follow_front(struct cds_cycle *cycle)
+{
+    const struct cds_packet *packet = &front(cycle)->packet;
+
+    memcpy(back(cycle)->packet.bytes, packet->bytes, packet->size);
+    cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
+    cycle->holes[!cycle->front] = cycle->holes[cycle->front];
+    cycle->filling = true;
+}
+
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
-    struct cds_packet *packet = &back(cycle)->packet;
-    uint8_t *goal;
+    enum cds_result result = CDS_OK;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
     if (back(cycle)->result == CDS_PENDING)
         return CDS_BUSY;
-    if (!cycle->filling) // what is not set anew is to stay as it is, not as it was before that
-        memcpy(packet->bytes, front(cycle)->packet.bytes, packet->size);
-    cycle->filling = true;
-    goal = packet->bytes + BLOCKS_AT + index * BLOCK_SIZE + 1u;
-    goal[0] = (uint8_t)position;
-    goal[1] = (uint8_t)(position >> 8);
-    goal[2] = (uint8_t)speed;
-    goal[3] = (uint8_t)(speed >> 8);
-    return CDS_OK;
+    if (!cycle->filling)
+        follow_front(cycle);
+    if (cycle->bus->observer)
+        result = judge_goal(cycle, index, position, speed);
+    if (result == CDS_OK)
+        set_goal(block_of(back(cycle), index) + 1, position, speed);
+    return result;
 }
 
-static bool all_set(const struct cds_cycle *cycle, const uint8_t *bytes)
+static bool all_set(struct cds_cycle *cycle, struct cds_request *request)
 {
-    const uint8_t *position_high = bytes + BLOCKS_AT + 2u;
-
-    for (uint8_t i = 0; i < cycle->count; i++, position_high += BLOCK_SIZE)
-        if (*position_high == NO_GOAL)
+    for (uint8_t i = 0; i < cycle->count; i++)
+        if (block_of(request, i)[2] == NO_GOAL && !is_dropped(cycle, request, i))
             return false;
     return true;
 }
 
 enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
-    struct cds_packet *packet = &back(cycle)->packet;
-
     if (!cycle->filling)
         return CDS_OK;
-    if (!cycle->committed) {
-        if (!all_set(cycle, packet->bytes))
-            return CDS_BAD_ARGUMENT;
+    if (!cycle->committed && !all_set(cycle, back(cycle)))
+        return CDS_BAD_ARGUMENT;
+    finish_goals(cycle, !cycle->front);
+    if (!cycle->committed)
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
-    }
-    packet->bytes[packet->size - 1u] = cds_packet_checksum(packet->bytes);
     cycle->front = !cycle->front;
     cycle->filling = false;
     cycle->committed = true;
     return CDS_OK;
 }
+
+/* ---- period after period ---- */
 
 static void pass_period(struct cds_cycle *cycle)
 {
@@ -143,10 +311,12 @@ static void pass_period(struct cds_cycle *cycle)
 }
 
 /* The next period has begun, or more than one. */
-static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
+static void begin_period(struct cds_cycle *cycle)
 {
-    int32_t late_us = (int32_t)(now_us - cycle->next_us);
+    int32_t late_us;
 
+    vet(cycle);
+    late_us = (int32_t)(cds_port_now_us() - cycle->next_us); // that may have taken a while
     for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
         if (cycle->committed)
             cycle->counters.missed++;
@@ -155,13 +325,30 @@ static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
     }
     if (late_us < 0 || late_us > (int32_t)cycle->latest_us)
         return;
-    if (cycle->committed) {
+    if (cycle->committed && !is_empty(front(cycle))) {
+        front(cycle)->vetted = is_vetted(cycle, cycle->front);
         if (cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
             return; // still waiting in the queue since the last period
-        cycle->counters.periods++;
         cycle->wire_us += cycle->goals_us;
     }
+    if (cycle->committed) {
+        cycle->counters.periods++;
+        cycle->counters.unsent += is_empty(front(cycle));
+    }
+    cycle->giving_way = false;
     pass_period(cycle);
+}
+
+/* Refused at their turn, since a servo is: now without it, if they still do not hold up the next
+ * ones. */
+static void send_again(struct cds_cycle *cycle)
+{
+    cycle->refused = false;
+    vet(cycle);
+    front(cycle)->vetted = is_vetted(cycle, cycle->front);
+    if ((int32_t)(cycle->next_us - cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
+        is_empty(front(cycle)) || cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
+        cycle->counters.unsent++;
 }
 
 /* The longest a feedback READ may take, as the bus has it. */
@@ -170,15 +357,26 @@ static uint16_t read_us(const struct cds_bus *bus)
     return (uint16_t)(READ_BYTES * bus->byte_time_us + bus->return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
+static void next_turn(struct cds_cycle *cycle)
+{
+    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+}
+
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_bus *bus = cycle->bus;
     uint32_t by_us = now_us + read_us(bus) + SUBMIT_US;
+    enum cds_result result;
 
     if ((int32_t)(cycle->next_us - by_us) < 0 ||
         cds_bus_may_answer_late(bus, cycle->ids[cycle->turn], now_us))
         return;
-    if (cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]) != CDS_OK)
+    result = cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]);
+    if (result == CDS_NO_REPLY_DUE) { // and the others must not wait for it
+        cycle->feedback[cycle->turn].result = CDS_NO_REPLY_DUE;
+        next_turn(cycle);
+    }
+    if (result != CDS_OK)
         return;
     cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
     cycle->read_by_us = by_us;
@@ -193,7 +391,7 @@ static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
     uint32_t between_us = feedback->known ? time_us - feedback->time_us : 0;
 
     cycle->reading = false;
-    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+    next_turn(cycle);
     cycle->counters.reads++;
     if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
         cycle->wire_us += READ_BYTES * cycle->bus->byte_time_us;
@@ -208,14 +406,22 @@ static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     uint32_t now_us = cds_port_now_us();
+    bool due = (int32_t)(now_us - cycle->next_us) >= 0;
 
     if (cycle->reading && cycle->read.result != CDS_PENDING)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
-    if ((int32_t)(now_us - cycle->next_us) >= 0)
-        begin_period(cycle, now_us);
-    else if (!cycle->bus->request)
+    if (cycle->refused)
+        send_again(cycle);
+    if (cycle->reading &&
+        due)                // its end is at hand; goals queued behind it would count as begun, and
+        return CDS_PENDING; // wait while the application computes the next ones
+    if (due)
+        begin_period(cycle);
+    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
+        vet(cycle); // rather than when goals are due
+    else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
     return CDS_PENDING;
 }
@@ -225,6 +431,22 @@ void cds_cycle_stop(struct cds_cycle *cycle)
     cds_bus_cancel(cycle->bus, &cycle->goals[0]);
     cds_bus_cancel(cycle->bus, &cycle->goals[1]);
     cycle->stopping = true;
+}
+
+bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
+{
+    uint32_t by_us = cds_port_now_us() + us + SUBMIT_US;
+    bool room = !cycle->bus->request && (int32_t)(cycle->next_us - by_us) >= 0;
+
+    if (cycle->stopping)
+        return !cycle->bus->request;
+    cycle->giving_way = !room;
+    return room;
+}
+
+uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
+{
+    return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
 }
 
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)
