@@ -35,16 +35,18 @@ class Client(Port):
         time.sleep(0.05)
 
     def ask(self, raw, size=None, timeout=0.03):
-        """Sends, and returns all that comes: `size` bytes, or until it is silent for `timeout`."""
+        """Sends, and returns what comes: `size` bytes, or until it is silent for `timeout`, after
+        0.2 s for the first byte."""
         self.send(raw)
         if size:
             return self.receive(size, 1)
-        got = b""
-        while True:
+        got = self.receive(1, 0.2)  # this machine may be busy
+        while got:
             more = self.receive(1, timeout)
             if not more:
-                return got
+                break
             got += more
+        return got
 
     def status(self):
         """One status packet: (ID, error, parameters)."""
