@@ -10,6 +10,7 @@
 
 static struct {
     struct cds_bus bus;
+    struct robot robot;
     struct serial serial;
     struct console console;
     uint8_t packet[PACKET_MAX];
@@ -23,7 +24,9 @@ AVR_SERIAL(controller.serial)
 static bool busy(const void *context)
 {
     (void)context;
-    return !console_idle(&controller.console) || controller.bus.request || controller.serial.broken;
+    return !console_idle(&controller.console) || controller.bus.request ||
+           controller.serial.broken || controller.robot.operation != ROBOT_IDLE ||
+           controller.robot.stopping || controller.robot.stop_waits;
 }
 
 int main(void)
@@ -32,10 +35,12 @@ int main(void)
     serial_open(&controller.serial);
     sei();
     cds_bus_open(&controller.bus, 0, CDS_BAUD_1M);
-    console_open(&controller.console, &controller.bus, &controller.request, &controller.serial.rx,
+    robot_begin(&controller.robot, &controller.bus);
+    console_open(&controller.console, &controller.robot, &controller.request, &controller.serial.rx,
                  &controller.serial.tx);
     for (;;) {
         cds_bus_poll(&controller.bus);
+        robot_poll(&controller.robot);
         console_poll(&controller.console);
         if (console_idle(&controller.console) && serial_broken(&controller.serial))
             console_input_lost(&controller.console);

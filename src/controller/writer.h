@@ -10,12 +10,13 @@
 #include "flash.h"        // CDS_FLASH
 
 /* Characters a piece may have besides one text out of flash, which may be of any length. */
-#define WRITER_PIECE 40
+#define WRITER_PIECE 56
 
 struct writer {
     struct cds_ring *ring;
     const CDS_FLASH char *text; // what is left of the text being written, or NULL
     bool ending;                // `text` is the end of line
+    bool within;                // a line has begun
 };
 
 /* Writes on what is left; true when a new piece may be written. */
@@ -26,6 +27,12 @@ void writer_char(struct writer *writer, char c);
 void writer_string(struct writer *writer, const char *string);
 void writer_decimal(struct writer *writer, uint16_t number);
 void writer_hex(struct writer *writer, uint8_t byte);
+
+/* A text out of flash, counted as part of the piece. */
+void writer_flash(struct writer *writer, const CDS_FLASH char *text);
+
+/* value / 10^decimals (0 to 3), without zeros at the end: "-3.5". At most 12 characters. */
+void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals);
 
 /* The last part of a piece: the end of the line; or a text out of flash and the end of the line,
  * which follow as the ring empties. */

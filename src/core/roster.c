@@ -486,19 +486,25 @@ static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
     return true;
 }
 
+/* A servo of which nothing is known. */
+static void meet(struct cds_roster_servo *servo, uint8_t id)
+{
+    *servo = (struct cds_roster_servo){
+        .highest = CDS_VALUE_MAX,
+        .fastest = CDS_VALUE_MAX,
+        .id = id,
+        .return_delay = CDS_ROSTER_UNKNOWN,
+        .status_return_level = LEVEL_ALL,
+    };
+}
+
 enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
                                  struct cds_roster_servo *servos, uint8_t count)
 {
     if (bus->byte_time_us == 0 || count > CDS_ID_MAX + 1 || !are_distinct(servos, count))
         return CDS_BAD_ARGUMENT;
     for (uint8_t i = 0; i < count; i++)
-        servos[i] = (struct cds_roster_servo){
-            .highest = CDS_VALUE_MAX,
-            .fastest = CDS_VALUE_MAX,
-            .id = servos[i].id,
-            .return_delay = CDS_ROSTER_UNKNOWN,
-            .status_return_level = LEVEL_ALL,
-        };
+        meet(&servos[i], servos[i].id);
     *roster = (struct cds_roster){
         .observer = {.admit = admit, .admit_block = admit_block, .on_news = on_news},
         .bus = bus,
@@ -507,6 +513,17 @@ enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
         .count = count,
     };
     bus->observer = &roster->observer;
+    return CDS_OK;
+}
+
+enum cds_result cds_roster_add(struct cds_roster *roster, uint8_t id, uint8_t room)
+{
+    if (id > CDS_ID_MAX || cds_roster_find(roster, id))
+        return CDS_BAD_ARGUMENT;
+    if (roster->count >= room)
+        return CDS_NO_ROOM;
+    meet(&roster->servos[roster->count++], id);
+    roster->observer.epoch++;
     return CDS_OK;
 }
 
