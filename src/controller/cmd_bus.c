@@ -29,7 +29,7 @@ uint8_t scan_begin(struct console *console)
 
 static void tell_rate(struct console *console, uint8_t baud)
 {
-    writer_string(&console->writer, " at ");
+    WRITER_TEXT(&console->writer, " at ");
     number_write(&console->writer, CDS_UNIT_BPS, baud);
 }
 
@@ -38,20 +38,20 @@ static void tell_found(struct console *console, const struct cds_scan_found *fou
 {
     struct writer *writer = &console->writer;
 
-    writer_string(writer, "id ");
+    WRITER_TEXT(writer, "id ");
     writer_decimal(writer, found->id);
     if (found->details == CDS_OK) {
-        writer_string(writer, " model ");
+        WRITER_TEXT(writer, " model ");
         writer_decimal(writer, found->model);
     }
     if (console->line.choice != SCAN_HERE)
         tell_rate(console, found->baud);
     if (found->result != CDS_OK)
-        writer_string(writer, ": damaged, two of one ID?");
+        WRITER_TEXT(writer, ": damaged, two of one ID?");
     else if (found->details == CDS_OK && found->own_baud != found->baud)
-        writer_string(writer, ", a neighbour");
+        WRITER_TEXT(writer, ", a neighbour");
     else if (found->baud == console->robot->baud && !robot_add(console->robot, found->id))
-        writer_string(writer, ": too many to know");
+        WRITER_TEXT(writer, ": too many to know");
     writer_end_of_line(writer);
 }
 
@@ -70,9 +70,9 @@ static bool sum_up(struct console *console)
     const struct cds_scan *scan = &robot->work.scan.scan;
 
     writer_decimal(&console->writer, scan->count);
-    writer_string(&console->writer, " found, ");
+    WRITER_TEXT(&console->writer, " found, ");
     writer_fixed(&console->writer, scan->asked, 0);
-    writer_string(&console->writer, " asked");
+    WRITER_TEXT(&console->writer, " asked");
     writer_end_of_line(&console->writer);
     console->error = robot->result == CDS_CANCELLED ? ERROR_KEY : robot->result;
     return false;
@@ -96,9 +96,9 @@ bool scan_poll(struct console *console)
         return sum_up(console);
     if (console->line.choice != SCAN_HERE && scan->total && scan->baud_index == console->phase) {
         writer_decimal(&console->writer, scan->asked);
-        writer_string(&console->writer, " of ");
+        WRITER_TEXT(&console->writer, " of ");
         writer_decimal(&console->writer, scan->total);
-        writer_string(&console->writer, " asked, now");
+        WRITER_TEXT(&console->writer, " asked, now");
         tell_rate(console, scan->bauds ? scan->bauds[scan->baud_index] : scan->baud_index);
         writer_end_of_line(&console->writer);
         console->phase++;
@@ -179,12 +179,12 @@ uint8_t bus_begin(struct console *console)
     return error;
 }
 
-static const char *state_text(enum cds_bus_state state)
+static void tell_state(struct writer *writer, enum cds_bus_state state)
 {
     switch (state) {
-    case CDS_BUS_OK: return "bus ok";
-    case CDS_BUS_BUSY: return "bus busy: others use it";
-    default: return "bus held low";
+    case CDS_BUS_OK: WRITER_TEXT(writer, "bus ok"); break;
+    case CDS_BUS_BUSY: WRITER_TEXT(writer, "bus busy: others use it"); break;
+    default: WRITER_TEXT(writer, "bus held low"); break;
     }
 }
 
@@ -193,7 +193,7 @@ bool bus_poll(struct console *console)
 {
     if (console->line.numbers && cds_bus_set_baud(console->bus, console->line.to) == CDS_BUSY)
         return true;
-    writer_string(&console->writer, state_text(cds_bus_state(console->bus)));
+    tell_state(&console->writer, cds_bus_state(console->bus));
     tell_rate(console, console->bus->baud);
     writer_end_of_line(&console->writer);
     return false;

@@ -97,9 +97,8 @@ static bool goals_poll(struct console *console)
 
 /* ---- telling ---- */
 
-static void tell(struct writer *writer, const char *name, uint32_t value)
+static void tell(struct writer *writer, uint32_t value)
 {
-    writer_string(writer, name);
     writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
 }
 
@@ -110,8 +109,9 @@ static void tell_servo(struct console *console, uint8_t index)
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
     struct writer *writer = &console->writer;
 
-    tell(writer, "servo ", robot->group[index]);
-    writer_string(writer, ": ");
+    WRITER_TEXT(writer, "servo ");
+    tell(writer, robot->group[index]);
+    WRITER_TEXT(writer, ": ");
     if (feedback->known) {
         number_write(writer, CDS_UNIT_MDEG, feedback->position);
         writer_char(writer, ' ');
@@ -122,7 +122,7 @@ static void tell_servo(struct console *console, uint8_t index)
         number_write(writer, CDS_UNIT_CELSIUS, feedback->temperature);
     }
     if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
-        writer_string(writer, " held");
+        WRITER_TEXT(writer, " held");
     writer_end_of_line(writer);
 }
 
@@ -134,17 +134,23 @@ static bool tell_line(struct console *console, uint8_t line)
 
     switch (line) {
     case 0:
-        tell(writer, "periods ", cycle->counters.periods);
-        tell(writer, ", missed ", cycle->counters.missed);
-        tell(writer, ", unsent ", cycle->counters.unsent);
+        WRITER_TEXT(writer, "periods ");
+        tell(writer, cycle->counters.periods);
+        WRITER_TEXT(writer, ", missed ");
+        tell(writer, cycle->counters.missed);
+        WRITER_TEXT(writer, ", unsent ");
+        tell(writer, cycle->counters.unsent);
         break;
     case 1:
-        tell(writer, "reads ", cycle->counters.reads);
-        tell(writer, ", failed ", cycle->counters.failed);
+        WRITER_TEXT(writer, "reads ");
+        tell(writer, cycle->counters.reads);
+        WRITER_TEXT(writer, ", failed ");
+        tell(writer, cycle->counters.failed);
         break;
     case 2:
-        tell(writer, "oldest us ", cycle->counters.oldest_us);
-        writer_string(writer, ", bus ");
+        WRITER_TEXT(writer, "oldest us ");
+        tell(writer, cycle->counters.oldest_us);
+        WRITER_TEXT(writer, ", bus ");
         writer_fixed(writer, cds_cycle_utilisation_permille(cycle), 1);
         writer_char(writer, '%');
         break;

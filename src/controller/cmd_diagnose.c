@@ -30,22 +30,22 @@ static void tell_who(struct console *console, const struct cds_diagnose *diagnos
 {
     struct writer *writer = &console->writer;
 
-    writer_string(writer, "ID ");
+    WRITER_TEXT(writer, "ID ");
     writer_decimal(writer, diagnose->found_id);
-    writer_string(writer, " at ");
+    WRITER_TEXT(writer, " at ");
     number_write(writer, CDS_UNIT_BPS, diagnose->found_baud);
     switch (diagnose->finding) {
     case CDS_FINDING_SLOW:
-        writer_string(writer, ", waits us ");
+        WRITER_TEXT(writer, ", waits us ");
         writer_decimal(writer, diagnose->value);
         break;
     case CDS_FINDING_LOW_SUPPLY:
     case CDS_FINDING_HIGH_SUPPLY:
-        writer_string(writer, ", supply mV ");
+        WRITER_TEXT(writer, ", supply mV ");
         writer_decimal(writer, diagnose->value);
         break;
     case CDS_FINDING_OVERHEATED:
-        writer_string(writer, ", hot C ");
+        WRITER_TEXT(writer, ", hot C ");
         writer_decimal(writer, diagnose->value);
         break;
     default: break;
@@ -58,13 +58,13 @@ static void tell_tally(struct console *console, const struct cds_diagnose *diagn
 {
     struct writer *writer = &console->writer;
 
-    writer_string(writer, "asked ");
+    WRITER_TEXT(writer, "asked ");
     writer_decimal(writer, diagnose->total.asked);
-    writer_string(writer, ", answered ");
+    WRITER_TEXT(writer, ", answered ");
     writer_decimal(writer, diagnose->total.answered);
-    writer_string(writer, ", damaged ");
+    WRITER_TEXT(writer, ", damaged ");
     writer_decimal(writer, diagnose->total.damaged);
-    writer_string(writer, ", silent ");
+    WRITER_TEXT(writer, ", silent ");
     writer_decimal(writer, diagnose->total.silent);
     writer_end_of_line(writer);
 }
@@ -76,9 +76,9 @@ static bool tell(struct console *console, uint8_t line)
 
     switch (line) {
     case 0:
-        writer_string(&console->writer, "finding ");
+        WRITER_TEXT(&console->writer, "finding ");
         writer_decimal(&console->writer, finding);
-        writer_string(&console->writer, ": ");
+        WRITER_TEXT(&console->writer, ": ");
         writer_text_line(&console->writer,
                          texts[finding < sizeof texts / sizeof texts[0] ? finding : 0]);
         return true;

@@ -35,13 +35,16 @@ bool group_poll(struct console *console)
     uint8_t *index = &console->job.progress.index;
 
     if (*index == 0)
-        writer_string(&console->writer, "group");
+        WRITER_TEXT(&console->writer, "group");
     if (*index < robot->group_count) {
         writer_char(&console->writer, ' ');
         writer_decimal(&console->writer, robot->group[(*index)++]);
         return true;
     }
-    writer_string(&console->writer, robot->group_acts ? " action" : " sync");
+    if (robot->group_acts)
+        WRITER_TEXT(&console->writer, " action");
+    else
+        WRITER_TEXT(&console->writer, " sync");
     writer_end_of_line(&console->writer);
     return false;
 }
@@ -159,9 +162,11 @@ static bool action_poll(struct console *console)
 
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
-        writer_string(&console->writer, "servo ");
+        WRITER_TEXT(&console->writer, "servo ");
         writer_decimal(&console->writer, goal->id);
-        writer_string(&console->writer, goal->armed ? ", may be armed still: " : ": ");
+        if (goal->armed)
+            WRITER_TEXT(&console->writer, ", may be armed still");
+        WRITER_TEXT(&console->writer, ": ");
         writer_text_line(&console->writer, error_text(goal->result));
         return true;
     }

@@ -44,7 +44,7 @@ static bool list_poll(struct console *console)
     while (*index <= COMMAND_COUNT && commands[*index - 1].group != *group)
         (*index)++;
     if (*index <= COMMAND_COUNT) {
-        writer_string(&console->writer, "  ");
+        WRITER_TEXT(&console->writer, "  ");
         writer_text_line(&console->writer, commands[*index - 1].usage);
         (*index)++;
         return true;

@@ -38,16 +38,14 @@ uint8_t monitor_begin(struct console *console)
     return 0;
 }
 
-static void label(struct console *console, const char *name)
+/* Before each label: "1" or ",1" */
+static struct writer *label(struct console *console)
 {
-    struct writer *writer = &console->writer;
-
     if (console->job.monitor.begun)
-        writer_char(writer, ',');
+        writer_char(&console->writer, ',');
     console->job.monitor.begun = true;
-    writer_decimal(writer, console->job.monitor.ids[console->job.monitor.index]);
-    writer_string(writer, name);
-    writer_char(writer, ':');
+    writer_decimal(&console->writer, console->job.monitor.ids[console->job.monitor.index]);
+    return &console->writer;
 }
 
 /* Two pieces, each of at most 48 characters. */
@@ -55,11 +53,11 @@ static void tell_motion(struct console *console)
 {
     const struct cds_feedback *feedback = &console->job.monitor.feedback;
 
-    label(console, "deg");
+    WRITER_TEXT(label(console), "deg:");
     number_write_bare(&console->writer, CDS_UNIT_MDEG, feedback->position);
-    label(console, "rpm");
+    WRITER_TEXT(label(console), "rpm:");
     number_write_bare(&console->writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
-    label(console, "%");
+    WRITER_TEXT(label(console), "%:");
     number_write_bare(&console->writer, CDS_UNIT_SIGNED_CPCT, feedback->load);
 }
 
@@ -67,9 +65,9 @@ static void tell_rest(struct console *console)
 {
     const struct cds_feedback *feedback = &console->job.monitor.feedback;
 
-    label(console, "V");
+    WRITER_TEXT(label(console), "V:");
     number_write_bare(&console->writer, CDS_UNIT_MV, feedback->voltage);
-    label(console, "C");
+    WRITER_TEXT(label(console), "C:");
     number_write_bare(&console->writer, CDS_UNIT_CELSIUS, feedback->temperature);
 }
 
@@ -125,9 +123,9 @@ static bool sum_up(struct console *console)
         return true;
     }
     writer_decimal(&console->writer, console->job.monitor.lines);
-    writer_string(&console->writer, " lines, ");
+    WRITER_TEXT(&console->writer, " lines, ");
     writer_decimal(&console->writer, console->job.monitor.failed);
-    writer_string(&console->writer, " answers missing");
+    WRITER_TEXT(&console->writer, " answers missing");
     writer_end_of_line(&console->writer);
     return false;
 }

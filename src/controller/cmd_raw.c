@@ -21,7 +21,7 @@ bool ping_poll(struct console *console)
     if (console_waits(console))
         return true;
     if (console->error == 0 && console->line.id == CDS_BROADCAST_ID) {
-        writer_string(&console->writer, "id ");
+        WRITER_TEXT(&console->writer, "id ");
         writer_decimal(&console->writer, console->line.request->id);
         writer_end_of_line(&console->writer);
     }
@@ -33,7 +33,7 @@ static void dump_line(struct console *console, uint8_t first)
 {
     const struct cds_request *request = console->line.request;
 
-    writer_string(&console->writer, "0x");
+    WRITER_TEXT(&console->writer, "0x");
     writer_hex(&console->writer, (uint8_t)(console->line.address + first));
     writer_char(&console->writer, ':');
     for (uint8_t i = first; i < request->length && i < first + BYTES_IN_LINE; i++) {
@@ -56,7 +56,7 @@ static void value_line(struct console *console, uint8_t width)
         value = byte;
     cds_register_name(console->line.address, name, sizeof name);
     writer_string(&console->writer, name);
-    writer_string(&console->writer, " = ");
+    WRITER_TEXT(&console->writer, " = ");
     writer_decimal(&console->writer, value);
     writer_end_of_line(&console->writer);
 }

@@ -21,10 +21,10 @@ static void write_register(struct writer *writer, uint8_t address, uint16_t raw)
 
     cds_register_name(address, name, sizeof name);
     writer_string(writer, name);
-    writer_string(writer, " = ");
+    WRITER_TEXT(writer, " = ");
     number_write(writer, unit, raw);
     if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
-        writer_string(writer, " (");
+        WRITER_TEXT(writer, " (");
         writer_decimal(writer, raw);
         writer_char(writer, ')');
     }
@@ -115,12 +115,15 @@ bool info_poll(struct console *console)
         return true;
     if (!console_answered(console) || !cds_register_at(*address, &at))
         return false;
-    writer_string(&console->writer, "0x");
+    WRITER_TEXT(&console->writer, "0x");
     writer_hex(&console->writer, at.address);
     writer_char(&console->writer, ' ');
     write_register(&console->writer, at.address,
                    raw_at(console->line.request->packet.bytes + at.address, at.width));
-    writer_string(&console->writer, at.area == CDS_AREA_EEPROM ? " EEPROM" : " RAM");
+    if (at.area == CDS_AREA_EEPROM)
+        WRITER_TEXT(&console->writer, " EEPROM");
+    else
+        WRITER_TEXT(&console->writer, " RAM");
     writer_end_of_line(&console->writer);
     *address = (uint8_t)(at.address + at.width);
     return *address < CDS_TABLE_SIZE;

@@ -52,9 +52,9 @@ uint8_t factory_begin(struct console *console)
 /* "ID 5 at 1000000bps": where it answers. */
 static void tell_place(struct console *console, const struct cds_identity_place *place)
 {
-    writer_string(&console->writer, "ID ");
+    WRITER_TEXT(&console->writer, "ID ");
     writer_decimal(&console->writer, place->id);
-    writer_string(&console->writer, " at ");
+    WRITER_TEXT(&console->writer, " at ");
     number_write(&console->writer, CDS_UNIT_BPS, place->baud);
 }
 
@@ -67,7 +67,7 @@ static bool conclude(struct console *console)
     case CDS_IDENTITY_CHANGED:
         tell_place(console, &identity->to);
         if (!cds_units_baud_is_kept(identity->to.baud))
-            writer_string(&console->writer, ", until power-off");
+            WRITER_TEXT(&console->writer, ", until power-off");
         writer_end_of_line(&console->writer);
         return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
@@ -76,7 +76,7 @@ static bool conclude(struct console *console)
     default: console->error = identity->result; break;
     }
     if (identity->state == CDS_IDENTITY_UNCHANGED) {
-        writer_string(&console->writer, "unchanged: ");
+        WRITER_TEXT(&console->writer, "unchanged: ");
         tell_place(console, &identity->from);
         writer_end_of_line(&console->writer);
     }
@@ -105,7 +105,10 @@ bool setup_poll(struct console *console)
     console->error = setup->result;
     console->servo_error = setup->error;
     if (console->error == 0) {
-        writer_string(&console->writer, setup->written ? "written" : "unchanged");
+        if (setup->written)
+            WRITER_TEXT(&console->writer, "written");
+        else
+            WRITER_TEXT(&console->writer, "unchanged");
         writer_end_of_line(&console->writer);
     }
     return false;

@@ -14,13 +14,13 @@ uint8_t stop_begin(struct console *console)
     return 0;
 }
 
-static const char *outcome_text(uint8_t outcome)
+static void tell_outcome(struct writer *writer, uint8_t outcome)
 {
     switch (outcome) {
-    case CDS_STOP_ON: return ": torque is on still";
-    case CDS_STOP_SILENT: return ": no answer";
-    case CDS_STOP_MUTE: return ": told, but set not to answer";
-    default: return ": not looked at";
+    case CDS_STOP_ON: WRITER_TEXT(writer, ": torque is on still"); break;
+    case CDS_STOP_SILENT: WRITER_TEXT(writer, ": no answer"); break;
+    case CDS_STOP_MUTE: WRITER_TEXT(writer, ": told, but set not to answer"); break;
+    default: WRITER_TEXT(writer, ": not looked at"); break;
     }
 }
 
@@ -38,9 +38,9 @@ bool stop_poll(struct console *console)
 
         if (robot->outcomes[at] == CDS_STOP_OFF)
             continue;
-        writer_string(&console->writer, "servo ");
+        WRITER_TEXT(&console->writer, "servo ");
         writer_decimal(&console->writer, robot->servos[at].id);
-        writer_string(&console->writer, outcome_text(robot->outcomes[at]));
+        tell_outcome(&console->writer, robot->outcomes[at]);
         writer_end_of_line(&console->writer);
         return true;
     }
@@ -81,13 +81,13 @@ uint8_t servos_begin(struct console *console)
     return 0;
 }
 
-static const char *presence_text(uint8_t presence)
+static void tell_presence(struct writer *writer, uint8_t presence)
 {
     switch (presence) {
-    case CDS_PRESENCE_HERE: return ": here";
-    case CDS_PRESENCE_AWAY: return ": away";
-    case CDS_PRESENCE_BACK: return ": back, being looked at";
-    default: return ": not asked yet";
+    case CDS_PRESENCE_HERE: WRITER_TEXT(writer, ": here"); break;
+    case CDS_PRESENCE_AWAY: WRITER_TEXT(writer, ": away"); break;
+    case CDS_PRESENCE_BACK: WRITER_TEXT(writer, ": back, being looked at"); break;
+    default: WRITER_TEXT(writer, ": not asked yet"); break;
     }
 }
 
@@ -99,23 +99,28 @@ static void servo_part(struct console *console, const struct cds_roster_servo *s
 
     switch (part) {
     case PART_STATE:
-        writer_string(writer, "servo ");
+        WRITER_TEXT(writer, "servo ");
         writer_decimal(writer, servo->id);
-        writer_string(writer, presence_text(servo->presence));
-        writer_string(writer, servo->torque ? ", torque on" : ", torque off");
+        tell_presence(writer, servo->presence);
+        if (servo->torque)
+            WRITER_TEXT(writer, ", torque on");
+        else
+            WRITER_TEXT(writer, ", torque off");
         break;
     case PART_LOST:
         if (servo->held & CDS_HOLD_LOST)
-            writer_string(writer, ", held: lost its state, torque went off");
+            WRITER_TEXT(writer, ", held: lost its state, torque went off");
         break;
     case PART_STOPPED:
         if (servo->held & CDS_HOLD_STOPPED)
-            writer_string(writer, ", held: stopped");
+            WRITER_TEXT(writer, ", held: stopped");
         break;
     case PART_ALARMS:
         while (alarms) {
-            writer_string(writer, alarms == (servo->alarms & CDS_ERRORS_OF_CONDITION) ? ", alarms: "
-                                                                                      : " + ");
+            if (alarms == (servo->alarms & CDS_ERRORS_OF_CONDITION))
+                WRITER_TEXT(writer, ", alarms: ");
+            else
+                WRITER_TEXT(writer, " + ");
             alarms = reply_condition(writer, alarms);
         }
         break;

@@ -15,7 +15,7 @@ static struct {
     struct console console;
     uint8_t packet[PACKET_MAX];
     struct cds_request request;
-} controller = {.request = CDS_REQUEST(controller.packet)};
+} controller;
 
 CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
@@ -31,6 +31,8 @@ static bool busy(const void *context)
 
 int main(void)
 {
+    controller.request.packet.bytes = controller.packet; // not in flash, as all else is zero
+    controller.request.packet.room = PACKET_MAX;
     cds_avr_clock_open();
     serial_open(&controller.serial);
     sei();

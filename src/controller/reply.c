@@ -31,19 +31,17 @@ static bool warning(struct console *console)
 
     if (conditions == 0)
         return false;
-    writer_string(&console->writer, "warning: ");
+    WRITER_TEXT(&console->writer, "warning: ");
     console->servo_error = (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
                                      reply_condition(&console->writer, conditions));
     writer_end_of_line(&console->writer);
     return true;
 }
 
-static void error_line(struct console *console, const char *word, uint8_t number)
+static void error_line(struct console *console, uint8_t number)
 {
-    writer_string(&console->writer, word);
-    writer_char(&console->writer, ' ');
     writer_decimal(&console->writer, number);
-    writer_string(&console->writer, ": ");
+    WRITER_TEXT(&console->writer, ": ");
     writer_text_line(&console->writer, error_text(number));
 }
 
@@ -53,15 +51,17 @@ static bool closing(struct console *console)
     uint8_t number = error_of_servo(&console->servo_error);
 
     if (number && console->servo_error) {
-        error_line(console, "also", number);
+        WRITER_TEXT(&console->writer, "also ");
+        error_line(console, number);
         return true;
     }
     if (number == 0)
         number = console->error;
     if (number) {
-        error_line(console, "error", number);
+        WRITER_TEXT(&console->writer, "error ");
+        error_line(console, number);
     } else {
-        writer_string(&console->writer, "ok");
+        WRITER_TEXT(&console->writer, "ok");
         writer_end_of_line(&console->writer);
     }
     return false;

@@ -28,8 +28,13 @@ void writer_string(struct writer *writer, const char *string);
 void writer_decimal(struct writer *writer, uint16_t number);
 void writer_hex(struct writer *writer, uint8_t byte);
 
-/* A text out of flash, counted as part of the piece. */
+/* A text out of flash, counted as part of the piece; and one that is written where it is said. */
 void writer_flash(struct writer *writer, const CDS_FLASH char *text);
+#define WRITER_TEXT(writer, literal)                                                               \
+    do {                                                                                           \
+        static const CDS_FLASH char text_[] = literal;                                             \
+        writer_flash(writer, text_);                                                               \
+    } while (0)
 
 /* value / 10^decimals (0 to 3), without zeros at the end: "-3.5". At most 12 characters. */
 void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals);
