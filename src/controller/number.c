@@ -181,26 +181,37 @@ static bool is_near(int32_t bps)
            error >= -CDS_BAUD_ERROR_MAX_PERMILLE;
 }
 
+/* A raw value, or one of a register without a unit. */
+static uint8_t raw_register(const struct number *number, uint16_t *raw)
+{
+    int32_t value;
+    uint8_t error = scaled(number, 0, &value);
+
+    if (number->kind != NUMBER_RAW && number->kind != NUMBER_BARE)
+        return ERROR_UNIT;
+    if (error)
+        return error;
+    if (value < 0 || value > UINT16_MAX)
+        return ERROR_OUT_OF_RANGE;
+    *raw = (uint16_t)value;
+    return 0;
+}
+
 uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw)
 {
     int32_t value;
     uint8_t error;
 
-    if (number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE) {
-        error = scaled(number, 0, &value);
-        if (error == 0 && number->kind != NUMBER_RAW && number->kind != NUMBER_BARE)
-            error = ERROR_UNIT;
-        if (error == 0 && (value < 0 || value > UINT16_MAX))
-            error = ERROR_OUT_OF_RANGE;
-        if (error == 0)
-            *raw = (uint16_t)value;
-        return error;
-    }
+    if (number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE)
+        return raw_register(number, raw);
     error = value_of(number, shown[unit].kind, shown[unit].exponent, &value);
-    if (error == 0 && (cds_units_to_register(&cds_profile_cds55xx, unit, value, raw) != CDS_OK ||
-                       (unit == CDS_UNIT_BPS && !is_near(value))))
-        error = ERROR_OUT_OF_RANGE;
-    return error;
+    if (error)
+        return error;
+    if (unit == CDS_UNIT_BPS && !is_near(value))
+        return ERROR_OUT_OF_RANGE;
+    return cds_units_to_register(&cds_profile_cds55xx, unit, value, raw) == CDS_OK
+               ? 0
+               : ERROR_OUT_OF_RANGE;
 }
 
 uint8_t number_ms(const struct number *number, uint16_t *ms)
