@@ -71,7 +71,9 @@ static bool conclude(struct console *console)
         writer_end_of_line(&console->writer);
         return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
-    case CDS_IDENTITY_LOST: console->error = ERROR_LOST; return false;
+    case CDS_IDENTITY_LOST: // or it was never there
+        console->error = identity->written ? (uint8_t)ERROR_LOST : identity->result;
+        return false;
     case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
     default: console->error = identity->result; break;
     }

@@ -1,6 +1,7 @@
-/* stop, release, servos: who is held, and why. */
+/* stop, release, limits, servos: who is held, and why. */
 #include <stddef.h>
 
+#include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -61,6 +62,29 @@ uint8_t release_begin(struct console *console)
     }
     cds_roster_release(&robot->roster, servo);
     return 0;
+}
+
+/* ---- limits ---- */
+
+uint8_t limits_begin(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    struct cds_roster *roster = &console->robot->roster;
+    struct cds_roster_servo *servo = cds_roster_find(roster, line->id);
+    uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
+
+    for (uint8_t i = 0; i < line->numbers; i++) {
+        uint8_t error =
+            number_register(&line->number[i], i < 2 ? CDS_UNIT_MDEG : CDS_UNIT_MRPM, &raw[i]);
+
+        if (error)
+            return error;
+    }
+    if (servo == NULL)
+        return ERROR_NOT_KNOWN;
+    return cds_roster_set_limits(roster, servo, raw[0], raw[1], raw[2]) == CDS_OK
+               ? 0
+               : ERROR_OUT_OF_RANGE;
 }
 
 /* ---- servos ---- */

@@ -22,7 +22,7 @@ struct console;
  *   j  ID, 0 to 253                 -> line.to
  *   r  register, by name or address -> line.address, line.length (of the register, in bytes)
  *   n  number of bytes              -> line.length
- *   u  number, with a unit or none  -> line.number[0], then [1]
+ *   u  number, with a unit or none  -> line.number[0], then [1], [2]
  *   w  any word                     -> line.word
  *   (one|two)  one of these words   -> line.choice: 1, 2, ...; 0 if it is left out
  * and these, which take one word or more, up to a word that begins with a letter:
@@ -83,7 +83,7 @@ struct command_line {
     uint8_t numbers;   // taken of `number`
     bool named;        // the register was given by its name
     uint8_t remaining; // bytes still due in a block of SYNC WRITE
-    struct number number[2];
+    struct number number[3];
     struct token word;
 };
 

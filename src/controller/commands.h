@@ -65,6 +65,11 @@
     X(release, CARE, "?i", 0, release_begin, NULL, " [ID]", "let held servos be driven again",     \
       "After stop, or if one lost its state. Nothing moves: torque, speed and goal are set anew",  \
       "release 3")                                                                                 \
+    X(limits, CARE, "iuu?u", 0, limits_begin, NULL, " ID LOW HIGH [SPEED]",                        \
+      "how far and how fast a servo may be driven",                                                \
+      "Angles, 0 to 300deg, and a speed, up to 62rpm. What goes beyond is not sent, by whomever. " \
+      "Until power-off, for one of the robot's servos; 'limits ID 0 300' takes them away",         \
+      "limits 1 60 240 30rpm")                                                                     \
     X(servos, CARE, "?(forget)", 0, servos_begin, servos_poll, " [forget]",                        \
       "the servos of the robot, and how they are", "scan finds them. forget: empties the list",    \
       "servos")                                                                                    \

@@ -53,6 +53,7 @@ bool cycle_poll(struct console *console);
 uint8_t stop_begin(struct console *console);
 bool stop_poll(struct console *console);
 uint8_t release_begin(struct console *console);
+uint8_t limits_begin(struct console *console);
 uint8_t servos_begin(struct console *console);
 bool servos_poll(struct console *console);
 
