@@ -9,6 +9,21 @@
 /* 20 RPM, if nobody says how fast: gentle. */
 #define POSE_SPEED 330
 
+/* Is there room for those that are not known yet? All of them, or none, are taken in. */
+static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->roster.count);
+
+    for (uint8_t i = 0; i < count; i++) {
+        if (cds_roster_find(&robot->roster, ids[i]))
+            continue;
+        if (room == 0)
+            return false;
+        room--;
+    }
+    return true;
+}
+
 uint8_t group_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
@@ -19,9 +34,10 @@ uint8_t group_begin(struct console *console)
         return robot->group_count ? 0 : ERROR_NO_GROUP;
     if (robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
+    if (!fit(robot, ids, line->values))
+        return ERROR_TOO_MANY;
     for (uint8_t i = 0; i < line->values; i++)
-        if (!robot_add(robot, ids[i]))
-            return ERROR_TOO_MANY;
+        robot_add(robot, ids[i]);
     memcpy(robot->group, ids, line->values);
     robot->group_count = line->values;
     robot->group_acts = line->choice == 2;
