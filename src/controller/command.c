@@ -38,15 +38,20 @@ static void fail(struct command_line *line, uint8_t error)
         line->error = error;
 }
 
+static bool ends(char c)
+{
+    return c == '\0' || c == '|' || c == ')';
+}
+
 /* Is the word the text at `name`, which ends at a NUL, '|' or ')'? */
 static bool is_word(const struct token *token, const CDS_FLASH char *name)
 {
     if (token->length > TOKEN_MAX)
         return false;
-    for (uint8_t i = 0; i < token->length; i++)
-        if (token->text[i] != *name++)
+    for (uint8_t i = 0; i < token->length; i++, name++)
+        if (ends(*name) || token->text[i] != *name)
             return false;
-    return *name == '\0' || *name == '|' || *name == ')';
+    return ends(*name);
 }
 
 uint8_t command_named(const struct token *token)

@@ -11,16 +11,21 @@ CONSOLE_ERRORS(TEXT)
 
 static const CDS_FLASH char text_unknown[] = "unknown error";
 
+static const CDS_FLASH struct {
+    uint8_t number;
+    const CDS_FLASH char *text;
+} texts[] = {
+#define ROW(name, number, text, remedy) {number, text_##name},
+    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW)
+#undef ROW
+};
+
 const CDS_FLASH char *error_text(uint8_t number)
 {
-    switch (number) {
-#define CASE(name, number, text, remedy)                                                           \
-    case number: return text_##name;
-        CDS_RESULTS(CASE)
-        CONSOLE_ERRORS(CASE)
-#undef CASE
-    default: return text_unknown;
-    }
+    for (uint8_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
+        if (texts[i].number == number)
+            return texts[i].text;
+    return text_unknown;
 }
 
 uint8_t error_of_servo(uint8_t *bits)
