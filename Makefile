@@ -314,6 +314,11 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 	@test/run/cycle.py 60
 
+## feedback: 18 servos' feedback over a 1 Mbps host link: one BULK READ against 18 round trips
+.PHONY: feedback
+feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
+	@test/run/feedback.py $(BOARD)
+
 # ---- checks ----------------------------------------------------------------------------------------
 
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \

@@ -84,6 +84,7 @@ static void host_byte(void *owner, uint64_t now, uint8_t byte)
     case BENCH_HOST_SCRIPT: script_hear(&bench->script, now, byte); break;
     case BENCH_HOST_PTY: pty_say(&bench->pty, &byte, 1); break;
     case BENCH_HOST_STDOUT: fputc(byte, stdout); break;
+    case BENCH_HOST_PC: pc_hear(&bench->pc, now, byte); break;
     case BENCH_HOST_NONE: break;
     }
 }
@@ -98,6 +99,9 @@ static void keep_pace(void *owner, uint64_t now)
     /* A client may be there before the firmware listens: its bytes wait. */
     size_t room = usart_rxen(&bench->host.usart) ? host_room(&bench->host) : 0;
     size_t size = pty_read(&bench->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
+    if (bench->options->client_baud) {
+        adapter_baud(&bench->host.pc, pty_baud(&bench->pty)); // for these, and what is heard
+    }
     adapter_say(&bench->host.pc, now, bytes, size);
     schedule_at(&bench->schedule, &bench->keep_pace, now + bench->board.clock_Hz / 1000);
 }
@@ -183,6 +187,16 @@ static void script_finished(void *owner, uint64_t now)
 {
     struct bench *bench = owner;
     (void)now;
+    machine_stop(&bench->machine);
+}
+
+static void pc_ended(void *owner, uint64_t now, const char *wrong)
+{
+    struct bench *bench = owner;
+    if (wrong) {
+        rules_break(&bench->rules, RULE_EXPECTATION, now, "%s:%u: %s", bench->options->pc,
+                    bench->pc.line[bench->pc.next - 1].number, wrong);
+    }
     machine_stop(&bench->machine);
 }
 
@@ -300,6 +314,11 @@ static bool init_host(struct bench *bench)
         return script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->world,
                             stdout);
     }
+    if (options->host == BENCH_HOST_PC) {
+        bench->pc.owner = bench;
+        bench->pc.on_end = pc_ended;
+        pc_start(&bench->pc, &bench->schedule, bench->board.clock_Hz, &bench->host, stdout);
+    }
     if (options->host == BENCH_HOST_PTY) {
         return open_pty(bench);
     }
@@ -394,7 +413,8 @@ bool bench_init(struct bench *bench, const struct bench_options *options)
     *bench = (struct bench){
         .options = options, .pty = {.master = -1}, .gdb = {.listener = -1, .client = -1}};
     schedule_init(&bench->schedule);
-    if (options->script && !script_read(&bench->script, options->script)) {
+    if ((options->script && !script_read(&bench->script, options->script)) ||
+        (options->pc && !pc_read(&bench->pc, options->pc))) {
         return false;
     }
     if (!board_read(&bench->board, options->boards, options->board)) {
@@ -526,6 +546,7 @@ bool bench_free(struct bench *bench)
     pty_close(&bench->pty);
     machine_free(&bench->machine);
     script_free(&bench->script);
+    pc_free(&bench->pc);
     schedule_free(&bench->schedule);
     return good;
 }

@@ -14,6 +14,7 @@
 #include "machine.h"
 #include "mark.h"
 #include "pace.h"
+#include "pc.h"
 #include "plot.h"
 #include "pty.h"
 #include "rules.h"
@@ -28,7 +29,13 @@
 
 #define BENCH_FAULTS_MAX 64
 
-enum bench_host { BENCH_HOST_NONE, BENCH_HOST_SCRIPT, BENCH_HOST_PTY, BENCH_HOST_STDOUT };
+enum bench_host {
+    BENCH_HOST_NONE,
+    BENCH_HOST_SCRIPT,
+    BENCH_HOST_PTY,
+    BENCH_HOST_STDOUT,
+    BENCH_HOST_PC,
+};
 
 struct bench_options {
     const char *elf;
@@ -39,6 +46,7 @@ struct bench_options {
         unsigned count;
     } servos[BOARD_BUSES_MAX]; // by bus
     const char *script;        // files; 0: none
+    const char *pc;            // of BENCH_HOST_PC
     const char *transcript;
     const char *vcd;
     const char *csv;
@@ -48,6 +56,7 @@ struct bench_options {
     bool gdb;
     uint16_t gdb_port; // 0: any
     bool rules_warn;
+    bool client_baud; // the PC has the rate that the pty's client sets, not the board's
     enum bench_host host;
     double seconds;    // 0: no limit
     const char *state; // folder
@@ -86,6 +95,7 @@ struct bench {
     struct host host;
     struct script script;
     struct script_world world;
+    struct pc pc;
     struct pty pty;
     struct pace pace; // with a pty
     struct event keep_pace;

@@ -36,6 +36,9 @@ static const char help[] =
     "  --script FILE      run a scenario, docs/scenario.md: commands, causes, expectations;\n"
     "                     ends with its last line\n"
     "  --host pty         open a terminal for the console, print its path, run in real time\n"
+    "  --host-baud client the PC's rate is the one set at the pty, not the board's\n"
+    "  --host FILE        (with a . or / in it) a program of the PC's: what it says and waits for, "
+    "docs/simulator.md\n"
     "  --host stdout      print what the firmware says; ends when it sleeps with interrupts off\n"
     "  --echo             show commands, replies and packets as they come\n"
     "  --transcript FILE  every packet on the wire, with the cycle of its first start bit\n"
@@ -74,10 +77,20 @@ static bool parse_host(struct bench_options *options, const char *value)
         options->host = BENCH_HOST_PTY;
     } else if (strcmp(value, "stdout") == 0) {
         options->host = BENCH_HOST_STDOUT;
+    } else if (strpbrk(value, "./")) {
+        options->host = BENCH_HOST_PC;
+        options->pc = value;
     } else {
-        return usage("--host is pty or stdout, not", value);
+        return usage("--host is pty, stdout or a file, not", value);
     }
     return true;
+}
+
+static bool parse_host_baud(struct bench_options *options, const char *value)
+{
+    options->client_baud = strcmp(value, "client") == 0;
+    return options->client_baud || strcmp(value, "board") == 0 ||
+           usage("--host-baud is board or client, not", value);
 }
 
 static bool parse_script(struct bench_options *options, const char *value)
@@ -173,23 +186,15 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         const char **text; // keep the value as it is
         bool (*parse)(struct bench_options *options, const char *value);
     } known[] = {
-        {"--board", &options->board, 0},
-        {"--servos", 0, parse_servos},
-        {"--script", 0, parse_script},
-        {"--host", 0, parse_host},
-        {"--transcript", &options->transcript, 0},
-        {"--vcd", &options->vcd, 0},
-        {"--csv", &options->csv, 0},
-        {"--plot", &options->plot, 0},
-        {"--eeprom", &options->eeprom, 0},
-        {"--mark", &options->mark, 0},
-        {"--gdb", 0, parse_gdb},
-        {"--rules", 0, parse_rules},
-        {"--state", &options->state, 0},
-        {"--seconds", 0, parse_seconds},
-        {"--fault", 0, parse_fault},
-        {"--seed", 0, parse_seed},
-        {"--usart", 0, parse_usart},
+        {"--board", &options->board, 0},     {"--servos", 0, parse_servos},
+        {"--script", 0, parse_script},       {"--host", 0, parse_host},
+        {"--host-baud", 0, parse_host_baud}, {"--transcript", &options->transcript, 0},
+        {"--vcd", &options->vcd, 0},         {"--csv", &options->csv, 0},
+        {"--plot", &options->plot, 0},       {"--eeprom", &options->eeprom, 0},
+        {"--mark", &options->mark, 0},       {"--gdb", 0, parse_gdb},
+        {"--rules", 0, parse_rules},         {"--state", &options->state, 0},
+        {"--seconds", 0, parse_seconds},     {"--fault", 0, parse_fault},
+        {"--seed", 0, parse_seed},           {"--usart", 0, parse_usart},
     };
     for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++) {
         if (strcmp(name, known[i].name) != 0) {

@@ -4,6 +4,7 @@
 
 #include "console.h"
 #include "errors.h"
+#include "host.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -428,15 +429,27 @@ void test_read_refused_by_the_servo_gives_no_bytes(void)
     TEST_ASSERT_EQUAL_STRING_LEN("error 21: ", said, 10);
 }
 
-void test_lost_input_spoils_only_the_line_it_fell_into(void)
+static void mark(uint8_t byte)
+{
+    char text[2] = {(char)byte, '\0'};
+
+    type(text);
+}
+
+void test_lost_input_costs_its_line_and_is_told_at_once(void)
 {
     type("write 1 GOAL_POSITION 5");
-    console_input_lost(&console);
-    assert_error(ERROR_INPUT_LOST, "12 ping 1"); // the joined rest must not be carried out
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
-    console_input_lost(&console);
-    assert_error(ERROR_INPUT_LOST, "ping 1");
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    mark(HOST_MARK_LOST);
+    TEST_ASSERT_EQUAL_STRING_LEN("error 36: ", said, 10);
+    reply_to("ping 1");
+    assert_sent("FF FF 01 02 01 FB");
+}
+
+void test_a_packet_drops_the_line_that_was_begun_and_nothing_is_said(void)
+{
+    type("write 1 GOAL_POSITION 5");
+    mark(HOST_MARK_DROPPED);
+    TEST_ASSERT_EQUAL_STRING("", said);
     reply_to("ping 1");
     assert_sent("FF FF 01 02 01 FB");
 }

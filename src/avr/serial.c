@@ -1,20 +1,22 @@
 /* The controller's serial port to the PC; see serial.h. */
 #include "serial.h"
 
-/* The nearest rate there is with U2X. 115200 is 2.1 % off at 16 MHz, as on every Arduino. */
 #define DIVISOR ((F_CPU + 4UL * BOARD_HOST_BAUD) / (8UL * BOARD_HOST_BAUD))
 #if DIVISOR < 1 || DIVISOR > 4096 || F_CPU * 100 > 8UL * DIVISOR * BOARD_HOST_BAUD * 103 ||        \
     F_CPU * 100 < 8UL * DIVISOR * BOARD_HOST_BAUD * 97
 #error "BOARD_HOST_BAUD cannot be made within 3 %"
 #endif
 
-void serial_open(struct serial *serial)
+void serial_open(struct serial *serial, uint16_t divisor)
 {
-    *serial = (struct serial){.broken = 0};
+    SERIAL_CONTROL = 0; // first: no handler may run while the struct changes
+    serial->rx.tail = serial->rx.head;
+    serial->tx.tail = serial->tx.head;
+    serial->broken = 0;
     SERIAL_STATUS = AVR_U2X;
     SERIAL_REGISTER_(UCSR, C) = AVR_EIGHT_BITS;
-    SERIAL_REGISTER_(UBRR, H) = (DIVISOR - 1) >> 8;
-    SERIAL_REGISTER_(UBRR, L) = (DIVISOR - 1) & 0xFF;
+    SERIAL_REGISTER_(UBRR, H) = (uint8_t)(divisor >> 8);
+    SERIAL_REGISTER_(UBRR, L) = (uint8_t)divisor;
     SERIAL_CONTROL = SERIAL_IDLE;
 }
 

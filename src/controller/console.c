@@ -7,6 +7,7 @@
 
 #include "commands.h"
 #include "errors.h"
+#include "host.h" // HOST_MARK_DROPPED
 #include "reply.h"
 
 static void begin_line(struct console *console)
@@ -119,13 +120,24 @@ static void end_line(struct console *console)
         run(console);
 }
 
-void console_drop_line(struct console *console)
+static void drop_line(struct console *console)
 {
-    if (console->state != CONSOLE_READING)
-        return;
     console->editor.length = 0;
     editor_end(&console->editor);
     begin_line(console);
+}
+
+static bool is_mark(uint8_t byte)
+{
+    return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
+}
+
+/* The host link says that the line so far is gone. */
+static void take_mark(struct console *console, uint8_t mark)
+{
+    drop_line(console);
+    if (mark == HOST_MARK_LOST)
+        conclude(console, ERROR_INPUT_LOST);
 }
 
 static struct writer *echo_of(struct console *console)
@@ -137,7 +149,7 @@ static void take(struct console *console, char c)
 {
     switch (editor_key(&console->editor, c, echo_of(console))) {
     case EDITOR_END: end_line(console); break;
-    case EDITOR_DROP: console_drop_line(console); break;
+    case EDITOR_DROP: drop_line(console); break;
     case EDITOR_FULL:
         feed_text(console, EDITOR_SIZE / 2);
         editor_take(&console->editor, EDITOR_SIZE / 2);
@@ -150,45 +162,53 @@ static void read_input(struct console *console)
 {
     while (console->state == CONSOLE_READING && editor_show(&console->editor, echo_of(console)) &&
            cds_ring_count(console->input)) {
-        char c = (char)cds_ring_peek(console->input, 0);
+        uint8_t byte = cds_ring_peek(console->input, 0);
 
         cds_ring_drop(console->input, 1);
-        take(console, c);
+        if (is_mark(byte))
+            take_mark(console, byte);
+        else
+            take(console, (char)byte);
     }
-}
-
-void console_input_lost(struct console *console)
-{
-    spoil(console, ERROR_INPUT_LOST);
 }
 
 /* ---- Ctrl-X ---- */
 
+/* The place behind the last Ctrl-X among the bytes that wait for their turn, or 0. */
+static uint8_t behind_stop(const struct console *console, uint8_t from)
+{
+    uint8_t behind = 0;
+
+    for (uint8_t at = from; at < cds_ring_count(console->input); at++)
+        if (cds_ring_peek(console->input, at) == CONSOLE_STOP)
+            behind = (uint8_t)(at + 1u);
+    return behind;
+}
+
 void console_stop(struct console *console)
 {
+    uint8_t behind = behind_stop(console, 0);
+
     robot_stop(console->robot);
+    cds_ring_drop(console->input, behind ? behind : cds_ring_count(console->input));
+    console->looked = console->input->tail;
     console->stop_asked = true;
-    console_drop_line(console);
+    if (console->state == CONSOLE_READING)
+        drop_line(console);
 }
 
 /* Bytes that wait for their turn may hold the one that cannot wait. */
 static void look_for_stop(struct console *console)
 {
-    uint8_t tail = console->input->tail;
-    uint8_t at = (uint8_t)(console->looked - tail);
     uint8_t count = cds_ring_count(console->input);
+    uint8_t from = (uint8_t)(console->looked - console->input->tail);
 
-    if (at > count)
-        at = 0; // what was looked at has been taken
-    while (at < count && cds_ring_peek(console->input, at) != CONSOLE_STOP)
-        at++;
-    if (at < count) {
-        cds_ring_drop(console->input, (uint8_t)(at + 1u));
-        console->looked = console->input->tail;
+    if (from > count)
+        from = 0; // what was looked at has been taken
+    if (behind_stop(console, from))
         console_stop(console);
-    } else {
-        console->looked = (uint8_t)(tail + at);
-    }
+    else
+        console->looked = (uint8_t)(console->input->tail + count);
 }
 
 /* A command that Ctrl-X has ended: its request must be back before the next one. */
@@ -224,13 +244,16 @@ bool console_answered(const struct console *console)
 
 bool console_key(struct console *console)
 {
-    uint8_t count = cds_ring_count(console->input);
-    bool line_feed = console->editor.after_cr && count && cds_ring_peek(console->input, 0) == '\n';
+    bool pressed = false;
 
-    cds_ring_drop(console->input, count);
-    if (count)
+    for (; cds_ring_count(console->input); cds_ring_drop(console->input, 1)) {
+        uint8_t byte = cds_ring_peek(console->input, 0);
+
+        if (!(byte == '\n' && console->editor.after_cr) && byte != HOST_MARK_DROPPED)
+            pressed = true;
         console->editor.after_cr = false;
-    return count > line_feed;
+    }
+    return pressed;
 }
 
 static void poll_command(struct console *console)

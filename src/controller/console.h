@@ -4,6 +4,9 @@
  *
  * Ctrl-X stops the robot wherever it comes, and at once: what was typed before it is dropped, a
  * command under way ends with an error, and then `stop` is answered as if it had been typed.
+ *
+ * Marks in the input (host.h) say that the line so far is gone: because of a packet, and nothing is
+ * said; or because something was lost, which is answered by an error.
  */
 #ifndef CONTROLLER_CONSOLE_H
 #define CONTROLLER_CONSOLE_H
@@ -83,15 +86,8 @@ void console_open(struct console *console, struct robot *robot, struct cds_reque
  * called from the main loop, beside cds_bus_poll() and robot_poll(). */
 void console_poll(struct console *console);
 
-/* Ctrl-X was found elsewhere than in the input ring: the same, at once. */
+/* Ctrl-X has come, wherever it is by now: the robot is stopped at once. */
 void console_stop(struct console *console);
-
-/* The input has a gap here (call only when console_idle()): the line it fell into is not carried
- * out and is answered by an error. */
-void console_input_lost(struct console *console);
-
-/* The line so far is dropped, unanswered: a packet began in it. */
-void console_drop_line(struct console *console);
 
 /* Nothing to do but wait for input? */
 bool console_idle(const struct console *console);

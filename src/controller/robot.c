@@ -22,6 +22,11 @@ bool robot_is_exclusive(const struct robot *robot)
     return robot->operation > ROBOT_CYCLE;
 }
 
+bool robot_idle(const struct robot *robot)
+{
+    return robot->operation == ROBOT_IDLE && !robot->stopping && !robot->stop_waits;
+}
+
 uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
 {
     if (robot->stopping || robot->stop_waits)

@@ -87,6 +87,9 @@ void robot_stop(struct robot *robot);
 /* Is something under way during which nobody else may use the bus? */
 bool robot_is_exclusive(const struct robot *robot);
 
+/* Nothing to do but the state check, which may wait for the next interrupt? */
+bool robot_idle(const struct robot *robot);
+
 /* Prepares `work` for an operation that is then begun in it. 0; ERROR_CYCLE, ERROR_STOPPED: a cycle
  * or a stop is under way. */
 uint8_t robot_claim(struct robot *robot, enum robot_operation operation);

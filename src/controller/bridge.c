@@ -1,0 +1,128 @@
+/* What becomes of the host's packets; see bridge.h. */
+#include "bridge.h"
+
+void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
+                 struct device *device, struct cds_ring *output, uint8_t *bytes)
+{
+    *bridge = (struct bridge){.bus = bus, .host = host, .device = device, .output = output};
+    bridge->request.packet.bytes = bytes;
+    bridge->request.packet.room = HOST_PACKET_MAX;
+    bridge->request.any_length = true;
+    gather_open(&bridge->gather, bus, device, output);
+}
+
+static void answer(struct bridge *bridge, uint8_t id, uint8_t error, uint8_t length)
+{
+    answer_begin(&bridge->answer, id, error, bridge->request.packet.bytes, length);
+    bridge->state = BRIDGE_ANSWERING;
+}
+
+/* --- through the bus ---------------------------------------------------------------------------
+ */
+
+static void pass(struct bridge *bridge)
+{
+    struct cds_request *request = &bridge->request;
+
+    request->reply_parameters = gather_reply_due(request->packet.bytes);
+    if (cds_bus_submit(bridge->bus, request) != CDS_OK) {
+        bridge->counters.refused++;
+        return;
+    }
+    bridge->counters.passed++;
+    bridge->state = BRIDGE_WAITING;
+}
+
+static void await_reply(struct bridge *bridge)
+{
+    const struct cds_request *request = &bridge->request;
+
+    if (request->result == CDS_PENDING)
+        return;
+    bridge->state = BRIDGE_IDLE;
+    if (request->reply_parameters == CDS_REPLY_NONE)
+        return;
+    if (request->result == CDS_OK) {
+        bridge->counters.answered++;
+        answer(bridge, request->id, request->error, request->length);
+    } else {
+        bridge->counters.unanswered++;
+    }
+}
+
+/* --- the device --------------------------------------------------------------------------------
+ */
+
+static void ask_device(struct bridge *bridge)
+{
+    struct device *device = bridge->device;
+    uint8_t id = device_id(device); // of the answer to a packet that changes it (R2)
+
+    bridge->state = BRIDGE_DEVICE;
+    if (device_obey(device, bridge->request.packet.bytes))
+        answer(bridge, id, device->error, device->length);
+}
+
+static void gather(struct bridge *bridge)
+{
+    switch (gather_poll(&bridge->gather)) {
+    case GATHER_MORE: break;
+    case GATHER_DONE: bridge->state = BRIDGE_IDLE; break;
+    case GATHER_ANSWER:
+        answer(bridge, device_id(bridge->device), bridge->gather.error, bridge->gather.length);
+        break;
+    }
+}
+
+static void begin_gathering(struct bridge *bridge)
+{
+    if (gather_begin(&bridge->gather, bridge->request.packet.bytes))
+        bridge->state = BRIDGE_GATHERING;
+    else
+        bridge->counters.refused++;
+}
+
+/* Whose is it? */
+static void take(struct bridge *bridge)
+{
+    struct cds_packet *packet = &bridge->request.packet;
+    uint8_t id, instruction;
+
+    packet->bytes = host_take(bridge->host, packet->bytes);
+    packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
+    id = packet->bytes[CDS_AT_ID];
+    instruction = packet->bytes[CDS_AT_INSTRUCTION];
+    if (device_is_on(bridge->device) && gather_knows(bridge->device, id, instruction))
+        begin_gathering(bridge);
+    else if (device_is_on(bridge->device) && id == device_id(bridge->device))
+        ask_device(bridge);
+    else
+        pass(bridge);
+}
+
+void bridge_poll(struct bridge *bridge)
+{
+    switch (bridge->state) {
+    case BRIDGE_IDLE:
+        if (bridge->host->whole)
+            take(bridge);
+        break;
+    case BRIDGE_WAITING: await_reply(bridge); break;
+    case BRIDGE_DEVICE: ask_device(bridge); break;
+    case BRIDGE_GATHERING: gather(bridge); break;
+    default: break;
+    }
+    if (bridge->state == BRIDGE_ANSWERING && answer_put(&bridge->answer, bridge->output))
+        bridge->state = BRIDGE_IDLE;
+}
+
+bool bridge_talks(const struct bridge *bridge)
+{
+    return bridge->state == BRIDGE_ANSWERING ||
+           (bridge->state == BRIDGE_GATHERING && gather_talks(&bridge->gather));
+}
+
+bool bridge_idle(const struct bridge *bridge)
+{
+    return bridge->state == BRIDGE_IDLE && !bridge->host->whole;
+}

@@ -1,0 +1,76 @@
+/* SYNC READ (0x84, as USB2AX and ArbotiX define it) and BULK READ (0x92, as Robotis protocol 1.0
+ * does) for servos that know single READ only (manual 2.4.2): a READ of each, one behind the other,
+ * the next one already in the queue while the one before is on the wire.
+ *
+ *   SYNC READ  to the device or to all: FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM. One status
+ *              packet of the device with N bytes for each ID in order; those of a servo that failed
+ *              are 0xFF, and then error bit 7 is set. More than 252 bytes, or none: range error
+ *   BULK READ  to all: FF FF FE LENGTH 92 00 (N ID ADDRESS)... CHECKSUM. The status packets of the
+ *              servos in order. Each waits for the one before, so behind one that does not answer
+ *              none follows, as if the servos did it themselves
+ *
+ * Which servos failed last time stands in device registers, a bit for each ID. Main context.
+ */
+#ifndef CONTROLLER_GATHER_H
+#define CONTROLLER_GATHER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "answer.h"      // struct answer
+#include "cds55xx/bus.h" // struct cds_request
+#include "device.h"      // struct device
+
+#define GATHER_SYNC_READ    0x84
+#define GATHER_BULK_READ    0x92
+#define GATHER_ERROR_FAILED 0x80 // of a SYNC READ: at least one servo failed
+
+enum gather_turn {
+    GATHER_MORE,
+    GATHER_ANSWER, // over: a status packet of the device is due
+    GATHER_DONE,   // over
+};
+
+/* All state of it. Fields without a word are its own. */
+struct gather {
+    struct cds_bus *bus;
+    struct device *device;
+    struct cds_ring *output;
+    struct cds_request read[2]; // in turn
+    uint8_t bytes[2][CDS_REPLY_ANY];
+    bool local[2];       // it is the device's own and was not sent
+    struct answer out;   // of a BULK READ: what is on its way to the host
+    bool sending;        // `out` is not all in the ring
+    bool failed;         // of a BULK READ: no more follows
+    bool bulk;           // else a SYNC READ
+    uint8_t *data;       // of a SYNC READ: so far; of the status packet, with ...
+    const uint8_t *list; // what is asked of whom
+    uint8_t count;       // servos
+    uint8_t asked, done; // of them
+    uint8_t address, each;
+    uint8_t device_id;
+    uint8_t error, length; // ... of GATHER_ANSWER
+};
+
+/* Once. */
+void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
+                 struct cds_ring *output);
+
+/* Is it one of the two? */
+bool gather_knows(const struct device *device, uint8_t id, uint8_t instruction);
+
+/* Begins, with a whole packet in a buffer of 258 bytes, which becomes the data. False: it makes no
+ * sense, and no servo would answer it. */
+bool gather_begin(struct gather *gather, uint8_t *packet);
+
+/* Moves on; behind cds_bus_poll(). */
+enum gather_turn gather_poll(struct gather *gather);
+
+/* Is a status packet partly in the ring? */
+bool gather_talks(const struct gather *gather);
+
+/* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
+ * CDS_REPLY_MAX. Manual: 2.4, R1. */
+uint8_t gather_reply_due(const uint8_t *packet);
+
+#endif

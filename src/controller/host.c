@@ -1,0 +1,274 @@
+/* Packets and text on the host link; see host.h. */
+#include "host.h"
+
+#include <string.h>
+
+#include "cds55xx/port.h" // cds_port_now_us()
+
+#define BYTES_PER_POLL 32 // examined at the most: the bus must not wait for the host
+
+void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
+{
+    *host = (struct host){.input = input, .text = text, .bytes = bytes};
+}
+
+static bool is_open(const struct host *host)
+{
+    return host->count != 0;
+}
+
+static void gap(struct host *host)
+{
+    host->counters.gaps++;
+    host->from = host->count = host->seen = host->end = 0;
+    host->lost = true;
+    host->skipping = true;
+}
+
+void host_gap(struct host *host)
+{
+    if (!host->whole)
+        gap(host);
+}
+
+/* False: there is no room for it. */
+static bool put(struct host *host, uint8_t byte)
+{
+    if (host->lost) {
+        if (!cds_ring_put(host->text, HOST_MARK_LOST))
+            return false;
+        host->lost = false;
+        host->typing = false;
+    }
+    return cds_ring_put(host->text, byte);
+}
+
+#define STOP 0x18 // Ctrl-X
+
+static bool ends_line(uint8_t byte)
+{
+    return byte == '\r' || byte == '\n';
+}
+
+static void take_text(struct host *host, uint8_t byte)
+{
+    host->stop = host->stop || byte == STOP;
+    if (host->skipping) {
+        host->skipping = !ends_line(byte);
+    } else if (byte != HOST_MARK_DROPPED && byte != HOST_MARK_LOST) {
+        if (!put(host, byte))
+            gap(host);
+        else
+            host->typing = !ends_line(byte);
+    }
+}
+
+/* Nothing stands there, or, if `count` is 1, a 0xFF that has just come. */
+static void restart(struct host *host, uint16_t count)
+{
+    host->bytes[0] = CDS_HEADER;
+    host->from = host->end = 0;
+    host->count = host->seen = count;
+}
+
+/* 0xFF: a packet may begin. */
+static void begin(struct host *host)
+{
+    host->skipping = false;
+    restart(host, 1);
+    if (host->typing) {
+        if (put(host, HOST_MARK_DROPPED))
+            host->typing = false;
+        else
+            host->lost = true; // there is half a line in the ring, which must not be joined
+    }
+}
+
+/* What stands at `from` begins no packet: the search goes on behind its first byte. */
+static void refute(struct host *host)
+{
+    uint16_t from = host->from;
+
+    do {
+        from++;
+    } while (from < host->count && host->bytes[from] != CDS_HEADER);
+    host->from = from;
+    host->seen = (uint16_t)(from + 1);
+    host->end = 0;
+    if (host->seen >= host->count)
+        restart(host, from < host->count);
+}
+
+static void refute_counted(struct host *host)
+{
+    host->counters.broken++;
+    refute(host);
+}
+
+static void move_to_front(struct host *host)
+{
+    uint16_t from = host->from;
+
+    if (from == 0)
+        return;
+    memmove(host->bytes, host->bytes + from, (uint16_t)(host->count - from));
+    host->count = (uint16_t)(host->count - from);
+    host->seen = (uint16_t)(host->seen - from);
+    if (host->end)
+        host->end = (uint16_t)(host->end - from);
+    host->from = 0;
+}
+
+/* The checksum was the last byte: all of it adds up to 0xFF. */
+static void judge(struct host *host)
+{
+    host->whole = host->sum == UINT8_MAX;
+    if (host->whole)
+        host->counters.packets++;
+    else
+        refute_counted(host);
+}
+
+/* Examines the next byte. */
+static void examine(struct host *host)
+{
+    uint8_t byte = host->bytes[host->seen];
+    uint16_t at = (uint16_t)(host->seen++ - host->from);
+
+    host->sum = (uint8_t)(host->sum + byte);
+    if (at == 1 && byte != CDS_HEADER) {
+        bool lone = host->count == 2; // nothing but 0xFF came: this byte stands outside
+
+        refute(host);
+        if (lone)
+            take_text(host, byte);
+    } else if (at == CDS_AT_ID) {
+        host->sum = byte;
+        if (byte == CDS_HEADER) // R27: still header; the last two of them count
+            host->from++;
+    } else if (at == CDS_AT_LENGTH) {
+        host->end = (uint16_t)(host->seen + byte);
+        if (byte < CDS_LENGTH_MIN || byte > CDS_LENGTH_MAX)
+            refute_counted(host);
+    } else if (host->seen == host->end) {
+        judge(host);
+    }
+}
+
+/* LENGTH is known: takes as many of the bytes that it counts as are here, at most `most`. The bulk
+ * of what the host says, at 160 cycles a byte and more: here cycles count. */
+static uint8_t take_counted(struct host *host, uint8_t most)
+{
+    uint8_t tail = host->input->tail, sum = host->sum;
+    uint8_t count = cds_ring_count(host->input);
+    uint8_t *to;
+
+    if (host->end > HOST_PACKET_MAX)
+        move_to_front(host);
+    if (count > most)
+        count = most;
+    if (count > host->end - host->count)
+        count = (uint8_t)(host->end - host->count);
+    to = host->bytes + host->count;
+    for (uint8_t left = count; left; left--) {
+        uint8_t byte = host->input->bytes[tail++ & (CDS_RING_SIZE - 1)];
+
+        *to++ = byte;
+        sum = (uint8_t)(sum + byte);
+    }
+    host->input->tail = tail; // behind the bytes
+    host->sum = sum;
+    host->count = host->seen = (uint16_t)(host->count + count);
+    if (host->count == host->end)
+        judge(host);
+    return count;
+}
+
+static void take_byte(struct host *host)
+{
+    uint8_t byte = cds_ring_peek(host->input, 0);
+
+    cds_ring_drop(host->input, 1);
+    if (is_open(host)) {
+        if (host->count == HOST_PACKET_MAX)
+            move_to_front(host);
+        host->bytes[host->count++] = byte;
+        examine(host);
+    } else if (byte == CDS_HEADER) {
+        begin(host);
+    } else {
+        take_text(host, byte);
+    }
+}
+
+/* Nothing has come: for how long? */
+static void listen(struct host *host)
+{
+    if (!is_open(host) && !host->skipping)
+        return;
+    if (cds_port_now_us() - host->heard_us < HOST_SILENCE_US)
+        return;
+    host->skipping = false;
+    if (is_open(host)) {
+        if (host->count > 1) // a lone 0xFF is no packet
+            host->counters.silent++;
+        refute(host);
+    }
+}
+
+/* Takes and examines up to `left` bytes. */
+static void work(struct host *host, uint8_t left)
+{
+    while (left && !host->whole) {
+        uint8_t done = 1;
+
+        if (host->seen < host->count)
+            examine(host);
+        else if (cds_ring_count(host->input) == 0)
+            break;
+        else if (host->end)
+            done = take_counted(host, left);
+        else
+            take_byte(host);
+        left = (uint8_t)(left - done);
+    }
+}
+
+void host_poll(struct host *host)
+{
+    uint8_t tail = host->input->tail;
+
+    if (host->lost && cds_ring_put(host->text, HOST_MARK_LOST)) {
+        host->lost = false;
+        host->typing = false;
+    }
+    work(host, BYTES_PER_POLL);
+    if (tail != host->input->tail)
+        host->heard_us = cds_port_now_us();
+    else if (!host->whole && host->seen == host->count)
+        listen(host);
+}
+
+uint8_t *host_take(struct host *host, uint8_t *other)
+{
+    uint8_t *packet = host->bytes;
+    uint16_t size;
+
+    move_to_front(host);
+    size = (uint16_t)(packet[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
+    host->count = (uint16_t)(host->count - size);
+    memcpy(other, packet + size, host->count);
+    host->bytes = other;
+    host->seen = host->count ? 1 : 0;
+    host->end = 0;
+    host->whole = false;
+    if (host->count && other[0] != CDS_HEADER)
+        refute(host); // what was within a broken packet is no text
+    return packet;
+}
+
+bool host_idle(const struct host *host)
+{
+    return !host->whole && !is_open(host) && !host->lost && !host->skipping &&
+           cds_ring_count(host->input) == 0;
+}

@@ -1,0 +1,374 @@
+/* The host link: bytes in; text, marks and packets out. */
+#include <string.h>
+
+#include "host.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define MARK_DROPPED "\xF8"
+#define MARK_LOST    "\xF9"
+
+static struct cds_ring input, text;
+static uint8_t buffers[2][HOST_PACKET_MAX];
+static struct host host;
+
+/* What came out. */
+static char said[200];
+static uint8_t said_size;
+static uint8_t packet[HOST_PACKET_MAX];
+static uint16_t packets;
+static uint8_t *spare;
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&input, 0, sizeof input);
+    memset(&text, 0, sizeof text);
+    host_open(&host, &input, &text, buffers[0]);
+    spare = buffers[1];
+    said_size = 0;
+    packets = 0;
+}
+
+void tearDown(void)
+{
+}
+
+static uint16_t size_of(const uint8_t *bytes)
+{
+    return (uint16_t)(bytes[3] + 4);
+}
+
+static void take_packet(void)
+{
+    spare = host_take(&host, spare);
+    memcpy(packet, spare, size_of(spare));
+    packets++;
+}
+
+static void take_text(void)
+{
+    while (cds_ring_count(&text)) {
+        if (said_size < sizeof said - 1)
+            said[said_size++] = (char)cds_ring_peek(&text, 0);
+        cds_ring_drop(&text, 1);
+    }
+    said[said_size] = '\0';
+}
+
+static void turn(void)
+{
+    host_poll(&host);
+    if (host.whole)
+        take_packet();
+    take_text();
+}
+
+static void settle(void)
+{
+    for (uint16_t i = 0; i < 300; i++)
+        turn();
+}
+
+/* So many bytes at a time, 64 at most, between polls. */
+static void feed(const void *bytes, uint16_t size, uint8_t burst)
+{
+    const uint8_t *from = bytes;
+
+    for (uint16_t i = 0; i < size; i++) {
+        TEST_ASSERT_TRUE(cds_ring_put(&input, from[i]));
+        for (uint8_t turns = i % burst == burst - 1u ? 3 : 0; turns; turns--)
+            turn();
+    }
+    settle();
+}
+
+static void type(const char *line)
+{
+    feed(line, (uint16_t)strlen(line), 7);
+}
+
+static void assert_said(const char *expected)
+{
+    TEST_ASSERT_EQUAL_STRING(expected, said_size ? said : "");
+    said_size = 0;
+}
+
+static void pause_us(uint32_t us)
+{
+    port_fake.now_us += us;
+    settle();
+}
+
+/* FF FF 01 LENGTH 03, parameters that are all FF or count up, checksum; returns its size. */
+static uint16_t make(uint8_t *to, uint8_t id, uint8_t length, bool headers)
+{
+    uint8_t sum = (uint8_t)(id + length + 3);
+
+    to[0] = to[1] = 0xFF;
+    to[2] = id;
+    to[3] = length;
+    to[4] = 3;
+    for (uint8_t i = 0; i < length - 2; i++) {
+        to[5 + i] = headers ? 0xFF : i;
+        sum = (uint8_t)(sum + to[5 + i]);
+    }
+    to[length + 3] = (uint8_t)~sum;
+    return (uint16_t)(length + 4);
+}
+
+static const uint8_t ping[] = {0xFF, 0xFF, 1, 2, 1, 0xFB};
+
+static void assert_ping_found(uint16_t so_far)
+{
+    TEST_ASSERT_EQUAL_UINT16(so_far, packets);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(ping, packet, sizeof ping);
+}
+
+void test_text_goes_to_the_console(void)
+{
+    type("ping 1\r\nread 2 \t\x18\x7F\xC3\xA4");
+    assert_said("ping 1\r\nread 2 \t\x18\x7F\xC3\xA4");
+    TEST_ASSERT_EQUAL_UINT16(0, packets);
+}
+
+void test_a_packet_of_every_length_comes_out_as_it_came_in(void)
+{
+    static uint8_t sent[HOST_PACKET_MAX];
+
+    for (uint16_t length = 2; length <= 254; length++) {
+        uint16_t size = make(sent, 9, (uint8_t)length, length & 1);
+
+        feed(sent, size, (uint8_t)(length % 50 + 1));
+        TEST_ASSERT_EQUAL_UINT16(length - 1, packets);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(sent, packet, size);
+    }
+    TEST_ASSERT_EQUAL_UINT16(253, host.counters.packets);
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.broken);
+    assert_said("");
+}
+
+void test_a_packet_drops_the_line_that_was_begun(void)
+{
+    type("ping");
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+    type("help\r");
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(2);
+    assert_said("ping" MARK_DROPPED "help\r"); // behind a whole line nothing is dropped
+}
+
+void test_more_headers_than_two_are_headers(void)
+{
+    for (uint16_t i = 0; i < 600; i++)
+        feed(ping, 1, 1);
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.broken);
+}
+
+void test_a_lone_header_byte_is_no_packet_and_the_text_behind_it_is_text(void)
+{
+    type("\xFFping 1\r");
+    assert_said("ping 1\r");
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.broken);
+}
+
+void test_every_damaged_byte_costs_one_packet(void)
+{
+    for (uint8_t at = 2; at < sizeof ping; at++) {
+        uint8_t damaged[sizeof ping];
+
+        setUp();
+        memcpy(damaged, ping, sizeof ping);
+        damaged[at] ^= 0x40;
+        if (at == 3)
+            damaged[at] = 1;
+        feed(damaged, sizeof damaged, 3);
+        if (at == 3) // the rest of it is no packet: it is text, up to the next packet
+            feed(ping, sizeof ping, 3);
+        else
+            type("help\r");
+        feed(ping, sizeof ping, 3);
+        assert_ping_found(at == 3 ? 2 : 1);
+        TEST_ASSERT_EQUAL_UINT16(1, host.counters.broken);
+        if (at != 3)
+            assert_said("help\r");
+    }
+}
+
+void test_lengths_that_cannot_be_are_refused_at_once(void)
+{
+    static const uint8_t lengths[] = {0, 1, 255};
+
+    for (uint8_t i = 0; i < sizeof lengths; i++) {
+        const uint8_t head[] = {0xFF, 0xFF, 1, lengths[i]};
+
+        setUp();
+        feed(head, sizeof head, 1);
+        TEST_ASSERT_EQUAL(lengths[i] != 255, host_idle(&host)); // which may be a header again
+        TEST_ASSERT_EQUAL_UINT16(1, host.counters.broken);
+        type("help\r");
+        assert_said("help\r");
+    }
+}
+
+void test_a_packet_within_a_broken_one_is_found(void)
+{
+    static uint8_t sent[HOST_PACKET_MAX];
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 9, 3, 0x1E};
+
+    feed(cut, sizeof cut, 1); // 7 bytes more were due
+    feed(ping, sizeof ping, 1);
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(2);
+    make(sent, 1, 254, false); // one that takes up the whole buffer, full of packets
+    for (uint8_t i = 0; i < 42; i++)
+        memcpy(&sent[5 + 6 * i], ping, sizeof ping);
+    sent[257] = 0;
+    for (uint8_t i = 0; i < 6; i++)
+        feed(&sent[43 * i], 43, 43);
+    assert_ping_found(44);
+    TEST_ASSERT_EQUAL_UINT16(2, host.counters.broken);
+    assert_said("");
+}
+
+void test_a_buffer_full_of_beginnings_ends_too(void)
+{
+    static const uint8_t beginning[] = {0xFF, 0xFF, 1, 254, 3};
+
+    for (uint16_t i = 0; i < 400; i++)
+        feed(beginning, sizeof beginning, 5);
+    pause_us(HOST_SILENCE_US);
+    settle();
+    TEST_ASSERT_TRUE(host_idle(&host));
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+}
+
+void test_a_packet_is_dropped_when_it_is_silent_for_50_ms(void)
+{
+    for (uint8_t cut = 1; cut < sizeof ping; cut++) {
+        setUp();
+        port_fake.now_us = 0xFFFFFFFF - 20000; // over the wrap of the clock
+        feed(ping, cut, 1);
+        pause_us(HOST_SILENCE_US - 1);
+        TEST_ASSERT_FALSE(host_idle(&host));
+        feed(&ping[cut], (uint16_t)(sizeof ping - cut), 1);
+        assert_ping_found(1);
+        feed(ping, cut, 1);
+        pause_us(HOST_SILENCE_US);
+        TEST_ASSERT_TRUE(host_idle(&host));
+        TEST_ASSERT_EQUAL_UINT16(cut > 1, host.counters.silent);
+        type("help\r");
+        assert_said("help\r");
+    }
+}
+
+void test_a_silent_packet_gives_free_what_it_had_swallowed(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3, 0x1E};
+
+    feed(cut, sizeof cut, 1);
+    feed(ping, sizeof ping, 1);
+    TEST_ASSERT_EQUAL_UINT16(0, packets);
+    pause_us(HOST_SILENCE_US);
+    assert_ping_found(1);
+}
+
+void test_nothing_is_taken_while_a_packet_waits(void)
+{
+    for (uint8_t i = 0; i < 2 * sizeof ping; i++)
+        cds_ring_put(&input, ping[i % sizeof ping]);
+    for (uint8_t i = 0; i < 20; i++)
+        host_poll(&host);
+    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_EQUAL_UINT8(sizeof ping, cds_ring_count(&input));
+    settle();
+    assert_ping_found(2);
+}
+
+void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
+{
+    type("ping ");
+    host_gap(&host);
+    type("12\rping 2\r");
+    assert_said("ping " MARK_LOST "ping 2\r");
+    feed(ping, 4, 1);
+    host_gap(&host);
+    feed(&ping[5], 1, 1); // must not be joined
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+    host_gap(&host);
+    type("abc");
+    pause_us(HOST_SILENCE_US);
+    type("ping 3\r");
+    assert_said(MARK_LOST MARK_LOST "ping 3\r");
+    TEST_ASSERT_EQUAL_UINT16(3, host.counters.gaps);
+}
+
+void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
+{
+    for (uint8_t i = 0; i < 90; i++) { // the ring of text holds 64
+        cds_ring_put(&input, 'x');
+        host_poll(&host);
+    }
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.gaps);
+    take_text();
+    TEST_ASSERT_EQUAL_UINT8(64, said_size);
+    said_size = 0;
+    settle();
+    assert_said(MARK_LOST);
+    type("x\rping 1\r");
+    assert_said("ping 1\r");
+}
+
+void test_packets_pass_although_nobody_takes_the_text(void)
+{
+    for (uint8_t i = 0; i < 90; i++) {
+        cds_ring_put(&input, 'x');
+        host_poll(&host);
+    }
+    for (uint8_t i = 0; i < sizeof ping; i++)
+        cds_ring_put(&input, ping[i]);
+    host_poll(&host);
+    TEST_ASSERT_TRUE(host.whole);
+    take_packet();
+    assert_ping_found(1);
+    TEST_ASSERT_EQUAL_UINT8(64, cds_ring_count(&text));
+}
+
+void test_half_a_line_that_could_not_be_dropped_for_want_of_room_is_not_joined(void)
+{
+    for (uint8_t i = 0; i < 64; i++) {
+        cds_ring_put(&input, 'x');
+        host_poll(&host);
+    }
+    cds_ring_put(&input, 0xFF);
+    host_poll(&host);
+    take_text();
+    said_size = 0;
+    feed(&ping[1], sizeof ping - 1, 1);
+    type("ping 1\r");
+    assert_said(MARK_LOST "ping 1\r");
+}
+
+void test_ctrl_x_is_seen_wherever_it_stands_outside_a_packet(void)
+{
+    static uint8_t sent[0x18 + 4];
+
+    feed(sent, make(sent, 1, 0x18, false), 1); // LENGTH, within a packet
+    TEST_ASSERT_EQUAL_UINT16(1, packets);
+    TEST_ASSERT_FALSE(host.stop);
+    host_gap(&host);
+    type("abc\x18");
+    TEST_ASSERT_TRUE(host.stop);
+}
+
+void test_marks_cannot_be_typed(void)
+{
+    type("a\xF8\xF9"
+         "b\r");
+    assert_said("ab\r");
+}
