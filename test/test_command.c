@@ -45,7 +45,7 @@ static uint8_t read_line(const char *text)
 static uint8_t read_example(uint8_t row)
 {
     static char text[80];
-    const CDS_FLASH char *from = commands[row].example + sizeof "Example: " - 1;
+    const CDS_FLASH char *from = commands[row].example;
 
     for (uint8_t i = 0; i < sizeof text; i++)
         if ((text[i] = *from) != '\0')

@@ -60,12 +60,14 @@ bool help_poll(struct console *console)
 
     if (console->line.word.length == 0)
         return list_poll(console);
-    if (console->step == 0)
+    if (console->step == 0) {
         writer_text_line(&console->writer, command->usage);
-    else if (console->step == 1)
+    } else if (console->step == 1) {
         writer_text_line(&console->writer, command->details);
-    else
+    } else {
+        WRITER_TEXT(&console->writer, "Example: ");
         writer_text_line(&console->writer, command->example);
+    }
     return console->step < 2;
 }
 

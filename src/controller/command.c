@@ -12,7 +12,7 @@
     static const CDS_FLASH char takes_##name[] = takes;                                            \
     static const CDS_FLASH char usage_##name[] = #name arguments ": " what;                        \
     static const CDS_FLASH char details_##name[] = details;                                        \
-    static const CDS_FLASH char example_##name[] = "Example: " example;
+    static const CDS_FLASH char example_##name[] = example;
 COMMANDS(STRINGS)
 #undef STRINGS
 

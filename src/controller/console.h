@@ -58,23 +58,23 @@ union console_job {
 struct console {
     struct cds_bus *bus;
     struct robot *robot;
-    struct cds_ring *input;
-    struct writer writer;
-    struct editor editor;
-    struct command_line line;
-    struct token token;
-    union console_job job;
-    uint16_t characters; // of the line so far
+    uint8_t state;       // enum console_state
+    uint8_t step;        // calls of the command's poll so far, 255 at most
+    uint8_t phase;       // the command's own, 0 when it begins
+    uint8_t error;       // number of the error the reply ends with, 0 for ok
+    uint8_t servo_error; // CDS_ERROR_* bits not yet told
+    bool closed;         // the reply's last line is written
     bool skipping;       // the rest of this line counts for nothing but its end
     bool echo;           // what is typed is shown; may be set at any time
     bool stop_asked;     // by Ctrl-X, and not answered yet
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
-    uint8_t state;       // enum console_state
-    uint8_t step;        // calls of the command's poll so far, 255 at most
-    uint8_t phase;       // the command's own, 0 when it begins
-    bool closed;         // the reply's last line is written
-    uint8_t error;       // number of the error the reply ends with, 0 for ok
-    uint8_t servo_error; // CDS_ERROR_* bits not yet told
+    uint16_t characters; // of the line so far
+    struct cds_ring *input;
+    struct writer writer;
+    struct command_line line; // an AVR reaches 64 bytes of a struct easily: what is large is last
+    union console_job job;
+    struct token token;
+    struct editor editor;
 };
 
 /* Zero *console first (static storage is). `request` has room for the longest packet, 258 bytes,

@@ -21,13 +21,13 @@ enum editor_event {
 
 /* Zeroed, it is empty. */
 struct editor {
-    char text[EDITOR_SIZE];
     uint8_t length; // of what is typed
     uint8_t shown;  // ... of it, has been echoed
     uint8_t last;   // length of the line before, which is still there; 0: it is not
     uint8_t escape; // how much of an escape sequence has come
     bool longer;    // some of this line has gone to the parser
     bool after_cr;  // a LF now belongs to the same end of line
+    char text[EDITOR_SIZE];
 };
 
 /* Echoes what has not been yet, as far as there is room; no `echo` (NULL) counts as echoed. True

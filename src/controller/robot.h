@@ -57,20 +57,20 @@ union robot_work {
 /* The robot. Fields are to be read only but for `work`, by whoever has claimed it. */
 struct robot {
     struct cds_bus *bus;
-    struct cds_roster roster;
-    struct cds_roster_servo servos[ROBOT_SERVOS];
-    struct cds_stop stop;
-    uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
-    struct cds_watch watch;
-    uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
-    uint8_t group_count;
-    bool group_acts;   // they are moved by REG WRITE and ACTION, else by SYNC WRITE
-    bool stop_waits;   // until the bus is back at its rate
-    bool stopping;     // a stop is under way
     uint8_t operation; // enum robot_operation
     uint8_t result;    // enum cds_result of it: CDS_PENDING while it goes on
     uint8_t baud;      // register value of the bus's rate when it began
+    bool stop_waits;   // until the bus is back at its rate
+    bool stopping;     // a stop is under way
+    bool group_acts;   // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    uint8_t group_count;
+    struct cds_roster roster;
+    uint8_t group[ROBOT_SERVOS];    // IDs of the servos of pose and cycle
+    uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
+    struct cds_stop stop;
+    struct cds_watch watch;
     union robot_work work;
+    struct cds_roster_servo servos[ROBOT_SERVOS];
 };
 
 /* Begins with no servos on `bus`, which must be open. Zero *robot first (static storage is). */
