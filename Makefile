@@ -109,6 +109,13 @@ build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
+# The firmware with something beside it: it includes main.c.
+build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
+		$(filter-out %/main.o,$(FIRMWARE_SRC:%.c=build/$(1)/obj/%.o)) build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
@@ -251,6 +258,10 @@ $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -o $@
 
+build/host/test/fuzz: build/host/test/obj/test/fuzz.o $(TESTED_OBJ)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(SANITIZE) $(filter-out %/unity.o,$^) -o $@
+
 $(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj/test/sim/%.o \
 		build/host/test/obj/runner/sim/%_runner.o build/host/test/obj/unity.o \
 		$(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
@@ -298,7 +309,7 @@ build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | tools
 
 TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
 	$(SIM_TESTS:%=build/host/test/sim/%)
-TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) \
+TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) build/host/test/fuzz \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
 	build/arbotix/program/exchanges.elf \
@@ -316,6 +327,11 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 .PHONY: cycle
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 	@test/run/cycle.py 60
+
+## fuzz: 10 million random bytes, 1 million damaged lines and packets for the host link, sanitized
+.PHONY: fuzz
+fuzz: build/host/test/fuzz
+	@$< 10000000 1000000
 
 ## feedback: 18 servos' feedback over a 1 Mbps host link: one BULK READ against 18 round trips
 .PHONY: feedback

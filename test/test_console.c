@@ -68,7 +68,7 @@ static void type(const char *text)
             turn();
         text++;
     }
-    for (uint8_t i = 0; i < 40; i++)
+    for (uint8_t i = 0; i < 200; i++)
         turn();
 }
 
@@ -475,7 +475,7 @@ void test_a_reader_that_stops_holds_up_the_reply_but_loses_nothing(void)
     }
     TEST_ASSERT_GREATER_THAN_UINT8(CDS_RING_SIZE - WRITER_PIECE, cds_ring_count(&output));
     TEST_ASSERT_FALSE(console_idle(&console));
-    for (uint16_t i = 0; i < 400; i++)
+    for (uint16_t i = 0; i < 1000; i++)
         turn();
     TEST_ASSERT_NOT_NULL(strstr(said, "sync REG LENGTH ID:BYTE,BYTE,... ...: write many"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);

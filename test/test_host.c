@@ -242,6 +242,8 @@ void test_a_buffer_full_of_beginnings_ends_too(void)
         feed(beginning, sizeof beginning, 5);
     pause_us(HOST_SILENCE_US);
     settle();
+    settle();
+    settle();
     TEST_ASSERT_TRUE(host_idle(&host));
     feed(ping, sizeof ping, 1);
     assert_ping_found(1);
@@ -332,7 +334,8 @@ void test_packets_pass_although_nobody_takes_the_text(void)
     }
     for (uint8_t i = 0; i < sizeof ping; i++)
         cds_ring_put(&input, ping[i]);
-    host_poll(&host);
+    for (uint8_t i = 0; i < sizeof ping; i++)
+        host_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
     take_packet();
     assert_ping_found(1);
@@ -371,4 +374,18 @@ void test_marks_cannot_be_typed(void)
     type("a\xF8\xF9"
          "b\r");
     assert_said("ab\r");
+}
+
+void test_the_rest_of_a_packet_whose_length_was_damaged_spoils_no_later_line(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 1, 2, 3, 'a', 'b', 'c', 'd'}; // LENGTH was 5
+
+    feed(damaged, sizeof damaged, 1);
+    pause_us(HOST_SILENCE_US);
+    type("ping 1\r");
+    assert_said("bcd" MARK_DROPPED "ping 1\r");
+    type("pi");
+    pause_us(HOST_SILENCE_US); // a person may take more time
+    type("ng 2\r");
+    assert_said("ping 2\r");
 }

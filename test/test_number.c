@@ -110,6 +110,14 @@ void test_a_unit_of_another_kind_is_an_error(void)
     assert_error(ERROR_UNIT, "90.5.5", CDS_UNIT_MDEG);
 }
 
+void test_a_nul_is_not_the_end_of_a_unit(void)
+{
+    word("1deg");
+    token_add(&token, '\0');
+    token_add(&token, 'r');
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNIT, number_parse(&token, &number));
+}
+
 void test_what_is_no_number(void)
 {
     static const char *const words[] = {"",     "-",     ".",   ".5", "5.", "deg",

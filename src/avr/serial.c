@@ -23,13 +23,16 @@ void serial_open(struct serial *serial, uint16_t divisor)
 void serial_send(struct serial *serial)
 {
     if (cds_ring_count(&serial->tx))
-        SERIAL_CONTROL = SERIAL_SENDING;
+        SERIAL_CONTROL = serial->broken ? SERIAL_SENDING & SERIAL_DEAF : SERIAL_SENDING;
 }
 
 bool serial_broken(struct serial *serial)
 {
     if (!serial->broken || cds_ring_count(&serial->rx))
         return false;
+    while (SERIAL_STATUS & 1 << 7) // RXC: what came right behind the gap, three at the most
+        (void)SERIAL_DATA;
     serial->broken = 0;
+    SERIAL_CONTROL = SERIAL_SENDING; // the handler turns sending off if there is nothing
     return true;
 }

@@ -1,9 +1,9 @@
 /* The controller's serial port to the PC: full duplex, 8N1, a ring for each direction. It belongs
  * to the firmware, not to the library.
  *
- * When the PC sends more than the ring holds, all that follows is refused until the reader has
- * noticed (serial_broken()): so a gap is always at the end of what the ring holds, and the reader
- * knows what was cut.
+ * When the PC sends more than the ring holds, or a byte comes damaged, the receiver's interrupt is
+ * off until the reader has noticed (serial_broken()): so a gap is always at the end of what the ring
+ * holds, the reader knows what was cut, and a flood takes no more time than the reader gives it.
  */
 #ifndef AVR_SERIAL_H
 #define AVR_SERIAL_H
@@ -19,8 +19,8 @@
 struct serial {
     struct cds_ring rx;
     struct cds_ring tx;
-    volatile uint8_t broken; // not 0: something was lost, and nothing is taken until it is cleared
-    volatile uint16_t lost;  // bytes, modulo 65536
+    volatile uint8_t broken; // 1: something was lost, and nothing is taken until it is cleared
+    volatile uint16_t gaps;  // how often that was so, modulo 65536
 };
 
 #define SERIAL_REGISTER_(a, b) AVR_PASTE3(a, BOARD_HOST_USART, b)
@@ -31,6 +31,7 @@ struct serial {
 enum {
     SERIAL_QUIET = 1 << 4 | 1 << 3,        // RXEN, TXEN, and no interrupt
     SERIAL_IDLE = SERIAL_QUIET | 1 << 7,   // and RXCIE
+    SERIAL_DEAF = UINT8_MAX & ~(1 << 7),    // what is left without RXCIE
     SERIAL_SENDING = SERIAL_IDLE | 1 << 5, // and UDRIE
 };
 
@@ -39,7 +40,7 @@ enum {
 #define SERIAL_DIVISOR(baud) ((uint16_t)((F_CPU + 4UL * (baud)) / (8UL * (baud)) - 1))
 
 /* Opens the port at F_CPU / 8 / (divisor + 1) bit/s, SERIAL_DIVISOR(BOARD_HOST_BAUD) for the
- * board's own rate. Both rings are emptied, `lost` stays. Main context. */
+ * board's own rate. Both rings are emptied, `gaps` stays. Main context. */
 void serial_open(struct serial *serial, uint16_t divisor);
 
 /* Starts sending what stands in tx. Main context, after putting bytes there. */
@@ -52,21 +53,25 @@ bool serial_broken(struct serial *serial);
 
 /* A turnaround of a bus must not wait for the host: each handler first takes its own interrupts
  * away by one store to UCSRnB, lets all others in, and gives its own back at its end, for sending
- * only if there is more to send. SREG in r0 is from before the sei: restoring it shuts the others
- * out again for the last few instructions, or a host that is always on time would pile up handlers
- * until the stack is full. Others are shut out for 18 cycles at the beginning, and for 11 at the
- * end. By hand as those of handlers.h, where more is said. */
+ * only if there is more to send. SREG in r0 has its I cleared (T is in it): restoring it shuts the
+ * others out again for the last few instructions, or a host that is always on time would pile up
+ * handlers until the stack is full. Others are shut out for 15 cycles at the beginning, and for 11 at
+ * the end, and one handler may follow the other: so while the host floods the link at 1 Mbps servos
+ * need a return delay of 2, 64 cycles; the factory's 1 is enough for what a client says and hears. By hand as those of handlers.h, where more is said. */
 #define SERIAL_ENTER_                                                           \
     "push r24                 \n\t" "ldi  r24, %[quiet]       \n\t"             \
-    "sts  %[control], r24     \n\t" "push r0                  \n\t"             \
-    "in   r0, __SREG__        \n\t" "sei                      \n\t"             \
+    "sts  %[control], r24     \n\t" "sei                      \n\t"             \
+    "push r0                  \n\t" "in   r0, __SREG__        \n\t"             \
+    "clt                      \n\t" "bld  r0, 7               \n\t"             \
     "push r30                 \n\t" "push r31                 \n\t"
 
 #define SERIAL_LEAVE_                                                           \
     "lds  r30, %[tx_head]     \n\t" "lds  r24, %[tx_tail]     \n\t"             \
     "cp   r30, r24            \n\t" "ldi  r24, %[sending]     \n\t"             \
     "brne 9f                  \n\t" "ldi  r24, %[idle]        \n\t"             \
-    "9: pop r31               \n\t" "pop  r30                 \n\t"             \
+    "9: lds r30, %[broken]    \n\t" "sbrc r30, 0              \n\t"             \
+    "andi r24, %[deaf]        \n\t"                                             \
+    "pop  r31                 \n\t" "pop  r30                 \n\t"             \
     "out  __SREG__, r0        \n\t" "sts  %[control], r24     \n\t"             \
     "pop  r0                  \n\t" "pop  r24                 \n\t"             \
     "reti                     \n\t"
@@ -74,7 +79,8 @@ bool serial_broken(struct serial *serial);
 #define SERIAL_OPERANDS_(serial)                                                \
     [control] "n"(&SERIAL_CONTROL), [data] "n"(&SERIAL_DATA),                   \
     [quiet] "n"(SERIAL_QUIET), [idle] "n"(SERIAL_IDLE),                         \
-    [sending] "n"(SERIAL_SENDING), [mask] "n"(CDS_RING_SIZE - 1),               \
+    [sending] "n"(SERIAL_SENDING), [deaf] "n"(SERIAL_DEAF),                     \
+    [broken] "i"(&(serial).broken), [mask] "n"(CDS_RING_SIZE - 1),               \
     [tx_head] "i"(&(serial).tx.head), [tx_tail] "i"(&(serial).tx.tail)
 
 /* A byte came. Status goes with it and is read first. */
@@ -93,15 +99,17 @@ bool serial_broken(struct serial *serial);
     "sts  %[head], r24        \n\t"                                             \
     "1:                       \n\t" SERIAL_LEAVE_                               \
     "2: lds r24, %[data]      \n\t" /* taken, and not stored */                 \
+    "lds  r24, %[broken]      \n\t" "sbrc r24, 0              \n\t"             \
+    "rjmp 1b                  \n\t"                                             \
     "ldi  r24, 1              \n\t" "sts  %[broken], r24      \n\t"             \
-    "lds  r30, %[lost]        \n\t" "lds  r31, %[lost]+1      \n\t"             \
-    "adiw r30, 1              \n\t" "sts  %[lost]+1, r31      \n\t"             \
-    "sts  %[lost], r30        \n\t" "rjmp 1b                  \n\t"             \
+    "lds  r30, %[gaps]        \n\t" "lds  r31, %[gaps]+1      \n\t"             \
+    "adiw r30, 1              \n\t" "sts  %[gaps]+1, r31      \n\t"             \
+    "sts  %[gaps], r30        \n\t" "rjmp 1b                  \n\t"             \
     :: SERIAL_OPERANDS_(serial), [status] "n"(&SERIAL_STATUS),                  \
        [errors] "n"(AVR_FRAMING_ERROR | AVR_OVERRUN),                           \
        [full] "n"(256 - CDS_RING_SIZE), [head] "i"(&(serial).rx.head),          \
        [tail] "i"(&(serial).rx.tail), [bytes] "i"(&(serial).rx.bytes[0]),       \
-       [broken] "i"(&(serial).broken), [lost] "i"(&(serial).lost))
+       [gaps] "i"(&(serial).gaps))
 
 /* The transmitter can take a byte. */
 #define SERIAL_ON_TX_READY_(serial)                                             \

@@ -10,6 +10,9 @@
 #include "host.h" // HOST_MARK_DROPPED
 #include "reply.h"
 
+/* The bus must not wait for a line. */
+#define CHARACTERS_PER_POLL 2
+
 static void begin_line(struct console *console)
 {
     command_begin(&console->line);

@@ -103,15 +103,18 @@ static uint8_t written(const struct device *device, const uint8_t *packet, uint8
     uint8_t from = packet[CDS_AT_PARAMETERS];
     uint8_t count = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     const uint8_t *data = &packet[CDS_AT_PARAMETERS + 1];
-    uint8_t hits = 0;
+    uint8_t first = rows[reg].address, bytes = rows[reg].bytes, hits = 0;
 
-    for (uint8_t i = 0; i < rows[reg].bytes; i++) {
-        uint8_t address = (uint8_t)(rows[reg].address + i);
+    if (first + bytes <= from || first >= from + count)
+        return 0;
+    if (rows[reg].access == RW)
+        *value = value_of(device, reg);
+    for (uint8_t i = 0; i < bytes; i++) {
+        uint8_t address = (uint8_t)(first + i);
 
         if (address < from || address - from >= count)
             continue;
-        if (hits++ == 0 && rows[reg].access == RW)
-            *value = value_of(device, reg);
+        hits++;
         if (i)
             *value = (uint16_t)((uint8_t)*value | (uint16_t)data[address - from] << 8);
         else

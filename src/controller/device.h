@@ -60,7 +60,7 @@
     X(HOST_BROKEN, 0x36, 2, RD, 0, 65535, "packets", "dropped: LENGTH or checksum")                \
     X(HOST_SILENT, 0x38, 2, RD, 0, 65535, "packets", "dropped: not ended within 50 ms")            \
     X(HOST_GAPS, 0x3A, 2, RD, 0, 65535, "-", "times that something of the host's was lost")        \
-    X(HOST_LOST, 0x3C, 2, RD, 0, 65535, "bytes", "lost in the receiver's buffer")                  \
+    X(HOST_OVERFLOWS, 0x3C, 2, RD, 0, 65535, "-", "... of them, in the receiver or its buffer")    \
     X(BRIDGE_PASSED, 0x3E, 2, RD, 0, 65535, "packets", "of the host given to the bus")             \
     X(BRIDGE_ANSWERED, 0x40, 2, RD, 0, 65535, "packets", "... of them answered")                   \
     X(BRIDGE_UNANSWERED, 0x42, 2, RD, 0, 65535, "packets", "... not answered though one was due")  \

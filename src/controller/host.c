@@ -5,7 +5,10 @@
 
 #include "cds55xx/port.h" // cds_port_now_us()
 
-#define BYTES_PER_POLL 32 // examined at the most: the bus must not wait for the host
+/* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
+ */
+#define BYTES_PER_POLL   3
+#define COUNTED_PER_POLL 32
 
 void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
 {
@@ -60,7 +63,19 @@ static void take_text(struct host *host, uint8_t byte)
             gap(host);
         else
             host->typing = !ends_line(byte);
+        host->suspect = host->suspect && host->typing;
     }
+}
+
+/* What was typed of this line is gone. */
+static void drop_line(struct host *host)
+{
+    if (!host->typing)
+        return;
+    if (put(host, HOST_MARK_DROPPED))
+        host->typing = false;
+    else
+        host->lost = true; // there is half a line in the ring, which must not be joined
 }
 
 /* Nothing stands there, or, if `count` is 1, a 0xFF that has just come. */
@@ -76,12 +91,7 @@ static void begin(struct host *host)
 {
     host->skipping = false;
     restart(host, 1);
-    if (host->typing) {
-        if (put(host, HOST_MARK_DROPPED))
-            host->typing = false;
-        else
-            host->lost = true; // there is half a line in the ring, which must not be joined
-    }
+    drop_line(host);
 }
 
 /* What stands at `from` begins no packet: the search goes on behind its first byte. */
@@ -102,6 +112,7 @@ static void refute(struct host *host)
 static void refute_counted(struct host *host)
 {
     host->counters.broken++;
+    host->suspect = true;
     refute(host);
 }
 
@@ -204,11 +215,14 @@ static void take_byte(struct host *host)
 /* Nothing has come: for how long? */
 static void listen(struct host *host)
 {
-    if (!is_open(host) && !host->skipping)
+    if (!is_open(host) && !host->skipping && !host->suspect)
         return;
     if (cds_port_now_us() - host->heard_us < HOST_SILENCE_US)
         return;
     host->skipping = false;
+    if (host->suspect)
+        drop_line(host);
+    host->suspect = false;
     if (is_open(host)) {
         if (host->count > 1) // a lone 0xFF is no packet
             host->counters.silent++;
@@ -216,10 +230,11 @@ static void listen(struct host *host)
     }
 }
 
-/* Takes and examines up to `left` bytes. */
-static void work(struct host *host, uint8_t left)
+static void work(struct host *host)
 {
-    while (left && !host->whole) {
+    uint8_t left = BYTES_PER_POLL;
+
+    while (!host->whole) {
         uint8_t done = 1;
 
         if (host->seen < host->count)
@@ -227,9 +242,11 @@ static void work(struct host *host, uint8_t left)
         else if (cds_ring_count(host->input) == 0)
             break;
         else if (host->end)
-            done = take_counted(host, left);
+            done = take_counted(host, COUNTED_PER_POLL);
         else
             take_byte(host);
+        if (done >= left)
+            break;
         left = (uint8_t)(left - done);
     }
 }
@@ -242,7 +259,7 @@ void host_poll(struct host *host)
         host->lost = false;
         host->typing = false;
     }
-    work(host, BYTES_PER_POLL);
+    work(host);
     if (tail != host->input->tail)
         host->heard_us = cds_port_now_us();
     else if (!host->whole && host->seen == host->count)

@@ -3,7 +3,8 @@
  * A byte 0xFF outside a packet begins one, for it is never part of text, and drops the line that
  * was being typed. All else outside a packet is text. What looked like a packet and is none (no
  * second 0xFF, LENGTH, checksum, or silence for HOST_SILENCE_US before its end) is dropped, but a
- * packet that begins within it is found. Behind a gap in what came, all is dropped up to the end of
+ * packet that begins within it is found, and half a line behind it that goes on no more within that
+ * time is taken for the rest of it. Behind a gap in what came, all is dropped up to the end of
  * the line, the next 0xFF or that silence.
  *
  * A packet with a bad checksum is dropped, not passed on: the ID it has may not be the one that was
@@ -47,6 +48,7 @@ struct host {
     uint32_t heard_us;      // when the last byte was taken
     bool whole;             // a packet stands there; nothing is taken until host_take()
     bool typing;            // the text so far ends within a line
+    bool suspect;           // ... which may be the rest of a packet that was broken
     bool lost;              // a gap was met; HOST_MARK_LOST is due
     bool skipping;          // ... and what follows is dropped
     bool stop;              // Ctrl-X was typed, wherever the text is now; who has seen to it clears

@@ -82,7 +82,7 @@ static void open(void)
     cds_bus_open(&controller.bus, 0, CDS_BAUD_1M);
     host_open(&controller.host, &controller.serial.rx, &controller.text, controller.packets[1]);
     values_open(&controller.values, &controller.bus, &controller.host, &controller.bridge,
-                &controller.serial.lost);
+                &controller.serial.gaps);
     controller.device.world = &controller.values.world;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[2]);

@@ -66,7 +66,7 @@ static bool is_unit(const struct token *token, uint8_t from, const CDS_FLASH cha
 
         if (c >= 'A' && c <= 'Z')
             c = (char)(c | 0x20);
-        if (c != *name)
+        if (*name == '\0' || c != *name) // a NUL that was typed is not the end of the name
             return false;
     }
     return *name == '\0';

@@ -21,12 +21,11 @@ static void reset(void *owner)
         values->kept[i] = initial[i];
 }
 
-/* In the order of the registers. */
-static uint16_t bus_counter(struct values *values, uint8_t reg)
+static uint16_t bus_counter(const struct values *values, uint8_t reg)
 {
-    const struct cds_counters *c = &values->counters;
+    const struct cds_counters *c = &values->bus->counters;
+    const struct cds_link *link = &values->bus->link;
 
-    cds_bus_counters(values->bus, &values->counters);
     switch (reg) {
     case DEVICE_BUS_SENT: return c->sent;
     case DEVICE_BUS_REPEATED: return c->repeated;
@@ -38,10 +37,10 @@ static uint16_t bus_counter(struct values *values, uint8_t reg)
     case DEVICE_BUS_LATE: return c->late;
     case DEVICE_BUS_EXTRA: return c->extra;
     case DEVICE_BUS_FOREIGN: return c->foreign;
-    case DEVICE_BUS_FRAMING: return c->framing_errors;
-    case DEVICE_BUS_OVERRUNS: return c->overruns;
-    case DEVICE_BUS_OVERFLOWS: return c->ring_overflows;
-    default: return c->echo_errors;
+    case DEVICE_BUS_FRAMING: return cds_link_count(&link->framing_errors);
+    case DEVICE_BUS_OVERRUNS: return cds_link_count(&link->overruns);
+    case DEVICE_BUS_OVERFLOWS: return cds_link_count(&link->ring_overflows);
+    default: return cds_link_count(&link->echo_errors);
     }
 }
 
@@ -55,7 +54,7 @@ static uint16_t host_counter(const struct values *values, uint8_t reg)
     case DEVICE_HOST_BROKEN: return host->broken;
     case DEVICE_HOST_SILENT: return host->silent;
     case DEVICE_HOST_GAPS: return host->gaps;
-    case DEVICE_HOST_LOST: return cds_link_count(values->lost);
+    case DEVICE_HOST_OVERFLOWS: return cds_link_count(values->gaps);
     case DEVICE_BRIDGE_PASSED: return bridge->passed;
     case DEVICE_BRIDGE_ANSWERED: return bridge->answered;
     case DEVICE_BRIDGE_UNANSWERED: return bridge->unanswered;
@@ -107,13 +106,13 @@ static bool settled(void *owner)
 }
 
 void values_open(struct values *values, struct cds_bus *bus, const struct host *host,
-                 const struct bridge *bridge, const volatile uint16_t *lost)
+                 const struct bridge *bridge, const volatile uint16_t *gaps)
 {
     *values = (struct values){
         .bus = bus,
         .host = host,
         .bridge = bridge,
-        .lost = lost,
+        .gaps = gaps,
         .world = {.owner = values, .get = get, .set = set, .reset = reset, .settled = settled}};
     reset(values);
 }

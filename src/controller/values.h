@@ -16,9 +16,8 @@ struct values {
     struct cds_bus *bus;
     const struct host *host;
     const struct bridge *bridge;
-    const volatile uint16_t *lost; // bytes of the host, by the receive handler
+    const volatile uint16_t *gaps; // bytes of the host, by the receive handler
     uint16_t kept[DEVICE_KEPT];    // the settings, by enum device_register
-    struct cds_counters counters;  // of the bus, as last copied
     uint8_t save;                  // 1: they are to be kept; who has done it clears it
     uint8_t reset_cause;
     uint8_t link_lost;
@@ -28,6 +27,6 @@ struct values {
 
 /* Factory values; `bus` is open. */
 void values_open(struct values *values, struct cds_bus *bus, const struct host *host,
-                 const struct bridge *bridge, const volatile uint16_t *lost);
+                 const struct bridge *bridge, const volatile uint16_t *gaps);
 
 #endif

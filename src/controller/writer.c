@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
+
 static const CDS_FLASH char end_of_line[] = "\r\n";
 
 void writer_end_of_line(struct writer *writer)
@@ -20,7 +22,9 @@ void writer_text_line(struct writer *writer, const CDS_FLASH char *text)
 
 bool writer_ready(struct writer *writer)
 {
-    while (writer->text) {
+    for (uint8_t left = CHARACTERS_PER_CALL; writer->text; left--) {
+        if (left == 0)
+            return false;
         if (*writer->text == '\0') {
             if (writer->ending)
                 writer->text = NULL;

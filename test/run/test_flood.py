@@ -1,0 +1,92 @@
+"""300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz, the
+servos at a return delay of 6 us: test/program/flood.c, the firmware with a cycle beside it."""
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+from client import BROADCAST, READ, WRITE, packet
+from simulator import PACKET, ROOT, SIM
+
+DEVICE, HOST_BAUD, BUS_SENT, HOST_OVERFLOWS = 253, 0x04, 0x18, 0x3C
+RETURN_DELAY = 0x05
+MHZ = 16
+PERIOD_US = 4000
+COUNTERS = HOST_OVERFLOWS + 2 - BUS_SENT
+NAMES = ("sent repeated ok timeouts corrupt unsent refuted late extra foreign framing overruns "
+         "overflows echoes packets broken silent gaps host_overflows").split()
+FLOOD = "flood 300000"
+
+
+class Run:
+    """.counters as the device has them at the end; .late_us of each period's goals, from the first
+    grid of periods; .reads and .replies on the wire."""
+
+    def __init__(self, during):
+        lines = ["say " + packet(BROADCAST, WRITE, [RETURN_DELAY, 3]).hex(" "), "wait 10000",
+                 "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
+                 "baud 1000000", "wait 10000", during, "wait 500000",
+                 "say " + packet(DEVICE, READ, [BUS_SENT, COUNTERS]).hex(" "), f"hear {COUNTERS + 6}"]
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            (folder / "pc").write_text("\n".join(lines) + "\n")
+            done = subprocess.run(
+                [SIM, "firmware", ROOT / "build/atmega128/program/flood.elf", "--board", "atmega128",
+                 "--servos", "1-18", "--host", folder / "pc", "--transcript", folder / "transcript"],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200)
+            wire = (folder / "transcript").read_text().splitlines()
+        wire = [match for match in map(PACKET.match, wire) if match]
+        self.status, self.output = done.returncode, done.stdout
+        heard = [line.split() for line in self.output.splitlines() if line.startswith("heard")]
+        raw = bytes.fromhex("".join(heard[-1][4:]))
+        words = [int.from_bytes(raw[at:at + 2], "little") for at in range(5, 5 + COUNTERS, 2)]
+        self.counters = dict(zip(NAMES, words))
+        goals = [int(match[1]) for match in wire if match[3].startswith("FF FF FE")]
+        broadcasts = len(goals)
+        goals = goals[10:] # those before the host says anything, and what it says
+        self.seconds = (goals[-1] - goals[0]) / MHZ / 1e6
+        self.periods = len(goals)
+        self.late_us = [(cycle - goals[0]) / MHZ - PERIOD_US * period
+                        for period, cycle in enumerate(goals)]
+        self.sent = sum(match[2] == "->in" for match in wire)
+        self.reads = self.sent - broadcasts
+        self.replies = len(wire) - self.sent
+
+
+class Flood(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.runs = {during: Run(during) for during in ("wait 3000000", FLOOD + " 7", FLOOD + " 8")}
+
+    def test_nothing_is_lost_on_the_bus(self):
+        for during, run in self.runs.items():
+            with self.subTest(during):
+                self.assertEqual(run.status, 0, run.output)  # no rule of the wire broken
+                self.assertEqual(run.replies, run.reads)
+                for name in NAMES[:14]:
+                    if name not in ("sent", "ok"):
+                        self.assertEqual(run.counters[name], 0, name)
+                self.assertLessEqual(run.counters["sent"] - run.counters["ok"], 1)
+                self.assertLessEqual(abs(run.sent - run.counters["sent"]), 2)
+
+    def test_no_period_is_missed_and_goals_leave_on_time(self):
+        for during, run in self.runs.items():
+            with self.subTest(during):
+                self.assertEqual(run.periods, round(run.seconds * 1e6 / PERIOD_US) + 1)
+                self.assertLess(max(run.late_us) - min(run.late_us), 400)
+
+    def test_there_is_still_time_for_feedback(self):
+        quiet, *loud = self.runs.values()
+        for run in loud:
+            self.assertGreater(run.reads, 0.6 * quiet.reads)
+
+    def test_what_was_too_much_is_counted_and_told(self):
+        quiet, *loud = self.runs.values()
+        self.assertEqual((quiet.counters["gaps"], quiet.counters["broken"]), (0, 0))
+        for run in loud:
+            self.assertGreater(run.counters["gaps"], 100)
+            self.assertGreaterEqual(run.counters["gaps"], run.counters["host_overflows"])
+
+
+if __name__ == "__main__":
+    unittest.main()
