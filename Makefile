@@ -343,7 +343,7 @@ feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
 	test/*.[ch] test/*/*.[ch])
 
-GENERATED_DOCS := errors registers
+GENERATED_DOCS := errors registers console
 
 ## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check
@@ -361,7 +361,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 
 ## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs
-docs: tools
+docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
 

@@ -15,7 +15,7 @@ enum monitor_phase {
     PAUSE, // until the next line is due
     ASK,   // a servo
     TAKE,  // its answer
-    TELL,  // the rest of it
+    TELL,  // what it says
     SUM_UP,
 };
 
@@ -48,27 +48,35 @@ static struct writer *label(struct console *console)
     return &console->writer;
 }
 
-/* Two pieces, each of at most 48 characters. */
-static void tell_motion(struct console *console)
+#define VALUES 5 // told of each servo, one a turn: a conversion takes 100 us
+
+static void tell(struct console *console, uint8_t value)
 {
     const struct cds_feedback *feedback = &console->job.monitor.feedback;
+    struct writer *writer = label(console);
 
-    WRITER_TEXT(label(console), "deg:");
-    number_write_bare(&console->writer, CDS_UNIT_MDEG, feedback->position);
-    WRITER_TEXT(label(console), "rpm:");
-    number_write_bare(&console->writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
-    WRITER_TEXT(label(console), "%:");
-    number_write_bare(&console->writer, CDS_UNIT_SIGNED_CPCT, feedback->load);
-}
-
-static void tell_rest(struct console *console)
-{
-    const struct cds_feedback *feedback = &console->job.monitor.feedback;
-
-    WRITER_TEXT(label(console), "V:");
-    number_write_bare(&console->writer, CDS_UNIT_MV, feedback->voltage);
-    WRITER_TEXT(label(console), "C:");
-    number_write_bare(&console->writer, CDS_UNIT_CELSIUS, feedback->temperature);
+    switch (value) {
+    case 0:
+        WRITER_TEXT(writer, "deg:");
+        number_write_bare(writer, CDS_UNIT_MDEG, feedback->position);
+        break;
+    case 1:
+        WRITER_TEXT(writer, "rpm:");
+        number_write_bare(writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
+        break;
+    case 2:
+        WRITER_TEXT(writer, "%:");
+        number_write_bare(writer, CDS_UNIT_SIGNED_CPCT, feedback->load);
+        break;
+    case 3:
+        WRITER_TEXT(writer, "V:");
+        number_write_bare(writer, CDS_UNIT_MV, feedback->voltage);
+        break;
+    default:
+        WRITER_TEXT(writer, "C:");
+        number_write_bare(writer, CDS_UNIT_CELSIUS, feedback->temperature);
+        break;
+    }
 }
 
 static void end_of_line(struct console *console)
@@ -102,7 +110,7 @@ static void take(struct console *console)
     struct cds_feedback *feedback = &console->job.monitor.feedback;
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
-        tell_motion(console);
+        console->job.monitor.value = 0;
         console->phase = TELL;
     } else if (console->job.monitor.lines == 0) {
         console->error = console->line.request->result;
@@ -155,8 +163,9 @@ bool monitor_poll(struct console *console)
     case ASK: ask(console); return true;
     case TAKE: take(console); return true;
     case TELL:
-        tell_rest(console);
-        next(console);
+        tell(console, console->job.monitor.value++);
+        if (console->job.monitor.value == VALUES)
+            next(console);
         return true;
     default: return sum_up(console);
     }

@@ -53,7 +53,7 @@
     X(pose, MANY, "p?(at)u", 0, pose_begin, pose_poll, " ANGLE... [at SPEED]",                     \
       "move the group, all at once",                                                               \
       "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 as "  \
-      "fast as it can, and so if left out. While a cycle runs, it takes the goals over",           \
+      "fast as it can, 20rpm if left out. While a cycle runs, it takes the goals over",            \
       "pose 90 150.5 210 at 20rpm")                                                                \
     X(cycle, MANY, "?(every|off)?u", 0, cycle_begin, cycle_poll, " [every MS|off]",                \
       "exchange goals and feedback at a fixed rate, or show how it goes",                          \

@@ -46,6 +46,7 @@ union console_job {
         uint8_t ids[MONITOR_SERVOS];
         uint8_t count;
         uint8_t index; // servo being read
+        uint8_t value; // of it, being told
         bool begun;    // something stands in the line
     } monitor;
     struct {
