@@ -23,12 +23,6 @@ def table(sources):
                 raise SystemExit(f"{source}: number {number} stands twice")
             numbers.add(number)
             print(f"| {number} | `{name}` | {text} | {remedy} |")
-    print("\n# Findings\n")
-    print("What `diagnose` finds (`enum cds_finding`), from the table in `include/cds55xx/diagnose.h`.\n")
-    print("| N | name | text | remedy |")
-    print("|---|---|---|---|")
-    for name, number, text, remedy in rows("include/cds55xx/diagnose.h"):
-        print(f"| {number} | `{name}` | {text} | {remedy} |")
 
 
 def main():

@@ -2,8 +2,9 @@
  * to the firmware, not to the library.
  *
  * When the PC sends more than the ring holds, or a byte comes damaged, the receiver's interrupt is
- * off until the reader has noticed (serial_broken()): so a gap is always at the end of what the ring
- * holds, the reader knows what was cut, and a flood takes no more time than the reader gives it.
+ * off until the reader has noticed (serial_broken()): so a gap is always at the end of what the
+ * ring holds, the reader knows what was cut, and a flood takes no more time than the reader gives
+ * it.
  */
 #ifndef AVR_SERIAL_H
 #define AVR_SERIAL_H
@@ -31,7 +32,7 @@ struct serial {
 enum {
     SERIAL_QUIET = 1 << 4 | 1 << 3,        // RXEN, TXEN, and no interrupt
     SERIAL_IDLE = SERIAL_QUIET | 1 << 7,   // and RXCIE
-    SERIAL_DEAF = UINT8_MAX & ~(1 << 7),    // what is left without RXCIE
+    SERIAL_DEAF = UINT8_MAX & ~(1 << 7),   // what is left without RXCIE
     SERIAL_SENDING = SERIAL_IDLE | 1 << 5, // and UDRIE
 };
 
