@@ -37,7 +37,8 @@
       "set its limits, as by 'set 1 CCW_ANGLE_LIMIT 300deg'")                                      \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
-    X(ERROR_KEY, 49, "ended by a key", "what was said so far is right, the rest is not known")     \
+    X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
+      "what was said so far is right; begin it again")                                             \
     X(ERROR_PLACE_TAKEN, 50, "another servo is there already, nothing was written",                \
       "give that one another ID first, or choose another")                                         \
     X(ERROR_LOST, 51, "the servo answers neither where it was nor where it should be",             \

@@ -43,6 +43,9 @@ uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
 
 static void let_go(struct robot *robot)
 {
+    if (robot->operation == ROBOT_CYCLE)
+        cds_watch_set_cycle(&robot->watch, NULL);
+    robot->watch_rests = false;
     robot->operation = ROBOT_IDLE;
     robot->bus->observer = &robot->roster.observer;
 }
@@ -51,6 +54,8 @@ uint8_t robot_begun(struct robot *robot, enum cds_result begun)
 {
     if (begun != CDS_OK)
         let_go(robot);
+    else if (robot->operation == ROBOT_CYCLE) // goals that leave no time for it go before it
+        robot->watch_rests = cds_watch_set_cycle(&robot->watch, &robot->work.cycle.cycle) != CDS_OK;
     return (uint8_t)begun;
 }
 
@@ -110,7 +115,7 @@ void robot_poll(struct robot *robot)
         if (robot->result != CDS_PENDING)
             let_go(robot);
     }
-    if (!robot->stopping && !robot_is_exclusive(robot))
+    if (!robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot))
         cds_watch_poll(&robot->watch);
 }
 

@@ -62,6 +62,7 @@ struct robot {
     uint8_t baud;      // register value of the bus's rate when it began
     bool stop_waits;   // until the bus is back at its rate
     bool stopping;     // a stop is under way
+    bool watch_rests;  // the cycle leaves no time for the state check
     bool group_acts;   // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
     uint8_t group_count;
     struct cds_roster roster;
