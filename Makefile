@@ -344,7 +344,7 @@ feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
 	test/*.[ch] test/*/*.[ch])
 
-GENERATED_DOCS := errors registers console
+GENERATED_DOCS := errors registers console device
 
 ## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check

@@ -152,7 +152,7 @@ static uint8_t any_byte(void)
 static void noise(uint32_t count)
 {
     while (count) {
-        for (uint32_t burst = any(any(8) ? 24 : 64) + 1; burst && count; burst--, count--)
+        for (uint32_t burst = any(any(50) ? 4 : 64) + 1; burst && count; burst--, count--)
             hear(any_byte());
         turn();
         if (any(1000) == 0)
@@ -235,7 +235,8 @@ static int good_ones(const uint8_t *damaged, size_t size)
         if (!wait_for(reply, sizeof reply))
             return fail("the packet", damaged, size);
     }
-    wait_us(1000); // what was said before it
+    for (uint32_t i = 0; i < 50000 && !console_idle(&console); i++)
+        turn(); // it still answers what it took for lines
     said_size = 0;
     say((const uint8_t *)"ping 4\r", 7);
     if (!wait_for("ok\r\n", 4))

@@ -61,6 +61,13 @@ static void turn(void)
     hear_console();
 }
 
+/* It goes on without an answer of the bus, and without more input. */
+static bool moves(void)
+{
+    return console.state == CONSOLE_REPLYING ||
+           (console.state == CONSOLE_READING && cds_ring_count(&input));
+}
+
 static void type(const char *text)
 {
     while (*text) {
@@ -68,7 +75,7 @@ static void type(const char *text)
             turn();
         text++;
     }
-    for (uint8_t i = 0; i < 200; i++)
+    for (uint16_t i = 0; i < 10 || (i < 5000 && moves()); i++)
         turn();
 }
 

@@ -46,6 +46,7 @@ struct host {
     uint16_t end;           // where the packet will end, 0 until its LENGTH is known
     uint8_t sum;            // of the bytes from the ID on
     uint32_t heard_us;      // when the last byte was taken
+    bool stale;             // ... too long ago for what has begun
     bool whole;             // a packet stands there; nothing is taken until host_take()
     bool typing;            // the text so far ends within a line
     bool suspect;           // ... which may be the rest of a packet that was broken

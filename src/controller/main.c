@@ -91,12 +91,22 @@ static void open(void)
                  &controller.serial.tx);
 }
 
+/* Packets wait while the bus may be at another rate. Whoever is in a scan or a diagnosis gives way
+ * to them. */
+static void poll_bridge(void)
+{
+    if (!robot_is_exclusive(&controller.robot))
+        bridge_poll(&controller.bridge);
+    else if (controller.host.whole)
+        robot_abort(&controller.robot);
+}
+
 int main(void)
 {
     open();
     for (uint8_t turn = 0;; turn++) {
         cds_bus_poll(&controller.bus);
-        bridge_poll(&controller.bridge);
+        poll_bridge();
         if (bridge_hurries(&controller.bridge) && turn % SELDOM) {
             serial_send(&controller.serial);
             continue;

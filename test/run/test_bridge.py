@@ -168,6 +168,36 @@ class Bridge(unittest.TestCase):
                                           timeout=0.1).count(b"ok\r\n"), 3)
             self.assertEqual(port.read(1, LED, 1), b"\x00")
 
+    def test_a_status_packet_is_never_torn_by_text(self):
+        with bridge(servos="1") as sim, Client(sim.path) as port:
+            whole = port.ask(packet(1, READ, [0, 50]), 56)
+            for _ in range(10):
+                said = port.ask(b"help\r" + packet(1, READ, [0, 50]) + b"version\r", timeout=0.1)
+                self.assertIn(whole, said)
+                self.assertEqual(said.replace(whole, b"").count(b"\nok\r\n"), 2, said)
+
+    def test_on_every_board(self):
+        for board in ("arduino-mega", "cm510", "arbotix"):
+            baud = 57600 if board == "cm510" else 115200
+            with self.subTest(board), bridge(servos="1-3", board=board) as sim, \
+                    Client(sim.path, baud) as port:
+                self.assertEqual(port.scan(range(5), 0.1), [1, 2, 3])
+                self.assertEqual(port.read(1, ID, 1), b"\x01")
+                port.write(DEVICE, HOST_BAUD, [1])
+                time.sleep(0.02)
+                port.set_baud(1000000)
+                time.sleep(0.02)
+                port.sync_write(LED, {1: [1], 3: [1]})
+                port.send(packet(BROADCAST, SYNC_READ, [LED, 1, 1, 2, 9, 3]))
+                self.assertEqual(port.status(), (DEVICE, 0x80, b"\x01\x00\xff\x01"))
+                port.send(packet(BROADCAST, BULK_READ, [0, 1, 3, LED, 50, 2, 0, 2, DEVICE, 0]))
+                self.assertEqual(port.status(), (3, 0, b"\x01"))
+                self.assertEqual(len(port.status()[2]), 50)
+                self.assertEqual(port.status(), (DEVICE, 0, b"\x55\xcd"))
+                self.assertEqual(port.ask(b"ping 1\r", 4), b"ok\r\n")
+                sim.end()
+                self.assertEqual(sim.status, 0, sim.output)
+
     def test_too_much_text_is_answered_by_a_numbered_error(self):
         with bridge(servos="1") as sim, Client(sim.path) as port:
             self.assertIn(b"error 36: ", port.ask(b"help\r" * 60, timeout=0.3))

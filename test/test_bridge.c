@@ -1,0 +1,509 @@
+/* The bridge, the virtual device and the reads of many servos, between host bytes and bus bytes. */
+#include <string.h>
+
+#include "bridge.h"
+#include "port_fake.h"
+#include "unity.h"
+#include "values.h"
+
+static struct cds_bus bus;
+static struct cds_ring input, text, output;
+static struct host host;
+static struct bridge bridge;
+static struct device device;
+static struct values values;
+static uint8_t buffers[2][HOST_PACKET_MAX];
+static uint16_t gaps;
+
+/* What the host has heard. */
+static uint8_t heard[300];
+static uint16_t heard_size;
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&input, 0, sizeof input);
+    memset(&text, 0, sizeof text);
+    memset(&output, 0, sizeof output);
+    memset(&device, 0, sizeof device);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    host_open(&host, &input, &text, buffers[0]);
+    values_open(&values, &bus, &host, &bridge, &gaps);
+    device.world = &values.world;
+    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1]);
+    heard_size = 0;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void turn(void)
+{
+    port_fake.now_us += 2;
+    cds_bus_poll(&bus);
+    host_poll(&host);
+    bridge_poll(&bridge);
+    for (; cds_ring_count(&output); cds_ring_drop(&output, 1))
+        if (heard_size < sizeof heard)
+            heard[heard_size++] = cds_ring_peek(&output, 0);
+}
+
+static void turns(uint16_t count)
+{
+    while (count--)
+        turn();
+}
+
+/* The host says a packet. */
+static void say(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
+{
+    uint8_t head[5] = {0xFF, 0xFF, id, (uint8_t)(count + 2), instruction};
+    uint8_t sum = (uint8_t)(id + head[3] + instruction);
+
+    heard_size = 0;
+    for (uint16_t i = 0; i < count + 6u; i++) {
+        uint8_t byte = i < 5 ? head[i] : i < count + 5u ? parameters[i - 5] : (uint8_t)~sum;
+
+        if (i >= 5)
+            sum = (uint8_t)(sum + byte);
+        while (!cds_ring_put(&input, byte))
+            turn();
+    }
+    turns(60);
+}
+
+#define SAY(id, instruction, ...)                                                                  \
+    do {                                                                                           \
+        const uint8_t parameters_[] = {__VA_ARGS__};                                               \
+        say(id, instruction, parameters_, sizeof parameters_);                                     \
+    } while (0)
+
+/* What the bus has sent is out. */
+static bool sent(void)
+{
+    for (uint8_t i = 0; i < 200 && bus.link.state != CDS_LINK_TALKING; i++)
+        turn();
+    return port_fake_transmit(&bus.link, 0);
+}
+
+static void assert_sent(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
+{
+    TEST_ASSERT_TRUE(sent());
+    TEST_ASSERT_EQUAL_UINT16(count + 6u, port_fake.sent_size);
+    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+    TEST_ASSERT_EQUAL_UINT8(count + 2, port_fake.sent[3]);
+    TEST_ASSERT_EQUAL_UINT8(instruction, port_fake.sent[4]);
+    if (count)
+        TEST_ASSERT_EQUAL_UINT8_ARRAY(parameters, &port_fake.sent[5], count);
+}
+
+static void answer(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
+{
+    port_fake_answer(&bus.link, id, error, parameters, count);
+    turns(20);
+}
+
+/* The host has heard one status packet, and nothing else. */
+static void assert_heard(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
+{
+    uint8_t sum = (uint8_t)(id + count + 2 + error);
+
+    for (uint8_t i = 0; i < count; i++)
+        sum = (uint8_t)(sum + parameters[i]);
+    TEST_ASSERT_EQUAL_UINT16(count + 6u, heard_size);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, heard[0]);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, heard[1]);
+    TEST_ASSERT_EQUAL_UINT8(id, heard[2]);
+    TEST_ASSERT_EQUAL_UINT8(count + 2, heard[3]);
+    TEST_ASSERT_EQUAL_HEX8(error, heard[4]);
+    if (count)
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(parameters, &heard[5], count);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)~sum, heard[5 + count]);
+    heard_size = 0;
+}
+
+static void wait_for_deadline(void)
+{
+    turns(1500); // 3 ms
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+}
+
+static uint8_t data[255];
+
+static void fill(uint8_t count, uint8_t from)
+{
+    for (uint8_t i = 0; i < count; i++)
+        data[i] = (uint8_t)(from + i);
+}
+
+void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
+{
+    for (uint8_t count = 0; count <= 252; count = (uint8_t)(count + 21)) {
+        fill(count, 200);
+        say(254, 0x83, data, count);
+        assert_sent(254, 0x83, data, count);
+        wait_for_deadline();
+    }
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, bus.counters.ok);
+}
+
+void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
+{
+    for (uint8_t count = 0; count <= CDS_REPLY_ANY; count++) {
+        SAY(9, CDS_READ, 0, count);
+        TEST_ASSERT_TRUE(sent());
+        fill(count, 0xF0);
+        answer(9, count & 0x7F, data, count);
+        assert_heard(9, count & 0x7F, data, count);
+    }
+    SAY(9, 0x77, 1, 2, 3); // whatever that is
+    assert_sent(9, 0x77, (const uint8_t *)"\1\2\3", 3);
+    answer(9, 0x40, data, 5);
+    assert_heard(9, 0x40, data, 5);
+    TEST_ASSERT_EQUAL_UINT16(bridge.counters.answered, bridge.counters.passed);
+}
+
+static uint8_t due(uint8_t id, uint8_t length, uint8_t instruction, uint8_t count)
+{
+    const uint8_t packet[] = {0xFF, 0xFF, id, length, instruction, 0, count, 0};
+
+    return gather_reply_due(packet);
+}
+
+void test_how_long_a_reply_may_be(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(8, due(1, 4, CDS_READ, 8));
+    TEST_ASSERT_EQUAL_UINT8(50, due(1, 4, CDS_READ, 50));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 4, CDS_READ, 51));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 5, CDS_READ, 8)); // no READ that a servo knows
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 2, CDS_PING, 8));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 4, CDS_WRITE, 8));
+    TEST_ASSERT_EQUAL_UINT8(0, due(254, 2, CDS_PING, 8));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 4, CDS_READ, 8));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 8, 0x83, 8));
+}
+
+void test_a_reply_of_any_length_must_fit(void)
+{
+    static uint8_t bytes[CDS_REPLY_ANY];
+    struct cds_request request = CDS_REQUEST(bytes);
+
+    request.any_length = true;
+    cds_packet_ping(&request.packet, 1);
+    request.packet.room--;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
+    request.packet.room++;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_TRUE(sent());
+    answer(1, 0, data, CDS_REPLY_ANY);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_ANY, request.length);
+}
+
+void test_no_reply_or_a_damaged_one_is_no_answer(void)
+{
+    SAY(9, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    wait_for_deadline();
+    SAY(9, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x09\x02\x00\x00", 6);
+    wait_for_deadline();
+    SAY(9, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    answer(8, 0, NULL, 0); // another one's
+    wait_for_deadline();
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(3, bridge.counters.unanswered);
+    TEST_ASSERT_EQUAL_UINT16(3, port_fake.packets); // none was sent twice
+}
+
+void test_only_a_broadcast_ping_is_answered(void)
+{
+    SAY(254, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    answer(42, 0, NULL, 0);
+    assert_heard(42, 0, NULL, 0);
+    SAY(254, CDS_READ, 0, 1);
+    TEST_ASSERT_TRUE(sent());
+    turns(2);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge)); // without waiting for any
+}
+
+void test_the_next_packet_waits_for_the_reply_to_this_one(void)
+{
+    SAY(1, CDS_PING);
+    SAY(2, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    TEST_ASSERT_EQUAL_UINT8(1, port_fake.sent[2]);
+    answer(1, 0, NULL, 0);
+    assert_heard(1, 0, NULL, 0);
+    TEST_ASSERT_TRUE(sent());
+    TEST_ASSERT_EQUAL_UINT8(2, port_fake.sent[2]);
+    answer(2, 0, NULL, 0);
+    assert_heard(2, 0, NULL, 0);
+}
+
+void test_a_host_that_does_not_listen_gets_the_answer_later_and_whole(void)
+{
+    SAY(1, CDS_READ, 0, 50);
+    TEST_ASSERT_TRUE(sent());
+    while (cds_ring_put(&output, 'x')) {
+    }
+    fill(50, 0);
+    port_fake_answer(&bus.link, 1, 0, data, 50);
+    for (uint8_t i = 0; i < 20; i++) {
+        cds_bus_poll(&bus);
+        bridge_poll(&bridge);
+    }
+    TEST_ASSERT_TRUE(bridge_talks(&bridge));
+    for (uint16_t i = 0; i < 64 + 56; i++) { // a byte at a time
+        if (cds_ring_peek(&output, 0) != 'x' || i >= 64)
+            heard[heard_size++] = cds_ring_peek(&output, 0);
+        cds_ring_drop(&output, 1);
+        bridge_poll(&bridge);
+    }
+    TEST_ASSERT_FALSE(bridge_talks(&bridge));
+    assert_heard(1, 0, data, 50);
+}
+
+/* --- the device --------------------------------------------------------------------------------
+ */
+
+#define DEVICE_IS 253
+
+void test_registers_lie_apart_and_within_the_table(void)
+{
+    static const uint8_t row[][2] = {
+#define ROW(name, address, bytes, access, lowest, highest, unit, what) {address, bytes},
+        DEVICE_REGISTERS(ROW)
+#undef ROW
+    };
+    static uint8_t used[DEVICE_TABLE_SIZE];
+
+    memset(used, 0, sizeof used);
+    for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
+        for (uint8_t i = 0; i < row[reg][1]; i++) {
+            TEST_ASSERT_LESS_THAN(DEVICE_TABLE_SIZE, row[reg][0] + i);
+            TEST_ASSERT_EQUAL_UINT8(0, used[row[reg][0] + i]++);
+        }
+    TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_KEPT); // the first that is no setting
+}
+
+void test_the_device_answers_and_the_bus_stays_silent(void)
+{
+    SAY(DEVICE_IS, CDS_PING);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_READ, 0, 4);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x55\xCD\x01\xFD", 4);
+    SAY(DEVICE_IS, CDS_READ, 0x0F, 3); // where nothing is it reads 0
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0\0\0", 3);
+    SAY(DEVICE_IS, CDS_READ, 0x6F, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+    SAY(DEVICE_IS, CDS_READ, 0x6F, 2);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_REG_WRITE, 7, 1);
+    assert_heard(DEVICE_IS, CDS_ERROR_INSTRUCTION, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_a_write_is_carried_out_whole_or_not_at_all(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x06, 7, 2, 0, 1, 0x34, 0x12); // 0x06 to 0x0B
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(7, values.kept[DEVICE_RETURN_DELAY]);
+    TEST_ASSERT_EQUAL_UINT16(2, values.kept[DEVICE_REPEATS]);
+    TEST_ASSERT_EQUAL_UINT16(0x1234, values.kept[DEVICE_LINK_LOSS_MS]);
+    TEST_ASSERT_EQUAL_UINT16(14, bus.return_delay_us);
+    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats);
+    SAY(DEVICE_IS, CDS_WRITE, 0x06, 9, 3); // 3 is out of range
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0F, 0); // nothing there
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x02, 1, 5); // VERSION is read-only
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(7, values.kept[DEVICE_RETURN_DELAY]);
+    TEST_ASSERT_EQUAL_UINT16(DEVICE_IS, values.kept[DEVICE_ID]);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0B, 0x56); // the high byte alone
+    TEST_ASSERT_EQUAL_UINT16(0x5634, values.kept[DEVICE_LINK_LOSS_MS]);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0xCF, 0x07); // 1999
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_a_change_of_id_is_answered_with_the_old_one(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, 7);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(7, CDS_RESET);
+    assert_heard(7, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, DEVICE_OFF);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_PING);
+    assert_sent(DEVICE_IS, CDS_PING, NULL, 0);
+}
+
+void test_the_rate_of_the_bus_waits_for_the_exchange_on_it(void)
+{
+    static uint8_t bytes[64];
+    struct cds_request other = CDS_REQUEST(bytes);
+
+    cds_packet_ping(&other.packet, 5);
+    other.reply_parameters = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    SAY(DEVICE_IS, CDS_WRITE, 0x05, 34);
+    TEST_ASSERT_EQUAL_UINT8(1, bus.baud);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_TRUE(sent());
+    turns(2000);
+    TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+}
+
+/* --- many servos -------------------------------------------------------------------------------
+ */
+
+#define SYNC_READ GATHER_SYNC_READ
+#define BULK_READ GATHER_BULK_READ
+
+static void read_and_answer(uint8_t id, uint8_t address, uint8_t count, uint8_t error,
+                            uint8_t answered)
+{
+    const uint8_t parameters[] = {address, count};
+
+    assert_sent(id, CDS_READ, parameters, 2);
+    fill(answered, (uint8_t)(10 * id));
+    answer(id, error, data, answered);
+}
+
+void test_sync_read_gathers_all_in_one_packet(void)
+{
+    SAY(254, SYNC_READ, 0x24, 2, 3, 1, DEVICE_IS, 2);
+    read_and_answer(3, 0x24, 2, 0, 2);
+    read_and_answer(1, 0x24, 2, CDS_ERROR_OVERLOAD, 2);
+    read_and_answer(2, 0x24, 2, 0, 2);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x1E\x1F\x0A\x0B\x00\x00\x14\x15", 8);
+    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
+}
+
+void test_sync_read_marks_who_failed(void)
+{
+    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 1, 2, 3, 254, 5);
+    TEST_ASSERT_TRUE(sent());
+    turns(450); // 1 is absent
+    read_and_answer(2, 0x24, 2, 0, 2);
+    read_and_answer(3, 0x24, 2, CDS_ERROR_RANGE, 0); // refuses
+    read_and_answer(5, 0x24, 2, 0, 2);
+    turns(20);
+    assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\xFF\xFF\x14\x15\xFF\xFF\xFF\xFF\x32\x33", 10);
+    TEST_ASSERT_EQUAL_UINT8(3, device.failed);
+    SAY(DEVICE_IS, CDS_READ, 0x50, 32);
+    TEST_ASSERT_EQUAL_HEX8(0x0A, heard[5]);
+    TEST_ASSERT_EQUAL_HEX8(0x40, heard[5 + 31]);
+    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 5);
+    read_and_answer(5, 0x24, 2, 0, 2);
+    turns(20);
+    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
+    SAY(DEVICE_IS, CDS_READ, 0x50, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+}
+
+void test_sync_read_of_more_data_than_ids(void)
+{
+    uint8_t list[14] = {0x24, 21, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1}, expected[252];
+
+    say(254, SYNC_READ, list, 14);
+    for (uint8_t id = 12; id; id--) {
+        read_and_answer(id, 0x24, 21, 0, 21);
+        memcpy(&expected[21 * (12 - id)], data, 21);
+    }
+    turns(40);
+    assert_heard(DEVICE_IS, 0, expected, 252);
+}
+
+void test_sync_read_of_all_that_one_packet_holds(void)
+{
+    uint8_t list[254] = {0x03, 1};
+
+    for (uint8_t i = 0; i < 250; i++)
+        list[2 + i] = i;
+    say(254, SYNC_READ, list, 252);
+    for (uint8_t i = 0; i < 250; i++)
+        read_and_answer(i, 3, 1, 0, 1);
+    turns(40);
+    for (uint8_t i = 0; i < 250; i++)
+        list[i] = (uint8_t)(10 * i);
+    assert_heard(DEVICE_IS, 0, list, 250);
+}
+
+void test_sync_read_of_too_much_or_nothing_is_out_of_range(void)
+{
+    SAY(254, SYNC_READ, 0, 85, 1, 2, 3);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(254, SYNC_READ, 0, 0, 1, 2, 3);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(254, SYNC_READ, 0, 4);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_bulk_read_hands_over_each_reply_while_the_next_servo_is_asked(void)
+{
+    SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, DEVICE_IS, 3, 2, 2, 0x24);
+    read_and_answer(1, 0x24, 8, 0, 8);
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state); // the third, as the second is ours
+    TEST_ASSERT_EQUAL_UINT16(14 + 7, heard_size);
+    TEST_ASSERT_EQUAL_UINT8(DEVICE_IS, heard[14 + 2]);
+    heard_size = 14;
+    assert_heard(1, 0, data, 8);
+    read_and_answer(2, 0x24, 2, CDS_ERROR_VOLTAGE, 2);
+    assert_heard(2, CDS_ERROR_VOLTAGE, data, 2);
+    turns(20);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+}
+
+void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
+{
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1, 9, 3, 1, 2, 3, 1, 4, 3);
+    read_and_answer(1, 3, 1, 0, 1);
+    assert_heard(1, 0, data, 1);
+    TEST_ASSERT_TRUE(sent()); // 9
+    turns(450);
+    TEST_ASSERT_FALSE(bridge_idle(&bridge));
+    read_and_answer(2, 3, 1, 0, 1); // it was in the queue already
+    turns(200);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(3, port_fake.packets);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    TEST_ASSERT_EQUAL_UINT8(1, device.failed);
+    SAY(3, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    answer(3, 0, NULL, 0);
+    assert_heard(3, 0, NULL, 0);
+}
+
+void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
+{
+    SAY(254, BULK_READ, 0);
+    SAY(254, BULK_READ, 0, 1, 1);
+    SAY(254, BULK_READ, 0, 1, 254, 3);
+    TEST_ASSERT_EQUAL_UINT16(3, bridge.counters.refused);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+}
+
+void test_without_the_device_both_go_out_as_any_other(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, DEVICE_OFF);
+    SAY(254, BULK_READ, 0, 1, 1, 3);
+    assert_sent(254, BULK_READ, (const uint8_t *)"\0\1\1\3", 4);
+    turns(3);
+    SAY(DEVICE_IS, SYNC_READ, 3, 1, 1);
+    assert_sent(DEVICE_IS, SYNC_READ, (const uint8_t *)"\3\1\1", 3);
+    wait_for_deadline();
+    SAY(254, SYNC_READ, 3, 1, 1);
+    assert_sent(254, SYNC_READ, (const uint8_t *)"\3\1\1", 3);
+}
