@@ -22,7 +22,15 @@ say = @printf '  %-8s %s\n' $(1) $(2)
 
 WARNINGS := -Wall -Wextra -Wconversion -Werror
 DEPFILES := -MMD -MP
-INCLUDES := -Iinclude -Isrc/core
+INCLUDES := -Iinclude -Isrc/core -Ibuild/texts
+
+# The console's texts, packed.
+TEXTS := build/texts/texts.h
+$(TEXTS): scripts/texts.py scripts/console.py src/controller/command.h src/controller/commands.h \
+		src/controller/errors.h include/cds55xx/result.h include/cds55xx/diagnose.h | tools
+	$(call say,TEXTS,$@)
+	@mkdir -p $(@D)
+	$(Q)scripts/texts.py > $@
 
 ## help: this list
 .PHONY: help
@@ -84,7 +92,7 @@ $(1)_SMALLER := $(SMALLER)
 build/$(1)/flags: force
 	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$($(1)_SMALLER))
 
-build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
+build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
@@ -236,7 +244,7 @@ HOST_TEST_FLAGS := $(HOST_COMMON) $(SANITIZE) $(INCLUDES) -Isrc/controller -Isim
 build/host/test/flags: force
 	$(call stamp,$(CC) $(HOST_TEST_FLAGS))
 
-build/host/test/obj/%.o: %.c build/host/test/flags | deps
+build/host/test/obj/%.o: %.c build/host/test/flags | deps $(TEXTS)
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
@@ -278,7 +286,7 @@ AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -gdwarf-2,$($(AVR_TEST_BOA
 $(AVR_TEST)/flags: force
 	$(call stamp,$(AVR_TEST_FLAGS))
 
-$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
+$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps $(TEXTS)
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@

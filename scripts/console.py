@@ -38,6 +38,13 @@ def commands():
         yield group, name, *strings[1:]  # the first is what it takes
 
 
+def numbered(path, name):
+    """(name, text, remedy) of each row of a table of numbered texts."""
+    row = re.compile(rf"X\((\w+), \d+, ((?:{STRING}\s*)+), ((?:{STRING}\s*)+)\)")
+    for found, text, remedy in row.findall(table(path, name)):
+        yield found, texts(text), texts(remedy)
+
+
 def program():
     lines = []
     for keys, ms in SESSION:

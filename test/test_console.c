@@ -64,7 +64,8 @@ static void turn(void)
 /* It goes on without an answer of the bus, and without more input. */
 static bool moves(void)
 {
-    return console.state == CONSOLE_REPLYING ||
+    return console.state == CONSOLE_CLOSING ||
+           (console.state == CONSOLE_RUNNING && request.result != CDS_PENDING) ||
            (console.state == CONSOLE_READING && cds_ring_count(&input));
 }
 

@@ -2,9 +2,10 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "texts.h" // PACKED_...
 
 #define TEXT(name, number, text, remedy)                                                           \
-    static const CDS_FLASH char text_##name[] = text "; " remedy;
+    static const CDS_FLASH char text_##name[] = PACKED_finding_##name;
 CDS_FINDINGS(TEXT)
 #undef TEXT
 

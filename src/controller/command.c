@@ -6,12 +6,13 @@
 #include "cds55xx/control_table.h"
 #include "errors.h"
 #include "handlers.h"
+#include "texts.h" // PACKED_...
 
 #define STRINGS(name, group, takes, instruction, begin, poll, arguments, what, details, example)   \
     static const CDS_FLASH char name_##name[] = #name;                                             \
     static const CDS_FLASH char takes_##name[] = takes;                                            \
-    static const CDS_FLASH char usage_##name[] = #name arguments ": " what;                        \
-    static const CDS_FLASH char details_##name[] = details;                                        \
+    static const CDS_FLASH char usage_##name[] = PACKED_usage_##name;                              \
+    static const CDS_FLASH char details_##name[] = PACKED_details_##name;                          \
     static const CDS_FLASH char example_##name[] = example;
 COMMANDS(STRINGS)
 #undef STRINGS

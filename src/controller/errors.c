@@ -2,9 +2,10 @@
 #include "errors.h"
 
 #include "cds55xx/packet.h" // CDS_ERROR_*
+#include "texts.h"          // PACKED_...
 
 #define TEXT(name, number, text, remedy)                                                           \
-    static const CDS_FLASH char text_##name[] = text "; " remedy;
+    static const CDS_FLASH char text_##name[] = PACKED_error_##name;
 CDS_RESULTS(TEXT)
 CONSOLE_ERRORS(TEXT)
 #undef TEXT

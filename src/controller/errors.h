@@ -64,7 +64,8 @@ enum console_error {
 #undef CONSOLE_ERROR_ENUM_
 };
 
-/* "text; remedy" of an error of either table, in flash. Any other number: "unknown error". */
+/* "text; remedy", packed, of an error of either table, in flash. Any other number: "unknown error".
+ */
 const CDS_FLASH char *error_text(uint8_t number);
 
 /* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if

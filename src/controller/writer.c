@@ -3,6 +3,8 @@
 
 #include <stddef.h>
 
+#include "texts.h" // PACKED_PAIRS
+
 #define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
 
 static const CDS_FLASH char end_of_line[] = "\r\n";
@@ -20,21 +22,40 @@ void writer_text_line(struct writer *writer, const CDS_FLASH char *text)
     writer->ending = false;
 }
 
+#define PACKED 0x80 // from here on a byte stands for two
+
+static const CDS_FLASH uint8_t pairs[][2] = PACKED_PAIRS;
+
+/* The next character of the text, '\0' at its end. */
+static char next_character(struct writer *writer)
+{
+    uint8_t byte;
+
+    if (writer->depth)
+        byte = writer->rest[--writer->depth];
+    else if ((byte = (uint8_t)*writer->text) != '\0')
+        writer->text++;
+    while (byte >= PACKED) {
+        writer->rest[writer->depth++] = pairs[byte - PACKED][1];
+        byte = pairs[byte - PACKED][0];
+    }
+    return (char)byte;
+}
+
 bool writer_ready(struct writer *writer)
 {
     for (uint8_t left = CHARACTERS_PER_CALL; writer->text; left--) {
-        if (left == 0)
+        char c;
+
+        if (left == 0 || cds_ring_count(writer->ring) == CDS_RING_SIZE)
             return false;
-        if (*writer->text == '\0') {
-            if (writer->ending)
-                writer->text = NULL;
-            else
-                writer_end_of_line(writer);
-        } else if (cds_ring_put(writer->ring, (uint8_t)*writer->text)) {
-            writer->text++;
-        } else {
-            return false;
-        }
+        c = next_character(writer);
+        if (c)
+            cds_ring_put(writer->ring, (uint8_t)c);
+        else if (writer->ending)
+            writer->text = NULL;
+        else
+            writer_end_of_line(writer);
     }
     return cds_ring_count(writer->ring) <= CDS_RING_SIZE - WRITER_PIECE;
 }
