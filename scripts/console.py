@@ -13,7 +13,7 @@ ROW = re.compile(rf"X\((\w+), (\w+), ((?:{STRING}|[^\"()])*)\)")
 HEADING = re.compile(rf"X\((\w+), ({STRING})\)")
 
 # What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
-SESSION = [("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
+SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
            ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms", 520), ("q", 20),
            ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
 
@@ -67,6 +67,7 @@ def session():
     heard = [bytes.fromhex("".join(line.split()[4:])).decode()
              for line in done.stdout.splitlines() if line.startswith("heard")]
     shown = ""
+    heard[0] = f"{SESSION[0][0]}\r\n{heard[0]}"  # that is not echoed yet
     for (keys, _), text in zip(SESSION, heard):  # what is typed is told from what is said
         shown += "> " + text if len(keys) > 1 else text
     return shown.replace("\r\n", "\n")
@@ -89,7 +90,8 @@ One command a line, ended by Enter. The reply is zero or more lines, then `ok`, 
 remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help` lists the commands,
 `help COMMAND` explains one.
 
-- Backspace takes back, Ctrl-U the line, Ctrl-C drops it. Arrow up or Ctrl-P on an empty line fetches
+- What is typed is not shown until `echo on`, so that programs read replies only; a terminal with local
+  echo does without. Backspace takes back, Ctrl-U the line, Ctrl-C drops it. Arrow up or Ctrl-P on an empty line fetches
   the last one back. Of a line longer than 80 characters the older part can no longer be taken back.
 - **Ctrl-X stops the robot**, wherever it comes and ahead of everything: torque off everywhere, looked
   at servo by servo. What was typed before it is dropped, a command under way ends as `error 54`, and

@@ -33,7 +33,6 @@ void console_open(struct console *console, struct robot *robot, struct cds_reque
     console->looked = input->tail;
     console->writer.ring = output;
     console->line.request = request;
-    console->echo = true;
     begin_line(console);
 }
 

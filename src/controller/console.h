@@ -66,7 +66,7 @@ struct console {
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
     bool closed;         // the reply's last line is written
     bool skipping;       // the rest of this line counts for nothing but its end
-    bool echo;           // what is typed is shown; may be set at any time
+    bool echo;           // what is typed is shown; off at first; may be set at any time
     bool stop_asked;     // by Ctrl-X, and not answered yet
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
     uint16_t characters; // of the line so far

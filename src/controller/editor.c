@@ -15,12 +15,6 @@
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
 
-/* A terminal may take other characters for orders. */
-static void show(struct writer *echo, char c)
-{
-    writer_char(echo, c >= ' ' && c < DELETE ? c : '?');
-}
-
 bool editor_show(struct editor *editor, struct writer *echo)
 {
     if (echo == NULL) {
@@ -30,7 +24,9 @@ bool editor_show(struct editor *editor, struct writer *echo)
     while (cds_ring_count(echo->ring) < CDS_RING_SIZE - ROOM) {
         if (editor->shown >= editor->length)
             return true;
-        show(echo, editor->text[editor->shown++]);
+        char c = editor->text[editor->shown++];
+
+        writer_char(echo, c >= ' ' && c < DELETE ? c : '?'); // others a terminal may obey
     }
     return false;
 }

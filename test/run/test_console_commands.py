@@ -338,6 +338,7 @@ class Typed(unittest.TestCase):
 
     def test_editing_history_and_echo(self):
         with Terminal("atmega128") as terminal:
+            self.assertEqual(terminal.ask("echo on"), "ok\r\n")
             self.assertEqual(terminal.ask("pong\b\b\bing 1"), "pong\b \b\b \b\b \bing 1\r\nok\r\n")
             terminal.type("\x1B[A")
             self.assertEqual(terminal.silence(), "ping 1")
