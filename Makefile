@@ -70,8 +70,6 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 	-fno-common $(WARNINGS)
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
-# The firmware is large: 0.5 KB less. A board short of flash adds SMALLER.
-CONTROLLER_LINK := -mstrict-X
 
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
@@ -90,7 +88,7 @@ $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 $(1)_SMALLER := $(SMALLER)
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$($(1)_SMALLER))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_SMALLER))
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
@@ -104,7 +102,7 @@ build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
 		build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$($(1)_SMALLER) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_SMALLER) $$^ -o $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)

@@ -97,7 +97,7 @@ static void hear(uint8_t byte)
 {
     static bool broken;
 
-    if (broken && cds_ring_count(&input) == 0 && !host.whole) {
+    if (broken && cds_ring_count(&input) == 0) {
         broken = false;
         host_gap(&host);
     }

@@ -316,6 +316,21 @@ void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
     TEST_ASSERT_EQUAL_UINT16(3, host.counters.gaps);
 }
 
+void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
+{
+    for (uint8_t i = 0; i < sizeof ping + 2; i++)
+        cds_ring_put(&input, i < sizeof ping ? ping[i] : 'x');
+    for (uint8_t i = 0; i < 10; i++)
+        host_poll(&host);
+    TEST_ASSERT_TRUE(host.whole);
+    cds_ring_drop(&input, 2);
+    host_gap(&host);
+    settle();
+    assert_ping_found(1);
+    type("12\rping 2\r");
+    assert_said(MARK_LOST "ping 2\r");
+}
+
 void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
 {
     for (uint8_t i = 0; i < 90; i++) { // the ring of text holds 64

@@ -6,8 +6,8 @@ F_CPU      := 16000000
 FLASH_MAX  := 61440
 RAM_MAX    := 3328
 
-# Half the flash of the others: 2 KB less, for cycles in functions that keep many registers.
-SMALLER    := -mcall-prologues -finline-limit=4
+# Half the flash of the others: 1.5 KB less, for cycles in functions that keep many registers.
+SMALLER    := -mcall-prologues
 
 # Through an ISP programmer, which needs no boot loader. The fuses are left as shipped: external
 # crystal.

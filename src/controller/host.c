@@ -20,18 +20,15 @@ static bool is_open(const struct host *host)
     return host->count != 0;
 }
 
-static void gap(struct host *host)
-{
-    host->counters.gaps++;
-    host->from = host->count = host->seen = host->end = 0;
-    host->lost = true;
-    host->skipping = true;
-}
-
 void host_gap(struct host *host)
 {
-    if (!host->whole)
-        gap(host);
+    host->counters.gaps++;
+    if (host->whole)
+        host->count = host->seen = host->end; // the packet is not concerned
+    else
+        host->from = host->count = host->seen = host->end = 0;
+    host->lost = true;
+    host->skipping = true;
 }
 
 /* False: there is no room for it. */
@@ -60,7 +57,7 @@ static void take_text(struct host *host, uint8_t byte)
         host->skipping = !ends_line(byte);
     } else if (byte != HOST_MARK_DROPPED && byte != HOST_MARK_LOST) {
         if (!put(host, byte))
-            gap(host);
+            host_gap(host);
         else
             host->typing = !ends_line(byte);
         host->suspect = host->suspect && host->typing;

@@ -62,7 +62,7 @@ void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text,
 /* Looks at what came, some bytes at a time; host->whole says whether there is a packet. */
 void host_poll(struct host *host);
 
-/* There is a gap behind all that was taken; not while host->whole. */
+/* There is a gap behind all that was taken. */
 void host_gap(struct host *host);
 
 /* Hands over the packet, only while host->whole: it is the first bytes of the buffer returned, of

@@ -16,8 +16,9 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* Of so many turns of the main loop one does everything, while a READ of many servos goes on. */
-#define SELDOM 8
+/* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on.
+ */
+#define SELDOM 16
 
 static struct {
     struct cds_bus bus;
@@ -101,28 +102,34 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
+/* The main loop's body. Not inlined: a debugger finds it. */
+__attribute__((noinline)) static void turn(void)
+{
+    uint8_t left = SELDOM;
+
+    do {
+        cds_bus_poll(&controller.bus);
+        poll_bridge();
+        serial_send(&controller.serial);
+    } while (bridge_hurries(&controller.bridge) && --left);
+    host_poll(&controller.host);
+    if (controller.host.stop) {
+        controller.host.stop = false;
+        console_stop(&controller.console);
+    }
+    robot_poll(&controller.robot);
+    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
+        console_poll(&controller.console);
+    if (serial_broken(&controller.serial))
+        host_gap(&controller.host);
+    serial_send(&controller.serial);
+    follow_host_baud();
+    avr_idle(busy, NULL);
+}
+
 int main(void)
 {
     open();
-    for (uint8_t turn = 0;; turn++) {
-        cds_bus_poll(&controller.bus);
-        poll_bridge();
-        if (bridge_hurries(&controller.bridge) && turn % SELDOM) {
-            serial_send(&controller.serial);
-            continue;
-        }
-        host_poll(&controller.host);
-        if (controller.host.stop) {
-            controller.host.stop = false;
-            console_stop(&controller.console);
-        }
-        robot_poll(&controller.robot);
-        if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
-            console_poll(&controller.console);
-        if (!controller.host.whole && serial_broken(&controller.serial))
-            host_gap(&controller.host);
-        serial_send(&controller.serial);
-        follow_host_baud();
-        avr_idle(busy, NULL);
-    }
+    for (;;)
+        turn();
 }

@@ -171,8 +171,10 @@ class Bridge(unittest.TestCase):
     def test_a_status_packet_is_never_torn_by_text(self):
         with bridge(servos="1") as sim, Client(sim.path) as port:
             whole = port.ask(packet(1, READ, [0, 50]), 56)
-            for _ in range(10):
-                said = port.ask(b"help\r" + packet(1, READ, [0, 50]) + b"version\r", timeout=0.1)
+            for milliseconds in range(1, 40, 2):
+                port.send(b"help\r")
+                time.sleep(milliseconds / 1000)
+                said = port.ask(packet(1, READ, [0, 50]) + b"version\r", timeout=0.1)
                 self.assertIn(whole, said)
                 self.assertEqual(said.replace(whole, b"").count(b"\nok\r\n"), 2, said)
 

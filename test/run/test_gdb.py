@@ -16,9 +16,10 @@ LIMIT_S = 60
 
 
 def main_loop():
-    """Where the main loop polls the bus, as gdb has it."""
+    """(first line, last line) of the main loop's body, the function turn()."""
     source = (ROOT / "src/controller/main.c").read_text().splitlines()
-    return "main.c:%d" % next(n for n, line in enumerate(source, 1) if "cds_bus_poll(" in line)
+    first = next(n for n, line in enumerate(source, 1) if "void turn(" in line)
+    return first, next(n for n, line in enumerate(source, 1) if line == "}" and n > first)
 
 
 class Simulator:
@@ -85,32 +86,31 @@ class Debugger(unittest.TestCase):
         self.assertRegex(said, r"pc +0x0 +0x0 <__vectors>")
 
     def test_a_breakpoint_in_the_main_loop_and_the_controller_printed(self):
-        said = self.debug(f"break {main_loop()}", "continue", "continue",
+        said = self.debug("break turn", "continue", "continue",
                           "print controller.bus.counters", "detach")
-        # gdb may name an inlined function, and the next line that has code of its own
-        stops = re.findall(r"^Breakpoint 1, \w+ \(.*\) at src/controller/main.c:(\d+)", said, re.M)
-        first = int(main_loop().split(":")[1])
+        stops = re.findall(r"^Breakpoint 1, turn \(.*\) at src/controller/main.c:(\d+)", said, re.M)
+        first, last = main_loop()
         self.assertEqual(len(stops), 2, said)
         for line in stops:
-            self.assertIn(int(line), range(first, first + 6), said)  # the loop's body
+            self.assertIn(int(line), range(first, last), said)
         self.assertRegex(said, r"\$1 = \{sent = \d+, repeated = 0, ok = 0, timeouts = 0,")
 
     def test_a_breakpoint_in_a_handler_of_the_usart(self):
         said = self.debug("break __vector_30", "continue", "print controller.bus.counters.sent",
-                          "x/6xb controller.packet", "detach")
+                          "x/6xb controller.packets[0]", "detach")
         self.assertIn("Breakpoint 1, __vector_30 () at ", said)
         self.assertIn("$1 = 1\n", said)
         self.assertRegex(said, r"0xff\s+0xff\s+0x01\s+0x02\s+0x01\s+0xfb")  # it answers this ping
 
     def test_stepping_goes_on_line_by_line(self):
-        said = self.debug(f"break {main_loop()}", "continue", "delete", "next", "next", "next",
+        said = self.debug("break turn", "continue", "delete", "next", "next", "next",
                           "detach")
         self.assertGreaterEqual(len(set(re.findall(r"^(\d+)\t", said, re.M))), 3, said)
 
     def test_a_step_runs_through_handlers(self):
         with Simulator("--gdb", "0") as run:
             steps = pathlib.Path(run.folder.name) / "steps"
-            steps.write_text("set $n = 0\nwhile $n < 400\nstepi\nset $n = $n + 1\nend\n")
+            steps.write_text("set $n = 0\nwhile $n < 1500\nstepi\nset $n = $n + 1\nend\n")
             said = gdb(run.port(), ["tbreak __vector_18", "continue", "finish", "echo stepping\\n",
                                     f"source {steps}", "print controller.serial.rx", "detach"])
             self.assertEqual(run.end(), 0)
@@ -129,7 +129,7 @@ class Debugger(unittest.TestCase):
             self.assertEqual(plain.end(), 0)
             packets = plain.packets()
         self.debug("break __vector_30", "continue", "continue", "stepi", "stepi", "delete",
-                   f"break {main_loop()}", "continue", "next", "delete", "detach")
+                   "break turn", "continue", "next", "delete", "detach")
         self.assertEqual(self.status, 0)
         self.assertEqual(self.packets, packets)
         self.assertEqual(len(packets), 8)
@@ -144,8 +144,8 @@ class Debugger(unittest.TestCase):
         self.assertIn("script-unfinished", self.run_output)
 
     def test_memory_and_registers_are_written(self):
-        said = self.debug("break main", "continue", "set var controller.packet[0] = 0x42",
-                          "print controller.packet[0]", "set var $r5 = 0x17", "print $r5",
+        said = self.debug("break main", "continue", "set var controller.packets[0][0] = 0x42",
+                          "print controller.packets[0][0]", "set var $r5 = 0x17", "print $r5",
                           "set {char}0x810003 = 0x33", "x/1xb 0x810003", "detach")
         self.assertRegex(said, r"\$1 = 66 'B'")
         self.assertIn("$2 = 23", said)
