@@ -11,6 +11,7 @@
 #define READY_AFTER_US 1000
 #define SAY_MAX        1024
 #define WITHIN_MS      1000
+#define STOP           0x18 // Ctrl-X, by which a flood would stop the robot, and rightly
 
 /* --- the file ------------------------------------------------------------------------------------
  */
@@ -205,6 +206,9 @@ static bool flood(struct pc *pc, uint64_t now)
     while (pc->flood && adapter_room(&pc->host->pc)) {
         pc->random = pc->random * 1664525 + 1013904223;
         uint8_t byte = (uint8_t)(pc->random >> 24);
+        if (byte == STOP) {
+            continue;
+        }
         adapter_say(&pc->host->pc, now, &byte, 1);
         pc->flood--;
     }

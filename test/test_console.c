@@ -66,7 +66,7 @@ static bool moves(void)
 {
     return console.state == CONSOLE_CLOSING ||
            (console.state == CONSOLE_RUNNING && request.result != CDS_PENDING) ||
-           (console.state == CONSOLE_READING && cds_ring_count(&input));
+           (console.state == CONSOLE_READING && !console_idle(&console));
 }
 
 static void type(const char *text)

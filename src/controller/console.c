@@ -74,12 +74,6 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-static void feed_text(struct console *console, uint8_t count)
-{
-    for (uint8_t i = 0; i < count; i++)
-        feed(console, console->editor.text[i]);
-}
-
 static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
@@ -108,7 +102,6 @@ static void end_line(struct console *console)
 {
     uint8_t error;
 
-    feed_text(console, console->editor.length);
     editor_end(&console->editor);
     end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
@@ -122,10 +115,30 @@ static void end_line(struct console *console)
         run(console);
 }
 
+/* The front of the line that can no longer be taken back, some characters a turn. */
+static void feed_front(struct console *console)
+{
+    for (uint8_t left = CHARACTERS_PER_POLL; left && console->fed < console->front; left--)
+        feed(console, console->editor.text[console->fed++]);
+    if (console->fed < console->front)
+        return;
+    if (console->front < console->editor.length)
+        editor_take(&console->editor, console->front);
+    console->fed = 0;
+    console->front = 0;
+    if (console->ending) {
+        console->ending = false;
+        end_line(console);
+    }
+}
+
 static void drop_line(struct console *console)
 {
     console->editor.length = 0;
     editor_end(&console->editor);
+    console->fed = 0;
+    console->front = 0;
+    console->ending = false;
     begin_line(console);
 }
 
@@ -150,20 +163,31 @@ static struct writer *echo_of(struct console *console)
 static void take(struct console *console, char c)
 {
     switch (editor_key(&console->editor, c, echo_of(console))) {
-    case EDITOR_END: end_line(console); break;
-    case EDITOR_DROP: drop_line(console); break;
-    case EDITOR_FULL:
-        feed_text(console, EDITOR_SIZE / 2);
-        editor_take(&console->editor, EDITOR_SIZE / 2);
+    case EDITOR_END:
+        console->front = console->editor.length;
+        console->ending = true;
         break;
+    case EDITOR_DROP: drop_line(console); break;
+    case EDITOR_FULL: console->front = EDITOR_SIZE / 2; break;
     default: break;
     }
 }
 
+static bool is_feeding(const struct console *console)
+{
+    return console->front || console->ending;
+}
+
 static void read_input(struct console *console)
 {
-    while (console->state == CONSOLE_READING && editor_show(&console->editor, echo_of(console)) &&
-           cds_ring_count(console->input)) {
+    if (is_feeding(console)) {
+        feed_front(console);
+        return;
+    }
+    for (uint8_t left = CHARACTERS_PER_POLL;
+         left && console->state == CONSOLE_READING && !is_feeding(console) &&
+         editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
+         left--) {
         uint8_t byte = cds_ring_peek(console->input, 0);
 
         cds_ring_drop(console->input, 1);
@@ -305,5 +329,6 @@ void console_poll(struct console *console)
 bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
-           !console->stop_asked && console->editor.shown == console->editor.length;
+           !console->stop_asked && !is_feeding(console) &&
+           console->editor.shown == console->editor.length;
 }

@@ -7,19 +7,15 @@
 
 #define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
 
-static const CDS_FLASH char end_of_line[] = "\r\n";
-
 void writer_end_of_line(struct writer *writer)
 {
-    writer->text = end_of_line;
-    writer->ending = true;
-    writer->within = false;
+    writer_char(writer, '\r');
+    writer_char(writer, '\n');
 }
 
 void writer_text_line(struct writer *writer, const CDS_FLASH char *text)
 {
     writer->text = text;
-    writer->ending = false;
 }
 
 #define PACKED 0x80 // from here on a byte stands for two
@@ -47,15 +43,15 @@ bool writer_ready(struct writer *writer)
     for (uint8_t left = CHARACTERS_PER_CALL; writer->text; left--) {
         char c;
 
-        if (left == 0 || cds_ring_count(writer->ring) == CDS_RING_SIZE)
-            return false;
+        if (left == 0 || cds_ring_count(writer->ring) > CDS_RING_SIZE - 2)
+            return false; // an end of line is two
         c = next_character(writer);
-        if (c)
+        if (c) {
             cds_ring_put(writer->ring, (uint8_t)c);
-        else if (writer->ending)
-            writer->text = NULL;
-        else
+        } else {
             writer_end_of_line(writer);
+            writer->text = NULL;
+        }
     }
     return cds_ring_count(writer->ring) <= CDS_RING_SIZE - WRITER_PIECE;
 }

@@ -9,8 +9,9 @@
 #include "cds55xx/ring.h" // struct cds_ring
 #include "flash.h"        // CDS_FLASH
 
-/* Characters a piece may have besides one text out of flash, which may be of any length. */
-#define WRITER_PIECE 56
+/* Characters a piece may have, end of line included, besides one text out of flash, which may be of
+ * any length. */
+#define WRITER_PIECE 58
 
 /* A packed text has bytes of 0x80 and above, which stand for two bytes each: scripts/texts.py. This
  * deep within each other at most. */
@@ -21,7 +22,6 @@ struct writer {
     uint8_t depth;              // of `rest`
     uint8_t rest[WRITER_DEPTH]; // of the packed byte under way, the last one first
     const CDS_FLASH char *text; // what is left of the text being written, or NULL
-    bool ending;                // `text` is the end of line
     bool within;                // a line has begun
 };
 
