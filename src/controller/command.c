@@ -2,6 +2,7 @@
 #include "commands.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "cds55xx/control_table.h"
 #include "errors.h"
@@ -29,8 +30,13 @@ static const CDS_FLASH char takes_nothing[] = "";
 
 void command_begin(struct command_line *line)
 {
-    *line = (struct command_line){
-        .request = line->request, .takes = takes_nothing, .id = CDS_BROADCAST_ID};
+    struct cds_request *request = line->request;
+
+    memset(line, 0, offsetof(struct command_line, number));
+    line->word.length = 0;
+    line->request = request;
+    line->takes = takes_nothing;
+    line->id = CDS_BROADCAST_ID;
 }
 
 static void fail(struct command_line *line, uint8_t error)
@@ -55,12 +61,15 @@ static bool is_word(const struct token *token, const CDS_FLASH char *name)
     return ends(*name);
 }
 
+/* The first letter decides for nearly all of them: the bus must not wait for a list of names. */
 uint8_t command_named(const struct token *token)
 {
+    const CDS_FLASH struct command *row = commands;
     uint8_t kind = 0;
 
-    while (kind < COMMAND_COUNT && !is_word(token, commands[kind].name))
-        kind++;
+    for (char first = token->text[0]; kind < COMMAND_COUNT; kind++, row++)
+        if (*row->name == first && is_word(token, row->name))
+            break;
     return kind;
 }
 

@@ -12,20 +12,17 @@ CONSOLE_ERRORS(TEXT)
 
 static const CDS_FLASH char text_unknown[] = "unknown error";
 
-static const CDS_FLASH struct {
-    uint8_t number;
-    const CDS_FLASH char *text;
-} texts[] = {
-#define ROW(name, number, text, remedy) {number, text_##name},
+/* By number, which is quick: the bus must not wait for it. */
+static const CDS_FLASH char *const CDS_FLASH texts[] = {
+#define ROW(name, number, text, remedy) [number] = text_##name,
     CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW)
 #undef ROW
 };
 
 const CDS_FLASH char *error_text(uint8_t number)
 {
-    for (uint8_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
-        if (texts[i].number == number)
-            return texts[i].text;
+    if (number < sizeof texts / sizeof texts[0] && texts[number])
+        return texts[number];
     return text_unknown;
 }
 

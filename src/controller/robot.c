@@ -107,15 +107,23 @@ static enum cds_result poll_operation(struct robot *robot)
     }
 }
 
-void robot_poll(struct robot *robot)
+/* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
+static __attribute__((noinline)) void poll_work(struct robot *robot)
 {
     poll_stop(robot);
-    if (robot->operation != ROBOT_IDLE) {
-        robot->result = (uint8_t)poll_operation(robot);
-        if (robot->result != CDS_PENDING)
-            let_go(robot);
-    }
-    if (!robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot))
+    if (robot->operation == ROBOT_IDLE)
+        return;
+    robot->result = (uint8_t)poll_operation(robot);
+    if (robot->result != CDS_PENDING)
+        let_go(robot);
+}
+
+void robot_poll(struct robot *robot)
+{
+    if (!robot_idle(robot))
+        poll_work(robot);
+    if (robot->roster.count && !robot->stopping && !robot->watch_rests &&
+        !robot_is_exclusive(robot))
         cds_watch_poll(&robot->watch);
 }
 
