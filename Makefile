@@ -22,7 +22,15 @@ say = @printf '  %-8s %s\n' $(1) $(2)
 
 WARNINGS := -Wall -Wextra -Wconversion -Werror
 DEPFILES := -MMD -MP
-INCLUDES := -Iinclude -Isrc/core
+INCLUDES := -Iinclude -Isrc/core -Ibuild/texts
+
+# The console's texts, packed.
+TEXTS := build/texts/texts.h
+$(TEXTS): scripts/texts.py scripts/console.py src/controller/command.h src/controller/commands.h \
+		src/controller/errors.h include/cds55xx/result.h include/cds55xx/diagnose.h | tools
+	$(call say,TEXTS,$@)
+	@mkdir -p $(@D)
+	$(Q)scripts/texts.py > $@
 
 ## help: this list
 .PHONY: help
@@ -78,11 +86,12 @@ define board_rules
 $(1)_MCU := $(MCU)
 $(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
+$(1)_SMALLER := $(SMALLER)
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_SMALLER))
 
-build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
+build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
@@ -94,7 +103,7 @@ build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
 		build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_SMALLER) $$^ -o $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
@@ -119,11 +128,11 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 # A board without a host link names the program that is its firmware.
-$(foreach b,$(BOARDS),$(eval FIRMWARE :=)$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b),boards/$(b))))
+$(foreach b,$(BOARDS),$(eval FIRMWARE :=)$(eval SMALLER :=)$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b),boards/$(b))))
 
 # Wirings that none of those has.
 TEST_BOARDS := adapter adapter-echo
-$(foreach b,$(TEST_BOARDS),$(eval FIRMWARE :=)$(eval include test/boards/$(b)/board.mk)$(eval $(call board_rules,$(b),test/boards/$(b))))
+$(foreach b,$(TEST_BOARDS),$(eval FIRMWARE :=)$(eval SMALLER :=)$(eval include test/boards/$(b)/board.mk)$(eval $(call board_rules,$(b),test/boards/$(b))))
 
 # The variables of the board asked for.
 FLASH_NOTE :=
@@ -265,7 +274,7 @@ HOST_TEST_FLAGS := $(HOST_COMMON) $(SANITIZE) $(INCLUDES) -Isrc/controller -Isim
 build/host/test/flags: force
 	$(call stamp,$(CC) $(HOST_TEST_FLAGS))
 
-build/host/test/obj/%.o: %.c build/host/test/flags | deps
+build/host/test/obj/%.o: %.c build/host/test/flags | deps $(TEXTS)
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
@@ -307,7 +316,7 @@ AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -gdwarf-2,$($(AVR_TEST_BOA
 $(AVR_TEST)/flags: force
 	$(call stamp,$(AVR_TEST_FLAGS))
 
-$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
+$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps $(TEXTS)
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@
@@ -375,7 +384,7 @@ feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
 	test/*.[ch] test/*/*.[ch])
 
-GENERATED_DOCS := errors registers device
+GENERATED_DOCS := errors registers console device
 
 ## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check
@@ -393,7 +402,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 
 ## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs
-docs: tools
+docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
 

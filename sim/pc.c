@@ -11,6 +11,7 @@
 #define READY_AFTER_US 1000
 #define SAY_MAX        1024
 #define WITHIN_MS      1000
+#define STOP           0x18 // Ctrl-X, by which a flood would stop the robot, and rightly
 
 /* --- the file ------------------------------------------------------------------------------------
  */
@@ -33,7 +34,7 @@ static size_t bytes_of(const char *text, uint8_t *bytes)
 
 static const char *parse(struct pc_line *line, char *text)
 {
-    static const char *const words[] = {"say", "text", "hear", "wait", "baud", "flood"};
+    static const char *const words[] = {"say", "text", "rest", "hear", "wait", "baud", "flood"};
     uint8_t bytes[SAY_MAX];
     char *rest = words_rest(text);
     char *word[3];
@@ -42,7 +43,7 @@ static const char *parse(struct pc_line *line, char *text)
         line->verb++;
     }
     if (line->verb > PC_FLOOD) {
-        return "unknown word; there are say text hear wait baud flood";
+        return "unknown word; there are say text rest hear wait baud flood";
     }
     line->text = rest;
     if (line->verb == PC_SAY) {
@@ -50,6 +51,9 @@ static const char *parse(struct pc_line *line, char *text)
     }
     if (line->verb == PC_TEXT) {
         return 0;
+    }
+    if (line->verb == PC_REST) {
+        return *rest ? "too many words" : 0;
     }
     unsigned count = words_split(rest, word, 3);
     int32_t highest = line->verb == PC_HEAR ? PC_HEARD_MAX : 100000000;
@@ -202,6 +206,9 @@ static bool flood(struct pc *pc, uint64_t now)
     while (pc->flood && adapter_room(&pc->host->pc)) {
         pc->random = pc->random * 1664525 + 1013904223;
         uint8_t byte = (uint8_t)(pc->random >> 24);
+        if (byte == STOP) {
+            continue;
+        }
         adapter_say(&pc->host->pc, now, &byte, 1);
         pc->flood--;
     }
@@ -219,6 +226,11 @@ static bool run(struct pc *pc, uint64_t now, const struct pc_line *line)
     switch (line->verb) {
     case PC_SAY: say(pc, now, bytes, bytes_of(line->text, bytes)); return true;
     case PC_TEXT: say_text(pc, now, line->text); return true;
+    case PC_REST:
+        if (pc->size > pc->taken) {
+            tell_heard(pc, pc->size - pc->taken);
+        }
+        return true;
     case PC_HEAR: return hear(pc, now, line);
     case PC_WAIT: step_in(pc, now, (uint64_t)line->value); return false;
     case PC_BAUD: adapter_baud(&pc->host->pc, (uint32_t)line->value); return true;

@@ -13,7 +13,7 @@
 
 #define PC_HEARD_MAX 4096 // bytes of one `hear`
 
-enum pc_verb { PC_SAY, PC_TEXT, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD };
+enum pc_verb { PC_SAY, PC_TEXT, PC_REST, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD };
 
 struct pc_line {
     enum pc_verb verb;

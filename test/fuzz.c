@@ -23,6 +23,7 @@ static struct host host;
 static struct bridge bridge;
 static struct device device;
 static struct values values;
+static struct robot robot;
 static struct console console;
 static struct cds_request request;
 static uint8_t packets[3][HOST_PACKET_MAX];
@@ -48,7 +49,9 @@ static void open_all(void)
     values_open(&values, &bus, &host, &bridge, &lost);
     device.world = &values.world;
     bridge_open(&bridge, &bus, &host, &device, &output, packets[2]);
-    console_open(&console, &bus, &request, &text, &output);
+    memset(&robot, 0, sizeof robot);
+    robot_begin(&robot, &bus);
+    console_open(&console, &robot, &request, &text, &output);
 }
 
 /* Whoever is asked answers what was asked for; a third of them do not. */
@@ -69,7 +72,14 @@ static void turn(void)
         answer();
     cds_bus_poll(&bus);
     host_poll(&host);
-    bridge_poll(&bridge);
+    if (host.stop)
+        console_stop(&console);
+    host.stop = false;
+    robot_poll(&robot);
+    if (!robot_is_exclusive(&robot))
+        bridge_poll(&bridge);
+    else if (host.whole)
+        robot_abort(&robot);
     if (!bridge_talks(&bridge))
         console_poll(&console);
     for (; cds_ring_count(&output); cds_ring_drop(&output, 1)) {

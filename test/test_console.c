@@ -12,6 +12,7 @@ static struct cds_bus bus;
 static struct cds_ring input, output;
 static uint8_t packet[258];
 static struct cds_request request;
+static struct robot robot;
 static struct console console;
 
 /* What the console has said; only the end of it is kept. */
@@ -26,7 +27,10 @@ void setUp(void)
     memset(&output, 0, sizeof output);
     request = (struct cds_request)CDS_REQUEST(packet);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    console_open(&console, &bus, &request, &input, &output);
+    memset(&robot, 0, sizeof robot);
+    robot_begin(&robot, &bus);
+    console_open(&console, &robot, &request, &input, &output);
+    console.echo = false;
     said_length = 0;
     said[0] = '\0';
 }
@@ -52,6 +56,7 @@ static void hear_console(void)
 static void turn(void)
 {
     cds_bus_poll(&bus);
+    robot_poll(&robot);
     console_poll(&console);
     hear_console();
 }
@@ -59,8 +64,9 @@ static void turn(void)
 /* It goes on without an answer of the bus, and without more input. */
 static bool moves(void)
 {
-    return console.state == CONSOLE_REPLYING ||
-           (console.state == CONSOLE_READING && cds_ring_count(&input));
+    return console.state == CONSOLE_CLOSING ||
+           (console.state == CONSOLE_RUNNING && request.result != CDS_PENDING) ||
+           (console.state == CONSOLE_READING && !console_idle(&console));
 }
 
 static void type(const char *text)
@@ -266,10 +272,10 @@ void test_unknown_commands(void)
 
 void test_wrong_counts(void)
 {
-    static const char *const lines[] = {"ping",      "ping 1 2",   "read 1",       "read 1 2 3 4",
-                                        "write 1",   "write 1 ID", "regwrite 1 3", "reset",
-                                        "reset 1 2", "help 1",     "version 1",    "action 1 2",
-                                        "sync",      "sync 3",     "sync 3 1"};
+    static const char *const lines[] = {"ping",      "ping 1 2",    "read 1",       "read 1 2 3 4",
+                                        "write 1",   "write 1 ID",  "regwrite 1 3", "reset",
+                                        "reset 1 2", "help help 1", "version 1",    "action 1 2",
+                                        "sync",      "sync 3",      "sync 3 1"};
 
     for (uint8_t i = 0; i < sizeof lines / sizeof lines[0]; i++)
         assert_error(ERROR_COUNT, lines[i]);
@@ -297,7 +303,9 @@ void test_not_a_number(void)
     assert_error(ERROR_NOT_A_NUMBER, "write 1 ID 0x");
     assert_error(ERROR_NOT_A_NUMBER, "read 1 ID 1,2");
     assert_error(ERROR_NOT_A_NUMBER, "sync 3 1 1:a");
-    assert_error(ERROR_NOT_A_NUMBER, "ping -1");
+    assert_error(ERROR_OUT_OF_RANGE, "ping -1");
+    assert_error(ERROR_NOT_A_NUMBER, "ping 1.5");
+    assert_error(ERROR_NOT_A_NUMBER, "ping 1raw");
 }
 
 void test_unknown_register(void)
@@ -475,7 +483,7 @@ void test_a_reader_that_stops_holds_up_the_reply_but_loses_nothing(void)
     }
     TEST_ASSERT_GREATER_THAN_UINT8(CDS_RING_SIZE - WRITER_PIECE, cds_ring_count(&output));
     TEST_ASSERT_FALSE(console_idle(&console));
-    for (uint16_t i = 0; i < 200; i++)
+    for (uint16_t i = 0; i < 1000; i++)
         turn();
     TEST_ASSERT_NOT_NULL(strstr(said, "sync REG LENGTH ID:BYTE,BYTE,... ...: write many"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);

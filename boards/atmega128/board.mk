@@ -3,8 +3,8 @@ MCU        := atmega128
 F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM.
-FLASH_MAX  := 24576
-RAM_MAX    := 3072
+FLASH_MAX  := 65536
+RAM_MAX    := 3328
 
 PROGRAMMER  := usbasp
 PORT        := usb

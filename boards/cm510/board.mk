@@ -5,8 +5,8 @@ SIM_MCU    := atmega2560
 F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM.
-FLASH_MAX  := 24576
-RAM_MAX    := 3072
+FLASH_MAX  := 65536
+RAM_MAX    := 3328
 
 # Through an ISP programmer. The fuses are left as Robotis set them: external crystal.
 PROGRAMMER  := usbasp

@@ -1,19 +1,27 @@
-/* From the words of a line to a packet; see command.h. */
-#include "command.h"
+/* From the words of a line to what its command takes; see command.h. */
+#include "commands.h"
+
+#include <stddef.h>
+#include <string.h>
 
 #include "cds55xx/control_table.h"
 #include "errors.h"
+#include "handlers.h"
+#include "texts.h" // PACKED_...
 
-#define STRINGS(name, takes, instruction, arguments, what)                                         \
+#define STRINGS(name, group, takes, instruction, begin, poll, arguments, what, details, example)   \
     static const CDS_FLASH char name_##name[] = #name;                                             \
     static const CDS_FLASH char takes_##name[] = takes;                                            \
-    static const CDS_FLASH char usage_##name[] = #name arguments ": " what;
+    static const CDS_FLASH char usage_##name[] = PACKED_usage_##name;                              \
+    static const CDS_FLASH char details_##name[] = PACKED_details_##name;                          \
+    static const CDS_FLASH char example_##name[] = example;
 COMMANDS(STRINGS)
 #undef STRINGS
 
 const CDS_FLASH struct command commands[COMMAND_COUNT] = {
-#define ROW(name, takes, instruction, arguments, what)                                             \
-    {name_##name, takes_##name, usage_##name, instruction},
+#define ROW(name, group, takes, instruction, begin, poll, arguments, what, details, example)       \
+    {name_##name, takes_##name, usage_##name, details_##name,       example_##name,                \
+     begin,       poll,         instruction,  COMMAND_GROUP_##group},
     COMMANDS(ROW)
 #undef ROW
 };
@@ -22,7 +30,13 @@ static const CDS_FLASH char takes_nothing[] = "";
 
 void command_begin(struct command_line *line)
 {
-    *line = (struct command_line){.request = line->request, .takes = takes_nothing};
+    struct cds_request *request = line->request;
+
+    memset(line, 0, offsetof(struct command_line, number));
+    line->word.length = 0;
+    line->request = request;
+    line->takes = takes_nothing;
+    line->id = CDS_BROADCAST_ID;
 }
 
 static void fail(struct command_line *line, uint8_t error)
@@ -31,59 +45,78 @@ static void fail(struct command_line *line, uint8_t error)
         line->error = error;
 }
 
-static bool is_named(const struct token *token, const CDS_FLASH char *name)
+static bool ends(char c)
 {
-    for (uint8_t i = 0; i < token->length; i++)
-        if (token->length > TOKEN_MAX || *name == '\0' || token->text[i] != *name++)
-            return false; // a NUL that was typed is not the end of the name
-    return *name == '\0';
+    return c == '\0' || c == '|' || c == ')';
+}
+
+/* Is the word the text at `name`, which ends at a NUL, '|' or ')'? */
+static bool is_word(const struct token *token, const CDS_FLASH char *name)
+{
+    if (token->length > TOKEN_MAX)
+        return false;
+    for (uint8_t i = 0; i < token->length; i++, name++)
+        if (ends(*name) || token->text[i] != *name)
+            return false;
+    return ends(*name);
+}
+
+/* The first letter decides for nearly all of them: the bus must not wait for a list of names. */
+uint8_t command_named(const struct token *token)
+{
+    const CDS_FLASH struct command *row = commands;
+    uint8_t kind = 0;
+
+    for (char first = token->text[0]; kind < COMMAND_COUNT; kind++, row++)
+        if (*row->name == first && is_word(token, row->name))
+            break;
+    return kind;
 }
 
 static void take_name(struct command_line *line, const struct token *token)
 {
-    uint8_t kind = 0;
+    uint8_t kind = command_named(token);
 
-    while (kind < COMMAND_COUNT && !is_named(token, commands[kind].name))
-        kind++;
     if (kind == COMMAND_COUNT) {
         fail(line, ERROR_UNKNOWN_COMMAND);
         return;
     }
     line->kind = kind;
     line->takes = commands[kind].takes;
-    line->id = CDS_BROADCAST_ID;
 }
 
 /* A number from 0 to `highest`; anything else is an error of the line. */
-static uint16_t number(struct command_line *line, const struct token *token, uint16_t highest)
+static uint16_t whole(struct command_line *line, const struct token *token, uint16_t highest)
 {
     uint16_t value = 0;
-    bool too_large;
 
-    if (!token_number(token, &value, &too_large))
-        fail(line, ERROR_NOT_A_NUMBER);
-    else if (too_large || value > highest)
-        fail(line, ERROR_OUT_OF_RANGE);
+    fail(line, number_whole(token, highest, &value));
     return value;
 }
 
 /* The register is known: the packet can begin, unless it is a READ, which is built at the end. */
 static void begin_packet(struct command_line *line)
 {
-    struct cds_packet *packet = &line->request->packet;
+    uint8_t instruction = commands[line->kind].instruction;
 
-    cds_packet_begin(packet, line->id, commands[line->kind].instruction);
-    cds_packet_put(packet, line->address);
+    if (instruction == 0)
+        return;
+    cds_packet_begin(&line->request->packet, line->id, instruction);
+    cds_packet_put(&line->request->packet, line->address);
+}
+
+static bool is_letter(char c)
+{
+    return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
 }
 
 static void take_register(struct command_line *line, const struct token *token)
 {
     struct cds_register found;
     uint16_t address;
-    bool too_large;
 
-    if (token_number(token, &address, &too_large)) {
-        address = number(line, token, CDS_TABLE_SIZE - 1);
+    if (token->length == 0 || !is_letter(token->text[0])) {
+        address = whole(line, token, CDS_TABLE_SIZE - 1);
         line->length = 1;
     } else if (token->length <= TOKEN_MAX &&
                cds_register_named(token->text, token->length, &found)) {
@@ -113,7 +146,7 @@ static void take_value(struct command_line *line, const struct token *token)
         at.width = 1;
         at.highest = 255;
     }
-    value = number(line, token, at.highest);
+    value = whole(line, token, at.highest);
     cds_packet_put(packet, (uint8_t)value);
     if (at.width == 2)
         cds_packet_put(packet, (uint8_t)(value >> 8));
@@ -124,7 +157,7 @@ static void take_value(struct command_line *line, const struct token *token)
 /* LENGTH of a READ, or of a SYNC WRITE, whose packet says it after the address. */
 static void take_length(struct command_line *line, const struct token *token)
 {
-    line->length = (uint8_t)number(line, token, (uint16_t)(CDS_TABLE_SIZE - line->address));
+    line->length = (uint8_t)whole(line, token, (uint16_t)(CDS_TABLE_SIZE - line->address));
     if (line->length == 0)
         fail(line, ERROR_OUT_OF_RANGE);
     cds_packet_put(&line->request->packet, line->length);
@@ -144,24 +177,99 @@ static void take_block(struct command_line *line, const struct token *token, cha
     }
     if (separator != due)
         fail(line, ERROR_BLOCK);
-    cds_packet_put(&line->request->packet, (uint8_t)number(line, token, is_id ? CDS_ID_MAX : 255));
+    cds_packet_put(&line->request->packet, (uint8_t)whole(line, token, is_id ? CDS_ID_MAX : 255));
     line->values = 1;
+}
+
+/* An ID of a list, kept in the request's buffer. */
+static void take_id(struct command_line *line, const struct token *token)
+{
+    uint8_t *ids = line->request->packet.bytes;
+    uint8_t id = (uint8_t)whole(line, token, CDS_ID_MAX);
+
+    if (line->values == COMMAND_LIST_MAX) {
+        fail(line, ERROR_TOO_MANY);
+        return;
+    }
+    for (uint8_t i = 0; i < line->values; i++)
+        if (ids[i] == id)
+            fail(line, ERROR_TWICE);
+    ids[line->values++] = id;
+}
+
+/* An angle of a list, kept there as a word. */
+static void take_angle(struct command_line *line, const struct token *token)
+{
+    uint8_t *words = line->request->packet.bytes;
+    struct number number;
+    uint16_t raw = 0;
+
+    if (line->values == COMMAND_LIST_MAX) {
+        fail(line, ERROR_TOO_MANY);
+        return;
+    }
+    fail(line, number_parse(token, &number));
+    if (line->error == 0)
+        fail(line, number_register(&number, CDS_UNIT_MDEG, &raw));
+    if (raw > CDS_VALUE_MAX)
+        fail(line, ERROR_OUT_OF_RANGE);
+    words[2 * line->values] = (uint8_t)raw;
+    words[2 * line->values + 1] = (uint8_t)(raw >> 8);
+    line->values++;
+}
+
+/* One of the words between '(' and ')'; `takes` ends up at the ')'. */
+static void take_choice(struct command_line *line, const struct token *token)
+{
+    uint8_t index = 1;
+
+    for (; *line->takes != ')'; line->takes++) {
+        if (*line->takes != '(' && *line->takes != '|')
+            continue;
+        if (is_word(token, line->takes + 1))
+            line->choice = index;
+        index++;
+    }
+    if (line->choice == 0)
+        fail(line, ERROR_UNKNOWN_WORD);
+}
+
+static bool repeats(char letter)
+{
+    return letter == 'v' || letter == 's' || letter == 'l' || letter == 'p';
+}
+
+/* Goes on to the letter that this word is for. */
+static void find_letter(struct command_line *line, const struct token *token)
+{
+    bool is_list = *line->takes == 'l' || *line->takes == 'p';
+
+    if (is_list && line->values && line->takes[1] && is_letter(token->text[0]))
+        line->takes++;
+    while (*line->takes == '?')
+        line->takes++;
 }
 
 static void take_argument(struct command_line *line, const struct token *token, char separator)
 {
-    if (*line->takes == '?')
-        line->takes++;
+    find_letter(line, token);
     switch (*line->takes) {
-    case 'i': line->id = (uint8_t)number(line, token, CDS_ID_MAX); break;
-    case 'b': line->id = (uint8_t)number(line, token, CDS_BROADCAST_ID); break;
+    case 'i': line->id = (uint8_t)whole(line, token, CDS_ID_MAX); break;
+    case 'b': line->id = (uint8_t)whole(line, token, CDS_BROADCAST_ID); break;
+    case 'j': line->to = (uint8_t)whole(line, token, CDS_ID_MAX); break;
     case 'r': take_register(line, token); break;
     case 'n': take_length(line, token); break;
-    case 'v': take_value(line, token); return; // repeats
-    case 's': take_block(line, token, separator); return;
+    case 'u': fail(line, number_parse(token, &line->number[line->numbers++])); break;
+    case 'w': line->word = *token; break;
+    case '(': take_choice(line, token); break;
+    case 'v': take_value(line, token); break;
+    case 's': take_block(line, token, separator); break;
+    case 'l': take_id(line, token); break;
+    case 'p': take_angle(line, token); break;
     default: fail(line, ERROR_COUNT); return;
     }
-    line->takes++;
+    if (!repeats(*line->takes))
+        line->takes++;
 }
 
 void command_word(struct command_line *line, const struct token *token, char separator)
@@ -209,10 +317,10 @@ static enum cds_result finish_packet(struct command_line *line, uint8_t instruct
 uint8_t command_end(struct command_line *line)
 {
     uint8_t instruction = commands[line->kind].instruction;
-    bool repeats = *line->takes == 'v' || *line->takes == 's';
+    char letter = *line->takes;
 
     if (line->error == 0) {
-        if (*line->takes && *line->takes != '?' && !(repeats && line->values))
+        if (letter && letter != '?' && !(repeats(letter) && line->values))
             fail(line, ERROR_COUNT);
         else if (line->remaining)
             fail(line, ERROR_BLOCK);

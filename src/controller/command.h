@@ -1,62 +1,94 @@
-/* The console's commands: their names, what they take, and turning the words of a line, as they
- * arrive, into the packet to be sent. No line is ever stored, so a SYNC WRITE may be as long as its
- * packet. */
+/* The console's commands: one row of a table in flash for each (commands.h), and turning the words
+ * of a line, as they arrive, into what the row takes. No line is ever stored whole, so a SYNC WRITE
+ * may be as long as its packet. */
 #ifndef CONTROLLER_COMMAND_H
 #define CONTROLLER_COMMAND_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "cds55xx/bus.h" // struct cds_request
 #include "flash.h"       // CDS_FLASH
+#include "number.h"      // struct number
 #include "token.h"       // struct token
 
-/* What a command takes, a letter for each word:
- *   i  ID, 0 to 253           b  ID or 254, all servos       r  register, by name or address
- *   n  number of bytes        v  values, one or more         s  blocks ID:BYTE,BYTE,..., one or
- * more ?  what follows may be left out X(name, takes, instruction or 0, arguments, what it does) */
-#define COMMANDS(X)                                                                                \
-    X(help, "", 0, "", "this list")                                                                \
-    X(version, "", 0, "", "version and board")                                                     \
-    X(ping, "b", CDS_PING, " ID", "is it there? (254: who is there?)")                             \
-    X(read, "ir?n", CDS_READ, " ID REG [LENGTH]", "read a register, or LENGTH bytes from it on")   \
-    X(write, "brv", CDS_WRITE, " ID REG VALUE...", "write a register and those that follow it")    \
-    X(regwrite, "brv", CDS_REG_WRITE, " ID REG VALUE...",                                          \
-      "the same, kept by the servo until action")                                                  \
-    X(action, "?b", CDS_ACTION, " [ID]", "carry out what was kept (no ID: all servos)")            \
-    X(reset, "i", CDS_RESET, " ID", "factory values: it is ID 1 at 1 Mbps afterwards")             \
-    X(sync, "rns", CDS_SYNC_WRITE, " REG LENGTH ID:BYTE,BYTE,... ...", "write many servos at once")
+#define COMMAND_LIST_MAX 50 // IDs or angles in a line
 
-enum command_kind {
-#define COMMAND_ENUM_(name, takes, instruction, arguments, what) COMMAND_##name,
-    COMMANDS(COMMAND_ENUM_)
-#undef COMMAND_ENUM_
-        COMMAND_COUNT,
-};
+struct console;
 
+/* A row. What it takes, a letter for each word; `line` has what was taken:
+ *   i  ID, 0 to 253                 -> line.id
+ *   b  ID, or 254, all servos       -> line.id, which is 254 where none is given
+ *   j  ID, 0 to 253                 -> line.to
+ *   r  register, by name or address -> line.address, line.length (of the register, in bytes)
+ *   n  number of bytes              -> line.length
+ *   u  number, with a unit or none  -> line.number[0], then [1], [2]
+ *   w  any word                     -> line.word
+ *   (one|two)  one of these words   -> line.choice: 1, 2, ...; 0 if it is left out
+ * and these, which take one word or more, up to a word that begins with a letter:
+ *   v  values of registers, s  blocks ID:BYTE,BYTE,...: straight into the packet
+ *   l  IDs, 0 to 253                -> the first line.values bytes of the request's buffer
+ *   p  angles                       -> words there, low byte first; line.values of them
+ * ?  what follows may be left out */
 struct command {
     const CDS_FLASH char *name;
     const CDS_FLASH char *takes;
-    const CDS_FLASH char *usage; // "name arguments: what it does"
-    uint8_t instruction;
+    const CDS_FLASH char *usage;   // "name ARGUMENTS: what it does", packed
+    const CDS_FLASH char *details; // ranges, and what is good to know, packed
+    const CDS_FLASH char *example;
+    /* Starts the command: 0, or the number of the error that it ends with at once: an enum
+     * cds_result or a CONSOLE_ERRORS. NULL: there is nothing to start. */
+    uint8_t (*begin)(struct console *console);
+    /* Called in turns of the main loop, whenever a piece of text may be written
+     * (console->writer), until it returns false; console->step counts these calls, from 0 on, up to
+     * 255. It never waits. An error is left in console->error. NULL: there is nothing more to do.
+     */
+    bool (*poll)(struct console *console);
+    uint8_t instruction; // of the packet that the line is, or 0
+    uint8_t group;       // enum command_group
 };
 
-extern const CDS_FLASH struct command commands[COMMAND_COUNT];
+/* X(name, heading in the list) */
+#define COMMAND_GROUPS(X)                                                                          \
+    X(CONSOLE, "The console")                                                                      \
+    X(SERVO, "One servo")                                                                          \
+    X(MANY, "Many servos")                                                                         \
+    X(CARE, "Safety")                                                                              \
+    X(SETUP, "Set-up of servos")                                                                   \
+    X(BUS, "The bus")                                                                              \
+    X(RAW, "Instructions of the manual")                                                           \
+    X(KEEPER, "The controller")
+
+enum command_group {
+#define COMMAND_GROUP_ENUM_(name, heading) COMMAND_GROUP_##name,
+    COMMAND_GROUPS(COMMAND_GROUP_ENUM_)
+#undef COMMAND_GROUP_ENUM_
+        COMMAND_GROUP_COUNT,
+};
 
 /* A line being read. */
 struct command_line {
     struct cds_request *request; // the packet grows in its buffer
     uint8_t words;               // so far, the command's name included
-    uint8_t kind;                // enum command_kind
+    uint8_t kind;                // row of the command
     uint8_t error;               // number of the first error, 0 if none so far
     const CDS_FLASH char *takes; // letter of the next word
     uint8_t values;              // words taken by a letter that repeats
     uint8_t id;
+    uint8_t to;
     uint8_t address;   // of the register named first
     uint8_t length;    // bytes to read, or for each servo
     uint8_t next;      // register the next value goes to
+    uint8_t choice;    // which of several words, from 1 on
+    uint8_t numbers;   // taken of `number`
     bool named;        // the register was given by its name
     uint8_t remaining; // bytes still due in a block of SYNC WRITE
+    struct number number[3];
+    struct token word;
 };
+
+/* The row of the command named by `token`, or COMMAND_COUNT of commands.h. */
+uint8_t command_named(const struct token *token);
 
 /* Forgets the line and begins a new one. */
 void command_begin(struct command_line *line);

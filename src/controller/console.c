@@ -1,11 +1,17 @@
-/* The text console: reading lines and running them; see console.h. Replies are in reply.c. */
+/* The text console: reading lines and running them; see console.h. The end of replies is in
+ * reply.c, the commands in cmd_....c. */
 #include "console.h"
 
+#include <stddef.h>
+#include <string.h>
+
+#include "commands.h"
 #include "errors.h"
 #include "host.h" // HOST_MARK_DROPPED
 #include "reply.h"
 
-#define CHARACTERS_PER_POLL 2 // the bus must not wait for a line
+/* The bus must not wait for a line. */
+#define CHARACTERS_PER_POLL 2
 
 static void begin_line(struct console *console)
 {
@@ -13,14 +19,18 @@ static void begin_line(struct console *console)
     console->token.length = 0;
     console->characters = 0;
     console->skipping = false;
+    console->error = 0;
+    console->servo_error = 0;
     console->state = CONSOLE_READING;
 }
 
-void console_open(struct console *console, struct cds_bus *bus, struct cds_request *request,
+void console_open(struct console *console, struct robot *robot, struct cds_request *request,
                   struct cds_ring *input, struct cds_ring *output)
 {
-    console->bus = bus;
+    console->bus = robot->bus;
+    console->robot = robot;
     console->input = input;
+    console->looked = input->tail;
     console->writer.ring = output;
     console->line.request = request;
     begin_line(console);
@@ -35,14 +45,7 @@ static void spoil(struct console *console, uint8_t error)
     }
 }
 
-static void reply(struct console *console, uint8_t error)
-{
-    console->error = error;
-    console->servo_error = 0;
-    console->phase = REPLY_BODY;
-    console->step = 0;
-    console->state = CONSOLE_REPLYING;
-}
+/* ---- a line ---- */
 
 static void end_word(struct console *console, char separator)
 {
@@ -54,49 +57,15 @@ static void end_word(struct console *console, char separator)
     console->token.length = 0;
 }
 
-static void end_line(struct console *console)
+/* A character that can no longer be taken back. */
+static void feed(struct console *console, char c)
 {
-    uint8_t error;
-
-    end_word(console, ' ');
-    if (console->line.words == 0 && console->line.error == 0) {
-        begin_line(console); // an empty line asks for nothing
-        return;
-    }
-    error = command_end(&console->line);
-    if (error == 0 && commands[console->line.kind].instruction) {
-        error = (uint8_t)cds_bus_submit(console->bus, console->line.request);
-        console->state = CONSOLE_WAITING;
-    }
-    if (error || console->state != CONSOLE_WAITING)
-        reply(console, error);
-}
-
-/* The host link says that the line so far is gone. */
-static void take_mark(struct console *console, uint8_t mark)
-{
-    begin_line(console);
-    if (mark == HOST_MARK_LOST)
-        reply(console, ERROR_INPUT_LOST);
-}
-
-static void take(struct console *console, char c)
-{
-    if ((uint8_t)c == HOST_MARK_DROPPED || (uint8_t)c == HOST_MARK_LOST) {
-        take_mark(console, (uint8_t)c);
-        return;
-    }
-    if (c == '\r' || c == '\n') {
-        end_line(console);
-        return;
-    }
-    if (++console->characters > CONSOLE_LINE_MAX)
+    if (++console->characters > CONSOLE_LINE_MAX) {
+        console->characters = CONSOLE_LINE_MAX; // must not wrap
         spoil(console, ERROR_LINE_TOO_LONG);
-    if (console->skipping) {
-        if (console->characters > CONSOLE_LINE_MAX)
-            console->characters = CONSOLE_LINE_MAX; // must not wrap
-        return;
     }
+    if (console->skipping)
+        return;
     if (c == ' ' || c == '\t')
         end_word(console, ' ');
     else if ((c == ':' || c == ',') && command_in_block(&console->line))
@@ -105,31 +74,250 @@ static void take(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-/* The exchange has ended: what has the servo said? */
-static void note_outcome(struct console *console)
+static void conclude(struct console *console, uint8_t error)
+{
+    if (console->error == 0)
+        console->error = error;
+    console->closed = false;
+    console->state = CONSOLE_CLOSING;
+}
+
+/* The command that console->line is. */
+static void run(struct console *console)
+{
+    const CDS_FLASH struct command *command = &commands[console->line.kind];
+    uint8_t error = 0;
+
+    memset(&console->job, 0, sizeof console->job);
+    console->step = 0;
+    console->phase = 0;
+    console->state = CONSOLE_RUNNING;
+    if (command->begin)
+        error = command->begin(console);
+    if (error || command->poll == NULL)
+        conclude(console, error);
+}
+
+static void end_line(struct console *console)
+{
+    uint8_t error;
+
+    editor_end(&console->editor);
+    end_word(console, ' ');
+    if (console->line.words == 0 && console->line.error == 0) {
+        begin_line(console); // an empty line asks for nothing
+        return;
+    }
+    error = command_end(&console->line);
+    if (error)
+        conclude(console, error);
+    else
+        run(console);
+}
+
+/* The front of the line that can no longer be taken back, some characters a turn. */
+static void feed_front(struct console *console)
+{
+    for (uint8_t left = CHARACTERS_PER_POLL; left && console->fed < console->front; left--)
+        feed(console, console->editor.text[console->fed++]);
+    if (console->fed < console->front)
+        return;
+    if (console->front < console->editor.length)
+        editor_take(&console->editor, console->front);
+    console->fed = 0;
+    console->front = 0;
+    if (console->ending) {
+        console->ending = false;
+        end_line(console);
+    }
+}
+
+static void drop_line(struct console *console)
+{
+    console->editor.length = 0;
+    editor_end(&console->editor);
+    console->fed = 0;
+    console->front = 0;
+    console->ending = false;
+    begin_line(console);
+}
+
+static bool is_mark(uint8_t byte)
+{
+    return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
+}
+
+/* The host link says that the line so far is gone. */
+static void take_mark(struct console *console, uint8_t mark)
+{
+    drop_line(console);
+    if (mark == HOST_MARK_LOST)
+        conclude(console, ERROR_INPUT_LOST);
+}
+
+static struct writer *echo_of(struct console *console)
+{
+    return console->echo ? &console->writer : NULL;
+}
+
+static void take(struct console *console, char c)
+{
+    switch (editor_key(&console->editor, c, echo_of(console))) {
+    case EDITOR_END:
+        console->front = console->editor.length;
+        console->ending = true;
+        break;
+    case EDITOR_DROP: drop_line(console); break;
+    case EDITOR_FULL: console->front = EDITOR_SIZE / 2; break;
+    default: break;
+    }
+}
+
+static bool is_feeding(const struct console *console)
+{
+    return console->front || console->ending;
+}
+
+static void read_input(struct console *console)
+{
+    if (is_feeding(console)) {
+        feed_front(console);
+        return;
+    }
+    for (uint8_t left = CHARACTERS_PER_POLL;
+         left && console->state == CONSOLE_READING && !is_feeding(console) &&
+         editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
+         left--) {
+        uint8_t byte = cds_ring_peek(console->input, 0);
+
+        cds_ring_drop(console->input, 1);
+        if (is_mark(byte))
+            take_mark(console, byte);
+        else
+            take(console, (char)byte);
+    }
+}
+
+/* ---- Ctrl-X ---- */
+
+/* The place behind the last Ctrl-X among the bytes that wait for their turn, or 0. */
+static uint8_t behind_stop(const struct console *console, uint8_t from)
+{
+    uint8_t behind = 0;
+
+    for (uint8_t at = from; at < cds_ring_count(console->input); at++)
+        if (cds_ring_peek(console->input, at) == CONSOLE_STOP)
+            behind = (uint8_t)(at + 1u);
+    return behind;
+}
+
+void console_stop(struct console *console)
+{
+    uint8_t behind = behind_stop(console, 0);
+
+    robot_stop(console->robot);
+    cds_ring_drop(console->input, behind ? behind : cds_ring_count(console->input));
+    console->looked = console->input->tail;
+    console->stop_asked = true;
+    if (console->state == CONSOLE_READING)
+        drop_line(console);
+}
+
+/* Bytes that wait for their turn may hold the one that cannot wait. */
+static void look_for_stop(struct console *console)
+{
+    uint8_t count = cds_ring_count(console->input);
+    uint8_t from = (uint8_t)(console->looked - console->input->tail);
+
+    if (from > count)
+        from = 0; // what was looked at has been taken
+    if (behind_stop(console, from))
+        console_stop(console);
+    else
+        console->looked = (uint8_t)(console->input->tail + count);
+}
+
+/* A command that Ctrl-X has ended: its request must be back before the next one. */
+static void interrupt(struct console *console)
+{
+    if (console->line.request->result == CDS_PENDING || robot_is_exclusive(console->robot))
+        return;
+    if (!writer_ready(&console->writer))
+        return;
+    if (console->writer.within)
+        writer_end_of_line(&console->writer);
+    conclude(console, ERROR_STOPPED);
+}
+
+/* ---- a command ---- */
+
+bool console_waits(struct console *console)
 {
     const struct cds_request *request = console->line.request;
 
-    reply(console, request->result);
+    if (request->result == CDS_PENDING)
+        return true;
+    console->error = request->result;
     if (request->result == CDS_OK)
         console->servo_error = request->error;
+    return false;
+}
+
+bool console_answered(const struct console *console)
+{
+    return console->error == 0 && !(console->servo_error & CDS_ERRORS_OF_PACKET);
+}
+
+bool console_key(struct console *console)
+{
+    bool pressed = false;
+
+    for (; cds_ring_count(console->input); cds_ring_drop(console->input, 1)) {
+        uint8_t byte = cds_ring_peek(console->input, 0);
+
+        if (!(byte == '\n' && console->editor.after_cr) && byte != HOST_MARK_DROPPED)
+            pressed = true;
+        console->editor.after_cr = false;
+    }
+    return pressed;
+}
+
+static void poll_command(struct console *console)
+{
+    if (!writer_ready(&console->writer))
+        return;
+    if (!commands[console->line.kind].poll(console))
+        conclude(console, 0);
+    else if (console->step < UINT8_MAX)
+        console->step++;
+}
+
+static void answer_stop(struct console *console)
+{
+    console->stop_asked = false;
+    command_begin(&console->line);
+    console->line.kind = COMMAND_stop;
+    memset(&console->job, 0, sizeof console->job);
+    console->step = 0;
+    console->phase = 0;
+    console->state = CONSOLE_RUNNING;
 }
 
 void console_poll(struct console *console)
 {
+    look_for_stop(console);
     switch (console->state) {
     case CONSOLE_READING:
-        for (uint8_t left = CHARACTERS_PER_POLL;
-             left && console->state == CONSOLE_READING && cds_ring_count(console->input); left--) {
-            char c = (char)cds_ring_peek(console->input, 0);
-
-            cds_ring_drop(console->input, 1);
-            take(console, c);
-        }
+        if (console->stop_asked)
+            answer_stop(console);
+        else
+            read_input(console);
         break;
-    case CONSOLE_WAITING:
-        if (console->line.request->result != CDS_PENDING)
-            note_outcome(console);
+    case CONSOLE_RUNNING:
+        if (console->stop_asked && console->line.kind != COMMAND_stop)
+            interrupt(console);
+        else
+            poll_command(console);
         break;
     default:
         if (writer_ready(&console->writer) && !reply_piece(console))
@@ -140,5 +328,7 @@ void console_poll(struct console *console)
 
 bool console_idle(const struct console *console)
 {
-    return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0;
+    return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
+           !console->stop_asked && !is_feeding(console) &&
+           console->editor.shown == console->editor.length;
 }

@@ -1,48 +1,112 @@
 /* The text console: a command a line; the reply is zero or more lines, then exactly one of `ok` or
- * `error N: text`. The next line is looked at when the reply to this one is out. Bytes in and text
- * out are rings; nothing waits. */
+ * `error N: text; remedy`. The next line is looked at when the reply to this one is out. Bytes in
+ * and text out are rings; nothing waits.
+ *
+ * Ctrl-X stops the robot wherever it comes, and at once: what was typed before it is dropped, a
+ * command under way ends with an error, and then `stop` is answered as if it had been typed.
+ *
+ * Marks in the input (host.h) say that the line so far is gone: because of a packet, and nothing is
+ * said; or because something was lost, which is answered by an error.
+ */
 #ifndef CONTROLLER_CONSOLE_H
 #define CONTROLLER_CONSOLE_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/bus.h" // struct cds_bus
-#include "command.h"     // struct command_line
-#include "token.h"       // struct token
-#include "writer.h"      // struct writer
+#include "cds55xx/bus.h"      // struct cds_bus
+#include "cds55xx/feedback.h" // struct cds_feedback
+#include "cds55xx/setup.h"    // struct cds_setup
+#include "command.h"          // struct command_line
+#include "editor.h"           // struct editor
+#include "robot.h"            // struct robot
+#include "token.h"            // struct token
+#include "writer.h"           // struct writer
 
 #define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
+#define CONSOLE_STOP     0x18 // Ctrl-X
 
-enum console_state { CONSOLE_READING, CONSOLE_WAITING, CONSOLE_REPLYING };
+enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING };
 
-/* The command's own lines; warnings and `ok` or `error`; all is written. */
-enum reply_phase { REPLY_BODY, REPLY_CLOSING, REPLY_CLOSED };
+/* Servos that monitor draws. */
+#define MONITOR_SERVOS 8
+
+/* What a command remembers from one poll to the next; one runs at a time. Zero when it begins. */
+union console_job {
+    struct {
+        struct cds_setup setup;
+        uint8_t data[2]; // what it writes
+    } set;
+    struct {
+        uint32_t next_us; // when the next line begins
+        uint32_t period_us;
+        struct cds_feedback feedback;
+        uint16_t lines;
+        uint16_t failed;
+        uint8_t ids[MONITOR_SERVOS];
+        uint8_t count;
+        uint8_t index; // servo being read
+        uint8_t value; // of it, being told
+        bool begun;    // something stands in the line
+    } monitor;
+    struct {
+        uint32_t since_us;
+        uint8_t group;
+        uint8_t index; // of a list that is being told
+    } progress;
+};
 
 struct console {
     struct cds_bus *bus;
-    struct cds_ring *input;
-    struct writer writer;
-    struct command_line line;
-    struct token token;
-    uint16_t characters; // of the line so far
-    bool skipping;       // the rest of this line counts for nothing but its end
+    struct robot *robot;
     uint8_t state;       // enum console_state
-    uint8_t phase;       // enum reply_phase
-    uint8_t step;        // of the body
+    uint8_t step;        // calls of the command's poll so far, 255 at most
+    uint8_t phase;       // the command's own, 0 when it begins
     uint8_t error;       // number of the error the reply ends with, 0 for ok
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
+    bool closed;         // the reply's last line is written
+    bool skipping;       // the rest of this line counts for nothing but its end
+    bool echo;           // what is typed is shown; off at first; may be set at any time
+    bool stop_asked;     // by Ctrl-X, and not answered yet
+    bool ending;         // the front is all of the line
+    uint8_t front;       // characters of the editor's text to be fed to the parser,
+    uint8_t fed;         // ... of which are
+    uint8_t looked;      // index of the input ring: no Ctrl-X before it
+    uint16_t characters; // of the line so far
+    struct cds_ring *input;
+    struct writer writer;
+    struct command_line line; // an AVR reaches 64 bytes of a struct easily: what is large is last
+    union console_job job;
+    struct token token;
+    struct editor editor;
 };
 
-/* Zero *console first (static storage is). `request` has room for the longest packet, 258 bytes. */
-void console_open(struct console *console, struct cds_bus *bus, struct cds_request *request,
+/* Zero *console first (static storage is). `request` has room for the longest packet, 258 bytes,
+ * and is on the bus of `robot`. */
+void console_open(struct console *console, struct robot *robot, struct cds_request *request,
                   struct cds_ring *input, struct cds_ring *output);
 
-/* Moves on: takes some characters, or looks at the exchange, or writes a piece of the reply. To be
- * called from the main loop, beside cds_bus_poll(). */
+/* Moves on: takes some characters, or goes on with a command, or writes a piece of the reply. To be
+ * called from the main loop, beside cds_bus_poll() and robot_poll(). */
 void console_poll(struct console *console);
+
+/* Ctrl-X has come, wherever it is by now: the robot is stopped at once. */
+void console_stop(struct console *console);
 
 /* Nothing to do but wait for input? */
 bool console_idle(const struct console *console);
+
+/* ---- for the commands ---- */
+
+/* Is the exchange of line.request still under way? If not, its outcome is in console->error and
+ * console->servo_error: go on only if both say so. */
+bool console_waits(struct console *console);
+
+/* console_waits(), and it went well, the servo has not refused, and there are data if some were
+ * due. */
+bool console_answered(const struct console *console);
+
+/* Has a key been pressed since the command began? It is taken away, with all that came with it. */
+bool console_key(struct console *console);
 
 #endif

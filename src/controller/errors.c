@@ -2,25 +2,28 @@
 #include "errors.h"
 
 #include "cds55xx/packet.h" // CDS_ERROR_*
+#include "texts.h"          // PACKED_...
 
 #define TEXT(name, number, text, remedy)                                                           \
-    static const CDS_FLASH char text_##name[] = text "; " remedy;
+    static const CDS_FLASH char text_##name[] = PACKED_error_##name;
 CDS_RESULTS(TEXT)
 CONSOLE_ERRORS(TEXT)
 #undef TEXT
 
 static const CDS_FLASH char text_unknown[] = "unknown error";
 
+/* By number, which is quick: the bus must not wait for it. */
+static const CDS_FLASH char *const CDS_FLASH texts[] = {
+#define ROW(name, number, text, remedy) [number] = text_##name,
+    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW)
+#undef ROW
+};
+
 const CDS_FLASH char *error_text(uint8_t number)
 {
-    switch (number) {
-#define CASE(name, number, text, remedy)                                                           \
-    case number: return text_##name;
-        CDS_RESULTS(CASE)
-        CONSOLE_ERRORS(CASE)
-#undef CASE
-    default: return text_unknown;
-    }
+    if (number < sizeof texts / sizeof texts[0] && texts[number])
+        return texts[number];
+    return text_unknown;
 }
 
 uint8_t error_of_servo(uint8_t *bits)

@@ -11,15 +11,44 @@
 /* X(name, number, text, remedy) */
 #define CONSOLE_ERRORS(X)                                                                          \
     X(ERROR_UNKNOWN_COMMAND, 30, "unknown command", "'help' lists the commands")                   \
-    X(ERROR_COUNT, 31, "wrong number of arguments", "'help' shows what the command takes")         \
-    X(ERROR_NOT_A_NUMBER, 32, "not a number", "numbers are decimal or 0x and hexadecimal digits")  \
+    X(ERROR_COUNT, 31, "wrong number of arguments", "'help COMMAND' shows what it takes")          \
+    X(ERROR_NOT_A_NUMBER, 32, "not a number",                                                      \
+      "write 90, 90.5deg, 512raw, -30rpm, 0x1F: see 'help COMMAND'")                               \
     X(ERROR_OUT_OF_RANGE, 33, "number out of range",                                               \
-      "IDs are 0 to 253 (254, all, where help says so), bytes 0 to 255, registers see manual 3.1") \
+      "IDs are 0 to 253 (254, all, where help says so), bytes 0 to 255; else see 'help COMMAND'")  \
     X(ERROR_UNKNOWN_REGISTER, 34, "unknown register",                                              \
       "name it as in docs/registers.md, or give its address, 0 to 0x31")                           \
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
     X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
+    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows which ones it takes")          \
+    X(ERROR_UNIT, 39, "wrong unit",                                                                \
+      "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw: as fits the value")              \
+    X(ERROR_TOO_MANY, 40, "too many servos", "give fewer at once; 'help COMMAND' says how many")   \
+    X(ERROR_TWICE, 41, "an ID stands twice", "give each servo once")                               \
+    X(ERROR_NOT_WRITABLE, 42, "register not to be set",                                            \
+      "it is read-only or reserved; ID and BAUD_RATE change by 'id' and 'baud'")                   \
+    X(ERROR_CYCLE, 43, "a cycle is running", "'cycle off' first: this needs the bus for itself")   \
+    X(ERROR_NO_CYCLE, 44, "no cycle is running", "'cycle every 4ms' starts one")                   \
+    X(ERROR_NO_GROUP, 45, "no group chosen", "choose its servos, as by 'group 1 2 3'")             \
+    X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
+      "give one for each servo of the group; 'group' shows them")                                  \
+    X(ERROR_ENDLESS, 47, "the servo turns without end, it goes to no angle",                       \
+      "set its limits, as by 'set 1 CCW_ANGLE_LIMIT 300deg'")                                      \
+    X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
+      "'scan' finds them, 'servos' lists them")                                                    \
+    X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
+      "what was said so far is right; begin it again")                                             \
+    X(ERROR_PLACE_TAKEN, 50, "another servo is there already, nothing was written",                \
+      "give that one another ID first, or choose another")                                         \
+    X(ERROR_LOST, 51, "the servo answers neither where it was nor where it should be",             \
+      "wait a second and 'scan all'; it may have lost its power")                                  \
+    X(ERROR_BOTH, 52, "servos answer in both places",                                              \
+      "there were two of one ID: connect one of them alone")                                       \
+    X(ERROR_FORCE, 53, "nothing was reset",                                                        \
+      "all servos would have one ID afterwards; if so wanted: 'factory 254 force'")                \
+    X(ERROR_STOPPED, 54, "stopped: torque is off, servos are held",                                \
+      "see to it, then 'release', and set torque and goals anew")                                  \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "it does not know the instruction, or ACTION found nothing registered")                      \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \
@@ -35,7 +64,8 @@ enum console_error {
 #undef CONSOLE_ERROR_ENUM_
 };
 
-/* "text; remedy" of an error of either table, in flash. Any other number: "unknown error". */
+/* "text; remedy", packed, of an error of either table, in flash. Any other number: "unknown error".
+ */
 const CDS_FLASH char *error_text(uint8_t number);
 
 /* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if

@@ -8,6 +8,7 @@
 #include "device.h"
 #include "host.h"
 #include "idle.h"
+#include "robot.h"
 #include "serial.h"
 #include "values.h"
 
@@ -17,7 +18,7 @@
 
 /* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on.
  */
-#define SELDOM 8
+#define SELDOM 16
 
 static struct {
     struct cds_bus bus;
@@ -27,6 +28,7 @@ static struct {
     struct bridge bridge;
     struct device device;
     struct values values;
+    struct robot robot;
     struct console console;
     uint8_t packets[3][HOST_PACKET_MAX]; // of the console, from the host, on the bridge
     struct cds_request request;
@@ -48,7 +50,7 @@ static bool busy(const void *context)
     (void)context;
     return !console_idle(&controller.console) || !host_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
-           controller.host_baud != host_baud_wanted();
+           controller.host_baud != host_baud_wanted() || !robot_idle(&controller.robot);
 }
 
 static void open_host(uint8_t baud)
@@ -85,8 +87,19 @@ static void open(void)
     controller.device.world = &controller.values.world;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[2]);
-    console_open(&controller.console, &controller.bus, &controller.request, &controller.text,
+    robot_begin(&controller.robot, &controller.bus);
+    console_open(&controller.console, &controller.robot, &controller.request, &controller.text,
                  &controller.serial.tx);
+}
+
+/* Packets wait while the bus may be at another rate. Whoever is in a scan or a diagnosis gives way
+ * to them. */
+static void poll_bridge(void)
+{
+    if (!robot_is_exclusive(&controller.robot))
+        bridge_poll(&controller.bridge);
+    else if (controller.host.whole)
+        robot_abort(&controller.robot);
 }
 
 /* The main loop's body. Not inlined: a debugger finds it. */
@@ -96,10 +109,15 @@ __attribute__((noinline)) static void turn(void)
 
     do {
         cds_bus_poll(&controller.bus);
-        bridge_poll(&controller.bridge);
+        poll_bridge();
         serial_send(&controller.serial);
     } while (bridge_hurries(&controller.bridge) && --left);
     host_poll(&controller.host);
+    if (controller.host.stop) {
+        controller.host.stop = false;
+        console_stop(&controller.console);
+    }
+    robot_poll(&controller.robot);
     if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
         console_poll(&controller.console);
     if (serial_broken(&controller.serial))

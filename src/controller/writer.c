@@ -3,36 +3,54 @@
 
 #include <stddef.h>
 
-#define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
+#include "texts.h" // PACKED_PAIRS
 
-static const CDS_FLASH char end_of_line[] = "\r\n";
+#define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
 
 void writer_end_of_line(struct writer *writer)
 {
-    writer->text = end_of_line;
-    writer->ending = true;
+    writer_char(writer, '\r');
+    writer_char(writer, '\n');
 }
 
 void writer_text_line(struct writer *writer, const CDS_FLASH char *text)
 {
     writer->text = text;
-    writer->ending = false;
+}
+
+#define PACKED 0x80 // from here on a byte stands for two
+
+static const CDS_FLASH uint8_t pairs[][2] = PACKED_PAIRS;
+
+/* The next character of the text, '\0' at its end. */
+static char next_character(struct writer *writer)
+{
+    uint8_t byte;
+
+    if (writer->depth)
+        byte = writer->rest[--writer->depth];
+    else if ((byte = (uint8_t)*writer->text) != '\0')
+        writer->text++;
+    while (byte >= PACKED) {
+        writer->rest[writer->depth++] = pairs[byte - PACKED][1];
+        byte = pairs[byte - PACKED][0];
+    }
+    return (char)byte;
 }
 
 bool writer_ready(struct writer *writer)
 {
     for (uint8_t left = CHARACTERS_PER_CALL; writer->text; left--) {
-        if (left == 0)
-            return false;
-        if (*writer->text == '\0') {
-            if (writer->ending)
-                writer->text = NULL;
-            else
-                writer_end_of_line(writer);
-        } else if (cds_ring_put(writer->ring, (uint8_t)*writer->text)) {
-            writer->text++;
+        char c;
+
+        if (left == 0 || cds_ring_count(writer->ring) > CDS_RING_SIZE - 2)
+            return false; // an end of line is two
+        c = next_character(writer);
+        if (c) {
+            cds_ring_put(writer->ring, (uint8_t)c);
         } else {
-            return false;
+            writer_end_of_line(writer);
+            writer->text = NULL;
         }
     }
     return cds_ring_count(writer->ring) <= CDS_RING_SIZE - WRITER_PIECE;
@@ -41,6 +59,7 @@ bool writer_ready(struct writer *writer)
 void writer_char(struct writer *writer, char c)
 {
     cds_ring_put(writer->ring, (uint8_t)c);
+    writer->within = c != '\n';
 }
 
 void writer_string(struct writer *writer, const char *string)
@@ -49,20 +68,46 @@ void writer_string(struct writer *writer, const char *string)
         writer_char(writer, *string++);
 }
 
-void writer_decimal(struct writer *writer, uint16_t number)
+void writer_flash(struct writer *writer, const CDS_FLASH char *text)
 {
-    static const CDS_FLASH uint16_t powers[] = {10000, 1000, 100, 10, 1};
+    while (*text)
+        writer_char(writer, *text++);
+}
+
+/* Ten digits, by subtraction: dividing 32 bits costs more. */
+static const CDS_FLASH uint32_t powers[] = {1000000000, 100000000, 10000000, 1000000, 100000,
+                                            10000,      1000,      100,      10,      1};
+#define DIGITS (sizeof powers / sizeof powers[0])
+
+void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
+{
+    uint32_t rest = value < 0 ? 0 - (uint32_t)value : (uint32_t)value;
     bool begun = false;
 
-    for (uint8_t i = 0; i < sizeof powers / sizeof powers[0]; i++) {
+    if (value < 0)
+        writer_char(writer, '-');
+    for (uint8_t i = 0; i < DIGITS; i++) {
+        uint8_t after = (uint8_t)(DIGITS - 1 - i); // digits that follow
         char digit = '0';
 
-        for (; number >= powers[i]; number = (uint16_t)(number - powers[i]))
+        if (after + 1u == decimals) { // the point is here
+            if (rest == 0)
+                return;
+            writer_char(writer, '.');
+        } else if (after < decimals && rest == 0) {
+            return;
+        }
+        for (; rest >= powers[i]; rest -= powers[i])
             digit++;
-        begun = begun || digit != '0' || powers[i] == 1;
+        begun = begun || digit != '0' || after <= decimals;
         if (begun)
             writer_char(writer, digit);
     }
+}
+
+void writer_decimal(struct writer *writer, uint16_t number)
+{
+    writer_fixed(writer, number, 0);
 }
 
 static char hex_digit(uint8_t value)

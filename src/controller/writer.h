@@ -9,13 +9,20 @@
 #include "cds55xx/ring.h" // struct cds_ring
 #include "flash.h"        // CDS_FLASH
 
-/* Characters a piece may have besides one text out of flash, which may be of any length. */
-#define WRITER_PIECE 40
+/* Characters a piece may have, end of line included, besides one text out of flash, which may be of
+ * any length. */
+#define WRITER_PIECE 58
+
+/* A packed text has bytes of 0x80 and above, which stand for two bytes each: scripts/texts.py. This
+ * deep within each other at most. */
+#define WRITER_DEPTH 8
 
 struct writer {
     struct cds_ring *ring;
+    uint8_t depth;              // of `rest`
+    uint8_t rest[WRITER_DEPTH]; // of the packed byte under way, the last one first
     const CDS_FLASH char *text; // what is left of the text being written, or NULL
-    bool ending;                // `text` is the end of line
+    bool within;                // a line has begun
 };
 
 /* Writes on what is left; true when a new piece may be written. */
@@ -27,8 +34,20 @@ void writer_string(struct writer *writer, const char *string);
 void writer_decimal(struct writer *writer, uint16_t number);
 void writer_hex(struct writer *writer, uint8_t byte);
 
-/* The last part of a piece: the end of the line; or a text out of flash and the end of the line,
- * which follow as the ring empties. */
+/* A text out of flash, not packed, counted as part of the piece; and one that is written where it
+ * is said. */
+void writer_flash(struct writer *writer, const CDS_FLASH char *text);
+#define WRITER_TEXT(writer, literal)                                                               \
+    do {                                                                                           \
+        static const CDS_FLASH char text_[] = literal;                                             \
+        writer_flash(writer, text_);                                                               \
+    } while (0)
+
+/* value / 10^decimals (0 to 3), without zeros at the end: "-3.5". At most 12 characters. */
+void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals);
+
+/* The last part of a piece: the end of the line; or a text out of flash, packed or not, and the
+ * end of the line, which follow as the ring empties. */
 void writer_end_of_line(struct writer *writer);
 void writer_text_line(struct writer *writer, const CDS_FLASH char *text);
 

@@ -1,6 +1,7 @@
 """300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz, the
 servos at a return delay of 6 us: test/program/flood.c, the firmware with a cycle beside it."""
 import pathlib
+import re
 import subprocess
 import tempfile
 import unittest
@@ -42,8 +43,9 @@ class Run:
         raw = bytes.fromhex("".join(heard[-1][4:]))
         words = [int.from_bytes(raw[at:at + 2], "little") for at in range(5, 5 + COUNTERS, 2)]
         self.counters = dict(zip(NAMES, words))
-        goals = [int(match[1]) for match in wire if match[3].startswith("FF FF FE")]
-        broadcasts = len(goals)
+        broadcasts = sum(match[3].startswith("FF FF FE") for match in wire)
+        goals = [int(match[1]) for match in wire if re.match("FF FF FE .. 83", match[3])]
+
         goals = goals[10:] # those before the host says anything, and what it says
         self.seconds = (goals[-1] - goals[0]) / MHZ / 1e6
         self.periods = len(goals)

@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""docs/console.md from the table of commands in src/controller/commands.h, and from a first session
+with the firmware in the simulator (atmega128, built). Prints the document."""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+STRING = r'"(?:[^"\\]|\\.)*"'
+ROW = re.compile(rf"X\((\w+), (\w+), ((?:{STRING}|[^\"()])*)\)")
+HEADING = re.compile(rf"X\((\w+), ({STRING})\)")
+
+# What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
+SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
+           ("move 1 90deg 30rpm", 20), ("monitor 1 every 100ms", 520), ("q", 20),
+           ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
+
+
+def table(path, name):
+    """The text of the table `name`, one line, without comments."""
+    text = (ROOT / path).read_text().replace("\\\n", " ")
+    text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
+    return re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", text))
+
+
+def texts(field):
+    """Adjacent string literals, as one."""
+    return "".join(part[1:-1] for part in re.findall(STRING, field))
+
+
+def commands():
+    """(group, name, arguments, what, details, example) of each row, in the table's order."""
+    for name, group, rest in ROW.findall(table("src/controller/commands.h", "COMMANDS")):
+        fields = re.findall(rf"(?:{STRING}\s*)+|[^,\"]+", rest)
+        strings = [texts(field) for field in fields if field.startswith('"')]
+        yield group, name, *strings[1:]  # the first is what it takes
+
+
+def numbered(path, name):
+    """(name, text, remedy) of each row of a table of numbered texts."""
+    row = re.compile(rf"X\((\w+), \d+, ((?:{STRING}\s*)+), ((?:{STRING}\s*)+)\)")
+    for found, text, remedy in row.findall(table(path, name)):
+        yield found, texts(text), texts(remedy)
+
+
+def program():
+    lines = []
+    for keys, ms in SESSION:
+        lines += [f"say {keys.encode().hex(' ')}" if len(keys) == 1 else f"text {keys}",
+                  f"wait {ms * 1000}", "rest"]
+    return "\n".join(lines) + "\n"
+
+
+def session():
+    """What stands on the terminal in the end."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "pc"
+        path.write_text(program())
+        done = subprocess.run(
+            [ROOT / "build/host/cds55xx-sim", "firmware", ROOT / "build/atmega128/controller.elf",
+             "--board", "atmega128", "--servos", "1-3", "--host", path], stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT, text=True, timeout=120)
+    if done.returncode:
+        raise SystemExit(done.stdout)
+    heard = [bytes.fromhex("".join(line.split()[4:])).decode()
+             for line in done.stdout.splitlines() if line.startswith("heard")]
+    shown = ""
+    heard[0] = f"{SESSION[0][0]}\r\n{heard[0]}"  # that is not echoed yet
+    for (keys, _), text in zip(SESSION, heard):  # what is typed is told from what is said
+        shown += "> " + text if len(keys) > 1 else text
+    return shown.replace("\r\n", "\n")
+
+
+def escape(text):
+    return text.replace("|", "\\|").replace("<", "&lt;")
+
+
+def main():
+    headings = {name: texts(text) for name, text in
+                HEADING.findall(table("src/controller/command.h", "COMMAND_GROUPS"))}
+    rows = list(commands())
+    print(f"""# The console
+
+What the firmware takes and says on the host link, 8N1, at the board's rate. Written by `make docs` from
+the table in `src/controller/commands.h` and from a real run in the simulator.
+
+One command a line, ended by Enter. The reply is zero or more lines, then `ok`, or `error N: text;
+remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help` lists the commands,
+`help COMMAND` explains one.
+
+- What is typed is not shown until `echo on`, so that programs read replies only; a terminal with local
+  echo does without. Backspace takes back, Ctrl-U the line, Ctrl-C drops it. Arrow up or Ctrl-P on an empty line fetches
+  the last one back. Of a line longer than 80 characters the older part can no longer be taken back.
+- **Ctrl-X stops the robot**, wherever it comes and ahead of everything: torque off everywhere, looked
+  at servo by servo. What was typed before it is dropped, a command under way ends as `error 54`, and
+  the reply is that of `stop`.
+- `scan`, `diagnose` and `monitor` end with any key.
+- Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. Without a unit the one that `get` shows
+  is meant; `raw` is the register as it is ([registers.md](registers.md)). Those that a unit cannot
+  tell apart to the last digit go to the nearest register value.
+- The servos that `scan` finds, or `group` names, are the robot's: each is looked at once a second, and
+  one that lost its state, or was stopped, is held (`servos`, `release`).
+- Servos with the factory's return delay of 2 us may answer before this controller listens, if the PC
+  talks just then. `set ID RETURN_DELAY 10us` ends that.
+
+## A first session
+
+The firmware on a simulated ATmega128 with three servos. Lines behind `>` are typed, and a `q` that ends
+`monitor`.
+
+```
+{session()}```
+
+## Commands""")
+    for group, heading in headings.items():
+        found = [row for row in rows if row[0] == group]
+        if not found:
+            continue
+        print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
+        print("|---|---|---|---|")
+        for _, name, arguments, what, details, example in found:
+            print(f"| `{escape(name + arguments)}` | {escape(what)} | {escape(details)} "
+                  f"| `{escape(example)}` |")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,177 @@
+/* cycle: goals and feedback of the group at a fixed rate. */
+#include <string.h>
+
+#include "cds55xx/port.h" // cds_port_now_us()
+#include "console.h"
+#include "errors.h"
+#include "handlers.h"
+
+#define PERIOD_MIN_MS 2
+#define PERIOD_MAX_MS 65
+#define KNOWN_US      1000000 // within which each servo must have said where it is
+
+enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF };
+enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END };
+
+static uint8_t start(struct console *console)
+{
+    struct robot *robot = console->robot;
+    union robot_work *work = &robot->work;
+    uint16_t ms = 0;
+    uint8_t error;
+
+    if (console->line.numbers == 0)
+        return ERROR_COUNT;
+    error = number_ms(&console->line.number[0], &ms);
+    if (error)
+        return error;
+    if (ms < PERIOD_MIN_MS || ms > PERIOD_MAX_MS)
+        return ERROR_OUT_OF_RANGE;
+    if (robot->group_count == 0)
+        return ERROR_NO_GROUP;
+    error = robot_claim(robot, ROBOT_CYCLE);
+    if (error)
+        return error;
+    memset(work, 0, sizeof *work);
+    console->phase = CYCLE_LOOK;
+    console->job.progress.since_us = cds_port_now_us();
+    return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
+                                              robot->group_count, work->cycle.packets,
+                                              work->cycle.feedback, (uint16_t)(ms * 1000u)));
+}
+
+uint8_t cycle_begin(struct console *console)
+{
+    struct robot *robot = console->robot;
+
+    if (console->line.choice == CHOICE_EVERY)
+        return start(console);
+    if (robot->operation != ROBOT_CYCLE)
+        return ERROR_NO_CYCLE;
+    if (console->line.choice == CHOICE_OFF) {
+        if (console->line.numbers)
+            return ERROR_COUNT;
+        robot_abort(robot);
+        console->phase = CYCLE_END;
+    }
+    return 0;
+}
+
+/* ---- starting ---- */
+
+/* Its goals are where the servos are; until all have said so, none is sent. */
+static bool look_poll(struct console *console)
+{
+    struct robot *robot = console->robot;
+
+    if (robot->operation != ROBOT_CYCLE) {
+        console->error = ERROR_STOPPED;
+        return false;
+    }
+    for (uint8_t i = 0; i < robot->group_count; i++) {
+        if (robot->work.cycle.feedback[i].known)
+            continue;
+        if (cds_port_now_us() - console->job.progress.since_us > KNOWN_US) {
+            console->error = robot->work.cycle.feedback[i].result;
+            robot_abort(robot);
+            console->phase = CYCLE_END;
+        }
+        return true;
+    }
+    console->phase = CYCLE_GOALS;
+    return true;
+}
+
+static bool goals_poll(struct console *console)
+{
+    struct robot *robot = console->robot;
+    uint8_t *index = &console->job.progress.index;
+
+    for (; *index < robot->group_count; (*index)++)
+        if (cds_cycle_goal(&robot->work.cycle.cycle, *index,
+                           robot->work.cycle.feedback[*index].position, 0) == CDS_BUSY)
+            return true;
+    console->error = (uint8_t)cds_cycle_commit(&robot->work.cycle.cycle);
+    return false;
+}
+
+/* ---- telling ---- */
+
+static void tell(struct writer *writer, uint32_t value)
+{
+    writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
+}
+
+/* "servo 1: 150.147deg 0rpm 12V 32C" */
+static void tell_servo(struct console *console, uint8_t index)
+{
+    const struct robot *robot = console->robot;
+    const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
+    struct writer *writer = &console->writer;
+
+    WRITER_TEXT(writer, "servo ");
+    tell(writer, robot->group[index]);
+    WRITER_TEXT(writer, ": ");
+    if (feedback->known) {
+        number_write(writer, CDS_UNIT_MDEG, feedback->position);
+        writer_char(writer, ' ');
+        number_write(writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
+        writer_char(writer, ' ');
+        number_write(writer, CDS_UNIT_MV, feedback->voltage);
+        writer_char(writer, ' ');
+        number_write(writer, CDS_UNIT_CELSIUS, feedback->temperature);
+    }
+    if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
+        WRITER_TEXT(writer, " held");
+    writer_end_of_line(writer);
+}
+
+/* Lines 0 to 2 are of all; false when there are no more. */
+static bool tell_line(struct console *console, uint8_t line)
+{
+    const struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
+    struct writer *writer = &console->writer;
+
+    switch (line) {
+    case 0:
+        WRITER_TEXT(writer, "periods ");
+        tell(writer, cycle->counters.periods);
+        WRITER_TEXT(writer, ", missed ");
+        tell(writer, cycle->counters.missed);
+        WRITER_TEXT(writer, ", unsent ");
+        tell(writer, cycle->counters.unsent);
+        break;
+    case 1:
+        WRITER_TEXT(writer, "reads ");
+        tell(writer, cycle->counters.reads);
+        WRITER_TEXT(writer, ", failed ");
+        tell(writer, cycle->counters.failed);
+        break;
+    case 2:
+        WRITER_TEXT(writer, "oldest us ");
+        tell(writer, cycle->counters.oldest_us);
+        WRITER_TEXT(writer, ", bus ");
+        writer_fixed(writer, cds_cycle_utilisation_permille(cycle), 1);
+        writer_char(writer, '%');
+        break;
+    default: tell_servo(console, (uint8_t)(line - 3)); return line - 2 < cycle->count;
+    }
+    writer_end_of_line(writer);
+    return true;
+}
+
+bool cycle_poll(struct console *console)
+{
+    switch (console->phase) {
+    case CYCLE_LOOK: return look_poll(console);
+    case CYCLE_GOALS: return goals_poll(console);
+    case CYCLE_END:
+        if (console->robot->operation == ROBOT_CYCLE)
+            return true;
+        if (console->error)
+            return false;
+        console->phase = CYCLE_TELL;
+        return true;
+    default: return tell_line(console, console->job.progress.index++);
+    }
+}

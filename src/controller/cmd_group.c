@@ -1,0 +1,199 @@
+/* group, pose: several servos, all at once. */
+#include <string.h>
+
+#include "cds55xx/group.h" // cds_group_sync_begin()
+#include "console.h"
+#include "errors.h"
+#include "handlers.h"
+
+/* 20 RPM, if nobody says how fast: gentle. */
+#define POSE_SPEED 330
+
+/* Is there room for those that are not known yet? All of them, or none, are taken in. */
+static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
+{
+    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->roster.count);
+
+    for (uint8_t i = 0; i < count; i++) {
+        if (cds_roster_find(&robot->roster, ids[i]))
+            continue;
+        if (room == 0)
+            return false;
+        room--;
+    }
+    return true;
+}
+
+uint8_t group_begin(struct console *console)
+{
+    const struct command_line *line = &console->line;
+    const uint8_t *ids = line->request->packet.bytes;
+    struct robot *robot = console->robot;
+
+    if (line->values == 0)
+        return robot->group_count ? 0 : ERROR_NO_GROUP;
+    if (robot->operation != ROBOT_IDLE)
+        return ERROR_CYCLE;
+    if (!fit(robot, ids, line->values))
+        return ERROR_TOO_MANY;
+    for (uint8_t i = 0; i < line->values; i++)
+        robot_add(robot, ids[i]);
+    memcpy(robot->group, ids, line->values);
+    robot->group_count = line->values;
+    robot->group_acts = line->choice == 2;
+    return 0;
+}
+
+/* "group 1 2 3 sync", an ID at a time. */
+bool group_poll(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    uint8_t *index = &console->job.progress.index;
+
+    if (*index == 0)
+        WRITER_TEXT(&console->writer, "group");
+    if (*index < robot->group_count) {
+        writer_char(&console->writer, ' ');
+        writer_decimal(&console->writer, robot->group[(*index)++]);
+        return true;
+    }
+    if (robot->group_acts)
+        WRITER_TEXT(&console->writer, " action");
+    else
+        WRITER_TEXT(&console->writer, " sync");
+    writer_end_of_line(&console->writer);
+    return false;
+}
+
+/* ---- pose ---- */
+
+enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE };
+
+static uint16_t angle_of(const struct console *console, uint8_t index)
+{
+    const uint8_t *words = console->line.request->packet.bytes;
+
+    return (uint16_t)(words[2 * index] | words[2 * index + 1] << 8);
+}
+
+/* The goals, out of the request's buffer, which the packet needs. */
+static void keep_goals(struct console *console, uint16_t speed)
+{
+    struct robot *robot = console->robot;
+
+    for (uint8_t i = 0; i < robot->group_count; i++)
+        robot->work.move.goals[i] = (struct cds_goal){
+            .id = robot->group[i], .position = angle_of(console, i), .speed = speed};
+}
+
+static uint8_t sync(struct console *console)
+{
+    const struct robot *robot = console->robot;
+    struct cds_request *request = console->line.request;
+
+    cds_group_sync_begin(request, CDS_REG_GOAL_POSITION, 4);
+    for (uint8_t i = 0; i < robot->group_count; i++) {
+        const struct cds_goal *goal = &robot->work.move.goals[i];
+
+        cds_group_sync_add_goal(request, goal->id, goal->position, goal->speed);
+    }
+    return (uint8_t)cds_group_sync_send(console->bus, request);
+}
+
+static uint8_t act(struct console *console)
+{
+    struct robot *robot = console->robot;
+    struct cds_group_move *move = &robot->work.move.move;
+    uint8_t error = robot_claim(robot, ROBOT_MOVE);
+
+    if (error)
+        return error;
+    cds_group_move_begin(move, console->bus, console->line.request, robot->work.move.goals,
+                         robot->group_count);
+    cds_group_move_set_verify(move);
+    console->phase = POSE_ACTION;
+    return 0;
+}
+
+uint8_t pose_begin(struct console *console)
+{
+    struct command_line *line = &console->line;
+    uint16_t speed = POSE_SPEED;
+    uint8_t error = line->numbers ? number_register(&line->number[0], CDS_UNIT_MRPM, &speed) : 0;
+
+    if (error)
+        return error;
+    if (speed > CDS_VALUE_MAX)
+        return ERROR_OUT_OF_RANGE;
+    if (console->robot->group_count == 0)
+        return ERROR_NO_GROUP;
+    if (line->values != console->robot->group_count)
+        return ERROR_GROUP_SIZE;
+    if (console->robot->operation == ROBOT_CYCLE) {
+        line->number[0].digits = speed;
+        console->phase = POSE_CYCLE;
+        return 0;
+    }
+    keep_goals(console, speed);
+    return console->robot->group_acts ? act(console) : sync(console);
+}
+
+/* Goals into the packet that the cycle sends next; it is busy with it for a period at most. */
+static bool cycle_poll_goals(struct console *console)
+{
+    struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
+    uint8_t *index = &console->job.progress.index;
+    enum cds_result result = CDS_OK;
+
+    if (console->robot->operation != ROBOT_CYCLE) {
+        console->error = ERROR_NO_CYCLE;
+        return false;
+    }
+    while (*index < console->robot->group_count) {
+        result = cds_cycle_goal(cycle, *index, angle_of(console, *index),
+                                (uint16_t)console->line.number[0].digits);
+        if (result == CDS_BUSY)
+            return true;
+        if (console->error == 0)
+            console->error = (uint8_t)result;
+        (*index)++;
+    }
+    result = cds_cycle_commit(cycle);
+    if (console->error == 0)
+        console->error = (uint8_t)result;
+    return false;
+}
+
+/* Those for which it failed: "servo 3: no reply by the deadline; ..." */
+static bool action_poll(struct console *console)
+{
+    struct robot *robot = console->robot;
+    uint8_t *index = &console->job.progress.index;
+
+    if (robot->operation == ROBOT_MOVE)
+        return true;
+    console->error = robot->result;
+    while (console->error && *index < robot->group_count) {
+        const struct cds_goal *goal = &robot->work.move.goals[(*index)++];
+
+        if (goal->result == CDS_OK || goal->result == CDS_PENDING)
+            continue;
+        WRITER_TEXT(&console->writer, "servo ");
+        writer_decimal(&console->writer, goal->id);
+        if (goal->armed)
+            WRITER_TEXT(&console->writer, ", may be armed still");
+        WRITER_TEXT(&console->writer, ": ");
+        writer_text_line(&console->writer, error_text(goal->result));
+        return true;
+    }
+    return false;
+}
+
+bool pose_poll(struct console *console)
+{
+    switch (console->phase) {
+    case POSE_CYCLE: return cycle_poll_goals(console);
+    case POSE_ACTION: return action_poll(console);
+    default: return console_waits(console);
+    }
+}

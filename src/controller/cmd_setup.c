@@ -1,0 +1,117 @@
+/* id, baud, factory, lock: what a servo keeps. */
+#include "console.h"
+#include "errors.h"
+#include "handlers.h"
+
+/* ---- ID, baud rate, factory values: a transaction ---- */
+
+uint8_t id_begin(struct console *console)
+{
+    struct robot *robot = console->robot;
+    uint8_t error = robot_claim(robot, ROBOT_IDENTITY);
+
+    if (error)
+        return error;
+    return robot_begun(robot, cds_identity_change_id_begin(&robot->work.identity, console->bus,
+                                                           console->line.request, console->line.id,
+                                                           console->line.to));
+}
+
+uint8_t baud_begin(struct console *console)
+{
+    struct robot *robot = console->robot;
+    uint16_t raw = 0;
+    uint8_t error = number_register(&console->line.number[0], CDS_UNIT_BPS, &raw);
+
+    if (error == 0 && raw > CDS_BAUD_MAX)
+        error = ERROR_OUT_OF_RANGE;
+    if (error == 0)
+        error = robot_claim(robot, ROBOT_IDENTITY);
+    if (error)
+        return error;
+    return robot_begun(robot, cds_identity_change_baud_begin(&robot->work.identity, console->bus,
+                                                             console->line.request,
+                                                             console->line.id, (uint8_t)raw));
+}
+
+uint8_t factory_begin(struct console *console)
+{
+    struct robot *robot = console->robot;
+    struct cds_identity *identity = &robot->work.identity;
+    struct command_line *line = &console->line;
+    bool all = line->id == CDS_BROADCAST_ID;
+    uint8_t error = all && !line->choice ? ERROR_FORCE : robot_claim(robot, ROBOT_IDENTITY);
+
+    if (error)
+        return error;
+    return robot_begun(
+        robot, all ? cds_identity_reset_all_begin(identity, console->bus, line->request)
+                   : cds_identity_reset_begin(identity, console->bus, line->request, line->id));
+}
+
+/* "ID 5 at 1000000bps": where it answers. */
+static void tell_place(struct console *console, const struct cds_identity_place *place)
+{
+    WRITER_TEXT(&console->writer, "ID ");
+    writer_decimal(&console->writer, place->id);
+    WRITER_TEXT(&console->writer, " at ");
+    number_write(&console->writer, CDS_UNIT_BPS, place->baud);
+}
+
+static bool conclude(struct console *console)
+{
+    const struct cds_identity *identity = &console->robot->work.identity;
+
+    console->servo_error = identity->error;
+    switch (identity->state) {
+    case CDS_IDENTITY_CHANGED:
+        tell_place(console, &identity->to);
+        if (!cds_units_baud_is_kept(identity->to.baud))
+            WRITER_TEXT(&console->writer, ", until power-off");
+        writer_end_of_line(&console->writer);
+        return false;
+    case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
+    case CDS_IDENTITY_LOST: // or it was never there
+        console->error = identity->written ? (uint8_t)ERROR_LOST : identity->result;
+        return false;
+    case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
+    default: console->error = identity->result; break;
+    }
+    if (identity->state == CDS_IDENTITY_UNCHANGED) {
+        WRITER_TEXT(&console->writer, "unchanged: ");
+        tell_place(console, &identity->from);
+        writer_end_of_line(&console->writer);
+    }
+    return false;
+}
+
+bool identity_poll(struct console *console)
+{
+    return console->robot->operation == ROBOT_IDENTITY || conclude(console);
+}
+
+/* ---- settings that are written only if they differ ---- */
+
+uint8_t lock_begin(struct console *console)
+{
+    return (uint8_t)cds_setup_lock_begin(&console->job.set.setup, console->bus,
+                                         console->line.request, console->line.id);
+}
+
+bool setup_poll(struct console *console)
+{
+    struct cds_setup *setup = &console->job.set.setup;
+
+    if (cds_setup_poll(setup) == CDS_PENDING)
+        return true;
+    console->error = setup->result;
+    console->servo_error = setup->error;
+    if (console->error == 0) {
+        if (setup->written)
+            WRITER_TEXT(&console->writer, "written");
+        else
+            WRITER_TEXT(&console->writer, "unchanged");
+        writer_end_of_line(&console->writer);
+    }
+    return false;
+}

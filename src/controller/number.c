@@ -1,0 +1,249 @@
+/* Numbers with units; see number.h. */
+#include "number.h"
+
+#include <stdbool.h>
+
+#include "errors.h"
+
+struct unit_name {
+    char text[5];
+    uint8_t kind;     // enum number_kind
+    uint8_t exponent; // power of ten of the library's unit
+};
+
+/* In either case, so there is no micro and no mega. */
+static const CDS_FLASH struct unit_name names[] = {
+    {"raw", NUMBER_RAW, 0},    {"deg", NUMBER_ANGLE, 3},  {"mdeg", NUMBER_ANGLE, 0},
+    {"rpm", NUMBER_SPEED, 3},  {"mrpm", NUMBER_SPEED, 0}, {"v", NUMBER_VOLTAGE, 3},
+    {"mv", NUMBER_VOLTAGE, 0}, {"%", NUMBER_SHARE, 2},    {"c", NUMBER_TEMPERATURE, 0},
+    {"us", NUMBER_TIME, 0},    {"ms", NUMBER_TIME, 3},    {"s", NUMBER_TIME, 6},
+    {"bps", NUMBER_RATE, 0},   {"kbps", NUMBER_RATE, 3},
+};
+
+/* How a register's unit is shown: the library's, times 10^exponent. */
+struct unit_shown {
+    char text[4];
+    uint8_t kind;
+    uint8_t exponent;
+};
+
+static const CDS_FLASH struct unit_shown shown[] = {
+    [CDS_UNIT_NONE] = {"", NUMBER_BARE, 0},     [CDS_UNIT_NUMBER] = {"", NUMBER_BARE, 0},
+    [CDS_UNIT_MDEG] = {"deg", NUMBER_ANGLE, 3}, [CDS_UNIT_MARGIN_MDEG] = {"deg", NUMBER_ANGLE, 3},
+    [CDS_UNIT_MRPM] = {"rpm", NUMBER_SPEED, 3}, [CDS_UNIT_SIGNED_MRPM] = {"rpm", NUMBER_SPEED, 3},
+    [CDS_UNIT_CPCT] = {"%", NUMBER_SHARE, 2},   [CDS_UNIT_SIGNED_CPCT] = {"%", NUMBER_SHARE, 2},
+    [CDS_UNIT_MV] = {"V", NUMBER_VOLTAGE, 3},   [CDS_UNIT_CELSIUS] = {"C", NUMBER_TEMPERATURE, 0},
+    [CDS_UNIT_US] = {"us", NUMBER_TIME, 0},     [CDS_UNIT_BPS] = {"bps", NUMBER_RATE, 0},
+};
+
+/* ---- reading ---- */
+
+/* The value of a digit in `base`, or `base` if it is none. */
+static uint8_t digit_value(char c, uint8_t base)
+{
+    uint8_t value = base;
+
+    if (c >= '0' && c <= '9')
+        value = (uint8_t)(c - '0');
+    else if ((c | 0x20) >= 'a' && (c | 0x20) <= 'f')
+        value = (uint8_t)((c | 0x20) - 'a' + 10);
+    return value < base ? value : base;
+}
+
+/* A digit more; false when that exceeds 31 bits. */
+static bool append(int32_t *digits, uint8_t base, uint8_t digit)
+{
+    if (*digits > (INT32_MAX - digit) / base)
+        return false;
+    *digits = *digits * base + digit;
+    return true;
+}
+
+static bool is_unit(const struct token *token, uint8_t from, const CDS_FLASH char *name)
+{
+    for (; from < token->length; from++, name++) {
+        char c = token->text[from];
+
+        if (c >= 'A' && c <= 'Z')
+            c = (char)(c | 0x20);
+        if (*name == '\0' || c != *name) // a NUL that was typed is not the end of the name
+            return false;
+    }
+    return *name == '\0';
+}
+
+/* The unit that the rest of the word, from `from` on, is. */
+static uint8_t take_unit(const struct token *token, uint8_t from, struct number *number)
+{
+    if (from == token->length)
+        return 0;
+    for (uint8_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        if (is_unit(token, from, names[i].text)) {
+            number->kind = names[i].kind;
+            number->exponent = names[i].exponent;
+            return 0;
+        }
+    }
+    return ERROR_UNIT;
+}
+
+/* Digits and at most one point, from *at on; 0, or an error. */
+static uint8_t take_digits(const struct token *token, uint8_t *at, uint8_t base,
+                           struct number *number)
+{
+    uint8_t begin = *at;
+    bool point = false, too_large = false;
+
+    for (; *at < token->length; (*at)++) {
+        uint8_t digit = digit_value(token->text[*at], base);
+
+        if (token->text[*at] == '.' && base == 10 && !point && *at > begin)
+            point = true;
+        else if (digit == base)
+            break;
+        else if (!append(&number->digits, base, digit))
+            too_large = true;
+        else
+            number->decimals = (uint8_t)(number->decimals + point);
+    }
+    if (*at == begin || token->text[*at - 1] == '.')
+        return ERROR_NOT_A_NUMBER;
+    return too_large ? ERROR_OUT_OF_RANGE : 0;
+}
+
+uint8_t number_parse(const struct token *token, struct number *number)
+{
+    bool minus = token->length && token->text[0] == '-';
+    uint8_t at = minus;
+    bool hex = token->length > 2 && token->text[0] == '0' && (token->text[1] | 0x20) == 'x';
+    uint8_t error, unit_error;
+
+    *number = (struct number){.kind = NUMBER_BARE};
+    if (token->length > TOKEN_MAX)
+        return ERROR_NOT_A_NUMBER;
+    if (hex)
+        at = 2;
+    error = take_digits(token, &at, hex ? 16 : 10, number);
+    unit_error = take_unit(token, at, number);
+    if (minus)
+        number->digits = -number->digits;
+    if (error == ERROR_NOT_A_NUMBER || (hex && unit_error))
+        return ERROR_NOT_A_NUMBER;
+    return unit_error ? unit_error : error;
+}
+
+uint8_t number_whole(const struct token *token, uint16_t highest, uint16_t *value)
+{
+    struct number number;
+    uint8_t error = number_parse(token, &number);
+
+    if (error)
+        return error == ERROR_UNIT ? ERROR_NOT_A_NUMBER : error;
+    if (number.kind != NUMBER_BARE || number.decimals)
+        return ERROR_NOT_A_NUMBER;
+    if (number.digits < 0 || number.digits > highest)
+        return ERROR_OUT_OF_RANGE;
+    *value = (uint16_t)number.digits;
+    return 0;
+}
+
+/* In the library's unit: digits * 10^(exponent - decimals). */
+static uint8_t scaled(const struct number *number, uint8_t exponent, int32_t *value)
+{
+    uint8_t steps;
+
+    if (number->decimals > exponent)
+        return ERROR_NOT_A_NUMBER;
+    *value = number->digits;
+    for (steps = (uint8_t)(exponent - number->decimals); steps; steps--) {
+        if (*value > INT32_MAX / 10 || *value < -(INT32_MAX / 10))
+            return ERROR_OUT_OF_RANGE;
+        *value *= 10;
+    }
+    return 0;
+}
+
+/* A number of this kind, in the library's unit; `exponent`: what a bare one means. */
+static uint8_t value_of(const struct number *number, uint8_t kind, uint8_t exponent, int32_t *value)
+{
+    if (number->kind != NUMBER_BARE && number->kind != kind)
+        return ERROR_UNIT;
+    return scaled(number, number->kind == NUMBER_BARE ? exponent : number->exponent, value);
+}
+
+/* Is there a baud register near enough for a UART? */
+static bool is_near(int32_t bps)
+{
+    uint8_t baud;
+    int16_t error;
+
+    return cds_units_baud(bps, &baud, &error) == CDS_OK && error <= CDS_BAUD_ERROR_MAX_PERMILLE &&
+           error >= -CDS_BAUD_ERROR_MAX_PERMILLE;
+}
+
+/* A raw value, or one of a register without a unit. */
+static uint8_t raw_register(const struct number *number, uint16_t *raw)
+{
+    int32_t value;
+    uint8_t error = scaled(number, 0, &value);
+
+    if (number->kind != NUMBER_RAW && number->kind != NUMBER_BARE)
+        return ERROR_UNIT;
+    if (error)
+        return error;
+    if (value < 0 || value > UINT16_MAX)
+        return ERROR_OUT_OF_RANGE;
+    *raw = (uint16_t)value;
+    return 0;
+}
+
+uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw)
+{
+    int32_t value;
+    uint8_t error;
+
+    if (number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE)
+        return raw_register(number, raw);
+    error = value_of(number, shown[unit].kind, shown[unit].exponent, &value);
+    if (error)
+        return error;
+    if (unit == CDS_UNIT_BPS && !is_near(value))
+        return ERROR_OUT_OF_RANGE;
+    return cds_units_to_register(&cds_profile_cds55xx, unit, value, raw) == CDS_OK
+               ? 0
+               : ERROR_OUT_OF_RANGE;
+}
+
+uint8_t number_ms(const struct number *number, uint16_t *ms)
+{
+    int32_t us;
+    uint8_t error = value_of(number, NUMBER_TIME, 3, &us);
+
+    if (error)
+        return error;
+    if (us < 0 || us > UINT16_MAX * 1000L)
+        return ERROR_OUT_OF_RANGE;
+    *ms = (uint16_t)(us / 1000);
+    return *ms * 1000L == us ? 0 : ERROR_NOT_A_NUMBER;
+}
+
+/* ---- writing ---- */
+
+void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw)
+{
+    int32_t value = raw;
+
+    if (unit != CDS_UNIT_NONE &&
+        cds_units_from_register(&cds_profile_cds55xx, unit, raw, &value) != CDS_OK) {
+        writer_char(writer, '?');
+        return;
+    }
+    writer_fixed(writer, value, shown[unit].exponent);
+}
+
+void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw)
+{
+    number_write_bare(writer, unit, raw);
+    for (const CDS_FLASH char *text = shown[unit].text; *text; text++)
+        writer_char(writer, *text);
+}

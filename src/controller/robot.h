@@ -1,0 +1,111 @@
+/* The robot at the bus: its servos, and what goes on whether or not somebody looks: the stop, the
+ * state check, the cycle, and one long operation at a time (a scan, a diagnosis, a change of ID or
+ * rate, a registered move). All of them are polled here, none of them waits for text to leave.
+ *
+ * Main context.
+ */
+#ifndef CONTROLLER_ROBOT_H
+#define CONTROLLER_ROBOT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/bus.h"        // struct cds_bus, struct cds_request
+#include "cds55xx/cycle.h"      // struct cds_cycle
+#include "cds55xx/diagnose.h"   // struct cds_diagnose
+#include "cds55xx/group_move.h" // struct cds_group_move
+#include "cds55xx/identity.h"   // struct cds_identity
+#include "cds55xx/roster.h"     // struct cds_roster
+#include "cds55xx/scan.h"       // struct cds_scan
+#include "cds55xx/stop.h"       // struct cds_stop
+#include "cds55xx/watch.h"      // struct cds_watch
+
+/* Servos that the controller knows, 1 to 50. Each costs 73 bytes of RAM. */
+#ifndef ROBOT_SERVOS
+#define ROBOT_SERVOS 18
+#endif
+
+/* What `work` is used for. */
+enum robot_operation {
+    ROBOT_IDLE,
+    ROBOT_CYCLE, // the bus is shared with other requests; during all others it is not
+    ROBOT_SCAN,
+    ROBOT_DIAGNOSE,
+    ROBOT_IDENTITY,
+    ROBOT_MOVE,
+};
+
+/* Storage of the operation. */
+union robot_work {
+    struct {
+        struct cds_cycle cycle;
+        struct cds_feedback feedback[ROBOT_SERVOS];
+        uint8_t packets[CDS_CYCLE_PACKETS_SIZE(ROBOT_SERVOS)];
+    } cycle;
+    struct {
+        struct cds_scan scan;
+        struct cds_scan_found found[ROBOT_SERVOS];
+    } scan;
+    struct cds_diagnose diagnose;
+    struct cds_identity identity;
+    struct {
+        struct cds_group_move move;
+        struct cds_goal goals[ROBOT_SERVOS];
+    } move;
+};
+
+/* The robot. Fields are to be read only but for `work`, by whoever has claimed it. */
+struct robot {
+    struct cds_bus *bus;
+    uint8_t operation; // enum robot_operation
+    uint8_t result;    // enum cds_result of it: CDS_PENDING while it goes on
+    uint8_t baud;      // register value of the bus's rate when it began
+    bool stop_waits;   // until the bus is back at its rate
+    bool stopping;     // a stop is under way
+    bool watch_rests;  // the cycle leaves no time for the state check
+    bool group_acts;   // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    uint8_t group_count;
+    struct cds_roster roster;
+    uint8_t group[ROBOT_SERVOS];    // IDs of the servos of pose and cycle
+    uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
+    struct cds_stop stop;
+    struct cds_watch watch;
+    union robot_work work;
+    struct cds_roster_servo servos[ROBOT_SERVOS];
+};
+
+/* Begins with no servos on `bus`, which must be open. Zero *robot first (static storage is). */
+void robot_begin(struct robot *robot, struct cds_bus *bus);
+
+/* Moves everything on; once in each turn of the main loop, after cds_bus_poll(). */
+void robot_poll(struct robot *robot);
+
+/* Torque off everywhere, ahead of everything: all servos of the robot are held from now on, a cycle
+ * or an operation under way is ended. robot->stop says what came of it, when `stopping` is false.
+ */
+void robot_stop(struct robot *robot);
+
+/* Is something under way during which nobody else may use the bus? */
+bool robot_is_exclusive(const struct robot *robot);
+
+/* Nothing to do but the state check, which may wait for the next interrupt? */
+bool robot_idle(const struct robot *robot);
+
+/* Prepares `work` for an operation that is then begun in it. 0; ERROR_CYCLE, ERROR_STOPPED: a cycle
+ * or a stop is under way. */
+uint8_t robot_claim(struct robot *robot, enum robot_operation operation);
+
+/* What the begin function of the operation returned: as it is, and if it is not CDS_OK, the claim
+ * is given up. */
+uint8_t robot_begun(struct robot *robot, enum cds_result begun);
+
+/* Ends the operation as soon as it can be; a change of ID or rate goes on to its end. */
+void robot_abort(struct robot *robot);
+
+/* Takes servo `id`, 0 to 253, in. False: there is no room. */
+bool robot_add(struct robot *robot, uint8_t id);
+
+/* Forgets all servos. Not while a cycle, operation or stop is under way. */
+void robot_forget(struct robot *robot);
+
+#endif
