@@ -11,7 +11,8 @@
 #include "reply.h"
 
 /* The bus must not wait for a line. */
-#define CHARACTERS_PER_POLL 2
+#define KEYS_PER_POLL 3
+#define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
 static void begin_line(struct console *console)
 {
@@ -115,20 +116,21 @@ static void end_line(struct console *console)
         run(console);
 }
 
-/* The front of the line that can no longer be taken back, some characters a turn. */
-static void feed_front(struct console *console)
+/* What is locked of the line, some characters a turn. */
+static void feed_locked(struct console *console)
 {
-    for (uint8_t left = CHARACTERS_PER_POLL; left && console->fed < console->front; left--)
-        feed(console, console->editor.text[console->fed++]);
-    if (console->fed < console->front)
+    struct editor *editor = &console->editor;
+
+    for (uint8_t left = FED_PER_POLL; left && console->fed < editor->locked; left--)
+        feed(console, editor->text[console->fed++]);
+    if (console->fed < editor->locked)
         return;
-    if (console->front < console->editor.length)
-        editor_take(&console->editor, console->front);
     console->fed = 0;
-    console->front = 0;
     if (console->ending) {
         console->ending = false;
         end_line(console);
+    } else if (editor->locked) {
+        editor_take(editor, editor->locked);
     }
 }
 
@@ -137,7 +139,6 @@ static void drop_line(struct console *console)
     console->editor.length = 0;
     editor_end(&console->editor);
     console->fed = 0;
-    console->front = 0;
     console->ending = false;
     begin_line(console);
 }
@@ -162,32 +163,33 @@ static struct writer *echo_of(struct console *console)
 
 static void take(struct console *console, char c)
 {
-    switch (editor_key(&console->editor, c, echo_of(console))) {
+    struct editor *editor = &console->editor;
+
+    switch (editor_key(editor, c, echo_of(console))) {
     case EDITOR_END:
-        console->front = console->editor.length;
+        editor->locked = editor->length;
         console->ending = true;
         break;
     case EDITOR_DROP: drop_line(console); break;
-    case EDITOR_FULL: console->front = EDITOR_SIZE / 2; break;
+    case EDITOR_FULL:
+        if (editor->locked == 0)
+            editor->locked = EDITOR_SIZE / 2;
+        break;
     default: break;
     }
 }
 
-static bool is_feeding(const struct console *console)
+static bool takes_keys(struct console *console)
 {
-    return console->front || console->ending;
+    return console->state == CONSOLE_READING && !console->ending &&
+           console->editor.length < EDITOR_SIZE &&
+           editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
 }
 
 static void read_input(struct console *console)
 {
-    if (is_feeding(console)) {
-        feed_front(console);
-        return;
-    }
-    for (uint8_t left = CHARACTERS_PER_POLL;
-         left && console->state == CONSOLE_READING && !is_feeding(console) &&
-         editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
-         left--) {
+    feed_locked(console);
+    for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console); left--) {
         uint8_t byte = cds_ring_peek(console->input, 0);
 
         cds_ring_drop(console->input, 1);
@@ -329,6 +331,6 @@ void console_poll(struct console *console)
 bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
-           !console->stop_asked && !is_feeding(console) &&
+           !console->stop_asked && !console->ending && console->editor.locked == 0 &&
            console->editor.shown == console->editor.length;
 }

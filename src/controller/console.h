@@ -68,9 +68,8 @@ struct console {
     bool skipping;       // the rest of this line counts for nothing but its end
     bool echo;           // what is typed is shown; off at first; may be set at any time
     bool stop_asked;     // by Ctrl-X, and not answered yet
-    bool ending;         // the front is all of the line
-    uint8_t front;       // characters of the editor's text to be fed to the parser,
-    uint8_t fed;         // ... of which are
+    bool ending;         // what is locked of the text is all of the line
+    uint8_t fed;         // characters of what is locked that the parser has
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
     uint16_t characters; // of the line so far
     struct cds_ring *input;

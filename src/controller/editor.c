@@ -33,7 +33,7 @@ bool editor_show(struct editor *editor, struct writer *echo)
 
 static void rub_out(struct editor *editor, struct writer *echo)
 {
-    if (editor->length == 0)
+    if (editor->length == editor->locked)
         return;
     editor->length--;
     editor->shown = editor->length;
@@ -44,10 +44,10 @@ static void rub_out(struct editor *editor, struct writer *echo)
 /* The whole line; what is shown of it is shown anew, on a line of its own. */
 static void rub_out_all(struct editor *editor, struct writer *echo)
 {
-    if (echo && editor->length)
+    if (echo && editor->length > editor->locked)
         writer_flash(echo, new_line);
-    editor->length = 0;
-    editor->shown = 0;
+    editor->length = editor->locked;
+    editor->shown = editor->locked;
 }
 
 static void fetch_back(struct editor *editor)
@@ -116,6 +116,7 @@ void editor_take(struct editor *editor, uint8_t count)
     editor->shown = (uint8_t)(editor->shown > count ? editor->shown - count : 0);
     memmove(editor->text, editor->text + count, editor->length);
     editor->longer = true;
+    editor->locked = 0;
 }
 
 void editor_end(struct editor *editor)
@@ -124,5 +125,6 @@ void editor_end(struct editor *editor)
         editor->last = editor->longer ? 0 : editor->length;
     editor->length = 0;
     editor->shown = 0;
+    editor->locked = 0;
     editor->longer = false;
 }

@@ -14,8 +14,8 @@
 /* What a key asks for. */
 enum editor_event {
     EDITOR_NONE, // it was dealt with
-    EDITOR_FULL, // the older half of the text must be taken by editor_take() now
-    EDITOR_END,  // of the line: all of it must be
+    EDITOR_FULL, // no key more, until some of the text was taken by editor_take()
+    EDITOR_END,  // of the line: all of it is to be taken
     EDITOR_DROP, // forget the line (Ctrl-C)
 };
 
@@ -23,6 +23,7 @@ enum editor_event {
 struct editor {
     uint8_t length; // of what is typed
     uint8_t shown;  // ... of it, has been echoed
+    uint8_t locked; // ... of it, is on its way to the parser and cannot be taken back
     uint8_t last;   // length of the line before, which is still there; 0: it is not
     uint8_t escape; // how much of an escape sequence has come
     bool longer;    // some of this line has gone to the parser
@@ -34,7 +35,7 @@ struct editor {
  * when all is, and there is room for what the next key echoes. */
 bool editor_show(struct editor *editor, struct writer *echo);
 
-/* A key, to be given only after editor_show() was true. */
+/* A key, to be given only after editor_show() was true, while length < EDITOR_SIZE. */
 enum editor_event editor_key(struct editor *editor, char key, struct writer *echo);
 
 /* Forgets the first `count` characters, 0 to length. */

@@ -66,13 +66,13 @@ class Faults(unittest.TestCase):
 
     def test_a_late_reply_is_no_reply_and_not_that_to_the_next_question(self):
         run = self.passes("@fault delay out 1 800\n! read 1 LED\n@wait 5\nread 2 ID\n"
-                          "@fault delay out 1 660\n! read 1 LED\nread 2 ID\n", servos="1,2")
+                          "@fault delay out 1 700\n! read 1 LED\nread 2 ID\n", servos="1,2")
         self.assertEqual(self.errors(run), [2, 0, 2, 0])
         self.assertEqual(run.output.count("ID = 2"), 2)
 
     def test_a_reply_that_meets_the_next_packet_is_no_breach_of_the_controller(self):
         met = 0
-        for us in range(8500, 9500, 25):
+        for us in range(9000, 10500, 25):
             run = controller(f"@fault delay out 1 {us}\n! ping 1\nread 2 ID\n", "atmega128", "1,2")
             met += run.status
             broken = re.findall(r"BROKEN:  (\S+),", run.output)
