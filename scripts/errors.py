@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """docs/errors.md from the two tables of errors, include/cds55xx/result.h and
-src/controller/errors.h. Prints the document."""
+src/controller/errors.h, and the findings of include/cds55xx/diagnose.h. Prints the document."""
 import re
 
 ROW = re.compile(r'X\((\w+),\s*(\d+),\s*"([^"]*)",\s*"([^"]*)"\)')
 SOURCES = ["include/cds55xx/result.h", "src/controller/errors.h"]
+FINDINGS = "include/cds55xx/diagnose.h"
 
 
 def rows(path):
@@ -12,20 +13,28 @@ def rows(path):
     return [match.groups() for match in ROW.finditer(text)]
 
 
+def table(sources):
+    print("| N | name | text | remedy |")
+    print("|---|---|---|---|")
+    numbers = set()
+    for source in sources:
+        for name, number, text, remedy in rows(source):
+            if number in numbers:
+                raise SystemExit(f"{source}: number {number} stands twice")
+            numbers.add(number)
+            print(f"| {number} | `{name}` | {text} | {remedy} |")
+
+
 def main():
     print("# Errors\n")
     print("Results of the library (`enum cds_result`) and numbered errors of the console, which says")
     print("`error N: text; remedy`. Written by `make docs` from the tables in")
     print("`include/cds55xx/result.h` and `src/controller/errors.h`.\n")
-    print("| N | name | text | remedy |")
-    print("|---|---|---|---|")
-    numbers = set()
-    for source in SOURCES:
-        for name, number, text, remedy in rows(source):
-            if number in numbers:
-                raise SystemExit(f"{source}: error {number} stands twice")
-            numbers.add(number)
-            print(f"| {number} | `{name}` | {text} | {remedy} |")
+    table(SOURCES)
+    print("\n## Findings\n")
+    print("What a diagnosis ends with (`enum cds_finding`), written from the table in")
+    print(f"`{FINDINGS}`, which also says in which order they are looked for.\n")
+    table([FINDINGS])
 
 
 if __name__ == "__main__":

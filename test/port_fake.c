@@ -110,6 +110,14 @@ void port_fake_settle(struct cds_bus *bus)
     }
 }
 
+void port_fake_look(struct cds_bus *bus)
+{
+    for (uint8_t i = 0; i < 4 && bus->in_flight &&
+                        (uint8_t)(cds_ring_count(&bus->link.rx) - bus->parser.seen) > 20;
+         i++)
+        cds_bus_poll(bus);
+}
+
 bool port_fake_drain(struct cds_link *link, uint8_t port)
 {
     for (uint16_t i = 0; i <= FAKE_SENT_SIZE && link->state == CDS_LINK_TALKING; i++)

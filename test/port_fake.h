@@ -52,6 +52,9 @@ void port_fake_forget(void);
 /* Time passes in silence, at most 1 ms, until the first request has been sent. */
 void port_fake_settle(struct cds_bus *bus);
 
+/* As many polls as it takes until only the bytes of a last one are left to be looked at. */
+void port_fake_look(struct cds_bus *bus);
+
 /* The transmitter takes bytes until it has the last one, which leaves the link draining. False when
  * a packet has no end. */
 bool port_fake_drain(struct cds_link *link, uint8_t port);

@@ -217,6 +217,7 @@ static void answered(uint8_t id, uint8_t error)
 static void answered_with(uint8_t id, const uint8_t *parameters, uint8_t count)
 {
     port_fake_answer(&bus.link, id, 0, parameters, count);
+    port_fake_look(&bus);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
 }
 

@@ -40,6 +40,7 @@ static void transmit(enum cds_result submitted)
 
 static void assert_ended(enum cds_result result)
 {
+    port_fake_look(&bus);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(result, request.result);
 }

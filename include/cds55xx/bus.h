@@ -138,6 +138,8 @@ struct cds_bus {
     uint8_t port;                      // number of the bus on its board
     uint8_t baud;                      // register value of its rate
     uint8_t line;                      // enum cds_bus_state
+    bool closing;                      // the deadline is over, and bytes up to this index of the
+    uint8_t close_at;                  // ring are still looked at
     bool in_flight;                    // the first request's packet has been sent
     uint8_t damaged;                   // not 0: something of the reply came damaged
     uint8_t last_id;                   // of the last exchange with a reply due that is over,
@@ -190,7 +192,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 
 /* Moves the exchange in flight on and begins the next; to be called from the main loop, as often as
  * it turns. Ends at most one exchange and calls its on_end. Returns true while there is work.
- * Called late it loses nothing: what came is parsed before the deadline is judged. */
+ * Called late it loses nothing: what came is parsed before the deadline is judged, 20 bytes a poll.
+ */
 bool cds_bus_poll(struct cds_bus *bus);
 
 /* Was servo `id` (0 to 253, or CDS_BROADCAST_ID) the last to be given up, and so soon that it may

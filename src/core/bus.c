@@ -3,7 +3,8 @@
 
 #include <stddef.h>
 
-#define NOBODY UINT8_MAX // no ID
+#define NOBODY         UINT8_MAX // no ID
+#define BYTES_PER_POLL 20        // examined at the most
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
@@ -160,41 +161,42 @@ SELDOM static void drop_broken(struct cds_bus *bus)
     bus->damaged = 1;
 }
 
+/* Index of the next byte to be examined. */
+static uint8_t looked_to(const struct cds_bus *bus)
+{
+    return (uint8_t)(bus->link.rx.tail + bus->parser.seen);
+}
+
 /* Is there anything in the ring that was not looked at yet? */
 static bool heard(const struct cds_bus *bus)
 {
-    const struct cds_link *link = &bus->link;
-
-    return link->broken || (uint8_t)(link->rx.tail + bus->parser.seen) != link->rx.head;
+    return bus->link.broken || looked_to(bus) != bus->link.rx.head;
 }
 
-/* Parses up to `end`, an index of the ring. True when the exchange has ended well. */
-static bool parse_to(struct cds_bus *bus, uint8_t end)
-{
-    while ((uint8_t)(bus->link.rx.tail + bus->parser.seen) != end) {
-        if (parse_byte(bus))
-            return true;
-    }
-    return false;
-}
-
-/* Parses what has been heard by now, before and behind the damage there may be: at most a ring
- * full, so that a babbling line cannot hold up the caller. True when the exchange has ended well.
- */
+/* Parses what has been heard by now, before and behind the damage there may be. True when the
+ * exchange has ended well. What is left after BYTES_PER_POLL is for the next poll, so that neither
+ * a long reply nor a babbling line holds up the caller. */
 static bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
+    uint8_t left = BYTES_PER_POLL;
+    bool broken;
 
-    for (uint8_t part = 0; part < 2; part++) {
+    do {
         uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
-        bool broken = link->broken;
 
-        if (parse_to(bus, broken ? link->broken_at : end))
-            return true;
-        if (!broken)
-            break;
-        drop_broken(bus);
-    }
+        broken = link->broken;
+        if (broken)
+            end = link->broken_at;
+        for (; looked_to(bus) != end; left--) {
+            if (left == 0)
+                return false;
+            if (parse_byte(bus))
+                return true;
+        }
+        if (broken)
+            drop_broken(bus);
+    } while (broken && left-- > 0);
     return false;
 }
 
@@ -214,6 +216,7 @@ static void start(struct cds_bus *bus, uint32_t now_us)
 
     cds_link_talk(&bus->link, bus->port, bytes, size);
     bus->in_flight = true;
+    bus->closing = false;
     bus->instruction = bytes[CDS_AT_INSTRUCTION];
     bus->address = bytes[CDS_AT_PARAMETERS];
     bus->damaged = 0;
@@ -342,14 +345,28 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
+/* The deadline is over: has all been looked at that had come by the first poll that saw it? */
+static bool all_looked_at(struct cds_bus *bus)
+{
+    uint8_t left;
+
+    if (!bus->closing) {
+        bus->closing = true;
+        bus->close_at = bus->link.rx.head;
+    }
+    left = (uint8_t)(bus->close_at - looked_to(bus));
+    return left == 0 || left > CDS_RING_SIZE; // beyond it: damage was passed over
+}
+
 /* How the exchange in flight stands, seen at `now_us`. */
 static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
 {
     bool listening = bus->link.state == CDS_LINK_LISTENING;
+    bool due = reply_is_due(bus->request);
 
-    if (listening && (!reply_is_due(bus->request) || (heard(bus) && parse(bus))))
+    if (listening && (!due || (heard(bus) && parse(bus))))
         return CDS_OK;
-    if ((int32_t)(now_us - bus->deadline_us) < 0)
+    if ((int32_t)(now_us - bus->deadline_us) < 0 || (listening && !all_looked_at(bus)))
         return CDS_PENDING;
     if (!listening)
         cds_link_abort(&bus->link, bus->port);

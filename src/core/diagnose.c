@@ -1,0 +1,644 @@
+/* Series of questions, and what their answers tell; see diagnose.h. */
+#include "cds55xx/diagnose.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "cds55xx/scan.h"  // cds_scan_listed_bauds
+#include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+
+#define LISTEN_US  50000u
+#define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
+#define PAUSE_US   1000u // after a question, with 8 byte times: what comes late or twice comes now
+#define NOISE      4     // bytes unasked; fewer are what good buses lose a few replies by
+#define FEW        2     // of anything that may happen once on a good bus
+#define SUPPLY_MV  100u  // unit of the registers
+#define VARYING    8     // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
+#define LIMITS_AT  CDS_REG_RETURN_DELAY
+#define LIMITS_LEN (CDS_REG_MAX_VOLTAGE - LIMITS_AT + 1)
+
+enum diagnose_phase {
+    START,     // as soon as the bus is idle
+    SETTLE,    // let late answers pass
+    LISTEN,    // to the line, unasked
+    KNOCK,     // PING of the target
+    SAME,      // READ of what twins have in common: the ID
+    DIFFERING, // READ of what they have not
+    LIMITS,    // READ of return delay, temperature and voltage limits
+    HASTE,     // PING with the bus's own return delay
+    ANYONE,    // broadcast PING
+    SEEK,      // PING of one ID after the other
+    NAME,      // PING of the candidate
+    ELSEWHERE, // PING of the target at another rate
+    ELSEWHERE_ANYONE,
+    GIVE_BACK,
+};
+
+/* What the candidate is wanted for. */
+enum diagnose_purpose { TO_EXAMINE, TO_TELL, TO_COMPARE };
+
+/* Exchanges of a series, from KNOCK on. */
+static uint8_t wanted(uint8_t phase)
+{
+    switch (phase) {
+    case KNOCK: return 4;
+    case SAME:
+    case DIFFERING: return 6;
+    case SEEK: return 1;
+    case ELSEWHERE:
+    case ELSEWHERE_ANYONE: return 2;
+    default: return 3;
+    }
+}
+
+enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose, struct cds_bus *bus,
+                                   struct cds_request *request, uint8_t id)
+{
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    if (bus->byte_time_us == 0 || id > CDS_BROADCAST_ID)
+        return CDS_BAD_ARGUMENT;
+    if (request->packet.room < CDS_DIAGNOSE_SIZE)
+        return CDS_NO_ROOM;
+    *diagnose = (struct cds_diagnose){
+        .bus = bus,
+        .request = request,
+        .id = id,
+        .target = id,
+        .found_id = CDS_DIAGNOSE_NOBODY,
+        .found_baud = bus->baud,
+        .own_baud = bus->baud,
+        .rates_left = CDS_SCAN_LISTED_BAUDS,
+        .phase = START,
+        .result = CDS_PENDING,
+    };
+    return CDS_OK;
+}
+
+void cds_diagnose_abort(struct cds_diagnose *diagnose)
+{
+    diagnose->aborted = 1;
+}
+
+static void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
+{
+    diagnose->since_us = cds_port_now_us();
+    diagnose->pause_us = us + (uint32_t)bytes * diagnose->bus->byte_time_us;
+}
+
+static void enter(struct cds_diagnose *diagnose, uint8_t phase)
+{
+    diagnose->phase = phase;
+    diagnose->series = (struct cds_diagnose_tally){0};
+    cds_bus_counters(diagnose->bus, &diagnose->base);
+}
+
+static void find(struct cds_diagnose *diagnose, enum cds_finding finding)
+{
+    diagnose->finding = (uint8_t)finding;
+    if (finding == CDS_FINDING_DUPLICATE_ID && diagnose->found_id == CDS_DIAGNOSE_NOBODY)
+        diagnose->found_id = diagnose->bus->last_id;
+    enter(diagnose, GIVE_BACK);
+}
+
+static uint8_t target_of(const struct cds_diagnose *diagnose)
+{
+    switch (diagnose->phase) {
+    case ANYONE:
+    case ELSEWHERE_ANYONE: return CDS_BROADCAST_ID;
+    case SEEK: return diagnose->seek_id;
+    case NAME: return diagnose->candidate;
+    default: return diagnose->target;
+    }
+}
+
+/* ---- asking ---- */
+
+/* The bus at the rate of this phase; false while it is busy. */
+static bool tuned(struct cds_diagnose *diagnose)
+{
+    bool elsewhere = diagnose->phase == ELSEWHERE || diagnose->phase == ELSEWHERE_ANYONE;
+    uint8_t baud = elsewhere ? diagnose->baud : diagnose->own_baud;
+    struct cds_bus *bus = diagnose->bus;
+
+    return bus->baud == baud || cds_bus_set_baud(bus, baud) == CDS_OK;
+}
+
+static enum cds_result submit(struct cds_diagnose *diagnose)
+{
+    struct cds_request *request = diagnose->request;
+    uint8_t id = target_of(diagnose);
+
+    request->vetted = true; // looking is always allowed, and must not wait less than it asks for
+    switch (diagnose->phase) {
+    case SAME: return cds_servo_read(diagnose->bus, request, id, CDS_REG_ID, 1);
+    case DIFFERING:
+        return cds_servo_read(diagnose->bus, request, id, CDS_REG_PRESENT_POSITION, VARYING);
+    case LIMITS: return cds_servo_read(diagnose->bus, request, id, LIMITS_AT, LIMITS_LEN);
+    default: return cds_servo_ping(diagnose->bus, request, id);
+    }
+}
+
+static void ask(struct cds_diagnose *diagnose)
+{
+    const struct cds_packet *packet = &diagnose->request->packet;
+    enum cds_result submitted;
+
+    diagnose->head = diagnose->bus->link.rx.head;
+    cds_bus_set_return_delay(diagnose->bus, diagnose->phase == HASTE ? diagnose->return_delay_us
+                                                                     : CDS_RETURN_DELAY_MAX_US);
+    submitted = submit(diagnose);
+    if (submitted == CDS_OK) {
+        diagnose->in_flight = 1;
+        diagnose->sent_size = (uint8_t)packet->size; // the reply will overwrite it
+        memcpy(diagnose->sent, packet->bytes, diagnose->sent_size);
+    } else if (submitted != CDS_BUSY) {
+        diagnose->result = (uint8_t)submitted;
+    }
+}
+
+/* ---- one answer ---- */
+
+/* Byte `index` of those heard since the question. */
+static uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
+{
+    const struct cds_ring *rx = &diagnose->bus->link.rx;
+
+    return rx->bytes[(uint8_t)(diagnose->head + index) & (CDS_RING_SIZE - 1)];
+}
+
+/* Are the first `count` bytes heard the last of the question, with a reply or nothing behind? */
+static bool is_tail_of_own(const struct cds_diagnose *diagnose, uint8_t count, uint8_t heard)
+{
+    uint8_t from = (uint8_t)(diagnose->sent_size - count);
+
+    for (uint8_t i = 0; i < count; i++) {
+        if (heard_byte(diagnose, i) != diagnose->sent[from + i])
+            return false;
+    }
+    return heard == count || (heard >= count + 2 && heard_byte(diagnose, count) == CDS_HEADER &&
+                              heard_byte(diagnose, (uint8_t)(count + 1)) == CDS_HEADER);
+}
+
+/* Does what was heard begin with an echo? All of a PING is none: of a servo with a voltage error it
+ * is the answer. */
+static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
+{
+    uint8_t longest = diagnose->sent_size;
+
+    if (diagnose->phase == KNOCK)
+        longest--;
+    for (uint8_t count = 1; count <= longest && count <= heard; count++) {
+        if (is_tail_of_own(diagnose, count, heard))
+            return true;
+    }
+    return false;
+}
+
+static void count(struct cds_diagnose_tally *tally, uint8_t result, bool clean, bool heard,
+                  bool echoed)
+{
+    tally->asked++;
+    if (echoed)
+        tally->echoed++;
+    if (result == CDS_LINE_BUSY)
+        tally->busy++;
+    else if (clean)
+        tally->answered++;
+    else if (result != CDS_TIMEOUT || (heard && !echoed))
+        tally->damaged++;
+    else
+        tally->silent++;
+}
+
+static void keep(struct cds_diagnose *diagnose)
+{
+    const struct cds_request *request = diagnose->request;
+
+    if (diagnose->phase == ANYONE || diagnose->phase == ELSEWHERE_ANYONE)
+        diagnose->candidate = request->id;
+    if (diagnose->phase == DIFFERING) {
+        diagnose->error = request->error;
+        memcpy(diagnose->feedback, request->packet.bytes, VARYING);
+    }
+    if (diagnose->phase == LIMITS)
+        memcpy(diagnose->limits, request->packet.bytes, LIMITS_LEN);
+}
+
+static void exchange_ended(struct cds_diagnose *diagnose)
+{
+    const struct cds_request *request = diagnose->request;
+    uint8_t phase = diagnose->phase, result = request->result;
+    uint8_t heard = (uint8_t)(diagnose->bus->link.rx.head - diagnose->head);
+    bool clean = result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET);
+    bool echoed = is_echo(diagnose, heard);
+
+    diagnose->exchanges++;
+    count(&diagnose->series, result, clean, heard, echoed);
+    if (phase >= KNOCK && phase <= DIFFERING)
+        count(&diagnose->total, result, clean, heard, echoed);
+    if (clean)
+        keep(diagnose);
+    if (phase != SEEK || heard || result != CDS_TIMEOUT)
+        rest(diagnose, PAUSE_US, 8);
+}
+
+/* ---- what a series tells ---- */
+
+/* Adds what the counters have moved since the series began. */
+static void gather(struct cds_diagnose *diagnose)
+{
+    const struct cds_counters *base = &diagnose->base;
+    struct cds_counters now;
+
+    cds_bus_counters(diagnose->bus, &now);
+    diagnose->foreign = (uint16_t)(diagnose->foreign + now.foreign - base->foreign);
+    diagnose->echo_errors = (uint16_t)(diagnose->echo_errors + now.echo_errors - base->echo_errors);
+    diagnose->overruns = (uint16_t)(diagnose->overruns + now.overruns - base->overruns);
+    if (diagnose->bus->last_id != CDS_BROADCAST_ID) { // that one may be answered by several
+        diagnose->extra = (uint16_t)(diagnose->extra + now.extra - base->extra);
+        diagnose->late = (uint16_t)(diagnose->late + now.late - base->late);
+    }
+    if (diagnose->phase == LISTEN) // bytes that were damaged are counted, not stored
+        diagnose->unasked =
+            (uint16_t)(diagnose->unasked + now.framing_errors - base->framing_errors);
+    diagnose->base = now;
+}
+
+/* What makes every further question idle, or NONE. Whole echoes of PING pass for answers, so twice
+ * is judged by READ. */
+static enum cds_finding trouble(const struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+    uint8_t phase = diagnose->phase;
+    bool low = cds_bus_state(diagnose->bus) == CDS_BUS_FAULT;
+    bool twice = diagnose->extra >= FEW;
+    bool others = diagnose->foreign >= FEW;
+
+    if (series->busy >= FEW)
+        return low      ? CDS_FINDING_LINE_LOW
+               : twice  ? CDS_FINDING_DUPLICATE_ID
+               : others ? CDS_FINDING_COLLISION
+                        : CDS_FINDING_BABBLE;
+    if ((phase == KNOCK || phase == SAME || phase == ANYONE) && series->echoed == series->asked)
+        return CDS_FINDING_ECHO;
+    if (diagnose->echo_errors >= FEW || (others && (phase == SAME || phase == DIFFERING)))
+        return CDS_FINDING_COLLISION;
+    if (diagnose->unasked >= NOISE)
+        return CDS_FINDING_NOISE;
+    if (diagnose->overruns)
+        return CDS_FINDING_BYTES_LOST;
+    return twice && phase != KNOCK ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NONE;
+}
+
+static void listened(struct cds_diagnose *diagnose)
+{
+    if (cds_bus_state(diagnose->bus) == CDS_BUS_FAULT)
+        find(diagnose, CDS_FINDING_LINE_LOW);
+    else if (diagnose->extra >= FEW)
+        find(diagnose, CDS_FINDING_DUPLICATE_ID);
+    else if (diagnose->foreign)
+        find(diagnose, CDS_FINDING_COLLISION);
+    else
+        enter(diagnose, diagnose->target == CDS_BROADCAST_ID ? ANYONE : KNOCK);
+}
+
+/* Examines the target once more; false: that has been done. One damaged LENGTH makes a servo deaf
+ * for up to 255 bytes, so one accident may spoil a whole examination. */
+static bool look_again(struct cds_diagnose *diagnose)
+{
+    if (diagnose->looked_again)
+        return false;
+    diagnose->looked_again = 1;
+    diagnose->total = (struct cds_diagnose_tally){0};
+    enter(diagnose, KNOCK);
+    return true;
+}
+
+static void nobody_is_there(struct cds_diagnose *diagnose)
+{
+    if (diagnose->target != CDS_BROADCAST_ID && look_again(diagnose))
+        return;
+    if (diagnose->found_id != CDS_DIAGNOSE_NOBODY)
+        find(diagnose, CDS_FINDING_OTHER_ID);
+    else
+        find(diagnose, diagnose->crowd ? CDS_FINDING_NOISE : CDS_FINDING_SILENCE);
+}
+
+/* The next listed rate that is not the bus's own; false: none is left. Slowest first: a servo hears
+ * what is sent at a faster rate as single bytes, of which several make the head of a long packet.
+ */
+static bool next_rate(struct cds_diagnose *diagnose)
+{
+    while (diagnose->rates_left) {
+        diagnose->baud = cds_scan_listed_bauds[--diagnose->rates_left];
+        if (diagnose->baud != diagnose->own_baud)
+            return true;
+    }
+    return false;
+}
+
+/* Nobody is at this rate, or not the one who is wanted: on to the next, first for that one, then
+ * for anyone. */
+static void go_elsewhere(struct cds_diagnose *diagnose)
+{
+    bool for_one = diagnose->phase != ELSEWHERE_ANYONE && diagnose->target != CDS_BROADCAST_ID;
+
+    if (for_one && next_rate(diagnose)) {
+        enter(diagnose, ELSEWHERE);
+        return;
+    }
+    if (for_one)
+        diagnose->rates_left = CDS_SCAN_LISTED_BAUDS;
+    if (diagnose->found_id == CDS_DIAGNOSE_NOBODY && next_rate(diagnose))
+        enter(diagnose, ELSEWHERE_ANYONE);
+    else
+        nobody_is_there(diagnose);
+}
+
+static void examine(struct cds_diagnose *diagnose, uint8_t id)
+{
+    diagnose->target = id;
+    diagnose->found_id = id;
+    enter(diagnose, KNOCK);
+}
+
+/* Are the damaged answers noise, or two servos? Another one may tell. */
+static void compare(struct cds_diagnose *diagnose, bool another_is_clean)
+{
+    find(diagnose, another_is_clean ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NOISE);
+}
+
+static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
+{
+    const struct cds_diagnose_tally *total = &diagnose->total;
+
+    diagnose->seek_id = from_id;
+    if (from_id == diagnose->target)
+        diagnose->seek_id++;
+    if (diagnose->seek_id <= CDS_ID_MAX)
+        enter(diagnose, SEEK);
+    else if (diagnose->purpose == TO_COMPARE)
+        compare(diagnose,
+                total->damaged >= total->asked - total->asked / 4); // nobody else is there
+    else
+        go_elsewhere(diagnose);
+}
+
+static void knocked(struct cds_diagnose *diagnose)
+{
+    diagnose->ping = diagnose->series;
+    if (diagnose->ping.answered + diagnose->ping.damaged) {
+        diagnose->found_id = diagnose->target;
+        enter(diagnose, SAME);
+    } else if (diagnose->late) {
+        diagnose->found_id = diagnose->target;
+        find(diagnose, CDS_FINDING_SLOW);
+    } else if (diagnose->looked_again) {
+        nobody_is_there(diagnose);
+    } else {
+        diagnose->purpose = TO_TELL;
+        enter(diagnose, ANYONE);
+    }
+}
+
+static void read_the_same(struct cds_diagnose *diagnose)
+{
+    diagnose->same = diagnose->series;
+    if (diagnose->same.silent < diagnose->same.asked || diagnose->ping.silent >= FEW)
+        enter(diagnose, DIFFERING);
+    else if (!look_again(diagnose))
+        find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
+}
+
+static void read_what_differs(struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *total = &diagnose->total;
+    uint8_t bad = (uint8_t)(total->asked - total->answered);
+    uint8_t of_them, same;
+
+    diagnose->differing = diagnose->series;
+    of_them = diagnose->differing.damaged;
+    same = (uint8_t)(bad - (diagnose->differing.asked - diagnose->differing.answered));
+    if (bad < FEW) {
+        enter(diagnose, LIMITS);
+    } else if (same <= FEW && of_them + 1 >= diagnose->differing.asked) {
+        find(diagnose, CDS_FINDING_DUPLICATE_ID);
+    } else if (total->damaged >= total->asked / 2) {
+        diagnose->purpose = TO_COMPARE;
+        seek(diagnose, 0);
+    } else if (!look_again(diagnose)) {
+        find(diagnose, CDS_FINDING_NOISE);
+    }
+}
+
+/* What it says of itself: conditions in its error bits, or values beyond its limits. */
+static void judge(struct cds_diagnose *diagnose)
+{
+    uint8_t voltage = diagnose->feedback[CDS_REG_PRESENT_VOLTAGE - CDS_REG_PRESENT_POSITION];
+    uint8_t celsius = diagnose->feedback[CDS_REG_PRESENT_TEMPERATURE - CDS_REG_PRESENT_POSITION];
+    uint8_t too_hot = diagnose->limits[CDS_REG_MAX_TEMPERATURE - LIMITS_AT];
+    uint8_t lowest = diagnose->limits[CDS_REG_MIN_VOLTAGE - LIMITS_AT];
+    uint8_t highest = diagnose->limits[CDS_REG_MAX_VOLTAGE - LIMITS_AT];
+    bool known = diagnose->limits_known;
+
+    diagnose->value = (uint16_t)(voltage * SUPPLY_MV);
+    if (known && voltage > highest) {
+        find(diagnose, CDS_FINDING_HIGH_SUPPLY);
+    } else if ((known && voltage < lowest) || diagnose->error & CDS_ERROR_VOLTAGE) {
+        find(diagnose, CDS_FINDING_LOW_SUPPLY);
+    } else if ((known && celsius > too_hot) || diagnose->error & CDS_ERROR_OVERHEATING) {
+        diagnose->value = celsius;
+        find(diagnose, CDS_FINDING_OVERHEATED);
+    } else {
+        diagnose->value = 0;
+        find(diagnose,
+             diagnose->error & CDS_ERROR_OVERLOAD ? CDS_FINDING_OVERLOADED : CDS_FINDING_OK);
+    }
+}
+
+static void hurried(struct cds_diagnose *diagnose)
+{
+    if (diagnose->series.silent < diagnose->series.asked) {
+        judge(diagnose);
+        return;
+    }
+    diagnose->value = (uint16_t)(2u * diagnose->limits[0]);
+    find(diagnose, CDS_FINDING_SLOW);
+}
+
+static void looked_for_anyone(struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    diagnose->crowd = series->damaged >= FEW;
+    if (series->answered)
+        enter(diagnose, NAME);
+    else if (diagnose->crowd)
+        seek(diagnose, 0);
+    else
+        go_elsewhere(diagnose);
+}
+
+static void sought(struct cds_diagnose *diagnose)
+{
+    diagnose->candidate = diagnose->seek_id;
+    if (diagnose->series.answered + diagnose->series.damaged)
+        enter(diagnose, NAME);
+    else
+        seek(diagnose, (uint8_t)(diagnose->seek_id + 1));
+}
+
+/* Is the candidate there? One that a crowd's mixed answers have made up is not. */
+static void named(struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+    bool was_sought = diagnose->candidate == diagnose->seek_id;
+
+    if (series->answered + series->damaged < FEW) {
+        seek(diagnose, was_sought ? (uint8_t)(diagnose->candidate + 1) : 0);
+    } else if (diagnose->purpose == TO_COMPARE) {
+        compare(diagnose, series->answered == series->asked);
+    } else if (diagnose->purpose == TO_EXAMINE) {
+        examine(diagnose, diagnose->candidate);
+    } else if (diagnose->candidate == diagnose->target) { // now it answers
+        look_again(diagnose);
+    } else {
+        diagnose->found_id = diagnose->candidate;
+        go_elsewhere(diagnose);
+    }
+}
+
+static void looked_elsewhere(struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+    bool anyone = diagnose->phase == ELSEWHERE_ANYONE;
+
+    if (!series->answered && !(anyone && series->damaged == series->asked)) {
+        go_elsewhere(diagnose);
+        return;
+    }
+    diagnose->found_baud = diagnose->baud;
+    diagnose->found_id = !anyone            ? diagnose->target
+                         : series->answered ? diagnose->candidate
+                                            : CDS_DIAGNOSE_NOBODY;
+    find(diagnose, CDS_FINDING_OTHER_RATE);
+}
+
+static void series_ended(struct cds_diagnose *diagnose)
+{
+    enum cds_finding found;
+
+    gather(diagnose);
+    found = trouble(diagnose);
+    if (found != CDS_FINDING_NONE) {
+        find(diagnose, found);
+        return;
+    }
+    switch (diagnose->phase) {
+    case KNOCK: knocked(diagnose); break;
+    case SAME: read_the_same(diagnose); break;
+    case DIFFERING: read_what_differs(diagnose); break;
+    case LIMITS:
+        diagnose->limits_known = diagnose->series.answered != 0;
+        if (diagnose->return_delay_us < CDS_RETURN_DELAY_MAX_US)
+            enter(diagnose, HASTE);
+        else
+            judge(diagnose);
+        break;
+    case HASTE: hurried(diagnose); break;
+    case ANYONE: looked_for_anyone(diagnose); break;
+    case SEEK: sought(diagnose); break;
+    case NAME: named(diagnose); break;
+    default: looked_elsewhere(diagnose);
+    }
+}
+
+/* ---- from one to the next ---- */
+
+static void start(struct cds_diagnose *diagnose)
+{
+    struct cds_bus *bus = diagnose->bus;
+
+    if (bus->request)
+        return;
+    diagnose->return_delay_us = bus->return_delay_us;
+    diagnose->repeats = bus->repeats;
+    cds_bus_set_repeats(bus, 0); // each question counts
+    enter(diagnose, SETTLE);
+    rest(diagnose, SETTLE_US, CDS_RING_SIZE);
+}
+
+static void give_back(struct cds_diagnose *diagnose)
+{
+    if (!tuned(diagnose))
+        return;
+    cds_bus_set_return_delay(diagnose->bus, diagnose->return_delay_us);
+    cds_bus_set_repeats(diagnose->bus, diagnose->repeats);
+    diagnose->result = diagnose->finding == CDS_FINDING_NONE ? CDS_CANCELLED : CDS_OK;
+}
+
+static void listen(struct cds_diagnose *diagnose)
+{
+    uint8_t head = diagnose->bus->link.rx.head;
+
+    diagnose->unasked = (uint16_t)(diagnose->unasked + (uint8_t)(head - diagnose->head));
+    diagnose->head = head;
+}
+
+/* A pause is over, or there was none. */
+static void go_on(struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    switch (diagnose->phase) {
+    case SETTLE:
+        enter(diagnose, LISTEN);
+        rest(diagnose, LISTEN_US, 0);
+        diagnose->head = diagnose->bus->link.rx.head;
+        break;
+    case LISTEN:
+        gather(diagnose);
+        listened(diagnose);
+        break;
+    case GIVE_BACK: give_back(diagnose); break;
+    default:
+        if (series->asked == wanted(diagnose->phase) || series->busy >= FEW ||
+            (diagnose->phase == LIMITS && series->answered))
+            series_ended(diagnose);
+        else if (tuned(diagnose))
+            ask(diagnose);
+    }
+}
+
+static void poll_in_turn(struct cds_diagnose *diagnose)
+{
+    if (diagnose->phase == START)
+        start(diagnose);
+    if (diagnose->aborted && diagnose->phase != START && diagnose->phase != GIVE_BACK)
+        enter(diagnose, GIVE_BACK);
+    if (diagnose->aborted && diagnose->phase == START)
+        diagnose->result = CDS_CANCELLED;
+    else if (diagnose->phase == LISTEN)
+        listen(diagnose);
+    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
+        (diagnose->phase == GIVE_BACK ||
+         cds_port_now_us() - diagnose->since_us >= diagnose->pause_us))
+        go_on(diagnose);
+}
+
+enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
+{
+    if (diagnose->in_flight) {
+        if (diagnose->request->result == CDS_PENDING)
+            return CDS_PENDING;
+        diagnose->in_flight = 0;
+        if (diagnose->request->result == CDS_CANCELLED) // by whoever opened the bus anew: theirs
+            diagnose->result = CDS_CANCELLED;
+        else
+            exchange_ended(diagnose);
+    }
+    if (diagnose->result == CDS_PENDING)
+        poll_in_turn(diagnose);
+    return (enum cds_result)diagnose->result;
+}

@@ -1,0 +1,106 @@
+/* A diagnosis, as often as the host asks for one, with what a test needs to lead up to it. A line
+ * is a letter and numbers; each is answered with "ok". */
+#include <cds55xx/diagnose.h>
+#include <cds55xx/wait.h>
+#include <cds55xx_avr.h>
+
+#include "say.h"
+
+static struct cds_bus bus;
+CDS_AVR_BUS(bus, 0)
+CDS_AVR_CLOCK()
+
+static uint8_t packet[CDS_PACKET_SIZE(11)];
+static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_diagnose diagnose;
+
+static void say_tally(const char *name, const struct cds_diagnose_tally *tally)
+{
+    say(name, tally->asked);
+    say("..answered", tally->answered);
+    say("..damaged", tally->damaged);
+    say("..silent", tally->silent);
+    say("..echoed", tally->echoed);
+}
+
+static void say_found(uint32_t us)
+{
+    say("us", us);
+    say("result", diagnose.result);
+    say("finding", diagnose.finding);
+    say("found_id", diagnose.found_id);
+    say("found_baud", diagnose.found_baud);
+    say("value", diagnose.value);
+    say("unasked", diagnose.unasked);
+    say("extra", diagnose.extra);
+    say("late", diagnose.late);
+    say("foreign", diagnose.foreign);
+    say("echo_errors", diagnose.echo_errors);
+    say("overruns", diagnose.overruns);
+    say("exchanges", diagnose.exchanges);
+    say_tally("ping", &diagnose.ping);
+    say_tally("same", &diagnose.same);
+    say_tally("differing", &diagnose.differing);
+    say_tally("total", &diagnose.total);
+    say("baud", bus.baud);
+    say("return_delay_us", bus.return_delay_us);
+    say("repeats", bus.repeats);
+}
+
+static void run(uint8_t id)
+{
+    uint32_t from_us = cds_port_now_us();
+
+    cds_diagnose_begin(&diagnose, &bus, &request, id);
+    while (cds_diagnose_poll(&diagnose) == CDS_PENDING)
+        cds_bus_poll(&bus);
+    say_found(cds_port_now_us() - from_us);
+}
+
+static void obey(char letter, const uint16_t *number)
+{
+    uint8_t id = (uint8_t)number[0], address = (uint8_t)number[1];
+
+    switch (letter) {
+    case 'd': run(id); break;
+    case 'w': cds_wait_write_byte(&bus, &request, id, address, (uint8_t)number[2]); break;
+    case 'f': // feedback, so many times
+        for (uint16_t i = 0; i < number[1]; i++)
+            cds_wait_for(&bus, &request, cds_servo_read(&bus, &request, id, 0x24, 11));
+        break;
+    case 'r': cds_bus_set_return_delay(&bus, number[0]); break;
+    case 'b': cds_bus_set_baud(&bus, (uint8_t)number[0]); break;
+    default: say_text("error 30: letter\n"); return;
+    }
+    say_text("ok\n");
+}
+
+static char hear(void)
+{
+    while (!(UCSR0A & 1 << RXC0))
+        cds_bus_poll(&bus);
+    return (char)UDR0;
+}
+
+int main(void)
+{
+    say_open();
+    UCSR0B |= 1 << RXEN0;
+    cds_avr_clock_open();
+    sei();
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_repeats(&bus, 1);
+    for (;;) {
+        uint16_t number[3] = {0};
+        uint8_t count = 0;
+        char letter = hear();
+
+        for (char c = hear(); c != '\n'; c = hear()) {
+            if (c == ' ')
+                count++;
+            else if (c >= '0' && c <= '9' && count >= 1 && count <= 3)
+                number[count - 1] = (uint16_t)(number[count - 1] * 10u + (uint8_t)(c - '0'));
+        }
+        obey(letter, number);
+    }
+}

@@ -1,0 +1,438 @@
+/* Diagnoses against fake servos: findings at their thresholds, and what is given back. Causes on a
+ * real wire: test/run/test_diagnose.py. */
+#include "cds55xx/diagnose.h"
+
+#include "cds55xx/control_table.h"
+#include "servos_fake.h"
+#include "unity.h"
+
+#define ID          5
+#define QUESTIONS   16 // to a servo: four PINGs, six READs of its ID, six of what it measures
+#define FIRST_READ  4
+#define MEASUREMENT 10
+
+static struct cds_bus bus;
+static uint8_t buffer[CDS_DIAGNOSE_SIZE];
+static struct cds_request request;
+static struct cds_diagnose diagnose;
+static struct {
+    uint32_t spoilt; // bit n: the answer to question n of each examination of servo ID is damaged
+    uint8_t to_id;   // questions to it so far
+    uint8_t error;   // in answers to READ of measurements
+    bool other_too;  // all answers of others are damaged
+    bool once;       // ... of the first one only
+    bool headless;   // answers of servo ID lack a byte of their header
+    bool echoes;     // every byte comes back
+    uint16_t lost;   // bytes that the receiver loses in each answer
+} world;
+
+static void put(uint8_t index, uint8_t id, uint8_t baud)
+{
+    servo_fake_put(index, id, baud);
+    memcpy(&servos.servo[index].table[CDS_REG_MAX_TEMPERATURE], "\x50\x3C\xA0", 3);
+    memcpy(&servos.servo[index].table[CDS_REG_PRESENT_VOLTAGE], "\x78\x20", 2);
+}
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&servos, 0, sizeof servos);
+    memset(&world, 0, sizeof world);
+    memset(&bus, 0, sizeof bus);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_return_delay(&bus, 40);
+    cds_bus_set_repeats(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_diagnose_begin(&diagnose, &bus, &request, ID));
+}
+
+static void assert_given_back(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[0]);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+    TEST_ASSERT_EQUAL_UINT16(40, bus.return_delay_us);
+    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* The servos answer what is on the line, or the world's damage does. */
+static void meet(void)
+{
+    const uint8_t *sent = port_fake.sent;
+    bool to_id = sent[CDS_AT_ID] == ID;
+    bool measured = sent[4] == CDS_READ && sent[5] == CDS_REG_PRESENT_POSITION;
+
+    if (world.echoes)
+        port_fake_hear(&bus.link, sent, port_fake.sent_size);
+    for (uint16_t i = 0; i < world.lost; i++)
+        cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
+    if (to_id ? world.spoilt >> world.to_id % QUESTIONS & 1 : world.other_too)
+        port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x05\x02\x00\x00", 6);
+    else if (to_id && world.headless)
+        port_fake_hear(&bus.link, (const uint8_t *)"\xFF\x05\x02\x00\xF8", 5);
+    else if (to_id && measured && world.error)
+        port_fake_answer(&bus.link, ID, world.error, &servos.servo[0].table[sent[5]], sent[6]);
+    else
+        servos_hear(&bus);
+    if (to_id && ++world.to_id == QUESTIONS && world.once)
+        world.spoilt = 0;
+}
+
+static void turn(void)
+{
+    port_fake.now_us += 20;
+    if (bus.link.state != CDS_LINK_TALKING || !port_fake_transmit(&bus.link, 0))
+        return;
+    port_fake.now_us += (uint32_t)port_fake.sent_size * (port_fake.bauds[0] + 1u) * 5;
+    meet();
+    port_fake_forget();
+}
+
+static enum cds_result go_on(void)
+{
+    enum cds_result result;
+
+    while ((result = cds_diagnose_poll(&diagnose)) == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+    return result;
+}
+
+static uint8_t found(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    assert_given_back();
+    TEST_ASSERT_EQUAL_UINT16(bus.counters.sent + bus.counters.unsent, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.repeated);
+    return diagnose.finding;
+}
+
+/* The finding for these damaged answers, with another servo there (and as bad), or none. */
+static uint8_t found_for(uint32_t spoilt, bool another, bool as_bad)
+{
+    setUp();
+    put(0, ID, 1);
+    if (another)
+        put(1, 200, 1);
+    world.spoilt = spoilt;
+    world.other_too = as_bad;
+    return found();
+}
+
+static uint32_t questions(uint8_t from, uint8_t count)
+{
+    return (((uint32_t)1 << count) - 1) << from;
+}
+
+void test_nonsense_is_refused(void)
+{
+    struct cds_bus closed = {.port = 0};
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &closed, &request, ID));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &bus, &request, 255));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_diagnose_begin(&diagnose, &bus, &request, 254));
+    request.packet.room--;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_diagnose_begin(&diagnose, &bus, &request, ID));
+    request.result = CDS_PENDING;
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_diagnose_begin(&diagnose, &bus, &request, ID));
+}
+
+void test_a_servo_that_is_well(void)
+{
+    put(0, ID, 1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.answered);
+    TEST_ASSERT_EQUAL_UINT8(4, diagnose.ping.answered);
+    TEST_ASSERT_EQUAL_UINT8(6, diagnose.same.answered);
+    TEST_ASSERT_EQUAL_UINT8(6, diagnose.differing.answered);
+    TEST_ASSERT_EQUAL_UINT16(20, diagnose.exchanges);
+    TEST_ASSERT_LESS_THAN_UINT32(100000, port_fake.now_us);
+    TEST_ASSERT_GREATER_THAN_UINT32(70000, port_fake.now_us);
+}
+
+void test_nobody(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SILENCE, found());
+    TEST_ASSERT_EQUAL_UINT16(31, diagnose.exchanges);
+    TEST_ASSERT_LESS_THAN_UINT32(200000, port_fake.now_us);
+    TEST_ASSERT_EQUAL_UINT8(CDS_DIAGNOSE_NOBODY, diagnose.found_id);
+}
+
+void test_it_waits_while_others_use_the_bus_and_until_all_late_answers_are_over(void)
+{
+    uint8_t other_buffer[8];
+    struct cds_request other = CDS_REQUEST(other_buffer);
+
+    put(0, ID, 1);
+    cds_packet_ping(&other.packet, 77);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_diagnose_poll(&diagnose));
+    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats); // nothing is touched before it is its turn
+    while (other.result == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+    cds_diagnose_poll(&diagnose);
+    port_fake.now_us += 1900;
+    port_fake_answer(&bus.link, 77, 0, NULL, 0);
+    port_fake_answer(&bus.link, 78, 0, NULL, 0);
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, diagnose.finding);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.late);
+}
+
+void test_an_abort_at_any_poll_gives_all_back(void)
+{
+    for (uint16_t polls = 0; polls < 12000; polls = (uint16_t)(polls + 1 + polls / 5)) {
+        setUp();
+        put(0, 9, 103);
+        for (uint16_t i = 0; i < polls; i++) {
+            cds_diagnose_poll(&diagnose);
+            turn();
+            cds_bus_poll(&bus);
+        }
+        if (diagnose.result != CDS_PENDING)
+            break;
+        cds_diagnose_abort(&diagnose);
+        go_on();
+        TEST_ASSERT_EQUAL(diagnose.finding == CDS_FINDING_NONE ? CDS_CANCELLED : CDS_OK,
+                          diagnose.result);
+        assert_given_back();
+    }
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, diagnose.finding);
+}
+
+void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+{
+    put(0, ID, 1);
+    while (!bus.in_flight) {
+        cds_diagnose_poll(&diagnose);
+        port_fake.now_us += 20;
+        cds_bus_poll(&bus);
+    }
+    cds_bus_open(&bus, 0, 7);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
+    TEST_ASSERT_EQUAL_UINT8(7, bus.baud);
+}
+
+static enum cds_result refuse(struct cds_bus_observer *observer, struct cds_request *asked)
+{
+    (void)observer;
+    asked->reply_parameters = CDS_REPLY_NONE;
+    return CDS_HELD;
+}
+
+static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_what_an_observer_knows_is_not_used(void)
+{
+    struct cds_bus_observer observer = {.admit = refuse, .on_news = ignore};
+
+    put(0, ID, 1);
+    bus.observer = &observer;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+}
+
+/* ---- the line ---- */
+
+static void listen_to(uint8_t bytes, bool packets)
+{
+    put(0, ID, 1);
+    while (port_fake.now_us < 30000) {
+        cds_diagnose_poll(&diagnose);
+        turn();
+        cds_bus_poll(&bus);
+    }
+    for (uint8_t i = 0; i < bytes; i++)
+        port_fake_hear(&bus.link, (const uint8_t *)"\x80", 1);
+    if (packets)
+        port_fake_answer(&bus.link, 77, 2, NULL, 0);
+}
+
+void test_up_to_three_bytes_unasked_are_nothing(void)
+{
+    listen_to(3, false);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    setUp();
+    listen_to(4, false);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found());
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.unasked);
+    setUp();
+    listen_to(3, false);
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found());
+}
+
+void test_a_packet_unasked_is_somebody_else_s(void)
+{
+    listen_to(0, true);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
+    TEST_ASSERT_EQUAL_UINT16(1, diagnose.foreign);
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.exchanges);
+}
+
+void test_a_line_that_is_low(void)
+{
+    port_fake.low = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LINE_LOW, found());
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.exchanges);
+}
+
+/* The echo of a PING is a good answer with a voltage error, and a real answer comes behind it. */
+void test_all_that_is_sent_comes_back(void)
+{
+    for (uint8_t there = 0; there < 2; there++) {
+        setUp();
+        if (there)
+            put(0, ID, 1);
+        world.echoes = true;
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_ECHO, found());
+    }
+}
+
+void test_a_servo_whose_answer_to_PING_is_like_an_echo(void)
+{
+    uint8_t answers = 0;
+
+    put(0, ID, 1);
+    servos.servo[0].table[CDS_REG_PRESENT_VOLTAGE] = 55;
+    world.error = CDS_ERROR_VOLTAGE;
+    while (cds_diagnose_poll(&diagnose) == CDS_PENDING) {
+        port_fake.now_us += 20;
+        if (bus.link.state == CDS_LINK_TALKING && port_fake.lines[0] == FAKE_TALK &&
+            port_fake_transmit(&bus.link, 0)) {
+            if (port_fake.sent[4] == CDS_PING) {
+                port_fake_answer(&bus.link, ID, CDS_ERROR_VOLTAGE, NULL, 0);
+                answers++;
+            } else {
+                meet();
+            }
+        }
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL_UINT8(7, answers);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LOW_SUPPLY, diagnose.finding);
+    TEST_ASSERT_EQUAL_UINT16(5500, diagnose.value);
+}
+
+void test_bytes_that_this_controller_loses(void)
+{
+    put(0, ID, 1);
+    world.lost = 1;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_BYTES_LOST, found());
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.overruns);
+}
+
+/* ---- damage ---- */
+
+void test_one_damaged_answer_is_nothing_wherever_it_is_and_two_are_noise(void)
+{
+    for (uint8_t at = 0; at < QUESTIONS; at++)
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_for(questions(at, 1), false, false));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(0, 2), false, false));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE,
+                            found_for(questions(QUESTIONS - 2, 2), false, false));
+}
+
+void test_one_bad_examination_is_nothing_if_the_next_one_is_clean(void)
+{
+    put(0, ID, 1);
+    world.spoilt = questions(2, 5);
+    world.once = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT16(QUESTIONS + 20, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.answered);
+}
+
+void test_a_servo_that_was_deaf_at_first(void)
+{
+    put(0, ID, 1);
+    put(1, 200, 1);
+    servos.plan[0] = (struct servos_plan){1, CUT_BEFORE, 20};
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+}
+
+void test_damage_only_where_two_servos_would_differ(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID,
+                            found_for(questions(MEASUREMENT, 6), false, false));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(QUESTIONS, diagnose.exchanges); // without asking others
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID,
+                            found_for(questions(MEASUREMENT, 5), false, false));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(MEASUREMENT, 4), false, false));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(FIRST_READ, 6), false, false));
+}
+
+void test_much_damage_is_judged_by_another_servo(void)
+{
+    for (uint8_t count = 8; count <= QUESTIONS; count = (uint8_t)(count + 4)) {
+        uint32_t spoilt = questions(0, count);
+
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_for(spoilt, true, false));
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(spoilt, true, true));
+    }
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(0, 7), true, false));
+}
+
+void test_much_damage_of_the_only_servo(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(0, 11), false, false));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_for(questions(0, 12), false, false));
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(300, diagnose.exchanges);
+    TEST_ASSERT_LESS_THAN_UINT32(400000, port_fake.now_us);
+}
+
+void test_bytes_that_begin_no_packet_are_damage_and_not_silence(void)
+{
+    put(0, ID, 1);
+    world.headless = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.damaged);
+    TEST_ASSERT_EQUAL_UINT8(0, diagnose.total.silent);
+}
+
+/* ---- what a servo says of itself ---- */
+
+static uint8_t found_with(uint8_t error, uint8_t address, uint8_t value)
+{
+    setUp();
+    put(0, ID, 1);
+    world.error = error;
+    servos.servo[0].table[address] = value;
+    return found();
+}
+
+void test_limits_are_the_servo_s_and_reaching_one_is_not_beyond_it(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_with(0, CDS_REG_PRESENT_VOLTAGE, 60));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LOW_SUPPLY, found_with(0, CDS_REG_PRESENT_VOLTAGE, 59));
+    TEST_ASSERT_EQUAL_UINT16(5900, diagnose.value);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_with(0, CDS_REG_PRESENT_VOLTAGE, 160));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_HIGH_SUPPLY, found_with(0, CDS_REG_PRESENT_VOLTAGE, 255));
+    TEST_ASSERT_EQUAL_UINT16(25500, diagnose.value);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_with(0, CDS_REG_PRESENT_TEMPERATURE, 80));
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.value);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OVERHEATED, found_with(0, CDS_REG_PRESENT_TEMPERATURE, 81));
+    TEST_ASSERT_EQUAL_UINT16(81, diagnose.value);
+}
+
+void test_error_bits(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LOW_SUPPLY, found_with(CDS_ERROR_VOLTAGE, 0x18, 0));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OVERHEATED, found_with(CDS_ERROR_OVERHEATING, 0x18, 0));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OVERLOADED, found_with(CDS_ERROR_OVERLOAD, 0x18, 0));
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, diagnose.error);
+}
