@@ -3,8 +3,10 @@
 
 #include <avr/io.h>
 
-#ifndef MCUSR // ATmega128
-#define MCUSR MCUCSR
+#ifdef MCUCSR // ATmega128
+#define FLAGS MCUCSR
+#else
+#define FLAGS MCUSR
 #endif
 
 #define CAUSES 0x1F // the other bits of MCUCSR are none
@@ -18,9 +20,9 @@ uint8_t avr_reset_cause __attribute__((section(".noinit")));
  * program still starts. Main switches it on. */
 __attribute__((naked, used, section(".init3"))) void avr_reset_cause_keep(void)
 {
-    uint8_t flags = MCUSR;
+    uint8_t flags = FLAGS;
 
     avr_reset_cause = flags & CAUSES;
-    MCUSR = flags & (uint8_t)~CAUSES;
+    FLAGS = flags & (uint8_t)~CAUSES;
     wdt_disable();
 }
