@@ -61,6 +61,7 @@ struct cds_request {
     void *owner;                          // the caller's, for on_end
     struct cds_request *next;             // the bus's own
     uint16_t return_delay_us;             // the longest this servo waits; set by submit
+    uint16_t epoch;                       // the bus's own: the observer's when it was admitted
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes
     bool urgent;     // goes before all that are not
@@ -115,13 +116,16 @@ struct cds_bus_news {
     const struct cds_request *request; // of ENDED; its result is not set yet
 };
 
-/* Whoever watches a bus: roster.h. Both are called from submit and poll. */
+/* Whoever watches a bus: roster.h. Called from submit, poll and cds_bus_would_admit(). */
 struct cds_bus_observer {
     /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
      * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). */
     enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
+    /* The same for what a SYNC WRITE has for one servo. */
+    enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
+                                   const uint8_t *data, uint8_t length);
     void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
-    uint8_t epoch; // counts on whenever `admit` may say something else than before
+    uint16_t epoch; // counts on whenever `admit` may say something else than before
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
@@ -181,8 +185,16 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
  * repeat; CDS_LINE_BUSY: the line did not become quiet within the time the longest reply takes
- * with the longest return delay and that margin, and nothing was sent; CDS_CANCELLED. */
+ * with the longest return delay and that margin, and nothing was sent; CDS_CANCELLED;
+ * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed its mind since, as told by its
+ * epoch, and it was not sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
+
+/* Would the observer of the bus admit a SYNC WRITE of these `length` bytes (1 to 50) from `address`
+ * on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT, CDS_HELD. Nothing is sent.
+ */
+enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
+                                    const uint8_t *data, uint8_t length);
 
 /* Takes back a request that waits for its turn, or for a quiet line: it ends as CDS_CANCELLED,
  * without on_end. CDS_OK; CDS_BUSY: it is in flight and will end by its deadline; CDS_BAD_ARGUMENT:

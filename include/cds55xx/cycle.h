@@ -17,6 +17,12 @@
  *
  * Goals go out together or not at all: the application fills one packet while the other is sent.
  *
+ * On a bus with a roster (roster.h) each goal is judged when it is set. A servo that is held later,
+ * or whose limits are drawn closer than its goal, is dropped: its goal is sent no more, and those
+ * of the others go on. cds_cycle_is_dropped() tells who is; the first goal for it that is taken
+ * again, committed, takes it in. In the packet another servo's block stands twice meanwhile (R22).
+ * What was taken once is not judged again while the roster does not change.
+ *
  * All functions: main context.
  */
 #ifndef CDS_CYCLE_H
@@ -42,36 +48,42 @@ extern "C" {
 
 /* Since cds_cycle_begin(); the application may put any of them back to 0. */
 struct cds_cycle_counters {
-    uint32_t periods;   // whose goals were sent
-    uint32_t missed;    // whose goals were not, since polls came too late or others held the bus
-    uint32_t reads;     // feedback READs that ended, well or not
-    uint32_t failed;    // ... of them, those that brought no values
+    uint32_t periods; // whose goals were sent, or were to be
+    uint32_t unsent;  // ... of them, those that the bus did not send: all servos were dropped, the
+                      // line was not quiet, or a servo was held after they were submitted
+    uint32_t missed;  // whose goals were not, since polls came too late or others held the bus
+    uint32_t reads;   // feedback READs that ended, well or not
+    uint32_t failed;  // ... of them, those that brought no values
     uint32_t oldest_us; // longest time between two good replies of a servo
+    uint16_t dropped;   // servos that were dropped, each time
 };
 
 /* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). */
 struct cds_cycle {
     struct cds_cycle_counters counters;
     struct cds_bus *bus;
-    const uint8_t *ids;            // the caller's
-    struct cds_feedback *feedback; // the caller's, one for each of `ids`
-    uint32_t next_us;              // when the next period begins
-    uint32_t read_by_us;           // when the READ in flight has ended at the latest
-    uint32_t wire_us;              // of `elapsed_us`, an exchange of the cycle was on the wire
-    uint32_t elapsed_us;           // periods that are over
-    struct cds_request goals[2];   // the two packets of goals
-    struct cds_request read;       // the feedback READ
-    uint16_t period_us;            // from one beginning to the next
-    uint16_t goals_us;             // the goals on the wire
-    uint16_t latest_us;            // goals that begin later than this would hold up the next ones
+    const uint8_t *ids;                // the caller's
+    struct cds_feedback *feedback;     // the caller's, one for each of `ids`
+    uint32_t next_us;                  // when the next period begins
+    uint32_t read_by_us;               // when the READ in flight has ended at the latest
+    uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
+    uint32_t elapsed_us;               // periods that are over
+    struct cds_request goals[2];       // the two packets of goals
+    struct cds_request read;           // the feedback READ
+    struct cds_bus_observer *observer; // of the bus, when goals were judged last
+    uint16_t epoch[2];                 // its epoch, when all of a packet was admitted
+    uint16_t period_us;                // from one beginning to the next
+    uint16_t goals_us;                 // the goals on the wire
+    uint16_t latest_us; // goals that begin later than this would hold up the next ones
     uint8_t buffer[CDS_FEEDBACK_SIZE]; // of the READ
     uint8_t count;                     // servos
     uint8_t turn;                      // servo whose feedback is read next, or being read
     uint8_t front;                     // packet that is sent every period; the other one is filled
     bool committed;                    // there are goals to send
-    bool filling;  // the other packet holds all that the front one does, or newer
-    bool reading;  // a READ is on its way
-    bool stopping; // cds_cycle_stop() was called
+    bool filling;    // the other packet holds all that the front one does, or newer
+    bool reading;    // a READ is on its way
+    bool giving_way; // no READ begins: somebody waits for his turn
+    bool stopping;   // cds_cycle_stop() was called
 };
 
 /* Starts a cycle for the `count` servos (1 to CDS_CYCLE_SERVOS_MAX) of `ids` (0 to 253) on an open
@@ -89,13 +101,15 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
  * speed 0 to 1023 (62/1023 RPM each, 0: as fast as it can; R8, R10). It goes out with the next
  * commit; servos whose goal is not set anew keep theirs. CDS_OK. CDS_BAD_ARGUMENT: out of range,
  * nothing was set. CDS_BUSY: the goals before those committed last are still being sent; try again
- * when that is over, at most a period from now. */
+ * when that is over, at most a period from now. CDS_LIMIT: beyond a soft limit; nothing was set,
+ * and it keeps its goal. CDS_HELD: the servo is held; nothing was set, and it is dropped by the
+ * next poll, or from the beginning if it never had a goal. */
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed);
 
 /* All goals set since the last commit go out with the next period, and with each one after it until
  * the next commit. The first commit begins a period. CDS_OK, also if none was set.
- * CDS_BAD_ARGUMENT: some servo never had a goal; nothing was committed. */
+ * CDS_BAD_ARGUMENT: some servo never had a goal and is not held; nothing was committed. */
 enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
 
 /* Moves the cycle on; call it after cds_bus_poll() from the main loop, as often as possible: goals
@@ -107,6 +121,20 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle);
 /* Stops it: nothing more is sent but what is on the wire already. Poll until that is over. The
  * servos stay at, or go on to, their last goals. */
 void cds_cycle_stop(struct cds_cycle *cycle);
+
+/* Is servo `index` (0 to count - 1, of `ids`) left out of the goals that are sent? True: it was
+ * held, or its goal came to lie beyond a soft limit, and no goal for it was taken and committed
+ * since. */
+bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
+
+/* Asks for the bus between READs, for an exchange of the caller's that lasts at most `us`
+ * microseconds. True: submit it now, it ends before the next period. False: ask again with each
+ * turn of the main loop; no READ begins until the next period meanwhile, so that the turn comes. */
+bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us);
+
+/* The longest exchange, in microseconds, for which cds_cycle_gives_way() can ever be true; 0 if
+ * there is none. */
+uint16_t cds_cycle_room_us(const struct cds_cycle *cycle);
 
 /* The age of the oldest feedback of all servos, in microseconds; CDS_FEEDBACK_NEVER if one was
  * never read. */

@@ -258,6 +258,21 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     return bus->line == CDS_BUS_OK;
 }
 
+/* What the observer has admitted when it was submitted may be out of place by now that its turn has
+ * come: the servo is held, or went away, since. */
+static enum cds_result admit_again(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    enum cds_result result;
+
+    if (!bus->observer || request->epoch == bus->observer->epoch)
+        return CDS_OK;
+    result = bus->observer->admit(bus->observer, request);
+    if (result == CDS_OK)
+        request->epoch = bus->observer->epoch;
+    return result;
+}
+
 static bool start_if_quiet(struct cds_bus *bus, uint32_t now_us)
 {
     const struct cds_request *request = bus->request;
@@ -266,6 +281,8 @@ static bool start_if_quiet(struct cds_bus *bus, uint32_t now_us)
         return false;
     if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
         return false; // its reply would be taken for the new one
+    if (admit_again(bus) != CDS_OK)
+        return false; // the next poll ends it
     start(bus, now_us);
     return true;
 }
@@ -291,6 +308,14 @@ static struct cds_request **place_for(struct cds_bus *bus, const struct cds_requ
     return place;
 }
 
+enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
+                                    const uint8_t *data, uint8_t length)
+{
+    struct cds_bus_observer *observer = bus->observer;
+
+    return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
+}
+
 /* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
 static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
 {
@@ -303,9 +328,10 @@ static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
     if (due != CDS_REPLY_NONE && due > request->packet.room)
         return CDS_NO_ROOM;
     request->return_delay_us = bus->return_delay_us;
-    if (bus->observer && !vetted)
-        return bus->observer->admit(bus->observer, request);
-    return CDS_OK;
+    if (!bus->observer)
+        return CDS_OK;
+    request->epoch = bus->observer->epoch;
+    return vetted ? CDS_OK : bus->observer->admit(bus->observer, request);
 }
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
@@ -448,9 +474,15 @@ static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
     begin(bus);
 }
 
-/* The first request waits for a quiet line. */
+/* The first request waits for a quiet line. One that is not admitted any more must not. */
 static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
+    enum cds_result result = admit_again(bus);
+
+    if (result != CDS_OK) {
+        finish(bus, result);
+        return;
+    }
     if (start_if_quiet(bus, now_us) || (int32_t)(now_us - bus->deadline_us) < 0)
         return;
     bus->counters.unsent++;

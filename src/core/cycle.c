@@ -9,6 +9,7 @@
 #define BLOCK_SIZE  (1u + GOAL_SIZE)         // ID, goal
 #define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
 #define NO_GOAL     UINT8_MAX                // high byte of a position that was never set
+#define NO_SERVO    CDS_BROADCAST_ID // ID of a dropped servo's block that nobody stands in for
 #define READ_BYTES  (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE))
 #define SUBMIT_US   20          // from our look at the clock to the bus's own, at 16 MHz
 #define CATCH_UP    32          // periods passed over in one poll, however late it is
@@ -20,6 +21,14 @@ static bool on_its_way(const struct cds_cycle *cycle)
            cycle->read.result == CDS_PENDING;
 }
 
+static void goals_ended(struct cds_request *request)
+{
+    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
+
+    if (request->result != CDS_OK)
+        cycle->counters.unsent++;
+}
+
 /* A whole packet whose goals are still to be set. */
 static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
 {
@@ -29,10 +38,18 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, GOAL_SIZE);
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
+    request->on_end = goals_ended;
+    request->owner = cycle;
     cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, GOAL_SIZE);
     for (uint8_t i = 0; i < cycle->count; i++)
         cds_packet_sync_add(&request->packet, cycle->ids[i], none);
     cds_packet_end(&request->packet);
+}
+
+/* The epoch of an observer's word that was never given. */
+static uint16_t no_epoch(const struct cds_bus *bus)
+{
+    return bus->observer ? (uint16_t)(bus->observer->epoch - 1u) : 0;
 }
 
 static bool are_ids(const uint8_t *ids, uint8_t count)
@@ -63,6 +80,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
         .period_us = period_us,
         .goals_us = (uint16_t)goals_us,
         .latest_us = (uint16_t)(period_us - goals_us - CDS_REPLY_MARGIN_US),
+        .observer = bus->observer,
+        .epoch = {no_epoch(bus), no_epoch(bus)},
         .count = count,
         .filling = true,
     };
@@ -83,54 +102,162 @@ static struct cds_request *back(struct cds_cycle *cycle)
     return &cycle->goals[!cycle->front];
 }
 
+/* ---- whose goals are sent ---- */
+
+static uint8_t *block_of(struct cds_request *request, uint8_t index)
+{
+    return request->packet.bytes + BLOCKS_AT + index * BLOCK_SIZE;
+}
+
+/* A dropped servo's block says so itself: it has another one's ID. */
+static bool is_dropped(const struct cds_cycle *cycle, const struct cds_request *request,
+                       uint8_t index)
+{
+    return request->packet.bytes[BLOCKS_AT + index * BLOCK_SIZE] != cycle->ids[index];
+}
+
+bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
+{
+    return index < cycle->count && is_dropped(cycle, &cycle->goals[cycle->front], index);
+}
+
+/* Is there nobody left to send this to? */
+static bool is_empty(struct cds_request *request)
+{
+    return *block_of(request, 0) == NO_SERVO;
+}
+
+/* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
+ * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
+static void finish_goals(struct cds_cycle *cycle, struct cds_request *request)
+{
+    uint8_t *bytes = request->packet.bytes;
+    const uint8_t *whole = NULL;
+    bool dropped = false;
+
+    for (uint8_t i = 0; i < cycle->count; i++) {
+        if (is_dropped(cycle, request, i))
+            dropped = true;
+        else
+            whole = block_of(request, i);
+    }
+    for (uint8_t i = 0; dropped && i < cycle->count; i++) {
+        uint8_t *block = block_of(request, i);
+
+        if (is_dropped(cycle, request, i) && whole)
+            memcpy(block, whole, BLOCK_SIZE);
+        else if (!whole)
+            *block = NO_SERVO;
+    }
+    bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
+}
+
+/* May the servo of this block go to its goal? */
+static enum cds_result judge(struct cds_cycle *cycle, const uint8_t *block)
+{
+    if (!cycle->bus->observer)
+        return CDS_OK;
+    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE);
+}
+
+/* Has the observer admitted every block of this packet, and would say the same again? */
+static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
+{
+    const struct cds_bus_observer *observer = cycle->bus->observer;
+
+    return !observer || (cycle->observer == observer && cycle->epoch[packet] == observer->epoch);
+}
+
+/* Judges a packet block by block and drops whom the observer does not admit any more. */
+static void vet(struct cds_cycle *cycle, uint8_t packet, bool counted)
+{
+    struct cds_request *request = &cycle->goals[packet];
+
+    for (uint8_t i = 0; i < cycle->count; i++) {
+        uint8_t *block = block_of(request, i);
+
+        if (is_dropped(cycle, request, i) || judge(cycle, block) == CDS_OK)
+            continue;
+        *block = NO_SERVO;
+        cycle->counters.dropped += counted;
+    }
+    finish_goals(cycle, request);
+    cycle->epoch[packet] = cycle->bus->observer->epoch;
+}
+
+/* The roster has changed since the goals were judged. Those being filled follow, but for the goals
+ * that were never set: they are what a first commit waits for. */
+static void vet_anew(struct cds_cycle *cycle)
+{
+    if (front(cycle)->result == CDS_PENDING)
+        return; // the bus judges it itself when its turn comes
+    vet(cycle, cycle->front, true);
+    if (cycle->filling)
+        vet(cycle, !cycle->front, false);
+    cycle->observer = cycle->bus->observer;
+}
+
+static void set_goal(uint8_t *block, uint8_t id, uint16_t position, uint16_t speed)
+{
+    block[0] = id;
+    block[1] = (uint8_t)position;
+    block[2] = (uint8_t)(position >> 8);
+    block[3] = (uint8_t)speed;
+    block[4] = (uint8_t)(speed >> 8);
+}
+
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
     struct cds_packet *packet = &back(cycle)->packet;
-    uint8_t *goal;
+    uint8_t block[BLOCK_SIZE];
+    uint8_t *place;
+    enum cds_result result;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
     if (back(cycle)->result == CDS_PENDING)
         return CDS_BUSY;
-    if (!cycle->filling) // what is not set anew is to stay as it is, not as it was before that
+    if (!cycle->filling) { // what is not set anew is to stay as it is, not as it was before that
         memcpy(packet->bytes, front(cycle)->packet.bytes, packet->size);
+        cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
+    }
     cycle->filling = true;
-    goal = packet->bytes + BLOCKS_AT + index * BLOCK_SIZE + 1u;
-    goal[0] = (uint8_t)position;
-    goal[1] = (uint8_t)(position >> 8);
-    goal[2] = (uint8_t)speed;
-    goal[3] = (uint8_t)(speed >> 8);
-    return CDS_OK;
+    set_goal(block, cycle->ids[index], position, speed);
+    result = judge(cycle, block);
+    place = block_of(back(cycle), index);
+    if (result == CDS_OK)
+        memcpy(place, block, BLOCK_SIZE);
+    else if (result == CDS_HELD && place[2] == NO_GOAL)
+        place[0] = NO_SERVO; // the others need not wait for it
+    return result;
 }
 
-static bool all_set(const struct cds_cycle *cycle, const uint8_t *bytes)
+static bool all_set(struct cds_cycle *cycle, struct cds_request *request)
 {
-    const uint8_t *position_high = bytes + BLOCKS_AT + 2u;
-
-    for (uint8_t i = 0; i < cycle->count; i++, position_high += BLOCK_SIZE)
-        if (*position_high == NO_GOAL)
+    for (uint8_t i = 0; i < cycle->count; i++)
+        if (block_of(request, i)[2] == NO_GOAL && !is_dropped(cycle, request, i))
             return false;
     return true;
 }
 
 enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
-    struct cds_packet *packet = &back(cycle)->packet;
-
     if (!cycle->filling)
         return CDS_OK;
     if (!cycle->committed) {
-        if (!all_set(cycle, packet->bytes))
+        if (!all_set(cycle, back(cycle)))
             return CDS_BAD_ARGUMENT;
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
     }
-    packet->bytes[packet->size - 1u] = cds_packet_checksum(packet->bytes);
+    finish_goals(cycle, back(cycle));
     cycle->front = !cycle->front;
     cycle->filling = false;
     cycle->committed = true;
     return CDS_OK;
 }
+
+/* ---- period after period ---- */
 
 static void pass_period(struct cds_cycle *cycle)
 {
@@ -155,12 +282,17 @@ static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
     }
     if (late_us < 0 || late_us > (int32_t)cycle->latest_us)
         return;
-    if (cycle->committed) {
+    if (cycle->committed && !is_empty(front(cycle))) {
+        front(cycle)->vetted = is_vetted(cycle, cycle->front);
         if (cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
             return; // still waiting in the queue since the last period
-        cycle->counters.periods++;
         cycle->wire_us += cycle->goals_us;
     }
+    if (cycle->committed) {
+        cycle->counters.periods++;
+        cycle->counters.unsent += is_empty(front(cycle));
+    }
+    cycle->giving_way = false;
     pass_period(cycle);
 }
 
@@ -170,15 +302,26 @@ static uint16_t read_us(const struct cds_bus *bus)
     return (uint16_t)(READ_BYTES * bus->byte_time_us + bus->return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
+static void next_turn(struct cds_cycle *cycle)
+{
+    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+}
+
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_bus *bus = cycle->bus;
     uint32_t by_us = now_us + read_us(bus) + SUBMIT_US;
+    enum cds_result result;
 
     if ((int32_t)(cycle->next_us - by_us) < 0 ||
         cds_bus_may_answer_late(bus, cycle->ids[cycle->turn], now_us))
         return;
-    if (cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]) != CDS_OK)
+    result = cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]);
+    if (result == CDS_NO_REPLY_DUE) { // and the others must not wait for it
+        cycle->feedback[cycle->turn].result = CDS_NO_REPLY_DUE;
+        next_turn(cycle);
+    }
+    if (result != CDS_OK)
         return;
     cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
     cycle->read_by_us = by_us;
@@ -193,7 +336,7 @@ static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
     uint32_t between_us = feedback->known ? time_us - feedback->time_us : 0;
 
     cycle->reading = false;
-    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+    next_turn(cycle);
     cycle->counters.reads++;
     if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
         cycle->wire_us += READ_BYTES * cycle->bus->byte_time_us;
@@ -213,9 +356,11 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
+    if (cycle->committed && !is_vetted(cycle, cycle->front))
+        vet_anew(cycle);
     if ((int32_t)(now_us - cycle->next_us) >= 0)
         begin_period(cycle, now_us);
-    else if (!cycle->bus->request)
+    else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
     return CDS_PENDING;
 }
@@ -225,6 +370,22 @@ void cds_cycle_stop(struct cds_cycle *cycle)
     cds_bus_cancel(cycle->bus, &cycle->goals[0]);
     cds_bus_cancel(cycle->bus, &cycle->goals[1]);
     cycle->stopping = true;
+}
+
+bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
+{
+    uint32_t by_us = cds_port_now_us() + us + SUBMIT_US;
+    bool room = !cycle->bus->request && (int32_t)(cycle->next_us - by_us) >= 0;
+
+    if (cycle->stopping)
+        return !cycle->bus->request;
+    cycle->giving_way = !room;
+    return room;
+}
+
+uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
+{
+    return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
 }
 
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)

@@ -6,6 +6,7 @@
  * while it runs. What neither that nor the handlers take is left to the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
+#include <cds55xx/roster.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -27,6 +28,26 @@ static struct cds_cycle cycle;
 static uint8_t ids[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
 static struct cds_feedback feedback[SERVOS];
+
+#ifdef ROSTER
+static struct cds_roster roster;
+static struct cds_roster_servo servos[SERVOS];
+
+static void begin_roster(void)
+{
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        servos[i].id = ids[i];
+    }
+    say("roster", cds_roster_begin(&roster, &bus, servos, SERVOS) == CDS_OK);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        cds_roster_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
+    }
+}
+#else
+static void begin_roster(void)
+{
+}
+#endif
 
 /* What the library does is between these two; the compiler moves nothing of it past them. */
 static inline void mark(void)
@@ -153,6 +174,7 @@ int main(void)
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
+    begin_roster();
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     while (cds_bus_poll(&bus)) {
     }
@@ -162,6 +184,8 @@ int main(void)
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
     say("refused", refused);
+    say("unsent", cycle.counters.unsent);
+    say("dropped", cycle.counters.dropped);
     say("reads", cycle.counters.reads);
     say("failed", cycle.counters.failed);
     say("oldest_us", cycle.counters.oldest_us);

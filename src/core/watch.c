@@ -1,0 +1,168 @@
+/* Who is there, and has its state; see watch.h. */
+#include "cds55xx/watch.h"
+
+#include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+
+#define PERIOD_MIN_US 10000ul
+#define PERIOD_MAX_US 1000000000ul
+#define READ_BYTES    (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(1))
+
+enum cds_result cds_watch_begin(struct cds_watch *watch, struct cds_roster *roster,
+                                uint32_t period_us)
+{
+    uint32_t now_us = cds_port_now_us();
+
+    if (period_us < PERIOD_MIN_US || period_us > PERIOD_MAX_US)
+        return CDS_BAD_ARGUMENT;
+    if (watch->request.result == CDS_PENDING)
+        return CDS_BUSY;
+    *watch = (struct cds_watch){
+        .roster = roster,
+        .step_us = roster->count ? period_us / roster->count : period_us,
+        .look_us = now_us,
+        .seek_us = now_us,
+        .back_us = now_us,
+        .epoch = (uint16_t)(roster->observer.epoch - 1u),
+        .back = roster->count,
+    };
+    watch->request.packet.bytes = watch->buffer;
+    watch->request.packet.room = sizeof watch->buffer;
+    return CDS_OK;
+}
+
+/* The longest a READ of one byte may take; a PING is shorter. */
+static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
+{
+    return (uint16_t)(READ_BYTES * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US);
+}
+
+static uint16_t return_delay_us(const struct cds_watch *watch, const struct cds_roster_servo *servo)
+{
+    return servo->return_delay == CDS_ROSTER_UNKNOWN ? watch->roster->bus->return_delay_us
+                                                     : (uint16_t)(2u * servo->return_delay);
+}
+
+enum cds_result cds_watch_set_cycle(struct cds_watch *watch, struct cds_cycle *cycle)
+{
+    for (uint8_t i = 0; cycle && i < watch->roster->count; i++) {
+        uint16_t delay_us = return_delay_us(watch, &watch->roster->servos[i]);
+
+        if (read_us(watch->roster->bus, delay_us) > cds_cycle_room_us(cycle))
+            return CDS_BAD_ARGUMENT;
+    }
+    watch->cycle = cycle;
+    return CDS_OK;
+}
+
+static bool is_due(uint32_t time_us, uint32_t now_us)
+{
+    return (int32_t)(now_us - time_us) >= 0;
+}
+
+/* Is there time for this servo now? */
+static bool has_room(struct cds_watch *watch, const struct cds_roster_servo *servo, uint32_t now_us)
+{
+    struct cds_bus *bus = watch->roster->bus;
+
+    if (cds_bus_may_answer_late(bus, servo->id, now_us))
+        return false; // it would wait in the queue, and others behind it
+    if (watch->cycle)
+        return cds_cycle_gives_way(watch->cycle, read_us(bus, return_delay_us(watch, servo)));
+    return !bus->request;
+}
+
+/* Asks it what it can tell. False: not now. */
+static bool ask(struct cds_watch *watch, uint8_t index, uint32_t now_us)
+{
+    struct cds_roster_servo *servo = &watch->roster->servos[index];
+    struct cds_bus *bus = watch->roster->bus;
+    enum cds_result result;
+
+    if (!has_room(watch, servo, now_us))
+        return false;
+    if (servo->presence == CDS_PRESENCE_AWAY || servo->status_return_level == 0)
+        result = cds_servo_ping(bus, &watch->request, servo->id);
+    else
+        result = cds_servo_read(bus, &watch->request, servo->id, CDS_REG_TORQUE_ENABLE, 1);
+    watch->request.repeats = 0; // it has its turn again soon enough
+    return result == CDS_OK;
+}
+
+/* The first servo that is back. One that cannot be asked what it remembers: nothing, for all that
+ * is known. */
+static void look_for_back(struct cds_watch *watch)
+{
+    struct cds_roster *roster = watch->roster;
+
+    watch->back = roster->count;
+    for (uint8_t i = roster->count; i-- > 0;) {
+        struct cds_roster_servo *servo = &roster->servos[i];
+
+        if (servo->presence != CDS_PRESENCE_BACK)
+            continue;
+        if (servo->status_return_level == 0) {
+            servo->presence = CDS_PRESENCE_HERE;
+            cds_roster_hold(roster, servo, CDS_HOLD_LOST);
+        } else {
+            watch->back = i;
+        }
+    }
+    watch->epoch = roster->observer.epoch;
+}
+
+/* The next one that is away, or `count`. */
+static uint8_t next_away(const struct cds_watch *watch)
+{
+    const struct cds_roster *roster = watch->roster;
+    uint8_t at = watch->seeker;
+
+    for (uint8_t i = 0; i < roster->count; i++) {
+        at = at + 1u < roster->count ? (uint8_t)(at + 1u) : 0;
+        if (roster->servos[at].presence == CDS_PRESENCE_AWAY)
+            return at;
+    }
+    return roster->count;
+}
+
+static void seek(struct cds_watch *watch, uint32_t now_us)
+{
+    uint8_t away = next_away(watch);
+
+    if (away < watch->roster->count) {
+        if (!ask(watch, away, now_us))
+            return;
+        watch->seeker = away;
+    }
+    watch->seek_us = now_us + CDS_WATCH_SEEK_US;
+}
+
+static void look(struct cds_watch *watch, uint32_t now_us)
+{
+    if (!ask(watch, watch->turn, now_us))
+        return;
+    watch->turn = watch->turn + 1u < watch->roster->count ? (uint8_t)(watch->turn + 1u) : 0;
+    watch->look_us += watch->step_us;
+    if (is_due(watch->look_us, now_us)) // it was held up: no burst to make up for that
+        watch->look_us = now_us + watch->step_us;
+}
+
+void cds_watch_poll(struct cds_watch *watch)
+{
+    uint8_t count = watch->roster->count;
+    uint32_t now_us = cds_port_now_us();
+
+    if (watch->request.result == CDS_PENDING || count == 0)
+        return;
+    if (watch->epoch != watch->roster->observer.epoch) {
+        look_for_back(watch);
+        watch->back_us = now_us;
+    }
+    if (watch->back < count && is_due(watch->back_us, now_us)) {
+        if (ask(watch, watch->back, now_us))
+            watch->back_us = now_us + CDS_WATCH_SEEK_US;
+    } else if (is_due(watch->seek_us, now_us)) {
+        seek(watch, now_us);
+    } else if (is_due(watch->look_us, now_us)) {
+        look(watch, now_us);
+    }
+}

@@ -1,0 +1,297 @@
+/* Torque off for all, on a wire that takes its time: nothing that drives goes out any more, three
+ * broadcasts, and each servo looked at until it is known. */
+#include "cds55xx/stop.h"
+
+#include "cds55xx/group.h"
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "torque_fake.h"
+#include "unity.h"
+
+#define BROADCAST_US 80 // on the wire
+#define READ_US      (80 + 2 + 80)
+#define TURN_US      10 // from the end of one to the beginning of the next, polled every microsecond
+
+static struct cds_bus bus;
+static struct cds_roster roster;
+static struct cds_roster_servo servos[TORQUE_SERVOS];
+static struct cds_stop stop;
+static uint8_t outcomes[TORQUE_SERVOS];
+static uint8_t buffers[4][32];
+static struct cds_request requests[4];
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&wire, 0, sizeof wire);
+    memset(&bus, 0, sizeof bus);
+    memset(&stop, 0, sizeof stop);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
+        servos[i].id = (uint8_t)(i + 1);
+        wire.servo[i].torque = 1;
+    }
+    for (uint8_t i = 0; i < 4; i++)
+        requests[i] = (struct cds_request){.packet = {.bytes = buffers[i], .room = 32}};
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, TORQUE_SERVOS));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void begin(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, outcomes));
+}
+
+/* Until it is over, at most 30 ms. */
+static enum cds_result run(void)
+{
+    for (uint16_t i = 0; i < 30000 && cds_stop_poll(&stop) == CDS_PENDING; i++) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    return cds_stop_poll(&stop);
+}
+
+static void run_for(uint16_t us)
+{
+    while (us--) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+}
+
+static void assert_three_broadcasts(uint8_t first)
+{
+    for (uint8_t i = first; i < first + 3; i++) {
+        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_WRITE, wire.log[i].instruction);
+        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[i].address);
+        TEST_ASSERT_EQUAL_HEX8(0, wire.log[i].data);
+    }
+    TEST_ASSERT_EQUAL_UINT8(3, stop.broadcasts);
+}
+
+void test_three_broadcasts_and_a_look_at_each(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(0);
+    TEST_ASSERT_EQUAL_UINT8(6, wire.count);
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
+        TEST_ASSERT_EQUAL_HEX8(i + 1, wire.log[3 + i].id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[3 + i].instruction);
+        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[3 + i].address);
+        TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[i]);
+        TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
+        TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_STOPPED, servos[i].held);
+    }
+}
+
+/* What was admitted before must not go out behind the torque off. */
+void test_what_waits_in_the_queue_and_drives_is_never_sent(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 1)); // in flight
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[1], CDS_BROADCAST_ID,
+                                                   CDS_REG_TORQUE_ENABLE, 1));
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write_word(&bus, &requests[2], 2, CDS_REG_GOAL_POSITION, 100));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &requests[3], 3, CDS_REG_TORQUE_ENABLE, 1));
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    run_for(1000);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
+    TEST_ASSERT_EQUAL(CDS_HELD, requests[2].result);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[3].result); // drives nobody
+    TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, CDS_BROADCAST_ID, CDS_WRITE));
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE));
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+    TEST_ASSERT_EQUAL_UINT16(wire.count, bus.counters.sent);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.unsent);
+}
+
+/* An urgent one that drives stands before the broadcast in the queue. */
+void test_urgent_goals_submitted_before_are_not_sent_either(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 1));
+    requests[1].urgent = true;
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write_word(&bus, &requests[1], 2, CDS_REG_GOAL_POSITION, 100));
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
+    assert_three_broadcasts(1);
+}
+
+void test_the_first_broadcast_is_at_most_one_exchange_late(void)
+{
+    uint32_t begun_us;
+
+    begin();
+    run_for(2);
+    TEST_ASSERT_UINT32_WITHIN(1, port_fake.now_us, wire.log[0].us); // at once if the bus is free
+
+    setUp();
+    for (uint8_t i = 0; i < 4; i++)
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &requests[i], 1, CDS_REG_TORQUE_ENABLE, 1));
+    run_for(5);
+    begun_us = port_fake.now_us;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[1].id);
+    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[3].id); // one that waited in between
+    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[5].id);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(begun_us + READ_US + TURN_US, wire.log[1].us);
+}
+
+void test_nothing_drives_until_released(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID,
+                                                     CDS_REG_TORQUE_ENABLE, 1));
+    TEST_ASSERT_EQUAL(CDS_HELD,
+                      cds_servo_write_word(&bus, &requests[0], 3, CDS_REG_GOAL_POSITION, 5));
+    cds_roster_release(&roster, NULL);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID,
+                                                   CDS_REG_TORQUE_ENABLE, 1));
+    run_for(200);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.servo[2].torque);
+}
+
+void test_one_that_heard_no_broadcast_is_told_by_itself(void)
+{
+    wire.servo[1].deaf = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(6, 2, CDS_WRITE));
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(6, 2, CDS_READ));
+    TEST_ASSERT_EQUAL_UINT8(8, wire.count);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[1].torque);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[1]);
+}
+
+void test_one_that_stays_on_is_told_twice_and_reported(void)
+{
+    wire.servo[0].deaf = wire.servo[0].stubborn = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL(CDS_STOP_ON, outcomes[0]);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[1]);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
+    TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 1, CDS_WRITE));
+    TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, 1, CDS_READ));
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 3, CDS_READ));
+}
+
+void test_one_that_is_silent_does_not_hold_up_the_others(void)
+{
+    wire.servo[0].dead = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
+    TEST_ASSERT_EQUAL(CDS_STOP_SILENT, outcomes[0]);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
+    TEST_ASSERT_EQUAL_HEX8(3, wire.log[5].id);
+    TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, 1, CDS_READ));
+}
+
+void test_one_that_answers_no_read_is_told_and_reported(void)
+{
+    servos[1].status_return_level = 0;
+    wire.servo[1].mute = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_NO_REPLY_DUE, run());
+    TEST_ASSERT_EQUAL(CDS_STOP_MUTE, outcomes[1]);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
+    wire.servo[0].deaf = wire.servo[0].stubborn = true; // the worst of them is the result
+    wire.servo[0].torque = 1;
+    wire.servo[2].dead = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+}
+
+void test_without_servos_all_are_told_all_the_same(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, NULL, 0));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, NULL));
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(0);
+    TEST_ASSERT_EQUAL_UINT8(3, wire.count);
+}
+
+/* Somebody holds the line. The clock moves on by more than a request waits in each turn. */
+static uint16_t turns_until_given_up(uint16_t released_at)
+{
+    uint16_t turns = 0;
+
+    port_fake.low = true;
+    begin();
+    while (cds_stop_poll(&stop) == CDS_PENDING && turns < 3 * CDS_STOP_TRIES && port_fake.low) {
+        port_fake.now_us += 2000;
+        cds_bus_poll(&bus);
+        if (++turns == released_at)
+            port_fake.low = false;
+    }
+    return turns;
+}
+
+void test_a_line_in_use_is_tried_a_thousand_times(void)
+{
+    cds_bus_poll(&bus);
+    port_fake.low = true;
+    cds_bus_poll(&bus); // seen
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(2 * CDS_STOP_TRIES + 2, turns_until_given_up(0));
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, cds_stop_poll(&stop));
+    TEST_ASSERT_EQUAL_UINT16(CDS_STOP_TRIES, stop.tries);
+    TEST_ASSERT_EQUAL_UINT16(CDS_STOP_TRIES, bus.counters.unsent);
+    TEST_ASSERT_EQUAL_UINT8(0, stop.broadcasts);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count);
+    TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, outcomes[0]);
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
+}
+
+void test_a_line_that_is_free_again_is_used(void)
+{
+    port_fake.low = true;
+    cds_bus_poll(&bus);
+    turns_until_given_up(300);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_GREATER_THAN_UINT16(100, stop.tries);
+    assert_three_broadcasts(0);
+}
+
+void test_a_second_stop_changes_nothing(void)
+{
+    begin();
+    run_for(30);
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_UINT8(6, wire.count);
+    begin(); // and again when it is over
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_UINT8(12, wire.count);
+}
+
+void test_a_bus_opened_anew_meanwhile_is_told_again(void)
+{
+    begin();
+    run_for(BROADCAST_US / 2);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    memset(&wire.talking, 0, sizeof wire.talking);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(0);
+    TEST_ASSERT_EQUAL_UINT16(1, stop.tries);
+}
+
+void test_a_closed_bus_is_refused(void)
+{
+    bus.byte_time_us = 0;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_poll(&stop));
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 2)); // held all the same
+}
