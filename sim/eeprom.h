@@ -3,10 +3,10 @@
  * A write takes 8.5 ms on chips without EEPM bits (data sheet of the ATmega128, "EEPROM Programming
  * Time": 8448 cycles of 1 MHz), 3.4 ms on the others, 1.8 ms to erase only or to write only (data
  * sheet of the ATmega2560, "EEPROM Mode Bits"). Meanwhile EEPE is 1, and reading, EEAR and EEPM are
- * locked. A reset does not stop a write; loss of power does. What it leaves is our choice, by the share
- * of the time of a write that was over: up to 45 % the old byte, to 50 % with its lower half erased, to
- * 90 % an erased byte, then the new one with its upper half not yet written. Of an erase only or a
- * write only: the old byte.
+ * locked. A reset does not stop a write; loss of power does. What it leaves is our choice, by the
+ * share of the time of a write that was over: up to 45 % the old byte, to 50 % with its lower half
+ * erased, to 90 % an erased byte, then the new one with its upper half not yet written. Of an erase
+ * only or a write only: the old byte.
  */
 #ifndef SIM_EEPROM_H
 #define SIM_EEPROM_H

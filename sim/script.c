@@ -5,8 +5,8 @@
 
 #include "words.h"
 
-#define POLL_US        100  // for the firmware to listen, and for what is expected
-#define PACKET_US      100  // after one that was expected
+#define POLL_US        100   // for the firmware to listen, and for what is expected
+#define PACKET_US      100   // after one that was expected
 #define READY_AFTER_US 1000  // a PC is not that fast either
 #define RESET_AFTER_US 10000 // the rest of a line is answered meanwhile
 

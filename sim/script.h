@@ -82,8 +82,8 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
 void script_hear(struct script *script, uint64_t now, uint8_t byte);
 void script_packet(struct script *script, const struct transcript *transcript);
 
-/* The controller was reset: what it was asked will not be answered, and the scenario goes on when it
- * listens again. */
+/* The controller was reset: what it was asked will not be answered, and the scenario goes on when
+ * it listens again. */
 void script_was_reset(struct script *script, uint64_t now);
 
 /* The line that is being worked on, for messages. */

@@ -62,7 +62,8 @@ const char *upset_parse_hang(struct upset_order *order, char *text)
     char *word[2];
     unsigned count = words_split(text, word, 2);
     order->hang = true;
-    bool good = count == 0 || (count == 2 && strcmp(word[0], "in") == 0 && parse_in(order, word[1]));
+    bool good =
+        count == 0 || (count == 2 && strcmp(word[0], "in") == 0 && parse_in(order, word[1]));
     return good ? 0 : "wanted: nothing, or: in MS";
 }
 

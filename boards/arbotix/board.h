@@ -14,6 +14,8 @@
 #define BOARD_HOST_USART 0
 #define BOARD_HOST_BAUD  115200
 
+#define BOARD_SERVOS 18
+
 #define BOARD_CLOCK_TIMER 1
 
 #endif

@@ -21,8 +21,8 @@ uint8_t avr_eeprom_read(uint16_t address)
     return EEDR;
 }
 
-/* EEPE counts only within four cycles of EEMPE, so no handler may come between them. Two sbi: what a
- * compiler makes of C could grow. */
+/* EEPE counts only within four cycles of EEMPE, so no handler may come between them. Two sbi: what
+ * a compiler makes of C could grow. */
 void avr_eeprom_write(uint16_t address, uint8_t byte)
 {
     uint8_t sreg = SREG;
@@ -30,8 +30,8 @@ void avr_eeprom_write(uint16_t address, uint8_t byte)
     EEAR = address;
     EEDR = byte;
     __asm__ volatile("cli            \n\t"
-                     "sbi %[c], %[m] \n\t" // 2 cycles
-                     "sbi %[c], %[w] \n\t" // 2, and 2 that the CPU stands still
+                     "sbi %[c], %[m] \n\t"   // 2 cycles
+                     "sbi %[c], %[w] \n\t"   // 2, and 2 that the CPU stands still
                      "out __SREG__, %[sreg]" // 1
                      :
                      : [c] "I"(_SFR_IO_ADDR(EECR)), [m] "I"(EEMPE), [w] "I"(EEPE), [sreg] "r"(sreg)

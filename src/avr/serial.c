@@ -13,9 +13,16 @@ void serial_open(struct serial *serial)
     *serial = (struct serial){.broken = 0};
     SERIAL_STATUS = AVR_U2X;
     SERIAL_REGISTER_(UCSR, C) = AVR_EIGHT_BITS;
-    SERIAL_REGISTER_(UBRR, H) = (DIVISOR - 1) >> 8;
-    SERIAL_REGISTER_(UBRR, L) = (DIVISOR - 1) & 0xFF;
+    serial_set_baud(UINT8_MAX);
     SERIAL_CONTROL = SERIAL_IDLE;
+}
+
+void serial_set_baud(uint8_t baud)
+{
+    uint16_t divisor = baud == UINT8_MAX ? DIVISOR - 1 : baud;
+
+    SERIAL_REGISTER_(UBRR, H) = (uint8_t)(divisor >> 8);
+    SERIAL_REGISTER_(UBRR, L) = (uint8_t)divisor;
 }
 
 void serial_send(struct serial *serial)

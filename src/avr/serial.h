@@ -36,6 +36,10 @@ enum {
 /* Opens the port at BOARD_HOST_BAUD. Main context, once. */
 void serial_open(struct serial *serial);
 
+/* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 1 to 254, or at BOARD_HOST_BAUD if it is 255.
+ * What is just being sent or received is damaged. Main context. */
+void serial_set_baud(uint8_t baud);
+
 /* Starts sending what stands in tx. Main context, after putting bytes there. */
 void serial_send(struct serial *serial);
 

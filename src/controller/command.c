@@ -157,6 +157,8 @@ static void take_argument(struct command_line *line, const struct token *token, 
     case 'b': line->id = (uint8_t)number(line, token, CDS_BROADCAST_ID); break;
     case 'r': take_register(line, token); break;
     case 'n': take_length(line, token); break;
+    case 'w': line->word = *token; break;
+    case 'u': line->number = number(line, token, UINT16_MAX); break;
     case 'v': take_value(line, token); return; // repeats
     case 's': take_block(line, token, separator); return;
     default: fail(line, ERROR_COUNT); return;

@@ -13,7 +13,8 @@
 /* What a command takes, a letter for each word:
  *   i  ID, 0 to 253           b  ID or 254, all servos       r  register, by name or address
  *   n  number of bytes        v  values, one or more         s  blocks ID:BYTE,BYTE,..., one or
- * more ?  what follows may be left out X(name, takes, instruction or 0, arguments, what it does) */
+ * more w  any word               u  number, 0 to 65535          ?  what follows may be left out
+ * X(name, takes, instruction or 0, arguments, what it does) */
 #define COMMANDS(X)                                                                                \
     X(help, "", 0, "", "this list")                                                                \
     X(version, "", 0, "", "version and board")                                                     \
@@ -24,7 +25,17 @@
       "the same, kept by the servo until action")                                                  \
     X(action, "?b", CDS_ACTION, " [ID]", "carry out what was kept (no ID: all servos)")            \
     X(reset, "i", CDS_RESET, " ID", "factory values: it is ID 1 at 1 Mbps afterwards")             \
-    X(sync, "rns", CDS_SYNC_WRITE, " REG LENGTH ID:BYTE,BYTE,... ...", "write many servos at once")
+    X(sync, "rns", CDS_SYNC_WRITE, " REG LENGTH ID:BYTE,BYTE,... ...",                             \
+      "write many servos at once")                                                                 \
+    /* cmd_keeper.c */                                                                             \
+    X(settings, "?w?u", 0, " [NAME [VALUE]]",                                                      \
+      "the controller's settings; or one; or change it, until power-off if it is not saved")       \
+    X(save, "", 0, "", "keep the settings in the EEPROM")                                          \
+    X(defaults, "", 0, "", "the settings as they were at first, until power-off if not saved")     \
+    X(status, "", 0, "", "reset, settings, host link, torque off, bus, servos, RAM")               \
+    X(alarms, "", 0, "", "of all servos, in any reply since they were cleared")                    \
+    X(clear, "", 0, "",                                                                            \
+      "alarms and loss of the host link are seen to; servos held for it may be driven")
 
 enum command_kind {
 #define COMMAND_ENUM_(name, takes, instruction, arguments, what) COMMAND_##name,
@@ -56,6 +67,8 @@ struct command_line {
     uint8_t next;      // register the next value goes to
     bool named;        // the register was given by its name
     uint8_t remaining; // bytes still due in a block of SYNC WRITE
+    struct token word; // of w
+    uint16_t number;   // of u
 };
 
 /* Forgets the line and begins a new one. */

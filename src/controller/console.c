@@ -1,6 +1,7 @@
 /* The text console: reading lines and running them; see console.h. Replies are in reply.c. */
 #include "console.h"
 
+#include "cmd_keeper.h"
 #include "errors.h"
 #include "reply.h"
 
@@ -65,6 +66,8 @@ static void end_line(struct console *console)
         error = (uint8_t)cds_bus_submit(console->bus, console->line.request);
         console->state = CONSOLE_WAITING;
     }
+    if (error == 0)
+        error = cmd_keeper_begin(console);
     if (error || console->state != CONSOLE_WAITING)
         reply(console, error);
 }

@@ -9,6 +9,7 @@
 
 #include "cds55xx/bus.h" // struct cds_bus
 #include "command.h"     // struct command_line
+#include "keeper.h"      // struct keeper
 #include "token.h"       // struct token
 #include "writer.h"      // struct writer
 
@@ -21,6 +22,7 @@ enum reply_phase { REPLY_BODY, REPLY_CLOSING, REPLY_CLOSED };
 
 struct console {
     struct cds_bus *bus;
+    struct keeper *keeper; // of the commands in cmd_keeper.c; set before the first of them
     struct cds_ring *input;
     struct writer writer;
     struct command_line line;

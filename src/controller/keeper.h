@@ -1,5 +1,5 @@
-/* What keeps the robot safe when nobody looks: the watch over the host link, the alarms of the
- * servos, and why the controller was last reset.
+/* What keeps the robot safe when nobody looks: the watch over the host link, torque off for all,
+ * the alarms of the servos, and why the controller was last reset.
  *
  * The link is watched from the first byte that the host sends, if settings.link_loss_ms is not 0:
  * before that nobody has moved anything, so after a reset nothing is sent and nothing moves by
@@ -13,7 +13,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/roster.h" // struct cds_roster
+#include "cds55xx/stop.h" // struct cds_stop
+#include "crew.h"
 #include "settings.h"
 
 /* Values of settings.link_loss_action. */
@@ -30,34 +31,44 @@ enum keeper_reset {
 
 /* What the keeper knows. Fields without a word about writing are to be read only. */
 struct keeper {
-    const struct settings *settings;
-    struct cds_roster *roster; // or NULL
-    uint8_t *told;             // alarms told, of each servo of the roster
-    uint32_t heard_us;         // when the host was last heard
-    uint8_t reset_cause;       // enum keeper_reset
-    uint8_t next;              // servo of the roster whose alarms are looked at next
-    uint8_t alarm_id;          // whose `alarm` it is
-    uint8_t alarm;             // to be told now: CDS_ERROR_* bits, or 0; who has told them clears it
-    bool watching;             // the host has been heard since the watch was armed
-    bool link_lost;            // until keeper_clear()
-    bool hold;                 // likewise: no goal is to be sent
-    bool torque_off_wanted;    // torque is to be switched off everywhere; who has done it clears it
+    struct settings *settings;    // may change at any time
+    struct settings_store *store; // of them
+    struct crew *crew;
+    struct cds_stop stop; // the latest one; its `roster` is NULL if there was none
+    uint8_t *outcomes;    // of it: enum cds_stop_outcome of each servo of the crew
+    uint8_t *told;        // alarms told, of each of them
+    uint32_t heard_us;    // when the host was last heard
+    uint16_t room_bytes;  // of RAM that the variables leave to the stack; main writes both
+    uint16_t spare_bytes; // ... of them, never used; 0: not counted yet
+    uint8_t reset_cause;  // enum keeper_reset bits
+    uint8_t next;         // servo of the crew whose alarms are looked at next
+    uint8_t alarm_id;     // whose `alarm` it is
+    uint8_t alarm;        // to be told now: CDS_ERROR_* bits, or 0; who has told them clears them
+    bool watching;        // the host has been heard since the watch was armed
+    bool link_lost;       // until keeper_clear()
 };
 
-/* `told` has a byte for each servo of `roster`; both may be NULL. `reset_cause`: enum keeper_reset
- * bits. `settings` may change at any time. */
-void keeper_begin(struct keeper *keeper, const struct settings *settings, struct cds_roster *roster,
-                  uint8_t *told, uint8_t reset_cause);
+/* All pointers are those of *keeper as the caller has set them: settings, store, crew, outcomes and
+ * told, the last two with a byte for each servo that the crew has room for. `reset_cause`: enum
+ * keeper_reset bits. */
+void keeper_begin(struct keeper *keeper, uint8_t reset_cause);
 
 /* Bytes came from the host. */
 void keeper_heard(struct keeper *keeper);
 
-/* Once in each turn of the main loop, after keeper_heard(). Looks at the link and at the alarms of
- * one servo. */
+/* Once in each turn of the main loop, after keeper_heard() and beside cds_bus_poll(). Looks at the
+ * link, at the alarms of one servo, and moves torque off on. */
 void keeper_poll(struct keeper *keeper);
 
-/* The loss of the link is seen to: servos that were held for it alone may be driven again; nothing
- * is sent. The watch begins anew with the next byte of the host. */
-void keeper_clear(struct keeper *keeper);
+/* Torque off for all, and none is driven until released. Also while one is under way. */
+void keeper_stop(struct keeper *keeper);
+
+/* Is torque off under way? */
+bool keeper_is_stopping(const struct keeper *keeper);
+
+/* Alarms and the loss of the link are seen to; servos that were held for it or for a stop, and for
+ * nothing else, may be driven again. Nothing is sent. The watch begins anew with the next byte of
+ * the host. False: torque off is under way, nothing was done. */
+bool keeper_clear(struct keeper *keeper);
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "cds55xx/control_table.h"
 #include "cds55xx/version.h"
+#include "cmd_keeper.h"
 #include "console.h"
 #include "errors.h"
 
@@ -96,7 +97,7 @@ static bool body(struct console *console)
     case COMMAND_version: return version_body(console);
     case COMMAND_ping: return ping_body(console);
     case COMMAND_read: return read_body(console);
-    default: return false;
+    default: return cmd_keeper_poll(console);
     }
 }
 

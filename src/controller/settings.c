@@ -20,16 +20,33 @@ _Static_assert(SETTINGS_RECORD <= SETTINGS_ROOM, "a record must fit its room");
 _Static_assert(SETTINGS_VERSION > 0 && SETTINGS_VERSION < ERASED, "versions are 1 to 254");
 
 #define NAME(name, bytes, initial, lowest, highest, unit, what)                                    \
-    static const CDS_FLASH char name_##name[] = #name;
+    static const CDS_FLASH char name_##name[] = #name;                                             \
+    static const CDS_FLASH char unit_##name[] = unit;
 SETTINGS(NAME)
 #undef NAME
 
 const CDS_FLASH struct setting settings_table[SETTINGS_COUNT] = {
 #define ROW(name, bytes, initial, lowest, highest, unit, what)                                     \
-    {name_##name, offsetof(struct settings, name), bytes, initial, lowest, highest},
+    {name_##name, unit_##name, offsetof(struct settings, name), bytes, initial, lowest, highest},
     SETTINGS(ROW)
 #undef ROW
 };
+
+uint8_t settings_named(const char *name, uint8_t length)
+{
+    uint8_t index = 0;
+
+    for (; index < SETTINGS_COUNT; index++) {
+        const CDS_FLASH char *of = settings_table[index].name;
+        uint8_t same = 0;
+
+        while (same < length && of[same] == name[same])
+            same++; // ends at the \0 of `of` at the latest
+        if (same == length && of[same] == '\0')
+            break;
+    }
+    return index;
+}
 
 uint16_t settings_get(const struct settings *settings, uint8_t index)
 {
@@ -101,7 +118,7 @@ static bool take(uint8_t slot, struct settings *settings)
         uint16_t value = stored(slot, at++);
 
         if (settings_table[i].bytes == 2)
-            value = (uint16_t)(value | stored(slot, at++) << 8);
+            value = (uint16_t)(value | (uint16_t)stored(slot, at++) << 8);
         good = settings_set(settings, i, value) && good;
     }
     return good;
@@ -198,7 +215,7 @@ static void write_byte(struct settings_store *store)
     store->step++;
 }
 
-bool settings_poll(struct settings_store *store)
+bool settings_save_poll(struct settings_store *store)
 {
     if (store->result != SETTINGS_SAVING)
         return false;

@@ -26,13 +26,13 @@
     X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
     X(return_delay, 1, 254, 0, 254, "2 us", "the longest return delay of any servo on the bus")    \
     X(repeats, 1, 0, 0, 2, "-", "how often a packet is sent again when no good reply came")        \
-    X(echo, 1, 1, 0, 1, "-", "1: the console echoes what is typed")                                \
+    X(echo, 1, 0, 0, 1, "-", "1: the console echoes what is typed")                                \
     X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
-      "then: 0 it is only shown, 1 hold: no more goals are sent, 2 torque off")                    \
+      "then: 0 it is only shown, 1 hold: no goal is sent until clear, 2 torque off, too")          \
     X(alarm_report, 1, 0, 0, 1, "-", "1: an alarm of a servo is told at once, unasked")            \
-    X(cycle_us, 2, 10000, 2000, 65535, "us", "period of the cycle")
+    X(cycle_us, 2, 4000, 2000, 65535, "us", "period of the cycle")
 
 #define SETTINGS_TYPE_1 uint8_t
 #define SETTINGS_TYPE_2 uint16_t
@@ -61,6 +61,7 @@ enum {
 /* A row of the table. */
 struct setting {
     const CDS_FLASH char *name;
+    const CDS_FLASH char *unit;
     uint8_t offset; // in struct settings
     uint8_t bytes;  // 1 or 2
     uint16_t initial, lowest, highest;
@@ -100,6 +101,9 @@ struct settings_store {
 /* All of them as in the table. */
 void settings_default(struct settings *settings);
 
+/* The row named by the `length` characters at `name`; SETTINGS_COUNT if there is none. */
+uint8_t settings_named(const char *name, uint8_t length);
+
 /* The value of row `index` (0 to SETTINGS_COUNT - 1) of the table. */
 uint16_t settings_get(const struct settings *settings, uint8_t index);
 
@@ -111,12 +115,12 @@ bool settings_set(struct settings *settings, uint8_t index, uint16_t value);
  * it waits up to 8.5 ms for a write that a reset found under way. */
 void settings_load(struct settings_store *store, struct settings *settings);
 
-/* Begins to save `settings` as they are now; settings_poll() goes on. False: a save is under way,
- * nothing was begun. */
+/* Begins to save `settings` as they are now; settings_save_poll() goes on. False: a save is under
+ * way, nothing was begun. */
 bool settings_save(struct settings_store *store, const struct settings *settings);
 
 /* Goes on with a save: at most one byte, none while the EEPROM is busy. True while there is more to
  * do, up to 0.2 s; then store->result says how it went. */
-bool settings_poll(struct settings_store *store);
+bool settings_save_poll(struct settings_store *store);
 
 #endif
