@@ -36,7 +36,7 @@ static struct {
     uint32_t said_us;  // when there was last something to say to the host
     uint8_t host_baud; // as in settings, in force
     uint8_t heard;     // of the host: as serial.rx.head was
-} controller = {.request = CDS_REQUEST(controller.packet)};
+} controller;
 
 CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
@@ -107,6 +107,7 @@ static void begin_keeper(void)
 int main(void)
 {
     watchdog_on();
+    controller.request = (struct cds_request)CDS_REQUEST(controller.packet);
     settings_load(&controller.store, &controller.settings);
     cds_avr_clock_open();
     serial_open(&controller.serial);
