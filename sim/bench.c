@@ -76,6 +76,9 @@ static void was_reset(void *owner, uint64_t now)
         usart_reset(&bench->host.usart, now);
     }
     if (bench->options->host == BENCH_HOST_SCRIPT) {
+        if (bench->script.echo) {
+            printf("%10" PRIu64 " reset\n", now);
+        }
         script_was_reset(&bench->script, now);
     }
 }

@@ -161,7 +161,7 @@ void cmd_keeper_tell(struct console *console)
 {
     struct keeper *keeper = console->keeper;
 
-    if (keeper->alarm && console_idle(console) && writer_ready(&console->writer))
+    if (console_idle(console) && writer_ready(&console->writer) && keeper->alarm)
         keeper->alarm = alarm_line(console, keeper->alarm_id, keeper->alarm);
 }
 

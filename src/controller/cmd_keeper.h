@@ -16,7 +16,8 @@ uint8_t cmd_keeper_begin(struct console *console);
  * console->error. */
 bool cmd_keeper_poll(struct console *console);
 
-/* Writes a piece of what is told unasked, if there is something to tell and the console is idle. */
+/* In each turn of the main loop: writes a piece of what is told unasked, if there is something to
+ * tell and the console is idle. */
 void cmd_keeper_tell(struct console *console);
 
 #endif

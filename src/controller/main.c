@@ -46,7 +46,7 @@ static bool busy(const void *context)
 {
     (void)context;
     return !console_idle(&controller.console) || controller.bus.request ||
-           controller.serial.broken || controller.keeper.alarm ||
+           controller.serial.broken || controller.keeper.alarm || controller.console.writer.text ||
            keeper_is_stopping(&controller.keeper) || controller.store.result == SETTINGS_SAVING;
 }
 
