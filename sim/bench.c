@@ -70,6 +70,7 @@ static void was_reset(void *owner, uint64_t now)
 {
     struct bench *bench = owner;
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
+        faults_controller_reset(&bench->bus[i].faults, now);
         wire_reset(&bench->bus[i].wire, now);
     }
     if (bench->board.has_host) {

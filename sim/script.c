@@ -227,6 +227,10 @@ static bool listens(struct script *script, uint64_t now)
         }
         return false;
     }
+    if (script->hush_us == RESET_AFTER_US) {
+        script->reply_size = 0; // half a byte of before the reset
+    }
+    script->hush_us = 0;
     script->started = true;
     return true;
 }
@@ -310,7 +314,6 @@ void script_was_reset(struct script *script, uint64_t now)
 {
     script->started = false;
     script->hush_us = RESET_AFTER_US;
-    script->reply_size = 0;
     if (script->waiting) {
         script->waiting = false;
         step_at(script, now);
