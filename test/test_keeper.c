@@ -273,6 +273,21 @@ void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, crew.roster.alarms);
 }
 
+void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write_byte(&bus, &request, 1, CDS_REG_STATUS_RETURN_LEVEL, 0));
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT8(0, known(1)->status_return_level);
+    goal(1);
+    TEST_ASSERT_EQUAL_HEX8(CDS_REPLY_NONE, request.reply_parameters);
+    run(1000); // it answers all the same
+    TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
+    goal(1);
+    TEST_ASSERT_EQUAL_HEX8(0, request.reply_parameters);
+    run(1000);
+}
+
 /* ---- alarms ---- */
 
 void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_clear(void)

@@ -5,6 +5,8 @@
 
 #include "cds55xx/packet.h" // CDS_AT_*
 
+#define LEVEL_ALL 2 // status return level: all is answered (R3)
+
 static struct crew *of(struct cds_bus_observer *observer)
 {
     return (struct crew *)observer; // first of its roster, which is first of it
@@ -60,6 +62,16 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
     return crew->own.admit_block(observer, id, address, data, length);
 }
 
+/* One that answers though it was set not to is another servo with this ID, or was reset by others.
+ */
+static void believe(struct crew *crew, uint8_t id)
+{
+    struct cds_roster_servo *servo = cds_roster_find(&crew->roster, id);
+
+    if (servo)
+        servo->status_return_level = LEVEL_ALL;
+}
+
 /* Whoever has sent a packet is there, also if it was not the one that was asked. */
 static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
 {
@@ -69,6 +81,8 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
 
     if (news->event != CDS_BUS_ENDED || answered)
         meet(crew, news->id);
+    if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)
+        believe(crew, news->id);
     crew->own.on_news(observer, news);
 }
 
