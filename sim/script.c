@@ -221,7 +221,7 @@ static bool listens(struct script *script, uint64_t now)
     if (!script->started && script->world->ready) {
         script->started = script->world->ready(script->world->owner);
         step_at(script, now + cycles(script, script->started ? script->hush_us : POLL_US));
-        if (!event_armed(&script->patience)) {
+        if (!script->done && !event_armed(&script->patience)) {
             schedule_at(script->schedule, &script->patience,
                         now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
         }
