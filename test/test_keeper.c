@@ -105,6 +105,12 @@ void test_nothing_is_watched_if_the_time_is_0(void)
     run(3 * LIMIT_MS * 1000ul);
     TEST_ASSERT_FALSE(keeper.link_lost);
     keeper_heard(&keeper);
+    settings.link_loss_ms = 0; // likewise if it was armed before
+    run(10);
+    settings.link_loss_ms = LIMIT_MS;
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    keeper_heard(&keeper);
     run(LIMIT_MS * 1000ul);
     TEST_ASSERT_TRUE(keeper.link_lost);
 }
@@ -133,6 +139,20 @@ void test_a_loss_stays_until_it_is_cleared_also_when_the_host_is_back(void)
     TEST_ASSERT_TRUE(keeper_clear(&keeper));
     TEST_ASSERT_FALSE(keeper.link_lost);
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
+    run(1000);
+    TEST_ASSERT_EQUAL(CDS_OK, goal(3)); // who is met now is held no more than the others
+}
+
+void test_a_host_that_falls_silent_again_is_lost_only_once(void)
+{
+    uint8_t packets;
+
+    lose_link(KEEPER_TORQUE_OFF);
+    run(3000);
+    packets = wire.count;
+    keeper_heard(&keeper);
+    run(2 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_EQUAL_UINT8(packets, wire.count);
 }
 
 void test_after_a_clear_the_watch_begins_with_the_next_byte(void)

@@ -197,6 +197,7 @@ static bool cut_save(uint16_t at, uint8_t cut, uint8_t saves)
         fill(i);
         save();
     }
+    start_again();
     old = settings;
     fill((uint8_t)(saves + 1));
     new = settings;
