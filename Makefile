@@ -302,6 +302,7 @@ TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
 	build/arbotix/program/exchanges.elf \
+	$(patsubst %,build/%/program/safety.elf,arduino-mega arbotix cm510) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
 	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)

@@ -251,6 +251,18 @@ void test_an_urgent_request_overtakes_one_that_waits_for_silence(void)
     assert_answered(&request, 5);
 }
 
+/* The main loop was away until the time to wait was over; the line has been silent since. */
+void test_a_late_poll_that_finds_silence_sends(void)
+{
+    noise();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(5000);
+    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    assert_answered(&request, 5);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().unsent);
+}
+
 void test_one_that_waits_for_silence_can_be_taken_back(void)
 {
     noise();

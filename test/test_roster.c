@@ -389,6 +389,24 @@ void test_torque_switched_on_without_an_answer_counts_as_on(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, one->held);
 }
 
+/* Its torque was off before, so nothing shows; but its speed may be what it is at power-up. */
+void test_of_one_that_is_back_without_torque_the_speed_is_not_known(void)
+{
+    cds_roster_set_limits(&roster, one, 0, 1023, 200);
+    assert_admitted(speed(1, 100));
+    go_away(1);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 0);
+    TEST_ASSERT_EQUAL_HEX8(0, one->held);
+    assert_refused(CDS_LIMIT, goal(1, 500));
+    assert_admitted(speed(1, 100));
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
+    go_away(1);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 1); // it had its power all the time
+    assert_admitted(goal(1, 500));
+}
+
 void test_torque_switched_off_is_no_loss(void)
 {
     wrote_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
@@ -440,6 +458,90 @@ void test_a_servo_that_is_unknown_is_not_held(void)
 {
     cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
     assert_admitted(goal(77, 500));
+}
+
+/* ---- what has waited ---- */
+
+static uint8_t waiting_buffers[3][16];
+static struct cds_request waiting[3];
+
+/* A PING of servo 30 is in flight; a goal, a READ and torque off wait behind it. */
+static void let_wait(void)
+{
+    static const uint8_t position[] = {0xF4, 1}; // 500
+
+    for (uint8_t i = 0; i < 3; i++)
+        waiting[i] = (struct cds_request)CDS_REQUEST(waiting_buffers[i]);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 30));
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write(&bus, &waiting[0], 1, CDS_REG_GOAL_POSITION, position, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &waiting[1], 1, CDS_REG_PRESENT_POSITION, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &waiting[2], 1, CDS_REG_TORQUE_ENABLE, 0));
+}
+
+/* Everything goes out, unanswered. */
+static void see_through(void)
+{
+    for (uint8_t i = 0; i < 20 && bus.request; i++) {
+        if (bus.link.state == CDS_LINK_TALKING)
+            port_fake_transmit(&bus.link, PORT);
+        port_fake.now_us += 800;
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_NULL(bus.request);
+}
+
+void test_a_goal_that_waits_is_not_sent_once_its_servo_is_held(void)
+{
+    let_wait();
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    see_through();
+    TEST_ASSERT_EQUAL(CDS_HELD, waiting[0].result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, waiting[1].result); // looking, and
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, waiting[2].result); // torque off are as good as before
+    TEST_ASSERT_EQUAL_UINT16(3, sent());
+}
+
+void test_a_goal_that_waits_is_not_sent_beyond_a_new_limit(void)
+{
+    let_wait();
+    cds_roster_set_limits(&roster, one, 501, 1023, 1023);
+    see_through();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, waiting[0].result);
+    TEST_ASSERT_EQUAL_UINT16(3, sent());
+}
+
+void test_a_goal_that_waits_is_sent_if_the_change_is_another_one_s(void)
+{
+    let_wait();
+    cds_roster_hold(&roster, two, CDS_HOLD_STOPPED);
+    see_through();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, waiting[0].result);
+    TEST_ASSERT_EQUAL_UINT16(4, sent());
+}
+
+void test_a_goal_is_not_repeated_once_its_servo_is_held(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, goal(1, 500));
+    transmit();
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    see_through();
+    TEST_ASSERT_EQUAL(CDS_HELD, request.result);
+    TEST_ASSERT_EQUAL_UINT16(1, sent());
+}
+
+/* What is vetted when it is submitted is not vetted for ever. */
+void test_a_vetted_goal_is_judged_at_its_turn_and_vetted_once(void)
+{
+    waiting[0] = (struct cds_request)CDS_REQUEST(waiting_buffers[0]);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &waiting[0], 30));
+    request.vetted = true;
+    TEST_ASSERT_EQUAL(CDS_OK, goal(1, 500));
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    see_through();
+    TEST_ASSERT_EQUAL(CDS_HELD, request.result);
+    assert_refused(CDS_HELD, goal(1, 500));
 }
 
 /* ---- soft limits ---- */

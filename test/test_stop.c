@@ -114,16 +114,20 @@ void test_what_waits_in_the_queue_and_drives_is_never_sent(void)
     TEST_ASSERT_EQUAL_UINT16(0, bus.counters.unsent);
 }
 
-/* An urgent one that drives stands before the broadcast in the queue. */
-void test_urgent_goals_submitted_before_are_not_sent_either(void)
+/* Two that are urgent and were there before: one that drives, and one that does not. */
+void test_urgent_ones_submitted_before_go_behind(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 1));
-    requests[1].urgent = true;
+    requests[1].urgent = requests[2].urgent = 1;
     TEST_ASSERT_EQUAL(CDS_OK,
                       cds_servo_write_word(&bus, &requests[1], 2, CDS_REG_GOAL_POSITION, 100));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[2], 2));
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
+    run_for(1000);
     TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[2].result);
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE));
     assert_three_broadcasts(1);
 }
 
@@ -142,10 +146,39 @@ void test_the_first_broadcast_is_at_most_one_exchange_late(void)
     begun_us = port_fake.now_us;
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[1].id);
-    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[3].id); // one that waited in between
-    TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[5].id);
+    assert_three_broadcasts(1); // none of those that wait in between
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(begun_us + READ_US + TURN_US, wire.log[1].us);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT32(wire.log[1].us + 2 * (BROADCAST_US + TURN_US), wire.log[3].us);
+}
+
+/* The broadcasts are on their way already: nobody need poll the stop for them to go out. */
+void test_all_are_told_even_if_nobody_polls_the_stop(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 1));
+    begin();
+    run_for(3 * (BROADCAST_US + TURN_US) + READ_US);
+    TEST_ASSERT_EQUAL_UINT8(4, wire.count);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_stop_poll(&stop));
+    assert_three_broadcasts(1);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+}
+
+/* Its first try got no answer; it must not drive a second time behind the hold. */
+void test_what_is_in_flight_is_not_repeated(void)
+{
+    wire.servo[1].dead = true;
+    cds_bus_set_repeats(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write_word(&bus, &requests[0], 2, CDS_REG_GOAL_POSITION, 100));
+    run_for(20);
+    begin();
+    run();
+    run_for(1000);
+    TEST_ASSERT_EQUAL(CDS_HELD, requests[0].result);
+    TEST_ASSERT_EQUAL_HEX8(0x1E, wire.log[0].address);
+    assert_three_broadcasts(1);
+    for (uint8_t i = 1; i < wire.count; i++)
+        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[i].address);
 }
 
 void test_nothing_drives_until_released(void)
@@ -208,9 +241,12 @@ void test_one_that_answers_no_read_is_told_and_reported(void)
     TEST_ASSERT_EQUAL(CDS_STOP_MUTE, outcomes[1]);
     TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
-    wire.servo[0].deaf = wire.servo[0].stubborn = true; // the worst of them is the result
-    wire.servo[0].torque = 1;
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE)); // it is not told for ever
     wire.servo[2].dead = true;
+    begin();
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, run()); // the worst of them is the result
+    wire.servo[0].deaf = wire.servo[0].stubborn = true;
+    wire.servo[0].torque = 1;
     begin();
     TEST_ASSERT_EQUAL(CDS_REFUSED, run());
 }
@@ -253,6 +289,42 @@ void test_a_line_in_use_is_tried_a_thousand_times(void)
     TEST_ASSERT_EQUAL_UINT8(0, wire.count);
     TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, outcomes[0]);
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
+    TEST_ASSERT_NULL(bus.request); // nothing comes after all when the line is free
+    port_fake.low = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL_UINT16(0, stop.tries);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(0);
+    begin();
+    TEST_ASSERT_EQUAL_UINT8(0, stop.broadcasts);
+}
+
+/* The line is used by somebody, or the bus is opened anew, while one is looked at. */
+void test_a_look_that_came_to_nothing_is_made_again(void)
+{
+    for (uint8_t reopened = 0; reopened < 2; reopened++) {
+        setUp();
+        begin();
+        run_for(3 * (BROADCAST_US + TURN_US));
+        cds_bus_poll(&bus);
+        if (!reopened) {
+            port_fake.low = true;
+            cds_bus_poll(&bus);
+        }
+        cds_stop_poll(&stop);
+        cds_stop_poll(&stop);
+        TEST_ASSERT_EQUAL(CDS_PENDING, stop.one.result);
+        if (reopened)
+            cds_bus_open(&bus, 0, CDS_BAUD_1M);
+        port_fake.now_us += 5000;
+        cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL(reopened ? CDS_CANCELLED : CDS_LINE_BUSY, stop.one.result);
+        port_fake.low = false;
+        memset(&wire.talking, 0, sizeof wire.talking);
+        TEST_ASSERT_EQUAL(CDS_OK, run());
+        TEST_ASSERT_EQUAL_UINT16(1, stop.tries);
+        TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[0]);
+    }
 }
 
 void test_a_line_that_is_free_again_is_used(void)
@@ -265,16 +337,58 @@ void test_a_line_that_is_free_again_is_used(void)
     assert_three_broadcasts(0);
 }
 
-void test_a_second_stop_changes_nothing(void)
+/* Released and driven again while the first stop still looks: the second one looks at all of it. */
+void test_a_second_stop_begins_anew(void)
 {
     begin();
-    run_for(30);
-    TEST_ASSERT_EQUAL(CDS_BUSY, cds_stop_begin(&stop, &roster, outcomes));
+    while (outcomes[1] == CDS_STOP_UNKNOWN) {
+        cds_stop_poll(&stop);
+        run_for(1);
+    }
+    cds_stop_poll(&stop);
+    TEST_ASSERT_EQUAL_UINT8(5, wire.count);
+    cds_roster_release(&roster, NULL);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID,
+                                                   CDS_REG_TORQUE_ENABLE, 1));
+    run_for(READ_US + BROADCAST_US + TURN_US);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.servo[0].torque);
+    wire.servo[0].deaf = true;
+    begin();
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
+    TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, outcomes[0]);
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    TEST_ASSERT_EQUAL_UINT8(6, wire.count);
+    assert_three_broadcasts(7); // behind the look that was under way, and the torque on
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
+}
+
+/* A broadcast of the first stop that is still to go out is one of the second's. */
+void test_a_second_stop_while_all_are_told_tells_three_times_from_then_on(void)
+{
+    begin();
+    run_for(BROADCAST_US + TURN_US + 20); // the second one is in flight
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(1);
+    TEST_ASSERT_EQUAL_UINT8(1 + 3 + TORQUE_SERVOS, wire.count);
     begin(); // and again when it is over
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    TEST_ASSERT_EQUAL_UINT8(12, wire.count);
+    TEST_ASSERT_EQUAL_UINT8(1 + 2 * (3 + TORQUE_SERVOS), wire.count);
+}
+
+void test_a_second_stop_takes_back_a_look_that_waits(void)
+{
+    begin();
+    run_for(3 * (BROADCAST_US + TURN_US));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 3));
+    cds_stop_poll(&stop);
+    TEST_ASSERT_EQUAL(CDS_PENDING, stop.one.result);
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_three_broadcasts(0);
+    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[3].instruction);
+    assert_three_broadcasts(4);
+    TEST_ASSERT_EQUAL_UINT8(3 + 1 + 3 + TORQUE_SERVOS, wire.count);
 }
 
 void test_a_bus_opened_anew_meanwhile_is_told_again(void)
@@ -285,7 +399,7 @@ void test_a_bus_opened_anew_meanwhile_is_told_again(void)
     memset(&wire.talking, 0, sizeof wire.talking);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(0);
-    TEST_ASSERT_EQUAL_UINT16(1, stop.tries);
+    TEST_ASSERT_EQUAL_UINT16(3, stop.tries);
 }
 
 void test_a_closed_bus_is_refused(void)

@@ -52,6 +52,9 @@ enum cds_bus_state {
 #define CDS_REPLY_NONE 0xFF // no reply is due (broadcast, or the status return level)
 #define CDS_REPLY_MAX  50   // a READ of the whole control table
 
+/* In `urgent` of a request: it goes before the urgent ones too. For torque off (stop.h). */
+#define CDS_URGENT_FIRST 2
+
 /* One exchange: filled in by the typed calls of servo.h and group.h, owned by the caller, who
  * leaves it and its buffer alone from submit until `result` is no longer CDS_PENDING. */
 struct cds_request {
@@ -61,11 +64,10 @@ struct cds_request {
     void *owner;                          // the caller's, for on_end
     struct cds_request *next;             // the bus's own
     uint16_t return_delay_us;             // the longest this servo waits; set by submit
-    uint16_t epoch;                       // the bus's own: the observer's when it was admitted
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes
-    bool urgent;     // goes before all that are not
-    bool vetted;     // the observer has admitted this very packet; holds for one submit
+    uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
+    bool vetted;     // this very packet was judged already: the observer puts it back to false
     uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
     uint8_t id;      // who answered (of interest after a broadcast PING)
     uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
@@ -119,13 +121,16 @@ struct cds_bus_news {
 /* Whoever watches a bus: roster.h. Called from submit, poll and cds_bus_would_admit(). */
 struct cds_bus_observer {
     /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
-     * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). */
+     * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). Asked when a request is
+     * submitted and, its result then being CDS_PENDING, when its turn has come to be sent, or to be
+     * sent once more. */
     enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
-    /* The same for what a SYNC WRITE has for one servo. */
+    /* The same as `admit` for what a SYNC WRITE has for one servo. */
     enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
                                    const uint8_t *data, uint8_t length);
     void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
-    uint16_t epoch; // counts on whenever `admit` may say something else than before
+    uint16_t epoch;     // counts on whenever `admit` may say something else than before
+    uint8_t changed_id; // whom the last count concerns, or CDS_BROADCAST_ID
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
@@ -176,7 +181,7 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
- * else in its turn, after those submitted before it; an urgent one after the urgent ones only.
+ * else in its turn, after those submitted before it that are as urgent, or more so.
  * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
  * already; nothing was touched. CDS_BAD_ARGUMENT: no bus is open, or reply_parameters is above
  * CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer. CDS_NO_REPLY_DUE, CDS_LIMIT,
@@ -186,12 +191,13 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
  * repeat; CDS_LINE_BUSY: the line did not become quiet within the time the longest reply takes
  * with the longest return delay and that margin, and nothing was sent; CDS_CANCELLED;
- * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed its mind since, as told by its
- * epoch, and it was not sent, or not once more. */
+ * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed its mind since, and it was not
+ * sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
-/* Would the observer of the bus admit a SYNC WRITE of these `length` bytes (1 to 50) from `address`
- * on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT, CDS_HELD. Nothing is sent.
+/* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
+ * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,
+ * CDS_HELD. Nothing is sent.
  */
 enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
                                     const uint8_t *data, uint8_t length);

@@ -21,7 +21,12 @@
  * or whose limits are drawn closer than its goal, is dropped: its goal is sent no more, and those
  * of the others go on. cds_cycle_is_dropped() tells who is; the first goal for it that is taken
  * again, committed, takes it in. In the packet another servo's block stands twice meanwhile (R22).
- * What was taken once is not judged again while the roster does not change.
+ * What was taken once is not judged again while the roster does not change. When it does, the goals
+ * of that period are up to 0.3 ms late if that concerns one servo, 1.2 ms if more (50 servos, 16
+ * MHz); none is missed.
+ *
+ * Of 50 servos at 250 Hz, 16 MHz, a roster takes 23 % of the CPU, and in each period 2 READs have
+ * room, not 3: feedback is then 100 ms old at the most, not 68.
  *
  * All functions: main context.
  */
@@ -50,7 +55,7 @@ extern "C" {
 struct cds_cycle_counters {
     uint32_t periods; // whose goals were sent, or were to be
     uint32_t unsent;  // ... of them, those that the bus did not send: all servos were dropped, the
-                      // line was not quiet, or a servo was held after they were submitted
+                      // line was not quiet, or it was too late when one was dropped in the queue
     uint32_t missed;  // whose goals were not, since polls came too late or others held the bus
     uint32_t reads;   // feedback READs that ended, well or not
     uint32_t failed;  // ... of them, those that brought no values
@@ -72,6 +77,7 @@ struct cds_cycle {
     struct cds_request read;           // the feedback READ
     struct cds_bus_observer *observer; // of the bus, when goals were judged last
     uint16_t epoch[2];                 // its epoch, when all of a packet was admitted
+    bool holes[2];                     // a packet has blocks of servos that were dropped
     uint16_t period_us;                // from one beginning to the next
     uint16_t goals_us;                 // the goals on the wire
     uint16_t latest_us; // goals that begin later than this would hold up the next ones
@@ -81,6 +87,7 @@ struct cds_cycle {
     uint8_t front;                     // packet that is sent every period; the other one is filled
     bool committed;                    // there are goals to send
     bool filling;    // the other packet holds all that the front one does, or newer
+    bool refused;    // goals were, at their turn: a servo was held while they waited
     bool reading;    // a READ is on its way
     bool giving_way; // no READ begins: somebody waits for his turn
     bool stopping;   // cds_cycle_stop() was called

@@ -96,6 +96,7 @@ struct cds_roster {
     uint8_t count;        // of `servos`
     uint8_t last;         // the one found last: the next one asked for is often the next
     uint8_t alarms;       // of all servos, known or not, until acknowledged
+    bool changed;         // what may be sent, while requests waited
     uint8_t refused_id;   // whom the last packet that was not admitted concerns
 };
 

@@ -6,11 +6,12 @@
  *         cds_bus_poll(&bus);
  *
  * From begin on nothing that drives a servo of the roster is sent: what waited in the queue ends as
- * CDS_HELD, and cycles drop all of them. The first broadcast goes out behind the exchange in flight
- * (its repeats included) and the urgent requests that were submitted before. It is never answered,
- * so it is sent CDS_STOP_BROADCASTS times; one exchange that waited may lie between two. Then
- * TORQUE_ENABLE of each servo is read; whoever is not known to be off is told so itself, and read
- * again, in CDS_STOP_ROUNDS rounds in all. All of it is urgent.
+ * CDS_HELD, and cycles drop all of them. The broadcast is never answered, so it is sent
+ * CDS_STOP_BROADCASTS times, right behind the exchange in flight (of which no try is repeated if it
+ * drives) and before all that wait, urgent or not; they are out within 2 ms, a cycle of 50 servos
+ * on an ATmega at 16 MHz beside it. Then TORQUE_ENABLE of each servo is read; whoever is not known
+ * to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: 50 servos that are
+ * all silent take 0.2 s at 1 Mbps, and as much more for each repeat of the bus.
  *
  * A servo that is not in the roster hears the broadcasts, but is neither held nor looked at. Servos
  * stay held until cds_roster_release(). Main context.
@@ -50,9 +51,10 @@ enum cds_stop_outcome {
 struct cds_stop {
     struct cds_roster *roster;
     uint8_t *outcomes; // the caller's: enum cds_stop_outcome of each servo, in the roster's order
-    struct cds_request request;
-    uint16_t tries; // that came to nothing
-    uint8_t buffer[CDS_PACKET_SIZE(2)];
+    struct cds_request all[CDS_STOP_BROADCASTS]; // the broadcasts
+    struct cds_request one;                      // to the servo being looked at
+    uint16_t tries;                              // that came to nothing
+    uint8_t buffers[CDS_STOP_BROADCASTS + 1][CDS_PACKET_SIZE(2)];
     uint8_t broadcasts; // that went out
     uint8_t round;      // of looking
     uint8_t index;      // servo being looked at
@@ -61,9 +63,10 @@ struct cds_stop {
 };
 
 /* Holds all servos of `roster` (CDS_HOLD_STOPPED), which cds_roster_begin() has begun, and submits
- * the first broadcast. `outcomes`: a byte for each servo of the roster; NULL if it has none. Stop,
- * roster and outcomes stay in place until it is over. CDS_OK. CDS_BUSY: this very stop is under
- * way; all were held once more, and it goes on. CDS_BAD_ARGUMENT: no bus is open. */
+ * the broadcasts. `outcomes`: a byte for each servo of the roster; NULL if it has none. Stop,
+ * roster and outcomes stay in place until it is over. One that is under way begins anew: all are
+ * told three times from now on. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, and all are held all the
+ * same. */
 enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster, uint8_t *outcomes);
 
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.

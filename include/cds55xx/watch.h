@@ -19,6 +19,10 @@
  * A servo that answers no READ (status return level 0) cannot be looked at when it is back: it
  * counts as one that lost its state.
  *
+ * So a lost state shows within a period of the power being back and, beside a cycle, 20 ms more.
+ * Not before torque was switched on, though: of a servo whose torque is off nothing shows that its
+ * speed is the initial one again. Set the speed anew whenever torque is switched on.
+ *
  * It sends only when the bus is free, so other requests wait for one such exchange at most; and
  * beside a cycle only where there is time for it before the next goals: cds_watch_set_cycle().
  * Main context.

@@ -258,44 +258,36 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     return bus->line == CDS_BUS_OK;
 }
 
-/* What the observer has admitted when it was submitted may be out of place by now that its turn has
- * come: the servo is held, or went away, since. */
-static enum cds_result admit_again(struct cds_bus *bus)
+/* What the observer says to it, now that it is submitted, or that its turn has come. */
+SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
 {
-    struct cds_request *request = bus->request;
-    enum cds_result result;
-
-    if (!bus->observer || request->epoch == bus->observer->epoch)
-        return CDS_OK;
-    result = bus->observer->admit(bus->observer, request);
-    if (result == CDS_OK)
-        request->epoch = bus->observer->epoch;
-    return result;
+    return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
-static bool start_if_quiet(struct cds_bus *bus, uint32_t now_us)
+/* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
+ * observer has changed its mind: the next poll ends it. */
+static uint8_t start_if_quiet(struct cds_bus *bus)
 {
-    const struct cds_request *request = bus->request;
+    struct cds_request *request = bus->request;
+    uint8_t result = judge(bus, request);
+    uint32_t now_us = cds_port_now_us(); // not before: the observer may take its time
 
+    if (result != CDS_OK)
+        return result;
     if (!is_quiet(bus, now_us))
-        return false;
+        return CDS_PENDING;
     if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
-        return false; // its reply would be taken for the new one
-    if (admit_again(bus) != CDS_OK)
-        return false; // the next poll ends it
+        return CDS_PENDING; // its reply would be taken for the new one
     start(bus, now_us);
-    return true;
+    return CDS_OK;
 }
 
 /* There is a new first request: sends it now, or as soon as the line is quiet. */
 static void begin(struct cds_bus *bus)
 {
-    uint32_t now_us = cds_port_now_us();
-
-    bus->in_flight = false;
-    if (!start_if_quiet(bus, now_us))
-        bus->deadline_us =
-            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    if (start_if_quiet(bus) != CDS_OK)
+        bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX),
+                                                               CDS_RETURN_DELAY_MAX_US);
 }
 
 /* Where in the queue the request belongs; never before one in flight, which is the first. */
@@ -303,7 +295,7 @@ static struct cds_request **place_for(struct cds_bus *bus, const struct cds_requ
 {
     struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
 
-    while (*place && ((*place)->urgent || !request->urgent))
+    while (*place && (*place)->urgent >= request->urgent)
         place = &(*place)->next;
     return place;
 }
@@ -317,33 +309,28 @@ enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t add
 }
 
 /* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
-static enum cds_result admit(struct cds_bus *bus, struct cds_request *request)
+static uint8_t admit(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
-    bool vetted = request->vetted;
 
-    request->vetted = false;
     if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
         return CDS_BAD_ARGUMENT;
     if (due != CDS_REPLY_NONE && due > request->packet.room)
         return CDS_NO_ROOM;
     request->return_delay_us = bus->return_delay_us;
-    if (!bus->observer)
-        return CDS_OK;
-    request->epoch = bus->observer->epoch;
-    return vetted ? CDS_OK : bus->observer->admit(bus->observer, request);
+    return judge(bus, request);
 }
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_request **place;
-    enum cds_result result;
+    uint8_t result;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = admit(bus, request);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
     request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
     request->error = 0;
@@ -385,7 +372,7 @@ static bool all_looked_at(struct cds_bus *bus)
 }
 
 /* How the exchange in flight stands, seen at `now_us`. */
-static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
+static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
 {
     bool listening = bus->link.state == CDS_LINK_LISTENING;
     bool due = reply_is_due(bus->request);
@@ -399,7 +386,7 @@ static enum cds_result outcome(struct cds_bus *bus, uint32_t now_us)
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
-static void count_end(struct cds_bus *bus, enum cds_result result)
+static void count_end(struct cds_bus *bus, uint8_t result)
 {
     if (result == CDS_OK)
         bus->counters.ok++;
@@ -409,13 +396,13 @@ static void count_end(struct cds_bus *bus, enum cds_result result)
         bus->counters.timeouts++;
 }
 
-SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
+SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
 {
     const struct cds_request *request = bus->request;
     struct cds_bus_news news = {.event = CDS_BUS_ENDED,
                                 .id = request->id,
                                 .error = request->error,
-                                .result = (uint8_t)result,
+                                .result = result,
                                 .instruction = bus->instruction,
                                 .address = bus->address,
                                 .request = request};
@@ -424,7 +411,7 @@ SELDOM static void tell_end(struct cds_bus *bus, enum cds_result result)
 }
 
 /* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
-static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     const struct cds_request *request = bus->request;
 
@@ -433,7 +420,7 @@ static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_u
     if (reply_is_due(request)) {
         bus->last_id =
             bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
-        bus->last_result = (uint8_t)result;
+        bus->last_result = result;
         bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
     }
     if (result == CDS_CORRUPT) { // and the line may be so still
@@ -446,13 +433,12 @@ static void note_end(struct cds_bus *bus, enum cds_result result, uint32_t now_u
 
 /* The first request is over. The next one begins before on_end runs, so that what on_end submits
  * takes its turn like any other. */
-static void finish(struct cds_bus *bus, enum cds_result result)
+static void finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    bus->in_flight = false;
     bus->request = request->next;
-    request->result = (uint8_t)result;
+    request->result = result;
     if (bus->request)
         begin(bus);
     if (request->on_end)
@@ -460,11 +446,12 @@ static void finish(struct cds_bus *bus, enum cds_result result)
 }
 
 /* The exchange in flight has ended: sends it again if it may be, else it is over. */
-static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
+static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
     note_end(bus, result, now_us);
+    bus->in_flight = false;
     if (result == CDS_OK || request->repeats == 0) {
         finish(bus, result);
         return;
@@ -474,25 +461,25 @@ static void end(struct cds_bus *bus, enum cds_result result, uint32_t now_us)
     begin(bus);
 }
 
-/* The first request waits for a quiet line. One that is not admitted any more must not. */
+/* The first request waits for a quiet line. */
 static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
-    enum cds_result result = admit_again(bus);
+    uint8_t result = start_if_quiet(bus);
 
-    if (result != CDS_OK) {
-        finish(bus, result);
-        return;
+    if (result == CDS_PENDING) {
+        if ((int32_t)(now_us - bus->deadline_us) < 0)
+            return;
+        bus->counters.unsent++;
+        result = CDS_LINE_BUSY;
     }
-    if (start_if_quiet(bus, now_us) || (int32_t)(now_us - bus->deadline_us) < 0)
-        return;
-    bus->counters.unsent++;
-    finish(bus, CDS_LINE_BUSY);
+    if (result != CDS_OK)
+        finish(bus, result);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
-    enum cds_result result;
+    uint8_t result;
 
     if (bus->in_flight) {
         result = outcome(bus, now_us);

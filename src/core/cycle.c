@@ -21,11 +21,13 @@ static bool on_its_way(const struct cds_cycle *cycle)
            cycle->read.result == CDS_PENDING;
 }
 
+/* Goals refused go out again from cds_cycle_poll(): the bus is not called out of itself. */
 static void goals_ended(struct cds_request *request)
 {
     struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
 
-    if (request->result != CDS_OK)
+    cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
+    if (request->result != CDS_OK && !cycle->refused)
         cycle->counters.unsent++;
 }
 
@@ -129,13 +131,14 @@ static bool is_empty(struct cds_request *request)
 
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
-static void finish_goals(struct cds_cycle *cycle, struct cds_request *request)
+static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
 {
+    struct cds_request *request = &cycle->goals[packet];
     uint8_t *bytes = request->packet.bytes;
     const uint8_t *whole = NULL;
     bool dropped = false;
 
-    for (uint8_t i = 0; i < cycle->count; i++) {
+    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++) {
         if (is_dropped(cycle, request, i))
             dropped = true;
         else
@@ -149,15 +152,8 @@ static void finish_goals(struct cds_cycle *cycle, struct cds_request *request)
         else if (!whole)
             *block = NO_SERVO;
     }
+    cycle->holes[packet] = dropped;
     bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
-}
-
-/* May the servo of this block go to its goal? */
-static enum cds_result judge(struct cds_cycle *cycle, const uint8_t *block)
-{
-    if (!cycle->bus->observer)
-        return CDS_OK;
-    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE);
 }
 
 /* Has the observer admitted every block of this packet, and would say the same again? */
@@ -168,68 +164,114 @@ static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
     return !observer || (cycle->observer == observer && cycle->epoch[packet] == observer->epoch);
 }
 
-/* Judges a packet block by block and drops whom the observer does not admit any more. */
-static void vet(struct cds_cycle *cycle, uint8_t packet, bool counted)
+static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
+{
+    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE) ==
+           CDS_OK;
+}
+
+/* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
+static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
 {
     struct cds_request *request = &cycle->goals[packet];
+    uint8_t *block = block_of(request, index);
 
+    if (is_dropped(cycle, request, index) || is_admitted(cycle, block))
+        return false;
+    *block = NO_SERVO;
+    cycle->holes[packet] = true;
+    return true;
+}
+
+/* Whom did the roster's last changes concern, since the goals in front were judged? */
+static uint8_t who_changed(const struct cds_cycle *cycle)
+{
+    const struct cds_bus_observer *observer = cycle->bus->observer;
+    bool one = cycle->observer == observer &&
+               (uint16_t)(observer->epoch - cycle->epoch[cycle->front]) == 1;
+
+    return one ? observer->changed_id : CDS_BROADCAST_ID;
+}
+
+/* If the roster has changed since the goals were judged: judges anew whom that concerns, as 50
+ * servos take a millisecond. Those being filled follow for whom is dropped, and for the others when
+ * they are committed; those that wait in the queue are judged by the bus when their turn comes. */
+static void vet(struct cds_cycle *cycle)
+{
+    uint8_t id;
+    bool dropped = false;
+
+    if (!cycle->committed || is_vetted(cycle, cycle->front) || front(cycle)->result == CDS_PENDING)
+        return;
+    id = who_changed(cycle);
     for (uint8_t i = 0; i < cycle->count; i++) {
-        uint8_t *block = block_of(request, i);
-
-        if (is_dropped(cycle, request, i) || judge(cycle, block) == CDS_OK)
+        if ((id != CDS_BROADCAST_ID && id != cycle->ids[i]) || !drop(cycle, cycle->front, i))
             continue;
-        *block = NO_SERVO;
-        cycle->counters.dropped += counted;
+        dropped = true;
+        cycle->counters.dropped++;
+        if (cycle->filling)
+            drop(cycle, !cycle->front, i);
     }
-    finish_goals(cycle, request);
-    cycle->epoch[packet] = cycle->bus->observer->epoch;
-}
-
-/* The roster has changed since the goals were judged. Those being filled follow, but for the goals
- * that were never set: they are what a first commit waits for. */
-static void vet_anew(struct cds_cycle *cycle)
-{
-    if (front(cycle)->result == CDS_PENDING)
-        return; // the bus judges it itself when its turn comes
-    vet(cycle, cycle->front, true);
-    if (cycle->filling)
-        vet(cycle, !cycle->front, false);
+    if (dropped)
+        finish_goals(cycle, cycle->front);
     cycle->observer = cycle->bus->observer;
+    cycle->epoch[cycle->front] = cycle->observer->epoch;
 }
 
-static void set_goal(uint8_t *block, uint8_t id, uint16_t position, uint16_t speed)
+static void set_goal(uint8_t *goal, uint16_t position, uint16_t speed)
 {
-    block[0] = id;
-    block[1] = (uint8_t)position;
-    block[2] = (uint8_t)(position >> 8);
-    block[3] = (uint8_t)speed;
-    block[4] = (uint8_t)(speed >> 8);
+    goal[0] = (uint8_t)position;
+    goal[1] = (uint8_t)(position >> 8);
+    goal[2] = (uint8_t)speed;
+    goal[3] = (uint8_t)(speed >> 8);
+}
+
+/* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
+static __attribute__((noinline)) enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t index,
+                                                            uint16_t position, uint16_t speed)
+{
+    uint8_t goal[GOAL_SIZE];
+    uint8_t *block = block_of(back(cycle), index);
+    enum cds_result result;
+
+    set_goal(goal, position, speed);
+    result =
+        cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal, GOAL_SIZE);
+    if (result == CDS_OK) {
+        *block = cycle->ids[index];
+    } else if (result == CDS_HELD && block[2] == NO_GOAL) {
+        *block = NO_SERVO; // the others need not wait for it
+        cycle->holes[!cycle->front] = true;
+    }
+    return result;
+}
+
+/* What is not set anew is to stay as it is, not as it was before that. */
+static void follow_front(struct cds_cycle *cycle)
+{
+    const struct cds_packet *packet = &front(cycle)->packet;
+
+    memcpy(back(cycle)->packet.bytes, packet->bytes, packet->size);
+    cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
+    cycle->holes[!cycle->front] = cycle->holes[cycle->front];
+    cycle->filling = true;
 }
 
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
-    struct cds_packet *packet = &back(cycle)->packet;
-    uint8_t block[BLOCK_SIZE];
-    uint8_t *place;
-    enum cds_result result;
+    enum cds_result result = CDS_OK;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
     if (back(cycle)->result == CDS_PENDING)
         return CDS_BUSY;
-    if (!cycle->filling) { // what is not set anew is to stay as it is, not as it was before that
-        memcpy(packet->bytes, front(cycle)->packet.bytes, packet->size);
-        cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
-    }
-    cycle->filling = true;
-    set_goal(block, cycle->ids[index], position, speed);
-    result = judge(cycle, block);
-    place = block_of(back(cycle), index);
+    if (!cycle->filling)
+        follow_front(cycle);
+    if (cycle->bus->observer)
+        result = judge_goal(cycle, index, position, speed);
     if (result == CDS_OK)
-        memcpy(place, block, BLOCK_SIZE);
-    else if (result == CDS_HELD && place[2] == NO_GOAL)
-        place[0] = NO_SERVO; // the others need not wait for it
+        set_goal(block_of(back(cycle), index) + 1, position, speed);
     return result;
 }
 
@@ -245,12 +287,11 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
     if (!cycle->filling)
         return CDS_OK;
-    if (!cycle->committed) {
-        if (!all_set(cycle, back(cycle)))
-            return CDS_BAD_ARGUMENT;
+    if (!cycle->committed && !all_set(cycle, back(cycle)))
+        return CDS_BAD_ARGUMENT;
+    finish_goals(cycle, !cycle->front);
+    if (!cycle->committed)
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
-    }
-    finish_goals(cycle, back(cycle));
     cycle->front = !cycle->front;
     cycle->filling = false;
     cycle->committed = true;
@@ -270,10 +311,12 @@ static void pass_period(struct cds_cycle *cycle)
 }
 
 /* The next period has begun, or more than one. */
-static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
+static void begin_period(struct cds_cycle *cycle)
 {
-    int32_t late_us = (int32_t)(now_us - cycle->next_us);
+    int32_t late_us;
 
+    vet(cycle);
+    late_us = (int32_t)(cds_port_now_us() - cycle->next_us); // that may have taken a while
     for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
         if (cycle->committed)
             cycle->counters.missed++;
@@ -294,6 +337,18 @@ static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
     }
     cycle->giving_way = false;
     pass_period(cycle);
+}
+
+/* Refused at their turn, since a servo is: now without it, if they still do not hold up the next
+ * ones. */
+static void send_again(struct cds_cycle *cycle)
+{
+    cycle->refused = false;
+    vet(cycle);
+    front(cycle)->vetted = is_vetted(cycle, cycle->front);
+    if ((int32_t)(cycle->next_us - cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
+        is_empty(front(cycle)) || cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
+        cycle->counters.unsent++;
 }
 
 /* The longest a feedback READ may take, as the bus has it. */
@@ -356,10 +411,12 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
-    if (cycle->committed && !is_vetted(cycle, cycle->front))
-        vet_anew(cycle);
+    if (cycle->refused)
+        send_again(cycle);
     if ((int32_t)(now_us - cycle->next_us) >= 0)
-        begin_period(cycle, now_us);
+        begin_period(cycle);
+    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
+        vet(cycle); // rather than when goals are due
     else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
     return CDS_PENDING;

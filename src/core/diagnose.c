@@ -129,7 +129,6 @@ static enum cds_result submit(struct cds_diagnose *diagnose)
     struct cds_request *request = diagnose->request;
     uint8_t id = target_of(diagnose);
 
-    request->vetted = true; // looking is always allowed, and must not wait less than it asks for
     switch (diagnose->phase) {
     case SAME: return cds_servo_read(diagnose->bus, request, id, CDS_REG_ID, 1);
     case DIFFERING:
@@ -147,7 +146,9 @@ static void ask(struct cds_diagnose *diagnose)
     diagnose->head = diagnose->bus->link.rx.head;
     cds_bus_set_return_delay(diagnose->bus, diagnose->phase == HASTE ? diagnose->return_delay_us
                                                                      : CDS_RETURN_DELAY_MAX_US);
+    diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
     submitted = submit(diagnose);
+    diagnose->request->vetted = false; // no observer, so nobody did
     if (submitted == CDS_OK) {
         diagnose->in_flight = 1;
         diagnose->sent_size = (uint8_t)packet->size; // the reply will overwrite it

@@ -38,6 +38,14 @@ struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
     return NULL;
 }
 
+/* What may be sent to `servo`, or to all if it is NULL, is not what it was. */
+static void note_change(struct cds_roster *roster, const struct cds_roster_servo *servo)
+{
+    roster->observer.epoch++;
+    roster->observer.changed_id = servo ? servo->id : CDS_BROADCAST_ID;
+    roster->changed = true;
+}
+
 /* ---- what is learnt ---- */
 
 /* Does a transfer of `length` bytes from `address` on hold this register of one byte? Then where.
@@ -59,6 +67,19 @@ static void learn_zero(bool *zero, uint8_t reg, uint8_t address, const uint8_t *
         *zero = false;
 }
 
+static void learn_settings(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
+                           uint8_t length)
+{
+    const uint8_t *it;
+
+    if ((it = byte_of(CDS_REG_RETURN_DELAY, address, data, length)))
+        servo->return_delay = *it;
+    if ((it = byte_of(CDS_REG_STATUS_RETURN_LEVEL, address, data, length)))
+        servo->status_return_level = *it;
+    learn_zero(&servo->cw_limit_0, CDS_REG_CW_ANGLE_LIMIT, address, data, length);
+    learn_zero(&servo->ccw_limit_0, CDS_REG_CCW_ANGLE_LIMIT, address, data, length);
+}
+
 /* The servo holds these bytes from `address` on: written and acknowledged, or read. */
 static void learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
                   uint8_t length)
@@ -69,12 +90,8 @@ static void learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t
         servo->armed = *it;
     if (address > CDS_REG_MOVING_SPEED) // feedback, which comes often
         return;
-    if ((it = byte_of(CDS_REG_RETURN_DELAY, address, data, length)))
-        servo->return_delay = *it;
-    if ((it = byte_of(CDS_REG_STATUS_RETURN_LEVEL, address, data, length)))
-        servo->status_return_level = *it;
-    learn_zero(&servo->cw_limit_0, CDS_REG_CW_ANGLE_LIMIT, address, data, length);
-    learn_zero(&servo->ccw_limit_0, CDS_REG_CCW_ANGLE_LIMIT, address, data, length);
+    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
+        learn_settings(servo, address, data, length);
     if (byte_of(CDS_REG_MOVING_SPEED, address, data, length))
         servo->speed_known = cds_limits_check(servo, address, data, length) == CDS_OK;
 }
@@ -101,12 +118,12 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
     if (torque) {
         bool lost = servo->torque && !*torque;
 
-        if (lost) {
+        if (lost)
             servo->held |= CDS_HOLD_LOST;
+        if (lost || (!*torque && servo->presence == CDS_PRESENCE_BACK))
             servo->speed_known = false;
-        }
         if (lost || servo->presence == CDS_PRESENCE_BACK)
-            roster->observer.epoch++; // not else: whoever sends the same again is judged anew
+            note_change(roster, servo); // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
     }
@@ -159,6 +176,13 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
     part->data = parameters + 2 + (uint16_t)index * block;
     part->id = *part->data++;
     return (uint16_t)(index + 1u) * block + 2u <= count;
+}
+
+/* Torque off, and nothing else: always admitted, and without delay. */
+static bool is_torque_off(const uint8_t *bytes)
+{
+    return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
+           bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE && bytes[CDS_AT_PARAMETERS + 1] == 0;
 }
 
 static bool writes(uint8_t instruction)
@@ -261,15 +285,14 @@ static enum cds_result suit(const struct cds_roster_servo *servo, struct cds_req
     return CDS_OK;
 }
 
-static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+static enum cds_result judge_packet(struct cds_roster *roster, struct cds_request *request)
 {
-    struct cds_roster *roster = of(observer);
     const uint8_t *bytes = request->packet.bytes;
     uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION];
     enum cds_result result = CDS_OK;
     const struct cds_roster_servo *servo;
 
-    if (writes(instruction))
+    if (writes(instruction) && !is_torque_off(bytes))
         result = judge_writes(roster, bytes);
     else if (instruction == CDS_ACTION)
         result = judge_action(roster, id);
@@ -279,6 +302,27 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
         result = suit(servo, request, instruction);
     }
     return result;
+}
+
+/* What only looks, or lets go. */
+static bool drives_nobody(const uint8_t *bytes)
+{
+    return bytes[CDS_AT_INSTRUCTION] == CDS_PING || bytes[CDS_AT_INSTRUCTION] == CDS_READ ||
+           is_torque_off(bytes);
+}
+
+/* What has waited while something changed is judged anew at its turn. */
+static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+{
+    struct cds_roster *roster = of(observer);
+    bool again = request->result == CDS_PENDING, vetted = request->vetted;
+
+    request->vetted = false;
+    if (!roster->bus->request)
+        roster->changed = false; // nobody has waited since
+    if (again ? !roster->changed || drives_nobody(request->packet.bytes) : vetted)
+        return CDS_OK;
+    return judge_packet(roster, request);
 }
 
 /* The goal and speed that nobody minds, by the shortest way: a cycle has 50 of them in 4 ms.
@@ -293,13 +337,21 @@ static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *dat
            (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
 }
 
+static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
+                                                             uint8_t address, const uint8_t *data,
+                                                             uint8_t length)
+{
+    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
+
+    return judge(servo, &part);
+}
+
 static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
                                    const uint8_t *data, uint8_t length)
 {
     struct cds_roster *roster = of(observer);
     uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
     const struct cds_roster_servo *servo = &roster->servos[next];
-    struct part part = {.id = id, .address = address, .length = length, .data = data};
 
     if (next < roster->count && servo->id == id)
         roster->last = next;
@@ -308,7 +360,7 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
     if (!servo ||
         (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE && is_harmless(servo, data)))
         return CDS_OK;
-    return judge(servo, &part);
+    return judge_block(servo, address, data, length);
 }
 
 /* ---- what has happened ---- */
@@ -326,7 +378,7 @@ static void answered(struct cds_roster *roster, struct cds_roster_servo *servo)
     servo->silences = 0;
     if (servo->presence == CDS_PRESENCE_AWAY) {
         servo->presence = CDS_PRESENCE_BACK;
-        roster->observer.epoch++;
+        note_change(roster, servo);
     } else if (servo->presence == CDS_PRESENCE_UNKNOWN) {
         servo->presence = CDS_PRESENCE_HERE;
     }
@@ -339,7 +391,7 @@ static void not_answered(struct cds_roster *roster, struct cds_roster_servo *ser
         servo->silences++;
     if (servo->silences == CDS_ROSTER_SILENCES && servo->presence != CDS_PRESENCE_AWAY) {
         servo->presence = CDS_PRESENCE_AWAY;
-        roster->observer.epoch++;
+        note_change(roster, servo);
     }
 }
 
@@ -366,6 +418,11 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes)
 
     if (are_old_news(roster, bytes))
         return;
+    if (is_torque_off(bytes) && bytes[CDS_AT_ID] == CDS_BROADCAST_ID) { // is not to take long
+        for (uint8_t k = 0; k < roster->count; k++)
+            roster->servos[k].torque = false;
+        return;
+    }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
         for (uint8_t k = 0; part.id == CDS_BROADCAST_ID && k < roster->count; k++)
             learn_written(&roster->servos[k], part.address, part.data, part.length);
@@ -520,7 +577,7 @@ enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_rost
     servo->lowest = lowest;
     servo->highest = highest;
     servo->fastest = fastest;
-    roster->observer.epoch++;
+    note_change(roster, servo);
     return CDS_OK;
 }
 
@@ -539,7 +596,7 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why)
 {
-    roster->observer.epoch++;
+    note_change(roster, servo);
     for (uint8_t i = 0; i < roster->count; i++)
         if (!servo || servo == &roster->servos[i])
             roster->servos[i].held |= why;
@@ -547,7 +604,7 @@ void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, 
 
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
-    roster->observer.epoch++;
+    note_change(roster, servo);
     for (uint8_t i = 0; i < roster->count; i++)
         if (!servo || servo == &roster->servos[i])
             roster->servos[i].held = 0;

@@ -6,7 +6,6 @@
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write_byte()
 
 enum stop_phase {
-    TELL_ALL, // the next broadcast
     TELLING_ALL,
     TELL, // one that is not known to be off
     TELLING,
@@ -59,25 +58,59 @@ static void settle(struct cds_stop *stop, enum cds_stop_outcome outcome)
     look_from(stop, (uint8_t)(stop->index + 1u));
 }
 
-/* What is to be sent in this phase, on its way. */
-static enum cds_result submit(struct cds_stop *stop)
+static void give_up(struct cds_stop *stop, enum cds_result result)
 {
-    struct cds_bus *bus = stop->roster->bus;
-    struct cds_request *request = &stop->request;
-
-    switch (stop->phase) {
-    case TELL_ALL:
-        return cds_servo_write_byte(bus, request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0);
-    case TELL:
-        return cds_servo_write_byte(bus, request, servo_of(stop)->id, CDS_REG_TORQUE_ENABLE, 0);
-    default: return cds_servo_read(bus, request, servo_of(stop)->id, CDS_REG_TORQUE_ENABLE, 1);
-    }
+    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS; i++)
+        cds_bus_cancel(stop->roster->bus, &stop->all[i]);
+    stop->result = (uint8_t)result;
 }
+
+/* Nothing went out, as the line was not quiet or somebody has opened the bus anew. May it be tried
+ * once more? */
+static bool may_try_again(struct cds_stop *stop)
+{
+    stop->tries++;
+    if (stop->tries == CDS_STOP_TRIES)
+        give_up(stop, CDS_LINE_BUSY);
+    return stop->tries < CDS_STOP_TRIES;
+}
+
+/* ---- all ---- */
+
+static void tell_all(struct cds_stop *stop, uint8_t i)
+{
+    enum cds_result result = cds_servo_write_byte(stop->roster->bus, &stop->all[i],
+                                                  CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0);
+
+    if (result != CDS_OK && result != CDS_BUSY) // on its way since the stop was begun before
+        stop->result = (uint8_t)result;
+}
+
+static void telling_all(struct cds_stop *stop)
+{
+    stop->broadcasts = 0;
+    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS && stop->result == CDS_PENDING; i++) {
+        if (stop->all[i].result == CDS_OK)
+            stop->broadcasts++;
+        else if (stop->all[i].result != CDS_PENDING && may_try_again(stop))
+            tell_all(stop, i);
+    }
+    if (stop->broadcasts == CDS_STOP_BROADCASTS)
+        look_from(stop, 0);
+}
+
+/* ---- one after the other ---- */
 
 static void send(struct cds_stop *stop)
 {
-    enum cds_result result = submit(stop);
+    struct cds_bus *bus = stop->roster->bus;
+    uint8_t id = servo_of(stop)->id;
+    enum cds_result result;
 
+    if (stop->phase == TELL)
+        result = cds_servo_write_byte(bus, &stop->one, id, CDS_REG_TORQUE_ENABLE, 0);
+    else
+        result = cds_servo_read(bus, &stop->one, id, CDS_REG_TORQUE_ENABLE, 1);
     if (result == CDS_OK)
         stop->phase++; // what it is, on its way
     else if (result == CDS_NO_REPLY_DUE)
@@ -90,76 +123,68 @@ static void looked(struct cds_stop *stop)
 {
     uint8_t torque = 0;
 
-    if (cds_request_byte(&stop->request, 0, &torque) != CDS_OK)
+    if (cds_request_byte(&stop->one, 0, &torque) != CDS_OK)
         settle(stop, CDS_STOP_SILENT);
     else
         settle(stop, torque ? CDS_STOP_ON : CDS_STOP_OFF);
 }
 
-/* Nothing went out, as the line was not quiet or somebody has opened the bus anew: once more. */
-static void try_again(struct cds_stop *stop)
-{
-    stop->tries++;
-    stop->phase--;
-    if (stop->tries == CDS_STOP_TRIES)
-        stop->result = CDS_LINE_BUSY;
-}
-
-static void told_all(struct cds_stop *stop)
-{
-    stop->broadcasts++;
-    if (stop->broadcasts < CDS_STOP_BROADCASTS)
-        stop->phase = TELL_ALL;
-    else
-        look_from(stop, 0);
-}
-
-/* What was on its way has ended. */
+/* What was on its way to one has ended. */
 static void ended(struct cds_stop *stop)
 {
-    uint8_t result = stop->request.result;
+    uint8_t result = stop->one.result;
 
-    if (result == CDS_LINE_BUSY || result == CDS_CANCELLED ||
-        (result != CDS_OK && stop->phase == TELLING_ALL))
-        try_again(stop);
-    else if (stop->phase == TELLING_ALL)
-        told_all(stop);
-    else if (stop->phase == TELLING)
+    if (result == CDS_LINE_BUSY || result == CDS_CANCELLED) {
+        if (may_try_again(stop))
+            stop->phase--;
+    } else if (stop->phase == TELLING) {
         stop->phase = LOOK; // whatever it says to that
-    else
+    } else {
         looked(stop);
+    }
 }
 
 static bool is_on_its_way(const struct cds_stop *stop)
 {
-    return stop->phase == TELLING_ALL || stop->phase == TELLING || stop->phase == LOOKING;
+    return stop->phase == TELLING || stop->phase == LOOKING;
+}
+
+/* One that is on its way still is what it is to be already. */
+static void prepare(struct cds_request *request, uint8_t *bytes, uint16_t room)
+{
+    if (request->result != CDS_PENDING)
+        *request = (struct cds_request){.packet = {.bytes = bytes, .room = room},
+                                        .urgent = CDS_URGENT_FIRST};
 }
 
 enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster, uint8_t *outcomes)
 {
     cds_roster_hold(roster, NULL, CDS_HOLD_STOPPED);
-    if (stop->request.result == CDS_PENDING)
-        return CDS_BUSY;
-    *stop = (struct cds_stop){
-        .roster = roster,
-        .outcomes = outcomes,
-        .request = {.urgent = true},
-        .phase = TELL_ALL,
-        .result = CDS_PENDING,
-    };
-    stop->request.packet.bytes = stop->buffer;
-    stop->request.packet.room = sizeof stop->buffer;
+    cds_bus_cancel(roster->bus, &stop->one); // of a stop under way, if it waits: to be told first
+    stop->roster = roster;
+    stop->outcomes = outcomes;
+    stop->tries = 0;
+    stop->broadcasts = 0;
+    stop->round = 0;
+    stop->phase = TELLING_ALL;
+    stop->result = CDS_PENDING;
     for (uint8_t i = 0; i < roster->count; i++)
         outcomes[i] = CDS_STOP_UNKNOWN;
-    send(stop);
-    return stop->result == CDS_PENDING ? CDS_OK : (enum cds_result)stop->result;
+    prepare(&stop->one, stop->buffers[CDS_STOP_BROADCASTS], sizeof stop->buffers[0]);
+    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS; i++) {
+        prepare(&stop->all[i], stop->buffers[i], sizeof stop->buffers[0]);
+        tell_all(stop, i);
+    }
+    return stop->result == CDS_PENDING ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
 enum cds_result cds_stop_poll(struct cds_stop *stop)
 {
-    if (stop->result == CDS_PENDING && is_on_its_way(stop) && stop->request.result != CDS_PENDING)
+    if (stop->result == CDS_PENDING && stop->phase == TELLING_ALL)
+        telling_all(stop);
+    else if (stop->result == CDS_PENDING && is_on_its_way(stop) && stop->one.result != CDS_PENDING)
         ended(stop);
-    if (stop->result == CDS_PENDING && !is_on_its_way(stop))
+    if (stop->result == CDS_PENDING && stop->phase != TELLING_ALL && !is_on_its_way(stop))
         send(stop);
     return (enum cds_result)stop->result;
 }

@@ -9,6 +9,10 @@ class FiftyServos(unittest.TestCase):
         cycle = Cycle(5)
         self.assertEqual(cycle.broken(), [], cycle.output)
 
+    def test_a_roster_costs_one_read_of_three_and_no_goal(self):
+        cycle = Cycle(5, roster=True)
+        self.assertEqual(cycle.broken(), [], cycle.output)
+
 
 if __name__ == "__main__":
     unittest.main()
