@@ -123,9 +123,9 @@ void test_a_setting_is_shown_changed_and_brought_back(void)
 
 void test_errors_of_settings_change_nothing(void)
 {
-    assert_error("50", "settings cycle 1");
-    assert_error("50", "settings a_name_that_is_much_longer_than_any 1");
-    assert_error("51", "settings repeats 3");
+    assert_error("60", "settings cycle 1");
+    assert_error("60", "settings a_name_that_is_much_longer_than_any 1");
+    assert_error("61", "settings repeats 3");
     assert_error("33", "settings repeats 65536");
     assert_error("32", "settings repeats one");
     assert_error("31", "settings repeats 1 1");
@@ -144,14 +144,14 @@ void test_save_is_answered_when_it_is_over(void)
 void test_a_save_that_fails_is_an_error(void)
 {
     eeprom_fake.dead = SETTINGS_PLACE + 3;
-    assert_error("52", "save");
+    assert_error("62", "save");
 }
 
 void test_a_save_during_another_ones_is_an_error(void)
 {
     eeprom_fake.slow = 100;
     settings_save(&store, &settings); // the virtual device's
-    assert_error("53", "save");
+    assert_error("63", "save");
 }
 
 void test_alarms_are_listed_by_servo_and_kind(void)
@@ -174,7 +174,7 @@ void test_clear_while_torque_off_is_under_way_is_an_error(void)
 {
     says(7, 0x20);
     keeper_stop(&keeper);
-    assert_error("54", "clear");
+    assert_error("64", "clear");
     TEST_ASSERT_EQUAL_HEX8(0x20, crew.roster.alarms);
 }
 

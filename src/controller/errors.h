@@ -20,12 +20,12 @@
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
     X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
-    X(ERROR_UNKNOWN_SETTING, 50, "unknown setting", "'settings' lists them")                       \
-    X(ERROR_SETTING_RANGE, 51, "beyond the setting's range", "docs/settings.md has the ranges")    \
-    X(ERROR_NOT_SAVED, 52, "the EEPROM does not keep what is written",                             \
+    X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
+    X(ERROR_SETTING_RANGE, 61, "beyond the setting's range", "docs/settings.md has the ranges")    \
+    X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \
       "the older settings still hold; try again, or replace the chip")                             \
-    X(ERROR_SAVING, 53, "settings are being saved", "try again in 0.2 s")                          \
-    X(ERROR_STOPPING, 54, "torque off is under way", "try again when 'status' says how it went")   \
+    X(ERROR_SAVING, 63, "settings are being saved", "try again in 0.2 s")                          \
+    X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "it does not know the instruction, or ACTION found nothing registered")                      \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \

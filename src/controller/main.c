@@ -16,6 +16,9 @@
 #define BOARD_SERVOS 30
 #endif
 
+/* Of so many turns of the main loop one does everything, while an exchange is on the bus. */
+#define SELDOM 8
+
 /* The longest that the host's USART may need for the last two bytes, at 7843 bit/s. */
 #define HOST_QUIET_US 3000
 
@@ -86,7 +89,8 @@ static void keep(void)
     }
     keeper_poll(keeper);
     settings_save_poll(&controller.store);
-    memory_poll(&controller.memory);
+    if (!controller.bus.request) // it takes longer than all else here
+        memory_poll(&controller.memory);
     keeper->spare_bytes = controller.memory.spare_bytes;
 }
 
@@ -100,6 +104,7 @@ static void begin_keeper(void)
     keeper->outcomes = controller.outcomes;
     keeper->told = controller.told;
     keeper->room_bytes = memory_room_bytes();
+    memory_count(&controller.memory);
     keeper_begin(keeper, avr_reset_cause);
     controller.console.keeper = keeper;
 }
@@ -119,10 +124,12 @@ int main(void)
     console_open(&controller.console, &controller.bus, &controller.request, &controller.serial.rx,
                  &controller.serial.tx);
     begin_keeper();
-    for (;;) {
+    for (uint8_t turn = 0;; turn++) {
         watchdog_pet();
-        follow_settings();
-        keep();
+        if (!controller.bus.request || turn % SELDOM == 0) {
+            follow_settings();
+            keep();
+        }
         cds_bus_poll(&controller.bus);
         console_poll(&controller.console);
         if (console_idle(&controller.console) && serial_broken(&controller.serial))

@@ -66,7 +66,7 @@ class Faults(unittest.TestCase):
 
     def test_a_late_reply_is_no_reply_and_not_that_to_the_next_question(self):
         run = self.passes("@fault delay out 1 800\n! read 1 LED\n@wait 5\nread 2 ID\n"
-                          "@fault delay out 1 660\n! read 1 LED\nread 2 ID\n", servos="1,2")
+                          "@fault delay out 1 690\n! read 1 LED\nread 2 ID\n", servos="1,2")
         self.assertEqual(self.errors(run), [2, 0, 2, 0])
         self.assertEqual(run.output.count("ID = 2"), 2)
 

@@ -110,7 +110,7 @@ class Debugger(unittest.TestCase):
     def test_a_step_runs_through_handlers(self):
         with Simulator("--gdb", "0") as run:
             steps = pathlib.Path(run.folder.name) / "steps"
-            steps.write_text("set $n = 0\nwhile $n < 400\nstepi\nset $n = $n + 1\nend\n")
+            steps.write_text("set $n = 0\nwhile $n < 900\nstepi\nset $n = $n + 1\nend\n")
             said = gdb(run.port(), ["tbreak __vector_18", "continue", "finish", "echo stepping\\n",
                                     f"source {steps}", "print controller.serial.rx", "detach"])
             self.assertEqual(run.end(), 0)
