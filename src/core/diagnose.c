@@ -29,6 +29,7 @@ enum diagnose_phase {
     ANYONE,    // broadcast PING
     SEEK,      // PING of one ID after the other
     NAME,      // PING of the candidate
+    WAKE,      // PING of the target until it hears again
     ELSEWHERE, // PING of the target at another rate
     ELSEWHERE_ANYONE,
     GIVE_BACK,
@@ -45,6 +46,7 @@ static uint8_t wanted(uint8_t phase)
     case SAME:
     case DIFFERING: return 6;
     case SEEK: return 1;
+    case WAKE: return 43; // of 6 bytes: more than any LENGTH
     case ELSEWHERE:
     case ELSEWHERE_ANYONE: return 2;
     default: return 3;
@@ -148,7 +150,7 @@ static void ask(struct cds_diagnose *diagnose)
                                                                      : CDS_RETURN_DELAY_MAX_US);
     diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
     submitted = submit(diagnose);
-    diagnose->request->vetted = false; // no observer, so nobody did
+    diagnose->request->vetted = false; // without an observer nobody does
     if (submitted == CDS_OK) {
         diagnose->in_flight = 1;
         diagnose->sent_size = (uint8_t)packet->size; // the reply will overwrite it
@@ -289,7 +291,7 @@ static enum cds_finding trouble(const struct cds_diagnose *diagnose)
         return CDS_FINDING_NOISE;
     if (diagnose->overruns)
         return CDS_FINDING_BYTES_LOST;
-    return twice && phase != KNOCK ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NONE;
+    return twice && phase != KNOCK && phase != WAKE ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NONE;
 }
 
 static void listened(struct cds_diagnose *diagnose)
@@ -305,14 +307,17 @@ static void listened(struct cds_diagnose *diagnose)
 }
 
 /* Examines the target once more; false: that has been done. One damaged LENGTH makes a servo deaf
- * for up to 255 bytes, so one accident may spoil a whole examination. */
+ * for up to 255 bytes, so one accident may spoil a whole examination; one that has answered before
+ * is woken first, or the same accident would spoil the second, too. */
 static bool look_again(struct cds_diagnose *diagnose)
 {
+    bool deaf = diagnose->series.silent && diagnose->found_id == diagnose->target;
+
     if (diagnose->looked_again)
         return false;
     diagnose->looked_again = 1;
     diagnose->total = (struct cds_diagnose_tally){0};
-    enter(diagnose, KNOCK);
+    enter(diagnose, deaf ? WAKE : KNOCK);
     return true;
 }
 
@@ -551,6 +556,7 @@ static void series_ended(struct cds_diagnose *diagnose)
     case ANYONE: looked_for_anyone(diagnose); break;
     case SEEK: sought(diagnose); break;
     case NAME: named(diagnose); break;
+    case WAKE: enter(diagnose, KNOCK); break;
     default: looked_elsewhere(diagnose);
     }
 }
@@ -591,6 +597,7 @@ static void listen(struct cds_diagnose *diagnose)
 static void go_on(struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
+    bool until_answered = diagnose->phase == LIMITS || diagnose->phase == WAKE;
 
     switch (diagnose->phase) {
     case SETTLE:
@@ -605,7 +612,7 @@ static void go_on(struct cds_diagnose *diagnose)
     case GIVE_BACK: give_back(diagnose); break;
     default:
         if (series->asked == wanted(diagnose->phase) || series->busy >= FEW ||
-            (diagnose->phase == LIMITS && series->answered))
+            (until_answered && series->answered))
             series_ended(diagnose);
         else if (tuned(diagnose))
             ask(diagnose);
