@@ -26,7 +26,7 @@
     X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
     X(return_delay, 1, 254, 0, 254, "2 us", "the longest return delay of any servo on the bus")    \
     X(repeats, 1, 0, 0, 2, "-", "how often a packet is sent again when no good reply came")        \
-    X(echo, 1, 0, 0, 1, "-", "1: the console echoes what is typed")                                \
+    X(echo, 1, 1, 0, 1, "-", "1: the console echoes what is typed")                                \
     X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
