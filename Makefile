@@ -77,9 +77,11 @@ CONTROLLER_SRC := $(wildcard src/controller/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
 EXAMPLES := $(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf))
 
-# The controller's own serial port to the PC is not the library's business.
-LIBRARY_SRC := $(CORE_SRC) $(filter-out src/avr/serial.c,$(AVR_SRC))
-FIRMWARE_SRC := $(CONTROLLER_SRC) src/avr/serial.c
+# The controller's own serial port to the PC, its EEPROM, watchdog and RAM are not the library's
+# business.
+OWN_SRC := $(addprefix src/avr/,serial.c eeprom.c watchdog.c memory.c)
+LIBRARY_SRC := $(CORE_SRC) $(filter-out $(OWN_SRC),$(AVR_SRC))
+FIRMWARE_SRC := $(CONTROLLER_SRC) $(OWN_SRC)
 
 # $(1): board, $(2): its folder. Its board.mk has just been included.
 define board_rules
@@ -288,7 +290,8 @@ build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
 	$(Q)$(CC) $(HOST_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
 # What a test of the core or of the console is linked with.
-TESTED_SRC := $(CORE_SRC) $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/port_fake.c
+TESTED_SRC := $(CORE_SRC) $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/port_fake.c \
+	test/eeprom_fake.c
 TESTED_OBJ := $(TESTED_SRC:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
 
 $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o \
@@ -384,7 +387,7 @@ feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
 	test/*.[ch] test/*/*.[ch])
 
-GENERATED_DOCS := errors registers console device
+GENERATED_DOCS := errors registers settings console device
 
 ## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check

@@ -1,11 +1,17 @@
 #!/usr/bin/env python3
-"""Flash and static RAM of firmwares beside their budgets; exit 1 when one is over.
+"""Flash and static RAM of firmwares beside their budgets, and the RAM of the chip that is left to the
+stack; exit 1 when one is over.
 
 usage: size.py ELF FLASH_MAX RAM_MAX [ELF FLASH_MAX RAM_MAX ...] [--note ELF ...]
 Those after --note are shown without a budget.
 """
+import re
+import struct
 import subprocess
 import sys
+
+NOTE = ".note.gnu.avr.deviceinfo"
+NOTE_HEAD = 16 # bytes before flash start and size, RAM start and size
 
 
 def sizes(elf):
@@ -20,22 +26,31 @@ def sizes(elf):
             data + sections.get(".bss", 0) + sections.get(".noinit", 0))
 
 
+def ram_of_chip(elf):
+    """Bytes, as avr-gcc's start-up code has noted it."""
+    text = subprocess.check_output(["avr-objdump", "-s", "-j", NOTE, elf], text=True)
+    words = re.findall(r"^ [0-9a-f]+ ((?:[0-9a-f]+ ){1,4}) ", text, re.M)
+    note = bytes.fromhex("".join(words).replace(" ", ""))
+    return struct.unpack_from("<4I", note, NOTE_HEAD)[3]
+
+
 def main(arguments):
     split = arguments.index("--note") if "--note" in arguments else len(arguments)
     budgeted, noted = arguments[:split], arguments[split + 1:]
     rows = [(budgeted[i], int(budgeted[i + 1]), int(budgeted[i + 2]))
             for i in range(0, len(budgeted), 3)]
     over = False
-    print(f"  {'bytes of':<36}{'flash':>8}{'budget':>8}{'RAM':>8}{'budget':>8}")
+    print(f"  {'bytes of':<36}{'flash':>8}{'budget':>8}{'RAM':>8}{'budget':>8}{'stack':>8}")
     for elf, flash_max, ram_max in rows:
         flash, ram = sizes(elf)
         verdict = ""
         if flash > flash_max or ram > ram_max:
             verdict, over = "  OVER BUDGET", True
-        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}{verdict}")
+        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{flash_max:>8}{ram:>8}{ram_max:>8}"
+              f"{ram_of_chip(elf) - ram:>8}{verdict}")
     for elf in noted:
         flash, ram = sizes(elf)
-        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}")
+        print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}{ram_of_chip(elf) - ram:>8}")
     return 1 if over else 0
 
 

@@ -70,10 +70,17 @@ static void was_reset(void *owner, uint64_t now)
 {
     struct bench *bench = owner;
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
+        faults_controller_reset(&bench->bus[i].faults, now);
         wire_reset(&bench->bus[i].wire, now);
     }
     if (bench->board.has_host) {
         usart_reset(&bench->host.usart, now);
+    }
+    if (bench->options->host == BENCH_HOST_SCRIPT) {
+        if (bench->script.echo) {
+            printf("%10" PRIu64 " reset\n", now);
+        }
+        script_was_reset(&bench->script, now);
     }
 }
 
@@ -159,6 +166,12 @@ static const char *script_fault(void *owner, uint64_t now, const char *text)
                                         : "the board has no such bus";
 }
 
+static void script_upset(void *owner, uint64_t now, const struct upset_order *order)
+{
+    struct bench *bench = owner;
+    upset_order(&bench->upset, now, order);
+}
+
 static void script_echo(void *owner, bool on)
 {
     struct bench *bench = owner;
@@ -206,6 +219,7 @@ static const struct script_world script_world = {
     .bus = script_bus,
     .servos = script_servos,
     .fault = script_fault,
+    .upset = script_upset,
     .echo = script_echo,
     .outcome = script_outcome,
     .finished = script_finished,
@@ -437,6 +451,7 @@ bool bench_init(struct bench *bench, const struct bench_options *options)
     }
     bench->machine.owner = bench;
     bench->machine.on_reset = was_reset;
+    upset_init(&bench->upset, &bench->machine);
     if (!init_servos(bench) || !bench_order_faults(options, script_fault, bench)) {
         return false;
     }

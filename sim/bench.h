@@ -24,6 +24,7 @@
 #include "state.h"
 #include "trace.h"
 #include "transcript.h"
+#include "upset.h"
 #include "vcd.h"
 #include "wire.h"
 
@@ -90,6 +91,7 @@ struct bench {
     struct schedule schedule;
     struct board board;
     struct machine machine;
+    struct upset upset;
     struct rules rules;
     struct bench_bus bus[BOARD_BUSES_MAX];
     struct host host;

@@ -18,6 +18,8 @@ enum { ERASE_AND_WRITE, ERASE, WRITE };
 #define WHOLE_US     3400
 #define HALF_US      1800
 #define ERASED       0xFF
+#define LOWER_HALF   0x0F
+#define UPPER_HALF   0xF0
 
 static uint8_t *eecr(const struct eeprom *eeprom)
 {
@@ -88,10 +90,14 @@ static void begin_write(struct eeprom *eeprom, unsigned mode)
     eeprom->address = address(eeprom);
     unsigned data = eeprom->avr->data[r->r_eedr] | modes[mode].from_data;
     eeprom->value = (uint8_t)(data & (r->eeprom[eeprom->address] | modes[mode].from_old));
-    eeprom->erased = mode == ERASE_AND_WRITE ? start + duration / 2 : SCHEDULE_NEVER;
+    eeprom->start = start;
+    eeprom->whole = mode == ERASE_AND_WRITE;
     schedule_cancel(eeprom->schedule, &eeprom->disarm);
     schedule_at(eeprom->schedule, &eeprom->done, start + duration);
     cpu_halt(eeprom->avr, HALT_CYCLES);
+    if (eeprom->on_write) {
+        eeprom->on_write(eeprom->owner, start, duration);
+    }
 }
 
 static void write_eecr(avr_t *avr, avr_io_addr_t at, uint8_t value, void *param)
@@ -164,8 +170,16 @@ void eeprom_reset(struct eeprom *eeprom)
 
 void eeprom_lose_power(struct eeprom *eeprom, uint64_t now)
 {
-    if (busy(eeprom) && now >= eeprom->erased) {
-        eeprom->registers->eeprom[eeprom->address] = ERASED;
+    if (busy(eeprom) && eeprom->whole) {
+        uint8_t *byte = &eeprom->registers->eeprom[eeprom->address];
+        uint64_t percent = (now - eeprom->start) * 100u / (eeprom->done.time - eeprom->start);
+        if (percent >= 90) {
+            *byte = eeprom->value | UPPER_HALF;
+        } else if (percent >= 50) {
+            *byte = ERASED;
+        } else if (percent >= 45) {
+            *byte |= LOWER_HALF;
+        }
     }
     schedule_cancel(eeprom->schedule, &eeprom->done);
 }

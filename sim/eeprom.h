@@ -3,8 +3,10 @@
  * A write takes 8.5 ms on chips without EEPM bits (data sheet of the ATmega128, "EEPROM Programming
  * Time": 8448 cycles of 1 MHz), 3.4 ms on the others, 1.8 ms to erase only or to write only (data
  * sheet of the ATmega2560, "EEPROM Mode Bits"). Meanwhile EEPE is 1, and reading, EEAR and EEPM are
- * locked. A reset does not stop a write; loss of power does: in the first half the old byte stays,
- * in the second half it is erased.
+ * locked. A reset does not stop a write; loss of power does. What it leaves is our choice, by the
+ * share of the time of a write that was over: up to 45 % the old byte, to 50 % with its lower half
+ * erased, to 90 % an erased byte, then the new one with its upper half not yet written. Of an erase
+ * only or a write only: the old byte.
  */
 #ifndef SIM_EEPROM_H
 #define SIM_EEPROM_H
@@ -26,7 +28,10 @@ struct eeprom {
     struct event done;
     uint16_t address; // of the write in progress
     uint8_t value;    // that the byte gets
-    uint64_t erased;  // when the old byte is gone, if it goes before the new one stands
+    uint64_t start;
+    bool whole; // it erases the old byte and writes the new one
+    void *owner;
+    void (*on_write)(void *owner, uint64_t start, uint64_t cycles); // one begins; may be 0
 };
 
 void eeprom_init(struct eeprom *eeprom, avr_t *avr, struct schedule *schedule, bool exact);

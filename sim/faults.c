@@ -39,6 +39,12 @@ static void disturb(struct faults *faults, uint64_t until)
     }
 }
 
+void faults_controller_reset(struct faults *faults, uint64_t now)
+{
+    faults->resets++;
+    disturb(faults, now);
+}
+
 static void tell(struct faults *faults, uint64_t now, uint64_t until, enum fault_verb verb)
 {
     faults->acts++;
@@ -469,7 +475,8 @@ static void reply_due(void *meddler, struct servo_node *node)
     const struct fault_sender *sender = &faults->sender;
     node->reply = ++faults->replies;
     drop_orders(faults, true, oldest_reply(faults));
-    bool excused = faults->acts && (faults->disturbed || node->stale || !sender->complete);
+    bool excused =
+        (faults->acts || faults->resets) && (faults->disturbed || node->stale || !sender->complete);
     for (unsigned i = 0; i < faults->waiting_count; i++) {
         struct fault_waiting *waiting = &faults->waiting[i];
         if (verbs[waiting->order.verb].reply && is_for(&waiting->order, true, node->reply)) {

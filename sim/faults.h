@@ -71,6 +71,7 @@ struct faults {
     bool disturbed; // a fault has acted since the controller's latest packet began
     uint64_t disturbed_until;
     uint32_t orders, acts, wasted;
+    uint32_t resets; // of the controller: as good as a fault, for who is to blame
     void *owner;
     /* A fault acts, for pictures; until == from: it has no end of its own. May be 0. */
     void (*on_act)(void *owner, uint64_t from, uint64_t until, const char *what);
@@ -83,6 +84,9 @@ void faults_init(struct faults *faults, struct schedule *schedule, struct servos
 void faults_join_receiver(struct faults *faults, struct net *rxd);
 
 /* To be called when a byte of the controller begins on the wire, before it drives. */
+/* The controller was reset: servos that talk, or answer what it was cut short in, are excused. */
+void faults_controller_reset(struct faults *faults, uint64_t now);
+
 void faults_controller_byte(struct faults *faults, uint64_t now, const struct talker *talker);
 
 /* Takes an order. Returns 0, or what is wrong. The check does nothing else: it is for a file that

@@ -143,12 +143,54 @@ void machine_reset(struct machine *machine, enum machine_reset cause)
     machine->reset_due |= 1u << cause;
 }
 
+/* simavr's watchdog is to do what it does after a bite of its own. */
+static void order_watchdog(struct machine *machine)
+{
+    avr_watchdog_t *dog = watchdog(machine->avr);
+    if (dog) {
+        dog->reset_context.wdrf = 1;
+        dog->reset_context.avr_run = machine->run;
+    }
+}
+
+/* --- a hang --------------------------------------------------------------------------------------
+ */
+
+void machine_hang(struct machine *machine)
+{
+    machine->hang_due = true;
+}
+
+/* In the main program, where it does not keep the handlers out: a jump to itself. */
+static void hang(struct machine *machine)
+{
+    avr_t *avr = machine->avr;
+    if (machine->cpu.depth || !avr->sreg[S_I]) {
+        return;
+    }
+    machine->hang_due = false;
+    machine->hangs = true;
+    machine->hang_at = avr->pc;
+    memcpy(machine->hang_code, avr->flash + avr->pc, sizeof(machine->hang_code));
+    memcpy(avr->flash + avr->pc, (uint8_t[]){0xFF, 0xCF}, sizeof(machine->hang_code));
+}
+
+static void end_hang(struct machine *machine)
+{
+    if (machine->hangs) {
+        memcpy(machine->avr->flash + machine->hang_at, machine->hang_code,
+               sizeof(machine->hang_code));
+    }
+    machine->hangs = machine->hang_due = false;
+}
+
 /* The flags of earlier resets stay until the firmware or loss of power clears them. */
 static void reset(struct machine *machine)
 {
     avr_t *avr = machine->avr;
     unsigned due = machine->reset_due;
     machine->reset_due = 0;
+    end_hang(machine);
     machine->flags = *flags(machine) & ((1u << MACHINE_RESETS) - 1u);
     if (!due) {
         return; // the watchdog: simavr does it all
@@ -160,6 +202,9 @@ static void reset(struct machine *machine)
         due = 1u << MACHINE_POWER_ON;
         machine->flags = 0;
         memset(avr->data, 0, avr->ramend + 1u);
+    }
+    if (due & 1u << MACHINE_WATCHDOG) {
+        order_watchdog(machine);
     }
     machine->flags |= (uint8_t)due;
     avr->run = machine->run;
@@ -275,6 +320,9 @@ static enum machine_end run(struct machine *machine)
         }
         if (machine->gdb && !gdb_may_run(machine->gdb)) {
             break;
+        }
+        if (machine->hang_due) {
+            hang(machine);
         }
         machine->fresh = false;
         machine->pc = avr->pc;

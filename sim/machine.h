@@ -35,14 +35,18 @@ struct machine {
     struct cpu cpu;
     struct eeprom eeprom;
     struct image image;
-    struct gdb *gdb;      // 0: none
-    avr_run_t run;        // simavr's own way to run; its watchdog puts another one there to reset
-    unsigned reset_due;   // bits of enum machine_reset
-    uint8_t flags;        // of MCUSR, over a reset
-    avr_io_t reset_watch; // simavr calls it when the chip is reset, after its own parts
-    uint32_t pc;          // of the latest instruction, byte address
-    bool fresh;           // has been reset and not yet run
-    bool driving;         // within schedule_run_until
+    struct gdb *gdb;    // 0: none
+    avr_run_t run;      // simavr's own way to run; its watchdog puts another one there to reset
+    unsigned reset_due; // bits of enum machine_reset
+    bool hang_due;
+    bool hangs;
+    avr_flashaddr_t hang_at; // the instruction that was put aside
+    uint8_t hang_code[2];
+    uint8_t flags;              // of MCUSR, over a reset
+    avr_io_t reset_watch;       // simavr calls it when the chip is reset, after its own parts
+    uint32_t pc;                // of the latest instruction, byte address
+    bool fresh;                 // has been reset and not yet run
+    bool driving;               // within schedule_run_until
     volatile sig_atomic_t stop; // may be set by a signal handler
     char crash[240];            // what went wrong; "": nothing
     void *owner;
@@ -57,6 +61,10 @@ void machine_free(struct machine *machine);
 /* Resets the chip after the present instruction: registers and pins, not the RAM but for
  * MACHINE_POWER_ON. No start-up time is charged. */
 void machine_reset(struct machine *machine, enum machine_reset cause);
+
+/* The main program goes round in one place from now on, with interrupts on: handlers run as before.
+ * A reset ends it. */
+void machine_hang(struct machine *machine);
 
 /* Ends machine_run after the present instruction. */
 void machine_stop(struct machine *machine);

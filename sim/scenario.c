@@ -90,6 +90,16 @@ static const char *parse_show(struct scenario_line *line, char *rest)
     return expect_parse_show(&line->expectation, rest);
 }
 
+static const char *parse_reset(struct scenario_line *line, char *rest)
+{
+    return upset_parse_reset(&line->upset, rest);
+}
+
+static const char *parse_hang(struct scenario_line *line, char *rest)
+{
+    return upset_parse_hang(&line->upset, rest);
+}
+
 /* [IDS] VALUE [over MS] */
 static const char *parse_cause(struct scenario_line *line, char *rest)
 {
@@ -131,6 +141,8 @@ static const char *parse_action(struct scenario_line *line, char *text)
         {"expect", SCENARIO_EXPECT, parse_expect},
         {"baud", SCENARIO_BAUD, parse_baud},
         {"show", SCENARIO_SHOW, parse_show},
+        {"reset", SCENARIO_UPSET, parse_reset},
+        {"hang", SCENARIO_UPSET, parse_hang},
     };
     char *rest = words_rest(text);
     line->text = rest;
@@ -145,7 +157,7 @@ static const char *parse_action(struct scenario_line *line, char *text)
     return line->cause < CAUSE_COUNT
                ? parse_cause(line, rest)
                : "unknown @ command; there are @servos @power @supply @ambient @load @block @fault "
-                 "@wait @at @send @baud @expect @show @print @echo";
+                 "@reset @hang @wait @at @send @baud @expect @show @print @echo";
 }
 
 static const char *parse_line(struct scenario_line *line, char *text)

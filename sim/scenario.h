@@ -9,6 +9,7 @@
 #include "causes.h"
 #include "expect.h"
 #include "ids.h"
+#include "upset.h"
 
 #define SCENARIO_MS_MAX 3600000
 
@@ -25,6 +26,7 @@ enum scenario_verb {
     SCENARIO_SEND,
     SCENARIO_FAULT,
     SCENARIO_CAUSE,
+    SCENARIO_UPSET,
     SCENARIO_EXPECT,
     SCENARIO_SHOW,
 };
@@ -40,6 +42,7 @@ struct scenario_line {
     bool ids[IDS_MAX];  // CAUSE: these; SERVOS: which there will be
     enum cause cause;
     int32_t value; // CAUSE, BAUD
+    struct upset_order upset;
     struct expectation expectation;
 };
 

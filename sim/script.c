@@ -5,9 +5,10 @@
 
 #include "words.h"
 
-#define POLL_US        100  // for the firmware to listen, and for what is expected
-#define PACKET_US      100  // after one that was expected
-#define READY_AFTER_US 1000 // a PC is not that fast either
+#define POLL_US        100   // for the firmware to listen, and for what is expected
+#define PACKET_US      100   // after one that was expected
+#define READY_AFTER_US 1000  // a PC is not that fast either
+#define RESET_AFTER_US 10000 // the rest of a line is answered meanwhile
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {
@@ -135,6 +136,13 @@ static bool do_fault(struct script *script, uint64_t now, const struct scenario_
     return !wrong;
 }
 
+static bool do_upset(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    script->world->upset(script->world->owner, now, &line->upset);
+    step_at(script, now + 1); // what happens now happens before the next line
+    return false;
+}
+
 static bool do_cause(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     const struct script_world *world = script->world;
@@ -200,6 +208,7 @@ static const struct {
     [SCENARIO_SEND] = {do_send, FORGETS_BEFORE},
     [SCENARIO_FAULT] = {do_fault, KEEPS},
     [SCENARIO_CAUSE] = {do_cause, KEEPS},
+    [SCENARIO_UPSET] = {do_upset, KEEPS},
     [SCENARIO_EXPECT] = {do_expect, KEEPS},
     [SCENARIO_SHOW] = {do_show, KEEPS},
 };
@@ -211,9 +220,17 @@ static bool listens(struct script *script, uint64_t now)
 {
     if (!script->started && script->world->ready) {
         script->started = script->world->ready(script->world->owner);
-        step_at(script, now + cycles(script, script->started ? READY_AFTER_US : POLL_US));
+        step_at(script, now + cycles(script, script->started ? script->hush_us : POLL_US));
+        if (!script->done && !event_armed(&script->patience)) {
+            schedule_at(script->schedule, &script->patience,
+                        now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
+        }
         return false;
     }
+    if (script->hush_us == RESET_AFTER_US) {
+        script->reply_size = 0; // half a byte of before the reset
+    }
+    script->hush_us = 0;
     script->started = true;
     return true;
 }
@@ -293,6 +310,16 @@ void script_packet(struct script *script, const struct transcript *transcript)
     witness_packet(&script->witness, transcript);
 }
 
+void script_was_reset(struct script *script, uint64_t now)
+{
+    script->started = false;
+    script->hush_us = RESET_AFTER_US;
+    if (script->waiting) {
+        script->waiting = false;
+        step_at(script, now);
+    }
+}
+
 /* --- begin and end -------------------------------------------------------------------------------
  */
 
@@ -302,6 +329,7 @@ static const char *lacks(const struct script_world *world, enum scenario_verb ve
     case SCENARIO_COMMAND: return world->say ? 0 : "there is no console here: use @send";
     case SCENARIO_SEND:
     case SCENARIO_BAUD: return world->send ? 0 : "only without firmware: cds55xx-sim bus";
+    case SCENARIO_UPSET: return world->upset ? 0 : "there is no controller here";
     case SCENARIO_FAULT: return world->fault ? 0 : "no faults can be ordered here";
     default: return 0;
     }
@@ -356,6 +384,7 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
     script->clock_Hz = clock_Hz;
     script->world = world;
     script->out = out;
+    script->hush_us = READY_AFTER_US;
     causes_init(&script->causes, schedule, clock_Hz);
     witness_init(&script->witness);
     struct servos *servos;

@@ -42,6 +42,8 @@ struct script_world {
     void (*servos)(void *owner, uint64_t now, const uint8_t *ids, unsigned count);
     /* Orders a fault of the bus. Returns 0, or what is wrong. 0: there are no faults. */
     const char *(*fault)(void *owner, uint64_t now, const char *text);
+    /* Resets the controller or lets it hang. 0: there is none. */
+    void (*upset)(void *owner, uint64_t now, const struct upset_order *order);
     void (*echo)(void *owner, bool on);
     struct rules *rules; // may be 0
     /* A command has had its reply, or none; an expectation was not met. */
@@ -61,6 +63,7 @@ struct script {
     struct expect_scene scene;
     struct event step;
     struct event patience;
+    uint32_t hush_us; // until the firmware that listens is spoken to
     bool started, waiting, expecting, echo, done;
     char reply[SCRIPT_REPLY_ROOM];
     unsigned reply_size;
@@ -78,6 +81,10 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
 /* A byte that the firmware said; a packet, or what was none, that has passed on a bus. */
 void script_hear(struct script *script, uint64_t now, uint8_t byte);
 void script_packet(struct script *script, const struct transcript *transcript);
+
+/* The controller was reset: what it was asked will not be answered, and the scenario goes on when
+ * it listens again. */
+void script_was_reset(struct script *script, uint64_t now);
 
 /* The line that is being worked on, for messages. */
 unsigned script_line_number(const struct script *script);

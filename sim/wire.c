@@ -286,6 +286,7 @@ static void notice(void *owner, enum usart_notice what, uint64_t now)
 void wire_reset(struct wire *wire, uint64_t now)
 {
     wire->txd_driven = false;
+    wire->servo_until = 0; // it hears no more of that, and that is no breach
     usart_reset(&wire->usart, now);
     follow_pins(wire, now);
 }

@@ -24,6 +24,9 @@ static struct bridge bridge;
 static struct device device;
 static struct values values;
 static struct robot robot;
+static struct settings settings;
+static struct settings_store store;
+static struct keeper keeper;
 static struct console console;
 static struct cds_request request;
 static uint8_t packets[3][HOST_PACKET_MAX];
@@ -46,12 +49,14 @@ static void open_all(void)
     request = (struct cds_request)CDS_REQUEST(packets[0]);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     host_open(&host, &input, &text, packets[1]);
-    values_open(&values, &bus, &host, &bridge, &lost);
-    device.world = &values.world;
-    bridge_open(&bridge, &bus, &host, &device, &output, packets[2]);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
-    console_open(&console, &robot, &request, &text, &output);
+    settings_default(&settings);
+    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
+    values_open(&values, &keeper, &host, &bridge, &lost);
+    device.world = &values.world;
+    bridge_open(&bridge, &bus, &host, &device, &output, packets[2]);
+    console_open(&console, &keeper, &request, &text, &output);
 }
 
 /* Whoever is asked answers what was asked for; a third of them do not. */
@@ -262,7 +267,7 @@ static int damaged_ones(uint32_t count)
         size_t size = damage(bytes, any(2) ? any_packet(bytes) : any_line(bytes));
 
         say(bytes, size);
-        values.kept[DEVICE_ID] = 253;
+        settings.device_id = 253;
         if (good_ones(bytes, size))
             return 1;
     }

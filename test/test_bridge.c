@@ -12,6 +12,10 @@ static struct host host;
 static struct bridge bridge;
 static struct device device;
 static struct values values;
+static struct robot robot;
+static struct settings settings;
+static struct settings_store store;
+static struct keeper keeper;
 static uint8_t buffers[2][HOST_PACKET_MAX];
 static uint16_t gaps;
 
@@ -28,7 +32,11 @@ void setUp(void)
     memset(&device, 0, sizeof device);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     host_open(&host, &input, &text, buffers[0]);
-    values_open(&values, &bus, &host, &bridge, &gaps);
+    memset(&robot, 0, sizeof robot);
+    robot_begin(&robot, &bus);
+    settings_default(&settings);
+    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
+    values_open(&values, &keeper, &host, &bridge, &gaps);
     device.world = &values.world;
     bridge_open(&bridge, &bus, &host, &device, &output, buffers[1]);
     heard_size = 0;
@@ -314,9 +322,9 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x06, 7, 2, 0, 1, 0x34, 0x12); // 0x06 to 0x0B
     assert_heard(DEVICE_IS, 0, NULL, 0);
-    TEST_ASSERT_EQUAL_UINT16(7, values.kept[DEVICE_RETURN_DELAY]);
-    TEST_ASSERT_EQUAL_UINT16(2, values.kept[DEVICE_REPEATS]);
-    TEST_ASSERT_EQUAL_UINT16(0x1234, values.kept[DEVICE_LINK_LOSS_MS]);
+    TEST_ASSERT_EQUAL_UINT16(7, settings.return_delay);
+    TEST_ASSERT_EQUAL_UINT16(2, settings.repeats);
+    TEST_ASSERT_EQUAL_UINT16(0x1234, settings.link_loss_ms);
     TEST_ASSERT_EQUAL_UINT16(14, bus.return_delay_us);
     TEST_ASSERT_EQUAL_UINT8(2, bus.repeats);
     SAY(DEVICE_IS, CDS_WRITE, 0x06, 9, 3); // 3 is out of range
@@ -325,10 +333,10 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     SAY(DEVICE_IS, CDS_WRITE, 0x02, 1, 5); // VERSION is read-only
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    TEST_ASSERT_EQUAL_UINT16(7, values.kept[DEVICE_RETURN_DELAY]);
-    TEST_ASSERT_EQUAL_UINT16(DEVICE_IS, values.kept[DEVICE_ID]);
+    TEST_ASSERT_EQUAL_UINT16(7, settings.return_delay);
+    TEST_ASSERT_EQUAL_UINT16(DEVICE_IS, settings.device_id);
     SAY(DEVICE_IS, CDS_WRITE, 0x0B, 0x56); // the high byte alone
-    TEST_ASSERT_EQUAL_UINT16(0x5634, values.kept[DEVICE_LINK_LOSS_MS]);
+    TEST_ASSERT_EQUAL_UINT16(0x5634, settings.link_loss_ms);
     SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0xCF, 0x07); // 1999
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
 }

@@ -13,6 +13,9 @@ static struct cds_ring input, output;
 static uint8_t packet[258];
 static struct cds_request request;
 static struct robot robot;
+static struct settings settings;
+static struct settings_store store;
+static struct keeper keeper;
 static struct console console;
 
 /* What the console has said; only the end of it is kept. */
@@ -29,8 +32,9 @@ void setUp(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
-    console_open(&console, &robot, &request, &input, &output);
-    console.echo = false;
+    settings_default(&settings);
+    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
+    console_open(&console, &keeper, &request, &input, &output);
     said_length = 0;
     said[0] = '\0';
 }

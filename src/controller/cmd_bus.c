@@ -50,7 +50,7 @@ static void tell_found(struct console *console, const struct cds_scan_found *fou
         WRITER_TEXT(writer, ": damaged, two of one ID?");
     else if (found->details == CDS_OK && found->own_baud != found->baud)
         WRITER_TEXT(writer, ", a neighbour");
-    else if (found->baud == console->robot->baud && !robot_add(console->robot, found->id))
+    else if (found->baud == console->robot->baud && !crew_meet(&console->robot->crew, found->id))
         WRITER_TEXT(writer, ": too many to know");
     writer_end_of_line(writer);
 }
@@ -120,7 +120,7 @@ uint8_t counters_begin(struct console *console)
     struct robot *robot = console->robot;
 
     if (console->line.id != CDS_BROADCAST_ID &&
-        cds_roster_find(&robot->roster, console->line.id) == NULL)
+        cds_roster_find(&robot->crew.roster, console->line.id) == NULL)
         return ERROR_NOT_KNOWN;
     return 0;
 }
@@ -153,9 +153,9 @@ bool counters_poll(struct console *console)
     uint8_t index = console->job.progress.index++;
 
     if (console->line.id != CDS_BROADCAST_ID)
-        return tell_counter(&console->writer, servo_names,
-                            &cds_roster_find(&console->robot->roster, console->line.id)->counters,
-                            index);
+        return tell_counter(
+            &console->writer, servo_names,
+            &cds_roster_find(&console->robot->crew.roster, console->line.id)->counters, index);
     cds_bus_counters(console->bus, &counters);
     return tell_counter(&console->writer, bus_names, &counters, index);
 }

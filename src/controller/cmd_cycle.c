@@ -13,20 +13,31 @@
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF };
 enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END };
 
+/* As said, or as set: 0 and *us, or an error. */
+static uint8_t period(const struct console *console, uint16_t *us)
+{
+    uint16_t ms = 0;
+    uint8_t error;
+
+    *us = console->keeper->settings->cycle_us;
+    if (console->line.numbers == 0)
+        return 0;
+    error = number_ms(&console->line.number[0], &ms);
+    if (error == 0 && (ms < PERIOD_MIN_MS || ms > PERIOD_MAX_MS))
+        error = ERROR_OUT_OF_RANGE;
+    *us = (uint16_t)(ms * 1000u);
+    return error;
+}
+
 static uint8_t start(struct console *console)
 {
     struct robot *robot = console->robot;
     union robot_work *work = &robot->work;
-    uint16_t ms = 0;
-    uint8_t error;
+    uint16_t us = 0;
+    uint8_t error = period(console, &us);
 
-    if (console->line.numbers == 0)
-        return ERROR_COUNT;
-    error = number_ms(&console->line.number[0], &ms);
     if (error)
         return error;
-    if (ms < PERIOD_MIN_MS || ms > PERIOD_MAX_MS)
-        return ERROR_OUT_OF_RANGE;
     if (robot->group_count == 0)
         return ERROR_NO_GROUP;
     error = robot_claim(robot, ROBOT_CYCLE);
@@ -37,7 +48,7 @@ static uint8_t start(struct console *console)
     console->job.progress.since_us = cds_port_now_us();
     return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
                                               robot->group_count, work->cycle.packets,
-                                              work->cycle.feedback, (uint16_t)(ms * 1000u)));
+                                              work->cycle.feedback, us));
 }
 
 uint8_t cycle_begin(struct console *console)

@@ -12,10 +12,10 @@
 /* Is there room for those that are not known yet? All of them, or none, are taken in. */
 static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
-    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->roster.count);
+    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->crew.roster.count);
 
     for (uint8_t i = 0; i < count; i++) {
-        if (cds_roster_find(&robot->roster, ids[i]))
+        if (cds_roster_find(&robot->crew.roster, ids[i]))
             continue;
         if (room == 0)
             return false;
@@ -37,7 +37,7 @@ uint8_t group_begin(struct console *console)
     if (!fit(robot, ids, line->values))
         return ERROR_TOO_MANY;
     for (uint8_t i = 0; i < line->values; i++)
-        robot_add(robot, ids[i]);
+        crew_meet(&robot->crew, ids[i]);
     memcpy(robot->group, ids, line->values);
     robot->group_count = line->values;
     robot->group_acts = line->choice == 2;

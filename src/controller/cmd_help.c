@@ -79,6 +79,6 @@ bool version_poll(struct console *console)
 
 uint8_t echo_begin(struct console *console)
 {
-    console->echo = console->line.choice == 1;
+    console->keeper->settings->echo = console->line.choice == 1;
     return 0;
 }

@@ -31,10 +31,10 @@ bool stop_poll(struct console *console)
     const struct robot *robot = console->robot;
     uint8_t *index = &console->job.progress.index;
 
-    if (robot->stopping || robot->stop_waits)
+    if (robot_is_stopping(robot))
         return true;
     console->error = robot->stop.result;
-    while (*index < robot->roster.count) {
+    while (*index < robot->crew.roster.count) {
         uint8_t at = (*index)++;
 
         if (robot->outcomes[at] == CDS_STOP_OFF)
@@ -53,14 +53,16 @@ uint8_t release_begin(struct console *console)
     struct robot *robot = console->robot;
     struct cds_roster_servo *servo = NULL;
 
-    if (robot->stopping || robot->stop_waits)
+    if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     if (console->line.id != CDS_BROADCAST_ID) {
-        servo = cds_roster_find(&robot->roster, console->line.id);
+        servo = cds_roster_find(&robot->crew.roster, console->line.id);
         if (servo == NULL)
             return ERROR_NOT_KNOWN;
+    } else {
+        crew_unhold(&robot->crew);
     }
-    cds_roster_release(&robot->roster, servo);
+    cds_roster_release(&robot->crew.roster, servo);
     return 0;
 }
 
@@ -69,7 +71,7 @@ uint8_t release_begin(struct console *console)
 uint8_t limits_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
-    struct cds_roster *roster = &console->robot->roster;
+    struct cds_roster *roster = &console->robot->crew.roster;
     struct cds_roster_servo *servo = cds_roster_find(roster, line->id);
     uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
 
@@ -99,7 +101,7 @@ uint8_t servos_begin(struct console *console)
         return 0;
     if (robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
-    if (robot->stopping || robot->stop_waits)
+    if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     robot_forget(robot);
     return 0;
@@ -159,7 +161,7 @@ bool servos_poll(struct console *console)
     uint8_t *index = &console->job.progress.index;
     uint8_t *part = &console->job.progress.group;
 
-    if (robot->roster.count == 0) {
+    if (robot->crew.roster.count == 0) {
         writer_text_line(&console->writer, nobody);
         return false;
     }
@@ -168,5 +170,5 @@ bool servos_poll(struct console *console)
         *part = PART_STATE;
         (*index)++;
     }
-    return *index < robot->roster.count;
+    return *index < robot->crew.roster.count;
 }

@@ -55,9 +55,10 @@
       "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 as "  \
       "fast as it can, 20rpm if left out. While a cycle runs, it takes the goals over",            \
       "pose 90 150.5 210 at 20rpm")                                                                \
-    X(cycle, MANY, "?(every|off)?u", 0, cycle_begin, cycle_poll, " [every MS|off]",                \
+    X(cycle, MANY, "?(every|off)?u", 0, cycle_begin, cycle_poll, " [every [MS]|off]",              \
       "exchange goals and feedback at a fixed rate, or show how it goes",                          \
-      "Of the group; MS: 2 to 65ms. Goals are where the servos are, until pose gives others",      \
+      "Of the group; MS: 2 to 65ms, else cycle_us of the settings. Goals are where the servos "    \
+      "are, until pose gives others",                                                              \
       "cycle every 4ms")                                                                           \
     /* cmd_stop.c */                                                                               \
     X(stop, CARE, "", 0, stop_begin, stop_poll, "", "torque off everywhere, at once",              \
@@ -121,7 +122,22 @@
     X(sync, RAW, "rns", CDS_SYNC_WRITE, raw_begin, exchange_poll,                                  \
       " REG LENGTH ID:BYTE,BYTE,... ...", "write many servos at once",                             \
       "LENGTH: bytes for each servo, 1 to 50. Not answered",                                       \
-      "sync GOAL_POSITION 4 1:0,2,44,1 2:0,1,44,1")
+      "sync GOAL_POSITION 4 1:0,2,44,1 2:0,1,44,1")                                                \
+    /* cmd_keeper.c */                                                                             \
+    X(status, KEEPER, "", 0, NULL, status_poll, "", "how the controller is",                       \
+      "Last reset, settings, host link, torque off, bus, servos, stack", "status")                 \
+    X(alarms, KEEPER, "", 0, alarms_begin, alarms_poll, "", "alarms of servos since clear",        \
+      "Whatever a reply said, whoever asked. Told at once if alarm_report is set", "alarms")       \
+    X(clear, KEEPER, "", 0, clear_begin, NULL, "", "alarms and a lost host link are seen to",      \
+      "Servos held for that or by stop may be driven again; nothing moves", "clear")               \
+    X(settings, KEEPER, "?w?u", 0, settings_begin, settings_poll, " [NAME [VALUE]]",               \
+      "the controller's settings, or one of them",                                                 \
+      "As in docs/settings.md. A value counts at once, and until power-off unless saved",          \
+      "settings link_loss_ms 500")                                                                 \
+    X(save, KEEPER, "", 0, save_begin, save_poll, "", "keep the settings without power",           \
+      "In the EEPROM; 0.2 s, beside the bus", "save")                                              \
+    X(defaults, KEEPER, "", 0, defaults_begin, settings_poll, "",                                  \
+      "settings as in a new controller", "Kept only by save", "defaults")
 
 /* COMMAND_help, ...: the rows. */
 enum command_kind {

@@ -7,7 +7,8 @@
 
 #include "commands.h"
 #include "errors.h"
-#include "host.h" // HOST_MARK_DROPPED
+#include "handlers.h" // alarm_tell()
+#include "host.h"     // HOST_MARK_DROPPED
 #include "reply.h"
 
 /* The bus must not wait for a line. */
@@ -25,11 +26,12 @@ static void begin_line(struct console *console)
     console->state = CONSOLE_READING;
 }
 
-void console_open(struct console *console, struct robot *robot, struct cds_request *request,
+void console_open(struct console *console, struct keeper *keeper, struct cds_request *request,
                   struct cds_ring *input, struct cds_ring *output)
 {
-    console->bus = robot->bus;
-    console->robot = robot;
+    console->keeper = keeper;
+    console->robot = keeper->robot;
+    console->bus = keeper->robot->bus;
     console->input = input;
     console->looked = input->tail;
     console->writer.ring = output;
@@ -158,7 +160,7 @@ static void take_mark(struct console *console, uint8_t mark)
 
 static struct writer *echo_of(struct console *console)
 {
-    return console->echo ? &console->writer : NULL;
+    return console->keeper->settings->echo ? &console->writer : NULL;
 }
 
 static void take(struct console *console, char c)
@@ -312,7 +314,7 @@ void console_poll(struct console *console)
     case CONSOLE_READING:
         if (console->stop_asked)
             answer_stop(console);
-        else
+        else if (!alarm_tell(console))
             read_input(console);
         break;
     case CONSOLE_RUNNING:
@@ -332,5 +334,6 @@ bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
            !console->stop_asked && !console->ending && console->editor.locked == 0 &&
-           console->editor.shown == console->editor.length;
+           console->editor.shown == console->editor.length && !console->writer.text &&
+           !console->keeper->alarm;
 }

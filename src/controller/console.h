@@ -19,6 +19,7 @@
 #include "cds55xx/setup.h"    // struct cds_setup
 #include "command.h"          // struct command_line
 #include "editor.h"           // struct editor
+#include "keeper.h"           // struct keeper
 #include "robot.h"            // struct robot
 #include "token.h"            // struct token
 #include "writer.h"           // struct writer
@@ -59,6 +60,7 @@ union console_job {
 struct console {
     struct cds_bus *bus;
     struct robot *robot;
+    struct keeper *keeper;
     uint8_t state;       // enum console_state
     uint8_t step;        // calls of the command's poll so far, 255 at most
     uint8_t phase;       // the command's own, 0 when it begins
@@ -66,7 +68,6 @@ struct console {
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
     bool closed;         // the reply's last line is written
     bool skipping;       // the rest of this line counts for nothing but its end
-    bool echo;           // what is typed is shown; off at first; may be set at any time
     bool stop_asked;     // by Ctrl-X, and not answered yet
     bool ending;         // what is locked of the text is all of the line
     uint8_t fed;         // characters of what is locked that the parser has
@@ -81,8 +82,8 @@ struct console {
 };
 
 /* Zero *console first (static storage is). `request` has room for the longest packet, 258 bytes,
- * and is on the bus of `robot`. */
-void console_open(struct console *console, struct robot *robot, struct cds_request *request,
+ * and is on the bus of the robot of `keeper`, which has begun. */
+void console_open(struct console *console, struct keeper *keeper, struct cds_request *request,
                   struct cds_ring *input, struct cds_ring *output);
 
 /* Moves on: takes some characters, or goes on with a command, or writes a piece of the reply. To be

@@ -34,13 +34,15 @@
     X(CYCLE_US, 0x0C, 2, RW, 2000, 65535, "us", "period of the cycle")                             \
     X(MODEL, 0x00, 2, RD, 0, 65535, "-", "model number: 0xCD55")                                   \
     X(VERSION, 0x02, 1, RD, 0, 255, "-", "firmware version: 16 x major + minor")                   \
-    X(SAVE, 0x10, 1, RW, 0, 1, "-", "1: keep 0x03 to 0x0F; 0 again when that is done")             \
+    X(SAVE, 0x10, 1, RW, 0, 1, "-",                                                                \
+      "1: keep 0x03 to 0x0F; 0 again when that is done, 2: the EEPROM does not keep it")           \
     X(BUS_STATE, 0x11, 1, RD, 0, 2, "-", "0 ok, 1 busy: heard from unasked, 2 fault: held low")    \
     X(RESET_CAUSE, 0x12, 1, RD, 0, 255, "-",                                                       \
       "bits: 1 power, 2 reset pin, 4 brown-out, 8 watchdog, 16 JTAG")                              \
-    X(LINK_LOST, 0x13, 1, RW, 0, 0, "-", "1: the host was silent for LINK_LOSS_MS; 0 clears")      \
+    X(LINK_LOST, 0x13, 1, RW, 0, 0, "-",                                                           \
+      "1: the host was silent for LINK_LOSS_MS; 0 clears, as the console's clear does")            \
     X(ALARMS, 0x14, 1, RW, 0, 0, "-", "error bits of any servo since; 0 clears")                   \
-    X(ALARM_ID, 0x15, 1, RD, 0, 255, "-", "the servo that was the last to have one")               \
+    X(ALARM_ID, 0x15, 1, RD, 0, 255, "-", "the first known servo with one; 255: none")             \
     X(FAILED, 0x16, 1, RD, 0, 255, "servos", "failed in the last SYNC READ or BULK READ")          \
     X(BUS_SENT, 0x18, 2, RD, 0, 65535, "packets", "sent on the bus, repeated ones too")            \
     X(BUS_REPEATED, 0x1A, 2, RD, 0, 65535, "packets", "... of them, sent again")                   \

@@ -49,6 +49,12 @@
       "all servos would have one ID afterwards; if so wanted: 'factory 254 force'")                \
     X(ERROR_STOPPED, 54, "stopped: torque is off, servos are held",                                \
       "see to it, then 'release', and set torque and goals anew")                                  \
+    X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
+    X(ERROR_SETTING_RANGE, 61, "beyond the setting's range", "docs/settings.md has the ranges")    \
+    X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \
+      "the older settings still hold; try again, or replace the chip")                             \
+    X(ERROR_SAVING, 63, "settings are being saved", "try again in 0.2 s")                          \
+    X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "it does not know the instruction, or ACTION found nothing registered")                      \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \

@@ -77,4 +77,19 @@ bool bus_poll(struct console *console);
 uint8_t diagnose_begin(struct console *console);
 bool diagnose_poll(struct console *console);
 
+/* cmd_keeper.c */
+bool status_poll(struct console *console);
+uint8_t alarms_begin(struct console *console);
+bool alarms_poll(struct console *console);
+uint8_t clear_begin(struct console *console);
+uint8_t settings_begin(struct console *console);
+bool settings_poll(struct console *console);
+uint8_t save_begin(struct console *console);
+bool save_poll(struct console *console);
+uint8_t defaults_begin(struct console *console);
+
+/* Between two lines: tells of an alarm unasked, if that is set. False: there is nothing of it left
+ * to say, and a line may begin. */
+bool alarm_tell(struct console *console);
+
 #endif

@@ -1,5 +1,5 @@
 /* The firmware: on one host link a text console, and a bridge for protocol packets, over one bus of
- * servos. */
+ * servos; and a keeper for when nobody looks. */
 #include <stddef.h>
 
 #include "bridge.h"
@@ -8,9 +8,12 @@
 #include "device.h"
 #include "host.h"
 #include "idle.h"
+#include "keeper.h"
+#include "memory.h"
 #include "robot.h"
 #include "serial.h"
 #include "values.h"
+#include "watchdog.h"
 
 /* Until the last byte has left at the lowest rate, 2 000 000 / 256 bit/s, once the ring is empty:
  * two are with the transmitter. */
@@ -20,6 +23,12 @@
  */
 #define SELDOM 16
 
+/* Of so many turns one looks after host link, alarms and memory, while an exchange is on the bus.
+ */
+#define KEPT_TURNS 8
+
+#define HOST_BAUD_OWN 255 // in the settings: the board's
+
 static struct {
     struct cds_bus bus;
     struct serial serial;
@@ -28,35 +37,38 @@ static struct {
     struct bridge bridge;
     struct device device;
     struct values values;
+    struct settings settings;
+    struct settings_store store;
+    struct keeper keeper;
+    struct memory memory;
     struct robot robot;
     struct console console;
     uint8_t packets[3][HOST_PACKET_MAX]; // of the console, from the host, on the bridge
     struct cds_request request;
     uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
-    uint8_t host_baud;   // as in the device's register
+    uint8_t host_baud;   // as in the settings, in force
+    uint8_t heard;       // of the host: as serial.rx.head was
+    uint8_t turns;
 } controller;
 
 CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
 AVR_SERIAL(controller.serial)
 
-static uint8_t host_baud_wanted(void)
-{
-    return (uint8_t)controller.values.kept[DEVICE_HOST_BAUD];
-}
-
 static bool busy(const void *context)
 {
     (void)context;
     return !console_idle(&controller.console) || !host_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
-           controller.host_baud != host_baud_wanted() || !robot_idle(&controller.robot);
+           controller.host_baud != controller.settings.host_baud ||
+           !robot_idle(&controller.robot) || controller.keeper.unsettled ||
+           controller.store.result == SETTINGS_SAVING;
 }
 
 static void open_host(uint8_t baud)
 {
     controller.host_baud = baud;
-    serial_open(&controller.serial, baud == VALUES_HOST_BAUD_OWN
+    serial_open(&controller.serial, baud == HOST_BAUD_OWN
                                         ? SERIAL_DIVISOR(BOARD_HOST_BAUD)
                                         : baud); // with U2X at 16 MHz UBRR is n, as on the bus
 }
@@ -66,29 +78,60 @@ static void follow_host_baud(void)
 {
     bool quiet = !bridge_talks(&controller.bridge) && !cds_ring_count(&controller.serial.tx);
 
-    if (controller.host_baud == host_baud_wanted() || !quiet)
+    if (controller.host_baud == controller.settings.host_baud || !quiet)
         controller.drained_us = 0;
     else if (controller.drained_us == 0)
         controller.drained_us = cds_port_now_us() | 1;
     else if (cds_port_now_us() - controller.drained_us > HOST_DRAIN_US)
-        open_host(host_baud_wanted());
+        open_host(controller.settings.host_baud);
+}
+
+/* Bytes that came, whatever they are, are a host that is alive. */
+static void keep(void)
+{
+    struct keeper *keeper = &controller.keeper;
+
+    if (controller.heard != controller.serial.rx.head) {
+        controller.heard = controller.serial.rx.head;
+        keeper_heard(keeper);
+    }
+    keeper_poll(keeper);
+    settings_save_poll(&controller.store);
+    if (!controller.bus.request) // it takes longer than all else here
+        memory_poll(&controller.memory);
+    keeper->spare_bytes = controller.memory.spare_bytes;
+}
+
+static void begin_keeper(void)
+{
+    struct keeper *keeper = &controller.keeper;
+
+    keeper->settings = &controller.settings;
+    keeper->store = &controller.store;
+    keeper->robot = &controller.robot;
+    keeper->room_bytes = memory_room_bytes();
+    memory_count(&controller.memory);
+    keeper_begin(keeper, avr_reset_cause);
+    keeper_follow(keeper);
 }
 
 static void open(void)
 {
+    settings_load(&controller.store, &controller.settings);
     controller.request = (struct cds_request)CDS_REQUEST(controller.packets[0]);
     cds_avr_clock_open();
-    open_host(VALUES_HOST_BAUD_OWN);
+    open_host(controller.settings.host_baud);
     sei();
-    cds_bus_open(&controller.bus, 0, CDS_BAUD_1M);
+    cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
+    robot_begin(&controller.robot, &controller.bus);
+    begin_keeper();
     host_open(&controller.host, &controller.serial.rx, &controller.text, controller.packets[1]);
-    values_open(&controller.values, &controller.bus, &controller.host, &controller.bridge,
+    values_open(&controller.values, &controller.keeper, &controller.host, &controller.bridge,
                 &controller.serial.gaps);
     controller.device.world = &controller.values.world;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[2]);
-    robot_begin(&controller.robot, &controller.bus);
-    console_open(&controller.console, &controller.robot, &controller.request, &controller.text,
+    console_open(&controller.console, &controller.keeper, &controller.request, &controller.text,
                  &controller.serial.tx);
 }
 
@@ -107,11 +150,16 @@ __attribute__((noinline)) static void turn(void)
 {
     uint8_t left = SELDOM;
 
+    watchdog_pet();
+    if (!controller.bus.request || ++controller.turns % KEPT_TURNS == 0)
+        keep();
     do {
         cds_bus_poll(&controller.bus);
         poll_bridge();
         serial_send(&controller.serial);
     } while (bridge_hurries(&controller.bridge) && --left);
+    if (!bridge_idle(&controller.bridge))
+        robot_yield(&controller.robot);
     host_poll(&controller.host);
     if (controller.host.stop) {
         controller.host.stop = false;
@@ -129,6 +177,7 @@ __attribute__((noinline)) static void turn(void)
 
 int main(void)
 {
+    watchdog_on();
     open();
     for (;;)
         turn();

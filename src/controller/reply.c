@@ -8,11 +8,12 @@ uint8_t reply_condition(struct writer *writer, uint8_t bits)
 {
     static const struct {
         uint8_t bit;
-        char text[15];
+        char text[14];
     } CDS_FLASH conditions[] = {
-        {CDS_ERROR_VOLTAGE, "input voltage"},
-        {CDS_ERROR_OVERHEATING, "overheating"},
-        {CDS_ERROR_OVERLOAD, "overload"},
+        {CDS_ERROR_VOLTAGE, "input voltage"},   {CDS_ERROR_ANGLE, "angle limit"},
+        {CDS_ERROR_OVERHEATING, "overheating"}, {CDS_ERROR_RANGE, "range"},
+        {CDS_ERROR_CHECKSUM, "checksum"},       {CDS_ERROR_OVERLOAD, "overload"},
+        {CDS_ERROR_INSTRUCTION, "instruction"},
     };
 
     for (uint8_t i = 0; i < sizeof conditions / sizeof conditions[0]; i++) {

@@ -2,19 +2,14 @@
 #include "robot.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "errors.h"
-
-static void watch(struct robot *robot)
-{
-    cds_watch_begin(&robot->watch, &robot->roster, CDS_WATCH_PERIOD_US);
-}
 
 void robot_begin(struct robot *robot, struct cds_bus *bus)
 {
     robot->bus = bus;
-    cds_roster_begin(&robot->roster, bus, robot->servos, 0);
-    watch(robot);
+    crew_begin(&robot->crew, bus, robot->servos, ROBOT_SERVOS);
 }
 
 bool robot_is_exclusive(const struct robot *robot)
@@ -24,12 +19,12 @@ bool robot_is_exclusive(const struct robot *robot)
 
 bool robot_idle(const struct robot *robot)
 {
-    return robot->operation == ROBOT_IDLE && !robot->stopping && !robot->stop_waits;
+    return robot->operation == ROBOT_IDLE && !robot_is_stopping(robot);
 }
 
 uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
 {
-    if (robot->stopping || robot->stop_waits)
+    if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     if (robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
@@ -47,7 +42,7 @@ static void let_go(struct robot *robot)
         cds_watch_set_cycle(&robot->watch, NULL);
     robot->watch_rests = false;
     robot->operation = ROBOT_IDLE;
-    robot->bus->observer = &robot->roster.observer;
+    robot->bus->observer = &robot->crew.roster.observer;
 }
 
 uint8_t robot_begun(struct robot *robot, enum cds_result begun)
@@ -73,14 +68,15 @@ static void begin_stop(struct robot *robot)
 {
     robot->stop_waits = false;
     robot->stopping = true;
-    robot->bus->observer = &robot->roster.observer;
-    cds_stop_begin(&robot->stop, &robot->roster, robot->outcomes);
+    robot->bus->observer = &robot->crew.roster.observer;
+    memset(robot->outcomes, CDS_STOP_UNKNOWN, sizeof robot->outcomes); // also who joins meanwhile
+    cds_stop_begin(&robot->stop, &robot->crew.roster, robot->outcomes);
 }
 
 void robot_stop(struct robot *robot)
 {
     robot_abort(robot);
-    cds_roster_hold(&robot->roster, NULL, CDS_HOLD_STOPPED);
+    crew_hold(&robot->crew);
     // elsewhere nobody would hear it; at home its requests keep the bus from being taken away
     if (robot->operation != ROBOT_IDLE && robot->bus->baud != robot->baud)
         robot->stop_waits = true;
@@ -118,28 +114,42 @@ static __attribute__((noinline)) void poll_work(struct robot *robot)
         let_go(robot);
 }
 
+/* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
+static bool begin_watch(struct robot *robot)
+{
+    struct cds_watch *watch = &robot->watch;
+
+    if (cds_watch_begin(watch, &robot->crew.roster, CDS_WATCH_PERIOD_US) != CDS_OK)
+        return false;
+    watch->look_us += watch->step_us; // who has joined was heard just now
+    robot->watched = robot->crew.roster.count;
+    if (robot->operation == ROBOT_CYCLE)
+        robot->watch_rests = cds_watch_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
+    return true;
+}
+
 void robot_poll(struct robot *robot)
 {
+    uint8_t count = robot->crew.roster.count;
+
     if (!robot_idle(robot))
         poll_work(robot);
-    if (robot->roster.count && !robot->stopping && !robot->watch_rests &&
-        !robot_is_exclusive(robot))
+    if (count && !robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot) &&
+        (count == robot->watched || begin_watch(robot)))
         cds_watch_poll(&robot->watch);
 }
 
-bool robot_add(struct robot *robot, uint8_t id)
+void robot_yield(struct robot *robot)
 {
-    if (cds_roster_find(&robot->roster, id))
-        return true;
-    if (cds_roster_add(&robot->roster, id, ROBOT_SERVOS) != CDS_OK)
-        return false;
-    watch(robot);
-    return true;
+    robot->watch.look_us = robot->watch.seek_us = cds_port_now_us() + ROBOT_REST_US;
 }
 
 void robot_forget(struct robot *robot)
 {
-    cds_roster_begin(&robot->roster, robot->bus, robot->servos, 0);
+    bool held = robot->crew.held;
+
+    crew_begin(&robot->crew, robot->bus, robot->servos, ROBOT_SERVOS);
+    robot->crew.held = held;
     robot->group_count = 0;
-    watch(robot);
+    robot->watched = 0;
 }

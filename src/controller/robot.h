@@ -15,15 +15,18 @@
 #include "cds55xx/diagnose.h"   // struct cds_diagnose
 #include "cds55xx/group_move.h" // struct cds_group_move
 #include "cds55xx/identity.h"   // struct cds_identity
-#include "cds55xx/roster.h"     // struct cds_roster
 #include "cds55xx/scan.h"       // struct cds_scan
 #include "cds55xx/stop.h"       // struct cds_stop
 #include "cds55xx/watch.h"      // struct cds_watch
+#include "crew.h"               // struct crew
 
 /* Servos that the controller knows, 1 to 50. Each costs 73 bytes of RAM. */
 #ifndef ROBOT_SERVOS
 #define ROBOT_SERVOS 18
 #endif
+
+/* The state check rests for so long when a program on the PC has spoken to the bus. */
+#define ROBOT_REST_US 1000000ul
 
 /* What `work` is used for. */
 enum robot_operation {
@@ -65,7 +68,8 @@ struct robot {
     bool watch_rests;  // the cycle leaves no time for the state check
     bool group_acts;   // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
     uint8_t group_count;
-    struct cds_roster roster;
+    uint8_t watched; // servos that the state check was begun for
+    struct crew crew;
     uint8_t group[ROBOT_SERVOS];    // IDs of the servos of pose and cycle
     uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
     struct cds_stop stop;
@@ -85,6 +89,12 @@ void robot_poll(struct robot *robot);
  */
 void robot_stop(struct robot *robot);
 
+/* Is a stop under way? */
+static inline bool robot_is_stopping(const struct robot *robot)
+{
+    return robot->stopping || robot->stop_waits;
+}
+
 /* Is something under way during which nobody else may use the bus? */
 bool robot_is_exclusive(const struct robot *robot);
 
@@ -102,10 +112,12 @@ uint8_t robot_begun(struct robot *robot, enum cds_result begun);
 /* Ends the operation as soon as it can be; a change of ID or rate goes on to its end. */
 void robot_abort(struct robot *robot);
 
-/* Takes servo `id`, 0 to 253, in. False: there is no room. */
-bool robot_add(struct robot *robot, uint8_t id);
+/* A packet of the PC passes: the state check leaves the bus to it but for servos that are back. Who
+ * answers it joins the robot, for it is to be held when the others are. */
+void robot_yield(struct robot *robot);
 
-/* Forgets all servos. Not while a cycle, operation or stop is under way. */
+/* Forgets all servos. Not while a cycle, operation or stop is under way. Who joins later is held if
+ * they were. */
 void robot_forget(struct robot *robot);
 
 #endif

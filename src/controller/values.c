@@ -1,30 +1,24 @@
 /* Behind the device's registers; see values.h. */
 #include "values.h"
 
+#include <stddef.h>
+
 #include "cds55xx/link.h" // cds_link_count()
-#include "flash.h"
+
+_Static_assert(DEVICE_KEPT == SETTINGS_COUNT, "the first registers are the settings");
 
 static void reset(void *owner)
 {
-    static const CDS_FLASH uint16_t initial[DEVICE_KEPT] = {
-        [DEVICE_ID] = 253,
-        [DEVICE_HOST_BAUD] = VALUES_HOST_BAUD_OWN,
-        [DEVICE_BUS_BAUD] = CDS_BAUD_1M,
-        [DEVICE_RETURN_DELAY] = CDS_RETURN_DELAY_MAX_US / 2,
-        [DEVICE_ECHO] = 1,
-        [DEVICE_LINK_LOSS_ACTION] = 1,
-        [DEVICE_CYCLE_US] = 10000,
-    };
     struct values *values = owner;
 
-    for (uint8_t i = 0; i < DEVICE_KEPT; i++)
-        values->kept[i] = initial[i];
+    settings_default(values->keeper->settings);
 }
 
 static uint16_t bus_counter(const struct values *values, uint8_t reg)
 {
-    const struct cds_counters *c = &values->bus->counters;
-    const struct cds_link *link = &values->bus->link;
+    const struct cds_bus *bus = values->keeper->robot->bus;
+    const struct cds_counters *c = &bus->counters;
+    const struct cds_link *link = &bus->link;
 
     switch (reg) {
     case DEVICE_BUS_SENT: return c->sent;
@@ -62,19 +56,35 @@ static uint16_t host_counter(const struct values *values, uint8_t reg)
     }
 }
 
+static uint16_t saving(const struct settings_store *store)
+{
+    return store->result == SETTINGS_SAVING ? 1 : store->result == SETTINGS_FAILED ? 2 : 0;
+}
+
+/* The first servo that has an alarm; UINT8_MAX: none that is known. */
+static uint16_t alarm_id(const struct cds_roster *roster)
+{
+    for (uint8_t i = 0; i < roster->count; i++)
+        if (roster->servos[i].alarms)
+            return roster->servos[i].id;
+    return UINT8_MAX;
+}
+
 static uint16_t get(void *owner, uint8_t reg)
 {
-    struct values *values = owner;
+    const struct values *values = owner;
+    const struct keeper *keeper = values->keeper;
+    const struct robot *robot = keeper->robot;
 
     if (reg < DEVICE_KEPT)
-        return values->kept[reg];
+        return settings_get(keeper->settings, reg);
     switch (reg) {
-    case DEVICE_SAVE: return values->save;
-    case DEVICE_BUS_STATE: return cds_bus_state(values->bus);
-    case DEVICE_RESET_CAUSE: return values->reset_cause;
-    case DEVICE_LINK_LOST: return values->link_lost;
-    case DEVICE_ALARMS: return values->alarms;
-    case DEVICE_ALARM_ID: return values->alarm_id;
+    case DEVICE_SAVE: return saving(keeper->store);
+    case DEVICE_BUS_STATE: return cds_bus_state(robot->bus);
+    case DEVICE_RESET_CAUSE: return keeper->reset_cause;
+    case DEVICE_LINK_LOST: return keeper->link_lost;
+    case DEVICE_ALARMS: return robot->crew.roster.alarms;
+    case DEVICE_ALARM_ID: return alarm_id(&robot->crew.roster);
     default: break;
     }
     return reg < DEVICE_HOST_PACKETS ? bus_counter(values, reg) : host_counter(values, reg);
@@ -85,34 +95,34 @@ static void set(void *owner, uint8_t reg, uint16_t value)
     struct values *values = owner;
 
     if (reg < DEVICE_KEPT)
-        values->kept[reg] = value;
+        settings_set(values->keeper->settings, reg, value);
     else if (reg == DEVICE_SAVE)
-        values->save = (uint8_t)value;
+        values->to_save = value;
     else if (reg == DEVICE_LINK_LOST)
-        values->link_lost = (uint8_t)value;
+        values->to_clear = true;
     else if (reg == DEVICE_ALARMS)
-        values->alarms = (uint8_t)value;
+        cds_roster_acknowledge(&values->keeper->robot->crew.roster, NULL);
 }
 
-/* The rate of the bus can change between two exchanges only. */
+/* Answered only then: the rate of the bus changes between two exchanges, a save waits for the one
+ * before it, and a stop is not taken back while it is under way. */
 static bool settled(void *owner)
 {
     struct values *values = owner;
-    uint8_t baud = (uint8_t)values->kept[DEVICE_BUS_BAUD];
+    struct keeper *keeper = values->keeper;
 
-    cds_bus_set_return_delay(values->bus, (uint16_t)(2 * values->kept[DEVICE_RETURN_DELAY]));
-    cds_bus_set_repeats(values->bus, (uint8_t)values->kept[DEVICE_REPEATS]);
-    return values->bus->baud == baud || cds_bus_set_baud(values->bus, baud) == CDS_OK;
+    values->to_save = values->to_save && !settings_save(keeper->store, keeper->settings);
+    values->to_clear = values->to_clear && !keeper_clear(keeper);
+    return keeper_follow(keeper) && !values->to_save && !values->to_clear;
 }
 
-void values_open(struct values *values, struct cds_bus *bus, const struct host *host,
+void values_open(struct values *values, struct keeper *keeper, const struct host *host,
                  const struct bridge *bridge, const volatile uint16_t *gaps)
 {
     *values = (struct values){
-        .bus = bus,
+        .keeper = keeper,
         .host = host,
         .bridge = bridge,
         .gaps = gaps,
         .world = {.owner = values, .get = get, .set = set, .reset = reset, .settled = settled}};
-    reset(values);
 }

@@ -23,8 +23,10 @@ class Console(unittest.TestCase):
     def test_an_expected_error_that_does_not_come_fails_the_run(self):
         self.expect("! ping 1\n", status=1)
 
-    def test_a_mute_servo_still_answers_ping(self):
-        self.expect("write 1 STATUS_RETURN_LEVEL 0\n! write 1 LED 1\n! read 1 LED\nping 1\n")
+    def test_a_mute_servo_still_answers_ping_and_is_not_waited_for_otherwise(self):
+        output = self.expect("write 1 STATUS_RETURN_LEVEL 0\nwrite 1 LED 1\n! read 1 LED\nping 1\n"
+                             "@expect servo 1 LED 1 within 0\n")
+        self.assertEqual(output.count("->in:"), 3) # the READ is not even sent
 
     def test_read_only_register_and_locked_servo_are_range_errors(self):
         output = self.expect("! write 1 PRESENT_POSITION 1\nwrite 1 LOCK 1\n! write 1 PUNCH 1\n"

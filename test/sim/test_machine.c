@@ -3,6 +3,7 @@
 #include "machine.h"
 #include "unity.h"
 
+#include <sanitizer/lsan_interface.h>
 #include <stdlib.h>
 
 #define MS       16000 // cycles
@@ -11,6 +12,8 @@
 #define DDRB     0x37
 #define RAM      0x0800
 #define EECR     0x3C
+#define WDTCSR   0x60 // of an ATmega2560
+#define WDE      0x08
 #define EEWE     0x02
 #define NO_CAUSE MACHINE_RESETS
 
@@ -150,4 +153,91 @@ void test_power_lost_in_the_second_half_leaves_an_erased_byte(void)
 {
     reset_at(14 * MS, MACHINE_BROWN_OUT);
     TEST_ASSERT_EQUAL_HEX8(0xFF, stored());
+}
+
+/* The second write goes on from 8.5 ms to 17 ms. */
+void test_power_lost_shortly_before_the_half_leaves_a_byte_half_erased(void)
+{
+    reset_at(12500 * (MS / 1000), MACHINE_POWER_ON);
+    TEST_ASSERT_EQUAL_HEX8(0x5F, stored());
+}
+
+void test_power_lost_shortly_before_the_end_leaves_a_byte_half_written(void)
+{
+    reset_at(16600 * (MS / 1000), MACHINE_POWER_ON);
+    TEST_ASSERT_EQUAL_HEX8(0xF5, stored());
+}
+
+static uint64_t write_start[3];
+static unsigned writes;
+
+static void write_begins(void *owner, uint64_t start, uint64_t cycles)
+{
+    (void)owner;
+    TEST_ASSERT_EQUAL_UINT64(17 * MS / 2, cycles);
+    write_start[writes++ % 3] = start;
+}
+
+void test_every_write_to_the_eeprom_is_told_when_it_begins(void)
+{
+    machine.eeprom.on_write = write_begins;
+    writes = 0;
+    reset_at(20 * MS, NO_CAUSE);
+    TEST_ASSERT_EQUAL_UINT(2, writes);
+    TEST_ASSERT_TRUE(write_start[1] - write_start[0] >= 17 * MS / 2);
+}
+
+static bool interrupts_on; // which this firmware does without
+
+static void hang(void *owner, uint64_t now)
+{
+    (void)owner;
+    (void)now;
+    machine.avr->sreg[S_I] = interrupts_on;
+    machine_hang(&machine);
+}
+
+void test_a_hang_lasts_until_a_reset(void)
+{
+    interrupts_on = true;
+    event_init(&event, hang, 0);
+    schedule_at(&schedule, &event, MS);
+    schedule_at(&schedule, &end, 20 * MS);
+    TEST_ASSERT_EQUAL_INT(MACHINE_STOPPED, machine_run(&machine));
+    TEST_ASSERT_EQUAL_HEX8(0, machine.avr->data[PORTB]); // it never came to the second write
+    TEST_ASSERT_EQUAL_HEX8(0x5A, stored());
+    machine.stop = false;
+    machine_reset(&machine, MACHINE_EXTERNAL);
+    schedule_at(&schedule, &end, 30 * MS);
+    TEST_ASSERT_EQUAL_INT(MACHINE_STOPPED, machine_run(&machine));
+    TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[PORTB]);
+}
+
+void test_a_hang_waits_until_interrupts_are_on(void)
+{
+    interrupts_on = false;
+    event_init(&event, hang, 0);
+    schedule_at(&schedule, &event, MS);
+    schedule_at(&schedule, &end, 10 * MS);
+    TEST_ASSERT_EQUAL_INT(MACHINE_STOPPED, machine_run(&machine));
+    TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[PORTB]);
+}
+
+void test_the_watchdog_of_a_newer_chip_stays_on_after_an_ordered_bite(void)
+{
+    const char *folder = getenv("FIRMWARE");
+    char path[256];
+    machine_free(&machine);
+    snprintf(path, sizeof(path), "%s/three_buses.elf", folder ? folder : "build/firmware");
+    __lsan_disable(); // simavr 1.6 takes memory in each reset of this chip, and never frees it
+    TEST_ASSERT_TRUE(
+        machine_init(&machine, &schedule, "atmega2560", "atmega2560", 16000000, path, true));
+    machine.on_reset = was_reset;
+    reset_at(MS, MACHINE_EXTERNAL);
+    TEST_ASSERT_EQUAL_HEX8(0, machine.avr->data[WDTCSR] & WDE);
+    resets = 0;
+    machine.stop = false;
+    reset_at(2 * MS, MACHINE_WATCHDOG);
+    __lsan_enable();
+    TEST_ASSERT_EQUAL_HEX8(WDE, machine.avr->data[WDTCSR] & WDE);
 }

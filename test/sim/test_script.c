@@ -25,6 +25,8 @@ static char log_text[1024]; // what happened, one word or line after the other
 static char said[256];
 static const char *answer; // to every command; 0: none
 static bool ready;
+static bool dies; // the firmware, at the next command,
+static bool for_good;
 static FILE *out;
 
 static void note(const char *format, ...) __attribute__((format(printf, 1, 2)));
@@ -50,6 +52,13 @@ static void say(void *owner, uint64_t now, const char *bytes, size_t size)
     if (strchr(said, '\n')) {
         note("%s", said);
         said[0] = 0;
+        if (dies) {
+            dies = false;
+            ready = !for_good;
+            script_hear(&script, now, '?'); // half a byte
+            script_was_reset(&script, now);
+            return;
+        }
         for (const char *c = answer; c && *c; c++) {
             script_hear(&script, now, (uint8_t)*c);
         }
@@ -91,6 +100,13 @@ static const char *fault(void *owner, uint64_t now, const char *text)
     (void)owner;
     note("fault %s at %u ms\n", text, (unsigned)(now / MS));
     return strcmp(text, "baud 9 1") == 0 ? "no servo has that ID" : 0;
+}
+
+static void upset(void *owner, uint64_t now, const struct upset_order *order)
+{
+    (void)owner;
+    note("%s %d in %u us, write %u at %u %%, at %u ms\n", order->hang ? "hang" : "reset",
+         (int)order->cause, order->us, order->writes, order->percent, (unsigned)(now / MS));
 }
 
 static void echo(void *owner, bool on)
@@ -155,6 +171,7 @@ void setUp(void)
                                   .bus = bus,
                                   .servos = put_servos,
                                   .fault = fault,
+                                  .upset = upset,
                                   .echo = echo,
                                   .rules = &rules,
                                   .outcome = outcome,
@@ -162,6 +179,7 @@ void setUp(void)
     log_text[0] = said[0] = 0;
     answer = "ok\n";
     ready = true;
+    dies = for_good = false;
     TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr));
 }
 
@@ -635,6 +653,61 @@ void test_what_a_run_has_not_is_noticed_before_anything_runs(void)
     TEST_ASSERT_FALSE(starts("@baud 9600\n"));
     world.fault = 0;
     TEST_ASSERT_FALSE(starts("@fault noise 0\n"));
+    world.upset = 0;
+    TEST_ASSERT_FALSE(starts("@reset power\n"));
+    world.upset = 0;
+    TEST_ASSERT_FALSE(starts("@hang\n"));
+}
+
+void test_resets_and_hangs_are_ordered(void)
+{
+    run("@reset power\n@wait 5\n@reset external in 2.5\n@reset brown-out write 7 60\n"
+        "@reset watchdog\n@hang\n@hang in 20\n");
+    TEST_ASSERT_EQUAL_STRING("reset 0 in 0 us, write 0 at 0 %, at 1 ms\n"
+                             "reset 1 in 2500 us, write 0 at 0 %, at 6 ms\n"
+                             "reset 2 in 0 us, write 7 at 60 %, at 6 ms\n"
+                             "reset 3 in 0 us, write 0 at 0 %, at 6 ms\n"
+                             "hang 0 in 0 us, write 0 at 0 %, at 6 ms\n"
+                             "hang 0 in 20000 us, write 0 at 0 %, at 6 ms\nfinished 6 ms\n",
+                             log_text);
+}
+
+void test_bad_orders_of_resets_are_noticed_before_anything_runs(void)
+{
+    static const char *const bad[] = {
+        "@reset\n",
+        "@reset noise\n",
+        "@reset power on\n",
+        "@reset power in\n",
+        "@reset power in -1\n",
+        "@reset power write 0 5\n",
+        "@reset power write 1\n",
+        "@reset power write 1 101\n",
+        "@reset power at 5\n",
+        "@hang 5\n",
+        "@hang in\n",
+        "@hang in 5 ms\n",
+    };
+    for (unsigned i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
+        TEST_ASSERT_FALSE_MESSAGE(read_script(bad[i]), bad[i]);
+        script_free(&script);
+    }
+}
+
+/* It may be in the middle of a byte of its reply then. */
+void test_a_command_that_a_reset_ends_is_not_waited_for(void)
+{
+    dies = true;
+    run("ping 1\nping 2\n");
+    TEST_ASSERT_EQUAL_STRING("ping 1\nping 2\noutcome 0 ping 2: ok\nfinished 11 ms\n", log_text);
+}
+
+void test_a_firmware_that_no_longer_listens_after_a_reset_ends_the_script(void)
+{
+    dies = for_good = true;
+    run("ping 1\nping 2\n");
+    TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 3 the firmware never listened\nfinished 10001 ms\n",
+                             log_text);
 }
 
 void test_without_a_console_it_begins_at_once(void)

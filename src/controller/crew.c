@@ -1,0 +1,111 @@
+/* A roster that grows; see crew.h. */
+#include "crew.h"
+
+#include <stddef.h>
+
+#include "cds55xx/packet.h" // CDS_AT_*
+
+#define LEVEL_ALL 2 // status return level: all is answered (R3)
+
+static struct crew *of(struct cds_bus_observer *observer)
+{
+    return (struct crew *)observer; // first of its roster, which is first of it
+}
+
+bool crew_meet(struct crew *crew, uint8_t id)
+{
+    struct cds_roster *roster = &crew->roster;
+
+    if (id > CDS_ID_MAX || cds_roster_find(roster, id))
+        return true;
+    if (cds_roster_add(roster, id, crew->room) != CDS_OK) {
+        crew->crowded = true;
+        return false;
+    }
+    if (crew->held)
+        cds_roster_hold(roster, &roster->servos[roster->count - 1], CDS_HOLD_STOPPED);
+    return true;
+}
+
+static void meet_blocks(struct crew *crew, const uint8_t *bytes)
+{
+    const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
+    uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
+    uint8_t block = (uint8_t)(parameters[1] + 1u);
+
+    for (uint16_t at = 2; at + block <= count; at = (uint16_t)(at + block))
+        crew_meet(crew, parameters[at]);
+}
+
+/* Before it is judged: one that is met now may have to be held. */
+static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+{
+    struct crew *crew = of(observer);
+    const uint8_t *bytes = request->packet.bytes;
+
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_WRITE:
+    case CDS_REG_WRITE: crew_meet(crew, bytes[CDS_AT_ID]); break;
+    case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
+    default: break;
+    }
+    return crew->own.admit(observer, request);
+}
+
+static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
+                                   const uint8_t *data, uint8_t length)
+{
+    struct crew *crew = of(observer);
+
+    crew_meet(crew, id);
+    return crew->own.admit_block(observer, id, address, data, length);
+}
+
+/* One that answers though it was set not to is another servo with this ID, or was reset by others.
+ */
+static void believe(struct crew *crew, uint8_t id)
+{
+    struct cds_roster_servo *servo = cds_roster_find(&crew->roster, id);
+
+    if (servo)
+        servo->status_return_level = LEVEL_ALL;
+}
+
+/* Whoever has sent a packet is there, also if it was not the one that was asked. */
+static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    struct crew *crew = of(observer);
+    bool answered = news->result == CDS_OK && news->request &&
+                    news->request->reply_parameters != CDS_REPLY_NONE;
+
+    if (news->event != CDS_BUS_ENDED || answered)
+        crew_meet(crew, news->id);
+    if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)
+        believe(crew, news->id);
+    crew->own.on_news(observer, news);
+}
+
+void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo *servos,
+                uint8_t room)
+{
+    struct cds_bus_observer *observer = &crew->roster.observer;
+
+    cds_roster_begin(&crew->roster, bus, servos, 0);
+    crew->own = *observer;
+    observer->admit = admit;
+    observer->admit_block = admit_block;
+    observer->on_news = on_news;
+    crew->room = room;
+    crew->crowded = crew->held = false;
+}
+
+void crew_hold(struct crew *crew)
+{
+    crew->held = true;
+    cds_roster_hold(&crew->roster, NULL, CDS_HOLD_STOPPED);
+}
+
+void crew_unhold(struct crew *crew)
+{
+    crew->held = false;
+}

@@ -1,0 +1,110 @@
+/* The watch over host link and alarms; see keeper.h. */
+#include "keeper.h"
+
+#include <stddef.h>
+
+#include "cds55xx/port.h" // cds_port_now_us()
+
+void keeper_begin(struct keeper *keeper, uint8_t reset_cause)
+{
+    keeper->reset_cause = reset_cause;
+}
+
+void keeper_heard(struct keeper *keeper)
+{
+    keeper->heard_us = cds_port_now_us();
+    keeper->watching = keeper->settings->link_loss_ms != 0;
+}
+
+bool keeper_follow(struct keeper *keeper)
+{
+    const struct settings *settings = keeper->settings;
+    struct cds_bus *bus = keeper->robot->bus;
+
+    cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
+    cds_bus_set_repeats(bus, settings->repeats);
+    keeper->unsettled =
+        bus->baud != settings->bus_baud && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
+    return !keeper->unsettled;
+}
+
+/* An operation may be at another rate for a while, but not for good unless it says so. */
+static void watch_rate(struct keeper *keeper)
+{
+    if (keeper->unsettled)
+        keeper_follow(keeper);
+    else if (!robot_is_exclusive(keeper->robot))
+        keeper->settings->bus_baud = keeper->robot->bus->baud;
+}
+
+/* Torque off comes with a hold: or the next goal would switch torque on again. */
+static void lose_link(struct keeper *keeper)
+{
+    keeper->watching = false;
+    keeper->link_lost = true;
+    if (keeper->settings->link_loss_action == KEEPER_TORQUE_OFF)
+        robot_stop(keeper->robot);
+    else if (keeper->settings->link_loss_action == KEEPER_HOLD)
+        crew_hold(&keeper->robot->crew);
+}
+
+static void watch_link(struct keeper *keeper)
+{
+    uint32_t limit_us = keeper->settings->link_loss_ms * (uint32_t)1000;
+
+    if (limit_us == 0)
+        keeper->watching = false; // armed anew, it waits for the host's next byte
+    else if (keeper->watching && !keeper->link_lost &&
+             cds_port_now_us() - keeper->heard_us >= limit_us)
+        lose_link(keeper);
+}
+
+/* A line that is never quiet is no reason to give up. */
+static void insist_on_stop(struct keeper *keeper)
+{
+    if (keeper->link_lost && keeper->settings->link_loss_action == KEEPER_TORQUE_OFF &&
+        keeper->robot->stop.result == CDS_LINE_BUSY && !robot_is_stopping(keeper->robot))
+        robot_stop(keeper->robot);
+}
+
+/* Alarms that were acknowledged in the meantime are told again when they come again. */
+static void watch_alarms(struct keeper *keeper)
+{
+    const struct cds_roster *roster = &keeper->robot->crew.roster;
+    const struct cds_roster_servo *servo;
+    uint8_t *told;
+
+    if (keeper->alarm || !keeper->settings->alarm_report || roster->count == 0)
+        return;
+    if (keeper->next >= roster->count)
+        keeper->next = 0;
+    servo = &roster->servos[keeper->next];
+    told = &keeper->told[keeper->next++];
+    keeper->alarm = (uint8_t)(servo->alarms & ~*told);
+    keeper->alarm_id = servo->id;
+    *told = servo->alarms;
+}
+
+void keeper_poll(struct keeper *keeper)
+{
+    watch_rate(keeper);
+    watch_link(keeper);
+    insist_on_stop(keeper);
+    watch_alarms(keeper);
+}
+
+bool keeper_clear(struct keeper *keeper)
+{
+    struct cds_roster *roster = &keeper->robot->crew.roster;
+
+    if (robot_is_stopping(keeper->robot))
+        return false;
+    crew_unhold(&keeper->robot->crew);
+    for (uint8_t i = 0; i < roster->count; i++)
+        if (roster->servos[i].held == CDS_HOLD_STOPPED)
+            cds_roster_release(roster, &roster->servos[i]);
+    cds_roster_acknowledge(roster, NULL);
+    keeper->link_lost = false;
+    keeper->watching = false;
+    return true;
+}

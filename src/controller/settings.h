@@ -1,0 +1,127 @@
+/* What the controller remembers without power, and how it is kept: one table, from which come the
+ * struct, the record in the EEPROM and docs/settings.md.
+ *
+ * A record is version, length, sequence number, the settings in the order of the table (words low
+ * byte first), and a CRC over all of that. There are two places for it, and the older record gives
+ * way to the new one, which counts from the moment its version is written, the last byte of all:
+ * whenever the power goes, the old or the new record is whole, and the other one is known to be
+ * none.
+ *
+ * Main context.
+ */
+#ifndef CONTROLLER_SETTINGS_H
+#define CONTROLLER_SETTINGS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "flash.h" // CDS_FLASH
+
+/* X(name, bytes, default, lowest, highest, unit, what). What is added, removed or moved gives the
+ * record a new SETTINGS_VERSION. */
+#define SETTINGS(X)                                                                                \
+    X(device_id, 1, 253, 0, 254, "ID", "of the virtual device; 254: it is off")                    \
+    X(host_baud, 1, 255, 1, 255, "register",                                                       \
+      "host link, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps, 16 is 115200; 255: the board's own")     \
+    X(bus_baud, 1, 1, 0, 254, "register", "bus, 2 000 000 / (n + 1) bit/s: 1 is 1 Mbps")           \
+    X(return_delay, 1, 254, 0, 254, "2 us", "the longest return delay of any servo on the bus")    \
+    X(repeats, 1, 0, 0, 2, "-", "how often a packet is sent again when no good reply came")        \
+    X(echo, 1, 0, 0, 1, "-", "1: the console echoes what is typed")                                \
+    X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
+      "silence of the host that counts as loss of the link; 0: not watched")                       \
+    X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
+      "then: 0 only show it; 1 hold: no goal is sent until clear, but what was begun goes on, "    \
+      "also what turns without end; 2 torque off, too")                                            \
+    X(alarm_report, 1, 0, 0, 1, "-", "1: an alarm of a servo is told at once, unasked")            \
+    X(cycle_us, 2, 4000, 2000, 65535, "us", "period of the cycle")
+
+#define SETTINGS_TYPE_1 uint8_t
+#define SETTINGS_TYPE_2 uint16_t
+
+/* The settings; ranges and units stand in the table. */
+struct settings {
+#define SETTINGS_FIELD_(name, bytes, initial, lowest, highest, unit, what)                         \
+    SETTINGS_TYPE_##bytes name;
+    SETTINGS(SETTINGS_FIELD_)
+#undef SETTINGS_FIELD_
+};
+
+enum {
+#define SETTINGS_BYTES_(name, bytes, initial, lowest, highest, unit, what) +bytes
+    SETTINGS_BYTES = 0 SETTINGS(SETTINGS_BYTES_), // in the record
+#undef SETTINGS_BYTES_
+#define SETTINGS_ONE_(name, bytes, initial, lowest, highest, unit, what) +1
+    SETTINGS_COUNT = 0 SETTINGS(SETTINGS_ONE_),
+#undef SETTINGS_ONE_
+    SETTINGS_VERSION = 1, // 1 to 254
+    SETTINGS_RECORD = 3 + SETTINGS_BYTES + 2,
+    SETTINGS_PLACE = 16, // of the first record; address 0 is the one that a failing supply damages
+    SETTINGS_ROOM = 64,  // for each of the two
+};
+
+/* A row of the table. */
+struct setting {
+    const CDS_FLASH char *name;
+    const CDS_FLASH char *unit;
+    uint8_t offset; // in struct settings
+    uint8_t bytes;  // 1 or 2
+    uint16_t initial, lowest, highest;
+};
+
+extern const CDS_FLASH struct setting settings_table[SETTINGS_COUNT];
+
+/* Where the settings of settings_load() come from; if it is not a record, they are the defaults. */
+enum settings_origin {
+    SETTINGS_NONE,          // nothing was ever saved
+    SETTINGS_DAMAGED,       // neither record is whole
+    SETTINGS_OTHER_VERSION, // a whole record, but of another version of the firmware
+    SETTINGS_STORED,        // the newest whole record
+    SETTINGS_CORRECTED,     // likewise, but a value was out of range and is the default
+};
+
+/* How the last settings_save() went. */
+enum settings_result {
+    SETTINGS_UNSAVED, // there was none
+    SETTINGS_SAVING,  // it goes on
+    SETTINGS_SAVED,
+    SETTINGS_FAILED, // a byte does not keep what is written: the older record still holds
+};
+
+/* Keeps a struct settings in the EEPROM. The fields are to be read only. */
+struct settings_store {
+    struct settings copy; // what is being saved
+    uint16_t crc;         // of the bytes so far
+    uint8_t origin;       // enum settings_origin
+    uint8_t result;       // enum settings_result
+    uint8_t slot;         // 0 or 1: where the next record goes
+    uint8_t sequence;     // of the newest record
+    uint8_t step;         // of the save: which byte is next
+    uint8_t written;      // the byte before it
+};
+
+/* All of them as in the table. */
+void settings_default(struct settings *settings);
+
+/* The row named by the `length` characters at `name`; SETTINGS_COUNT if there is none. */
+uint8_t settings_named(const char *name, uint8_t length);
+
+/* The value of row `index` (0 to SETTINGS_COUNT - 1) of the table. */
+uint16_t settings_get(const struct settings *settings, uint8_t index);
+
+/* Sets row `index` (0 to SETTINGS_COUNT - 1) to `value`. False: out of its range, nothing was set.
+ */
+bool settings_set(struct settings *settings, uint8_t index, uint16_t value);
+
+/* Sets `settings` from the EEPROM, or to the defaults; store->origin says which. Once, at start-up:
+ * it waits up to 8.5 ms for a write that a reset found under way. */
+void settings_load(struct settings_store *store, struct settings *settings);
+
+/* Begins to save `settings` as they are now; settings_save_poll() goes on. False: a save is under
+ * way, nothing was begun. */
+bool settings_save(struct settings_store *store, const struct settings *settings);
+
+/* Goes on with a save: at most one byte, none while the EEPROM is busy. True while there is more to
+ * do, up to 0.2 s; then store->result says how it went. */
+bool settings_save_poll(struct settings_store *store);
+
+#endif

@@ -1,0 +1,66 @@
+/* An EEPROM for tests; see eeprom_fake.h. */
+#include "eeprom_fake.h"
+
+#include <string.h>
+
+#include "../src/avr/eeprom.h" // what is implemented here
+
+struct eeprom_fake eeprom_fake;
+
+void eeprom_fake_reset(void)
+{
+    memset(&eeprom_fake, 0, sizeof eeprom_fake);
+    memset(eeprom_fake.bytes, 0xFF, sizeof eeprom_fake.bytes);
+    eeprom_fake.dead = FAKE_NO_CELL;
+}
+
+void eeprom_fake_power_up(void)
+{
+    eeprom_fake.dark = false;
+    eeprom_fake.cut_at = 0;
+    eeprom_fake.busy = 0;
+}
+
+static bool in_its_place(uint16_t address)
+{
+    bool good = eeprom_fake.busy == 0 && address < FAKE_EEPROM_SIZE;
+
+    eeprom_fake.breaches = (uint16_t)(eeprom_fake.breaches + !good);
+    return good;
+}
+
+bool avr_eeprom_ready(void)
+{
+    if (eeprom_fake.busy == 0)
+        return true;
+    eeprom_fake.busy--;
+    return false;
+}
+
+uint8_t avr_eeprom_read(uint16_t address)
+{
+    return in_its_place(address) ? eeprom_fake.bytes[address] : 0;
+}
+
+static uint8_t left(uint8_t old, uint8_t byte)
+{
+    switch (eeprom_fake.cut) {
+    case CUT_OLD: return old;
+    case CUT_HALF_ERASED: return old | 0x0F;
+    case CUT_ERASED: return 0xFF;
+    case CUT_HALF_WRITTEN: return byte | 0xF0;
+    default: return byte;
+    }
+}
+
+void avr_eeprom_write(uint16_t address, uint8_t byte)
+{
+    if (!in_its_place(address) || eeprom_fake.dark)
+        return;
+    if (++eeprom_fake.writes == eeprom_fake.cut_at) {
+        eeprom_fake.dark = true;
+        byte = left(eeprom_fake.bytes[address], byte);
+    }
+    eeprom_fake.bytes[address] = address == eeprom_fake.dead ? 0x55 : byte;
+    eeprom_fake.busy = eeprom_fake.slow;
+}

@@ -1,0 +1,363 @@
+/* The keeper of the robot: loss of the host link, torque off, alarms; and the crew it looks after.
+ */
+#include "keeper.h"
+
+#include <string.h>
+
+#include "cds55xx/group.h"
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "torque_fake.h"
+#include "unity.h"
+
+#define LIMIT_MS 3
+#define ROOM     4
+
+static struct cds_bus bus;
+static struct crew crew;
+static struct cds_roster_servo servos[ROOM];
+static struct keeper keeper;
+static struct settings settings;
+static struct settings_store store;
+static uint8_t outcomes[ROOM], told[ROOM], buffer[64];
+static struct cds_request request;
+
+void setUp(void)
+{
+    port_fake_reset();
+    port_fake.now_us = UINT32_MAX - 1000; // the clock wraps in every test
+    memset(&wire, 0, sizeof wire);
+    memset(&bus, 0, sizeof bus);
+    memset(&crew, 0, sizeof crew);
+    memset(&request, 0, sizeof request);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    crew_begin(&crew, &bus, servos, ROOM);
+    settings_default(&settings);
+    settings.link_loss_ms = LIMIT_MS;
+    keeper = (struct keeper){
+        .settings = &settings, .store = &store, .crew = &crew, .outcomes = outcomes, .told = told};
+    keeper_begin(&keeper, KEEPER_RESET_WATCHDOG);
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        wire.servo[i].torque = 1;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* The main loop, for so long. */
+static void run(uint32_t us)
+{
+    while (us--) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+        keeper_poll(&keeper);
+    }
+}
+
+static void lose_link(uint8_t action)
+{
+    settings.link_loss_action = action;
+    keeper_heard(&keeper);
+    run(LIMIT_MS * 1000ul + 1);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+}
+
+static enum cds_result goal(uint8_t id)
+{
+    return cds_servo_write_word(&bus, &request, id, CDS_REG_GOAL_POSITION, 512);
+}
+
+static void meet(uint8_t id)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, id));
+    run(2000);
+}
+
+/* A servo says this, unasked for. */
+static void says(uint8_t id, uint8_t error)
+{
+    port_fake_answer(&bus.link, id, error, NULL, 0);
+    run(2);
+}
+
+static const struct cds_roster_servo *known(uint8_t id)
+{
+    return cds_roster_find(&crew.roster, id);
+}
+
+/* ---- the host link ---- */
+
+void test_nothing_is_watched_before_the_host_was_heard(void)
+{
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+}
+
+void test_nothing_is_watched_if_the_time_is_0(void)
+{
+    settings.link_loss_ms = 0;
+    keeper_heard(&keeper);
+    run(3 * LIMIT_MS * 1000ul);
+    settings.link_loss_ms = LIMIT_MS; // and armed now, it waits for the next byte
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    keeper_heard(&keeper);
+    settings.link_loss_ms = 0; // likewise if it was armed before
+    run(10);
+    settings.link_loss_ms = LIMIT_MS;
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    keeper_heard(&keeper);
+    run(LIMIT_MS * 1000ul);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+}
+
+void test_the_link_is_lost_when_its_time_is_over_and_not_before(void)
+{
+    keeper_heard(&keeper);
+    for (uint8_t i = 0; i < 3; i++) {
+        run(LIMIT_MS * 1000ul - 1);
+        TEST_ASSERT_FALSE(keeper.link_lost);
+        keeper_heard(&keeper);
+    }
+    run(LIMIT_MS * 1000ul - 1);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    run(1);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+}
+
+void test_a_loss_stays_until_it_is_cleared_also_when_the_host_is_back(void)
+{
+    lose_link(KEEPER_HOLD);
+    keeper_heard(&keeper);
+    run(10);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
+    TEST_ASSERT_TRUE(keeper_clear(&keeper));
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_EQUAL(CDS_OK, goal(2));
+    run(1000);
+    TEST_ASSERT_EQUAL(CDS_OK, goal(3)); // who is met now is held no more than the others
+}
+
+void test_a_host_that_falls_silent_again_is_lost_only_once(void)
+{
+    uint8_t packets;
+
+    lose_link(KEEPER_TORQUE_OFF);
+    run(3000);
+    packets = wire.count;
+    keeper_heard(&keeper);
+    run(2 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_EQUAL_UINT8(packets, wire.count);
+}
+
+void test_after_a_clear_the_watch_begins_with_the_next_byte(void)
+{
+    lose_link(KEEPER_HOLD);
+    keeper_clear(&keeper);
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    keeper_heard(&keeper);
+    run(LIMIT_MS * 1000ul);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+}
+
+void test_a_loss_that_is_only_shown_holds_nobody_and_sends_nothing(void)
+{
+    meet(1);
+    lose_link(KEEPER_SHOW);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
+    TEST_ASSERT_EQUAL(CDS_OK, goal(1));
+}
+
+void test_hold_sends_nothing_and_refuses_goals_to_whoever_was_met_or_not(void)
+{
+    meet(1);
+    lose_link(KEEPER_HOLD);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+    TEST_ASSERT_EQUAL(1, wire.servo[0].torque);
+    TEST_ASSERT_EQUAL(CDS_HELD, goal(1));
+    TEST_ASSERT_EQUAL(CDS_HELD, goal(3));
+    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 2);
+    cds_group_sync_add(&request, 2, (const uint8_t[]){0, 2});
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_group_sync_send(&bus, &request));
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+}
+
+void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
+{
+    meet(1);
+    meet(2);
+    lose_link(KEEPER_TORQUE_OFF);
+    TEST_ASSERT_TRUE(keeper_is_stopping(&keeper));
+    TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
+    run(3000);
+    TEST_ASSERT_FALSE(keeper_is_stopping(&keeper));
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, keeper.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(2 + 3 + 2, wire.count);
+    for (uint8_t i = 2; i < 5; i++) {
+        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_REG_TORQUE_ENABLE, wire.log[i].address);
+        TEST_ASSERT_EQUAL_HEX8(0, wire.log[i].data);
+    }
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
+    TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
+}
+
+void test_nothing_is_cleared_while_torque_off_is_under_way(void)
+{
+    meet(1);
+    lose_link(KEEPER_TORQUE_OFF);
+    TEST_ASSERT_FALSE(keeper_clear(&keeper));
+    TEST_ASSERT_TRUE(keeper.link_lost);
+    run(3000);
+    TEST_ASSERT_TRUE(keeper_clear(&keeper));
+    TEST_ASSERT_EQUAL(CDS_OK, goal(1));
+}
+
+void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
+{
+    meet(1);
+    meet(2);
+    lose_link(KEEPER_HOLD);
+    cds_roster_hold(&crew.roster, cds_roster_find(&crew.roster, 1), CDS_HOLD_LOST);
+    keeper_clear(&keeper);
+    TEST_ASSERT_EQUAL(CDS_HELD, goal(1));
+    TEST_ASSERT_EQUAL(CDS_OK, goal(2));
+}
+
+void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
+{
+    meet(1);
+    port_fake.low = true;
+    settings.link_loss_ms = 0;
+    keeper_stop(&keeper);
+    for (uint16_t i = 0; i < 3000; i++) { // CDS_STOP_TRIES and more
+        port_fake.now_us += 3000;
+        run(1);
+    }
+    TEST_ASSERT_TRUE(keeper_is_stopping(&keeper));
+    TEST_ASSERT_EQUAL_UINT8(1, wire.servo[0].torque);
+    port_fake.low = false;
+    run(10000);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, keeper.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+}
+
+/* ---- the crew ---- */
+
+void test_a_servo_is_met_when_it_answers_and_not_when_it_is_only_asked(void)
+{
+    wire.servo[1].dead = true;
+    meet(1);
+    meet(2);
+    TEST_ASSERT_NOT_NULL(known(1));
+    TEST_ASSERT_NULL(known(2));
+    TEST_ASSERT_EQUAL_UINT8(1, crew.roster.count);
+    meet(1);
+    TEST_ASSERT_EQUAL_UINT8(1, crew.roster.count);
+}
+
+void test_a_servo_is_met_when_it_is_written_to(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, goal(77));
+    run(3000);
+    TEST_ASSERT_NOT_NULL(known(77));
+    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 2);
+    cds_group_sync_add(&request, 5, (const uint8_t[]){0, 2});
+    cds_group_sync_add(&request, 6, (const uint8_t[]){0, 2});
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
+    TEST_ASSERT_NOT_NULL(known(5));
+    TEST_ASSERT_NOT_NULL(known(6));
+    TEST_ASSERT_EQUAL_UINT8(3, crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT16(CDS_VALUE_MAX, known(6)->highest);
+    run(1000);
+}
+
+void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
+{
+    for (uint8_t id = 10; id < 10 + ROOM; id++)
+        says(id, 0);
+    TEST_ASSERT_FALSE(crew.crowded);
+    says(10, 0);
+    TEST_ASSERT_FALSE(crew.crowded);
+    says(99, CDS_ERROR_OVERLOAD);
+    TEST_ASSERT_TRUE(crew.crowded);
+    TEST_ASSERT_EQUAL_UINT8(ROOM, crew.roster.count);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, crew.roster.alarms);
+}
+
+void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write_byte(&bus, &request, 1, CDS_REG_STATUS_RETURN_LEVEL, 0));
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT8(0, known(1)->status_return_level);
+    goal(1);
+    TEST_ASSERT_EQUAL_HEX8(CDS_REPLY_NONE, request.reply_parameters);
+    run(1000); // it answers all the same
+    TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
+    goal(1);
+    TEST_ASSERT_EQUAL_HEX8(0, request.reply_parameters);
+    run(1000);
+}
+
+/* ---- alarms ---- */
+
+void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_clear(void)
+{
+    settings.alarm_report = 1;
+    for (uint8_t bit = 1; bit < 0x80; bit = (uint8_t)(bit << 1)) {
+        for (uint8_t again = 0; again < 2; again++) {
+            says(3, bit);
+            TEST_ASSERT_EQUAL_HEX8(bit, keeper.alarm);
+            TEST_ASSERT_EQUAL_UINT8(3, keeper.alarm_id);
+            keeper.alarm = 0;
+            says(3, bit);
+            says(3, 0);
+            run(10);
+            TEST_ASSERT_EQUAL_HEX8(0, keeper.alarm);
+            TEST_ASSERT_EQUAL_HEX8(bit, known(3)->alarms);
+            keeper_clear(&keeper);
+            TEST_ASSERT_EQUAL_HEX8(0, known(3)->alarms);
+            TEST_ASSERT_EQUAL_HEX8(0, crew.roster.alarms);
+            run(10);
+        }
+    }
+}
+
+void test_a_further_alarm_is_told_alone(void)
+{
+    settings.alarm_report = 1;
+    says(3, CDS_ERROR_VOLTAGE);
+    keeper.alarm = 0;
+    says(3, CDS_ERROR_OVERLOAD | CDS_ERROR_VOLTAGE);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, keeper.alarm);
+}
+
+void test_alarms_of_several_servos_wait_for_one_another(void)
+{
+    settings.alarm_report = 1;
+    says(1, CDS_ERROR_OVERLOAD);
+    says(2, CDS_ERROR_VOLTAGE);
+    run(10);
+    TEST_ASSERT_EQUAL_UINT8(1, keeper.alarm_id);
+    keeper.alarm = 0;
+    run(10);
+    TEST_ASSERT_EQUAL_UINT8(2, keeper.alarm_id);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, keeper.alarm);
+}
+
+void test_alarms_are_latched_and_not_told_unless_asked(void)
+{
+    says(3, CDS_ERROR_OVERLOAD);
+    run(10);
+    TEST_ASSERT_EQUAL_HEX8(0, keeper.alarm);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, known(3)->alarms);
+}

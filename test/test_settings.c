@@ -1,0 +1,353 @@
+/* The settings' table, and their record in the EEPROM, also when the power goes. */
+#include "settings.h"
+
+#include <string.h>
+
+#include "crc.h"
+#include "eeprom_fake.h"
+#include "unity.h"
+
+static struct settings settings;
+static struct settings_store store;
+
+void setUp(void)
+{
+    eeprom_fake_reset();
+    memset(&store, 0, sizeof store);
+    settings_load(&store, &settings);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, eeprom_fake.breaches);
+}
+
+/* Saves until it is over or the power has gone; returns the polls it took. */
+static uint16_t save(void)
+{
+    uint16_t polls = 1;
+
+    TEST_ASSERT_TRUE(settings_save(&store, &settings));
+    while (!eeprom_fake.dark && settings_save_poll(&store) && polls < 1000)
+        polls++;
+    return polls;
+}
+
+static void start_again(void)
+{
+    eeprom_fake_power_up();
+    memset(&settings, 0xA5, sizeof settings);
+    settings_load(&store, &settings);
+}
+
+static uint8_t row(const char *name)
+{
+    return settings_named(name, (uint8_t)strlen(name));
+}
+
+/* All fields are other than those of another `seed`. */
+static void fill(uint8_t seed)
+{
+    for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
+        uint16_t span = (uint16_t)(settings_table[i].highest - settings_table[i].lowest);
+        uint16_t part = span > 2 ? (uint16_t)(seed * (span / 4) + i) : (uint16_t)(seed & 1);
+
+        TEST_ASSERT_TRUE(settings_set(&settings, i, (uint16_t)(settings_table[i].lowest + part)));
+    }
+}
+
+static void assert_default(void)
+{
+    for (uint8_t i = 0; i < SETTINGS_COUNT; i++)
+        TEST_ASSERT_EQUAL_UINT16(settings_table[i].initial, settings_get(&settings, i));
+}
+
+void test_every_default_is_within_its_range(void)
+{
+    for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
+        TEST_ASSERT_TRUE(settings_table[i].initial >= settings_table[i].lowest);
+        TEST_ASSERT_TRUE(settings_table[i].initial <= settings_table[i].highest);
+        TEST_ASSERT_TRUE(settings_table[i].bytes == 2 || settings_table[i].highest <= 255);
+    }
+}
+
+void test_a_setting_is_found_by_its_whole_name_only(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, row("device_id"));
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_COUNT - 1, row("cycle_us"));
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_COUNT, row("device_i"));
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_COUNT, row("device_id_"));
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_COUNT, row(""));
+}
+
+void test_a_value_beyond_its_range_is_not_set(void)
+{
+    for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
+        uint16_t lowest = settings_table[i].lowest, highest = settings_table[i].highest;
+
+        TEST_ASSERT_TRUE(settings_set(&settings, i, highest));
+        TEST_ASSERT_EQUAL_UINT16(highest, settings_get(&settings, i));
+        TEST_ASSERT_TRUE(settings_set(&settings, i, lowest));
+        if (highest < UINT16_MAX)
+            TEST_ASSERT_FALSE(settings_set(&settings, i, (uint16_t)(highest + 1)));
+        if (lowest > 0)
+            TEST_ASSERT_FALSE(settings_set(&settings, i, (uint16_t)(lowest - 1)));
+        TEST_ASSERT_EQUAL_UINT16(lowest, settings_get(&settings, i));
+    }
+}
+
+void test_crc_is_the_well_known_one(void)
+{
+    uint16_t crc = CRC_BEGIN;
+
+    for (char c = '1'; c <= '9'; c++)
+        crc = crc_add(crc, (uint8_t)c);
+    TEST_ASSERT_EQUAL_HEX16(0x6F91, crc);
+}
+
+void test_an_erased_eeprom_gives_the_defaults(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_NONE, store.origin);
+    assert_default();
+}
+
+void test_what_was_saved_is_there_after_power_up(void)
+{
+    for (uint8_t seed = 1; seed <= 3; seed++) { // both places, and the first one again
+        struct settings before;
+
+        fill(seed);
+        before = settings;
+        save();
+        TEST_ASSERT_EQUAL_UINT8(SETTINGS_SAVED, store.result);
+        start_again();
+        TEST_ASSERT_EQUAL_UINT8(SETTINGS_STORED, store.origin);
+        TEST_ASSERT_EQUAL_MEMORY(&before, &settings, sizeof before);
+    }
+}
+
+void test_the_newer_record_is_found_over_all_sequence_numbers(void)
+{
+    for (uint16_t i = 0; i < 260; i++) {
+        settings.cycle_us = (uint16_t)(3000 + i);
+        save();
+        start_again();
+        TEST_ASSERT_EQUAL_UINT16(3000 + i, settings.cycle_us);
+    }
+}
+
+void test_a_poll_writes_one_byte_at_most_and_none_while_the_eeprom_is_busy(void)
+{
+    uint16_t polls = 0;
+
+    eeprom_fake.slow = 5;
+    fill(1);
+    settings_save(&store, &settings);
+    for (bool more = true; more; polls++) {
+        uint16_t before = eeprom_fake.writes;
+
+        more = settings_save_poll(&store);
+        TEST_ASSERT_TRUE(eeprom_fake.writes - before <= 1);
+    }
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_SAVED, store.result);
+    TEST_ASSERT_TRUE(polls > 5 * eeprom_fake.writes);
+}
+
+void test_a_byte_that_is_right_already_is_not_written(void)
+{
+    save();
+    save();
+    eeprom_fake.writes = 0;
+    save(); // over the first one: version off and on, sequence number, CRC
+    TEST_ASSERT_EQUAL_UINT16(5, eeprom_fake.writes);
+}
+
+void test_only_one_save_at_a_time(void)
+{
+    settings_save(&store, &settings);
+    settings_save_poll(&store);
+    TEST_ASSERT_FALSE(settings_save(&store, &settings));
+    while (settings_save_poll(&store)) {
+    }
+    TEST_ASSERT_TRUE(settings_save(&store, &settings));
+}
+
+void test_a_change_during_a_save_does_not_get_into_it(void)
+{
+    fill(1);
+    settings_save(&store, &settings);
+    settings_save_poll(&store);
+    fill(2);
+    while (settings_save_poll(&store)) {
+    }
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_STORED, store.origin);
+    TEST_ASSERT_EQUAL_UINT16(1 * (65535 / 4) + row("link_loss_ms"), settings.link_loss_ms);
+}
+
+/* The power goes within the write `at` of a save over an older one, or two. */
+static bool cut_save(uint16_t at, uint8_t cut, uint8_t saves)
+{
+    struct settings old, new;
+    bool was_cut, is_new;
+
+    eeprom_fake_reset();
+    start_again();
+    for (uint8_t i = 1; i <= saves; i++) {
+        fill(i);
+        save();
+    }
+    start_again();
+    old = settings;
+    fill((uint8_t)(saves + 1));
+    new = settings;
+    eeprom_fake.writes = 0;
+    eeprom_fake.cut_at = at;
+    eeprom_fake.cut = cut;
+    save();
+    was_cut = eeprom_fake.dark;
+    start_again();
+    is_new = memcmp(&settings, &new, sizeof new) == 0;
+    if (!is_new)
+        TEST_ASSERT_EQUAL_MEMORY(&old, &settings, sizeof old);
+    TEST_ASSERT_EQUAL_UINT8(saves || is_new ? SETTINGS_STORED : store.origin, store.origin);
+    TEST_ASSERT_TRUE(was_cut || is_new);
+    if (was_cut && cut != CUT_NEW)
+        TEST_ASSERT_FALSE(is_new);
+    fill(0); // and the next save is as good as any
+    new = settings;
+    save();
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_STORED, store.origin);
+    TEST_ASSERT_EQUAL_MEMORY(&new, &settings, sizeof new);
+    return was_cut;
+}
+
+static uint16_t cut_saves(uint8_t saves)
+{
+    uint16_t at = 1;
+
+    for (uint8_t cut = 0; cut < CUTS; cut++)
+        for (at = 1; cut_save(at, cut, saves); at++) {
+        }
+    return at;
+}
+
+void test_power_lost_at_any_byte_of_the_first_save(void)
+{
+    TEST_ASSERT_TRUE(cut_saves(0) > SETTINGS_COUNT);
+}
+
+void test_power_lost_at_any_byte_of_the_second_save(void)
+{
+    TEST_ASSERT_TRUE(cut_saves(1) > SETTINGS_COUNT);
+}
+
+void test_power_lost_at_any_byte_of_a_save_over_the_older_record(void)
+{
+    TEST_ASSERT_TRUE(cut_saves(2) > SETTINGS_COUNT);
+}
+
+void test_any_byte_damaged_gives_the_other_record(void)
+{
+    for (uint8_t i = 0; i < SETTINGS_RECORD; i++) {
+        uint8_t *byte = &eeprom_fake.bytes[SETTINGS_PLACE + SETTINGS_ROOM + i];
+
+        eeprom_fake_reset();
+        start_again();
+        settings.cycle_us = 5001;
+        save();
+        settings.cycle_us = 5002;
+        save();
+        *byte ^= 0x10;
+        start_again();
+        TEST_ASSERT_EQUAL_UINT16_MESSAGE(5001, settings.cycle_us, "byte of the record");
+        TEST_ASSERT_EQUAL_UINT8(SETTINGS_STORED, store.origin);
+        TEST_ASSERT_EQUAL_UINT8(1, store.slot);
+    }
+}
+
+void test_both_records_damaged_give_the_defaults_and_that_is_told(void)
+{
+    fill(1);
+    save();
+    fill(2);
+    save();
+    eeprom_fake.bytes[SETTINGS_PLACE + 5] ^= 1;
+    eeprom_fake.bytes[SETTINGS_PLACE + SETTINGS_ROOM + 5] ^= 1;
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_DAMAGED, store.origin);
+    assert_default();
+}
+
+/* Puts a whole record into the first place. */
+static void put_record(uint8_t version, uint8_t length)
+{
+    uint8_t *record = &eeprom_fake.bytes[SETTINGS_PLACE];
+    uint16_t crc = CRC_BEGIN;
+
+    record[0] = version;
+    record[1] = length;
+    record[2] = 0;
+    for (uint8_t i = 0; i < 3 + length; i++)
+        crc = crc_add(crc, record[i]);
+    record[3 + length] = (uint8_t)crc;
+    record[4 + length] = (uint8_t)(crc >> 8);
+}
+
+void test_a_record_of_another_version_or_length_is_told_apart_from_damage(void)
+{
+    put_record(SETTINGS_VERSION + 1, SETTINGS_BYTES);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_OTHER_VERSION, store.origin);
+    put_record(SETTINGS_VERSION, SETTINGS_BYTES + 4);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_OTHER_VERSION, store.origin);
+    assert_default();
+}
+
+void test_a_length_that_leads_out_of_the_record_is_damage(void)
+{
+    eeprom_fake.bytes[SETTINGS_PLACE] = SETTINGS_VERSION;
+    start_again(); // length 255, beyond the fake's EEPROM: a breach, if it were followed
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_DAMAGED, store.origin);
+}
+
+void test_a_stored_value_out_of_range_is_its_default(void)
+{
+    settings.cycle_us = 5000;
+    settings.repeats = 2;
+    save();
+    eeprom_fake.bytes[SETTINGS_PLACE + 3 + 4] = 3; // repeats
+    put_record(SETTINGS_VERSION, SETTINGS_BYTES);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_CORRECTED, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(0, settings.repeats);
+    TEST_ASSERT_EQUAL_UINT16(5000, settings.cycle_us);
+}
+
+void test_a_cell_that_keeps_nothing_fails_the_save_and_the_older_record_holds(void)
+{
+    fill(1);
+    save();
+    eeprom_fake.dead = SETTINGS_PLACE + SETTINGS_ROOM + SETTINGS_RECORD - 1;
+    fill(2);
+    save();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_FAILED, store.result);
+    fill(1);
+    {
+        struct settings old = settings;
+
+        start_again();
+        TEST_ASSERT_EQUAL_MEMORY(&old, &settings, sizeof old);
+    }
+}
+
+void test_loading_waits_for_a_write_that_a_reset_found_under_way(void)
+{
+    fill(1);
+    save();
+    eeprom_fake.busy = 7;
+    settings_load(&store, &settings);
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_STORED, store.origin);
+}
