@@ -1,6 +1,4 @@
 /* The console's commands about the controller itself, and what it tells unasked. */
-#include "cmd_keeper.h"
-
 #include <stdio.h>
 #include <string.h>
 
@@ -9,17 +7,13 @@
 #include "port_fake.h"
 #include "unity.h"
 
-#define ROOM 3
-
 static struct cds_bus bus;
 static struct cds_ring input, output;
 static uint8_t packet[258];
 static struct cds_request request;
 static struct console console;
 static struct keeper keeper;
-static struct crew crew;
-static struct cds_roster_servo servos[ROOM];
-static uint8_t outcomes[ROOM], told[ROOM];
+static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
 static char said[800];
@@ -34,18 +28,16 @@ void setUp(void)
     memset(&output, 0, sizeof output);
     request = (struct cds_request)CDS_REQUEST(packet);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    crew_begin(&crew, &bus, servos, ROOM);
+    memset(&robot, 0, sizeof robot);
+    robot_begin(&robot, &bus);
     settings_load(&store, &settings);
-    console_open(&console, &bus, &request, &input, &output);
     keeper = (struct keeper){.settings = &settings,
                              .store = &store,
-                             .crew = &crew,
-                             .outcomes = outcomes,
-                             .told = told,
+                             .robot = &robot,
                              .room_bytes = 2000,
                              .spare_bytes = 1234};
     keeper_begin(&keeper, KEEPER_RESET_POWER | KEEPER_RESET_BROWN_OUT);
-    console.keeper = &keeper;
+    console_open(&console, &keeper, &request, &input, &output);
 }
 
 void tearDown(void)
@@ -59,8 +51,8 @@ static void turn(void)
     keeper_poll(&keeper);
     settings_save_poll(&store);
     cds_bus_poll(&bus);
+    robot_poll(&robot);
     console_poll(&console);
-    cmd_keeper_tell(&console);
     while (cds_ring_count(&output)) {
         size_t length = strlen(said);
 
@@ -157,6 +149,8 @@ void test_a_save_during_another_ones_is_an_error(void)
 void test_alarms_are_listed_by_servo_and_kind(void)
 {
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("alarms"));
+    for (uint8_t id = 100; id < 100 + ROBOT_SERVOS - 3; id++)
+        says(id, 0);
     says(7, 0x24);
     says(3, 0);
     says(9, 0x41);
@@ -173,9 +167,9 @@ void test_alarms_are_listed_by_servo_and_kind(void)
 void test_clear_while_torque_off_is_under_way_is_an_error(void)
 {
     says(7, 0x20);
-    keeper_stop(&keeper);
+    robot_stop(&robot);
     assert_error("64", "clear");
-    TEST_ASSERT_EQUAL_HEX8(0x20, crew.roster.alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x20, robot.crew.roster.alarms);
 }
 
 void test_alarms_are_told_at_once_one_a_line_but_not_into_a_reply(void)
@@ -208,17 +202,17 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     settings.link_loss_ms = 1;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "host link: watched\r\n"));
     keeper.link_lost = true;
-    crew_hold(&crew);
-    for (uint8_t id = 10; id < 14; id++)
+    crew_hold(&robot.crew);
+    for (uint8_t id = 10; id <= 10 + ROBOT_SERVOS; id++)
         says(id, 0);
     reply_to("status");
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 3 and more, held 3, away 0\r\n"));
-    keeper.stop.roster = &crew.roster;
-    keeper.stop.result = CDS_OK;
+    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, held 18, away 0\r\n"));
+    robot.stop.roster = &robot.crew.roster;
+    robot.stop.result = CDS_OK;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: all\r\n"));
-    keeper.stop.result = CDS_REFUSED;
+    robot.stop.result = CDS_REFUSED;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: not all: some are on\r\n"));
-    keeper.stop.result = CDS_TIMEOUT;
+    robot.stop.result = CDS_TIMEOUT;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: not known of all\r\n"));
 }

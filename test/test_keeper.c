@@ -11,15 +11,13 @@
 #include "unity.h"
 
 #define LIMIT_MS 3
-#define ROOM     4
 
 static struct cds_bus bus;
-static struct crew crew;
-static struct cds_roster_servo servos[ROOM];
+static struct robot robot;
 static struct keeper keeper;
 static struct settings settings;
 static struct settings_store store;
-static uint8_t outcomes[ROOM], told[ROOM], buffer[64];
+static uint8_t buffer[64];
 static struct cds_request request;
 
 void setUp(void)
@@ -28,15 +26,14 @@ void setUp(void)
     port_fake.now_us = UINT32_MAX - 1000; // the clock wraps in every test
     memset(&wire, 0, sizeof wire);
     memset(&bus, 0, sizeof bus);
-    memset(&crew, 0, sizeof crew);
+    memset(&robot, 0, sizeof robot);
     memset(&request, 0, sizeof request);
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    crew_begin(&crew, &bus, servos, ROOM);
+    robot_begin(&robot, &bus);
     settings_default(&settings);
     settings.link_loss_ms = LIMIT_MS;
-    keeper = (struct keeper){
-        .settings = &settings, .store = &store, .crew = &crew, .outcomes = outcomes, .told = told};
+    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
     keeper_begin(&keeper, KEEPER_RESET_WATCHDOG);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
         wire.servo[i].torque = 1;
@@ -53,6 +50,7 @@ static void run(uint32_t us)
     while (us--) {
         torque_wire(&bus);
         cds_bus_poll(&bus);
+        robot_poll(&robot);
         keeper_poll(&keeper);
     }
 }
@@ -85,7 +83,7 @@ static void says(uint8_t id, uint8_t error)
 
 static const struct cds_roster_servo *known(uint8_t id)
 {
-    return cds_roster_find(&crew.roster, id);
+    return cds_roster_find(&robot.crew.roster, id);
 }
 
 /* ---- the host link ---- */
@@ -194,11 +192,11 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
     meet(1);
     meet(2);
     lose_link(KEEPER_TORQUE_OFF);
-    TEST_ASSERT_TRUE(keeper_is_stopping(&keeper));
+    TEST_ASSERT_TRUE(robot_is_stopping(&robot));
     TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
     run(3000);
-    TEST_ASSERT_FALSE(keeper_is_stopping(&keeper));
-    TEST_ASSERT_EQUAL_UINT8(CDS_OK, keeper.stop.result);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
     TEST_ASSERT_EQUAL_UINT8(2 + 3 + 2, wire.count);
     for (uint8_t i = 2; i < 5; i++) {
         TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
@@ -226,7 +224,7 @@ void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
     meet(1);
     meet(2);
     lose_link(KEEPER_HOLD);
-    cds_roster_hold(&crew.roster, cds_roster_find(&crew.roster, 1), CDS_HOLD_LOST);
+    cds_roster_hold(&robot.crew.roster, cds_roster_find(&robot.crew.roster, 1), CDS_HOLD_LOST);
     keeper_clear(&keeper);
     TEST_ASSERT_EQUAL(CDS_HELD, goal(1));
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
@@ -236,17 +234,16 @@ void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
 {
     meet(1);
     port_fake.low = true;
-    settings.link_loss_ms = 0;
-    keeper_stop(&keeper);
+    lose_link(KEEPER_TORQUE_OFF);
     for (uint16_t i = 0; i < 3000; i++) { // CDS_STOP_TRIES and more
         port_fake.now_us += 3000;
         run(1);
     }
-    TEST_ASSERT_TRUE(keeper_is_stopping(&keeper));
     TEST_ASSERT_EQUAL_UINT8(1, wire.servo[0].torque);
     port_fake.low = false;
     run(10000);
-    TEST_ASSERT_EQUAL_UINT8(CDS_OK, keeper.stop.result);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
@@ -259,9 +256,9 @@ void test_a_servo_is_met_when_it_answers_and_not_when_it_is_only_asked(void)
     meet(2);
     TEST_ASSERT_NOT_NULL(known(1));
     TEST_ASSERT_NULL(known(2));
-    TEST_ASSERT_EQUAL_UINT8(1, crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(1, robot.crew.roster.count);
     meet(1);
-    TEST_ASSERT_EQUAL_UINT8(1, crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(1, robot.crew.roster.count);
 }
 
 void test_a_servo_is_met_when_it_is_written_to(void)
@@ -275,22 +272,22 @@ void test_a_servo_is_met_when_it_is_written_to(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
     TEST_ASSERT_NOT_NULL(known(5));
     TEST_ASSERT_NOT_NULL(known(6));
-    TEST_ASSERT_EQUAL_UINT8(3, crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(3, robot.crew.roster.count);
     TEST_ASSERT_EQUAL_UINT16(CDS_VALUE_MAX, known(6)->highest);
     run(1000);
 }
 
 void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
 {
-    for (uint8_t id = 10; id < 10 + ROOM; id++)
+    for (uint8_t id = 10; id < 10 + ROBOT_SERVOS; id++)
         says(id, 0);
-    TEST_ASSERT_FALSE(crew.crowded);
+    TEST_ASSERT_FALSE(robot.crew.crowded);
     says(10, 0);
-    TEST_ASSERT_FALSE(crew.crowded);
+    TEST_ASSERT_FALSE(robot.crew.crowded);
     says(99, CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_TRUE(crew.crowded);
-    TEST_ASSERT_EQUAL_UINT8(ROOM, crew.roster.count);
-    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, crew.roster.alarms);
+    TEST_ASSERT_TRUE(robot.crew.crowded);
+    TEST_ASSERT_EQUAL_UINT8(ROBOT_SERVOS, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, robot.crew.roster.alarms);
 }
 
 void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(void)
@@ -326,7 +323,7 @@ void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_cle
             TEST_ASSERT_EQUAL_HEX8(bit, known(3)->alarms);
             keeper_clear(&keeper);
             TEST_ASSERT_EQUAL_HEX8(0, known(3)->alarms);
-            TEST_ASSERT_EQUAL_HEX8(0, crew.roster.alarms);
+            TEST_ASSERT_EQUAL_HEX8(0, robot.crew.roster.alarms);
             run(10);
         }
     }

@@ -109,9 +109,9 @@ bool scan_poll(struct console *console)
 /* ---- counters ---- */
 
 /* In the order of the structs. */
-static const CDS_FLASH char bus_names[] =
-    "sent\0repeated\0ok\0timeouts\0corrupt\0unsent\0refuted\0late\0extra\0foreign\0framing errors\0"
-    "overruns\0ring overflows\0echo errors\0";
+static const CDS_FLASH char bus_names[] = "sent\0repeated\0ok\0timeouts\0corrupt\0unsent\0refuted\0"
+                                          "stray\0late\0extra\0foreign\0framing errors\0"
+                                          "overruns\0ring overflows\0echo errors\0";
 static const CDS_FLASH char servo_names[] =
     "ok\0timeouts\0corrupt\0late\0extra\0foreign\0echo errors\0";
 

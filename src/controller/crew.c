@@ -5,7 +5,9 @@
 
 #include "cds55xx/packet.h" // CDS_AT_*
 
-#define LEVEL_ALL 2 // status return level: all is answered (R3)
+/* Status return levels (R3). */
+#define LEVEL_READ 1
+#define LEVEL_ALL  2
 
 static struct crew *of(struct cds_bus_observer *observer)
 {
@@ -63,12 +65,12 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
 
 /* One that answers though it was set not to is another servo with this ID, or was reset by others.
  */
-static void believe(struct crew *crew, uint8_t id)
+static void believe(struct crew *crew, uint8_t id, uint8_t level)
 {
     struct cds_roster_servo *servo = cds_roster_find(&crew->roster, id);
 
-    if (servo)
-        servo->status_return_level = LEVEL_ALL;
+    if (servo && servo->status_return_level < level)
+        servo->status_return_level = level;
 }
 
 /* Whoever has sent a packet is there, also if it was not the one that was asked. */
@@ -81,8 +83,10 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
     if (news->event != CDS_BUS_ENDED || answered)
         crew_meet(crew, news->id);
     if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)
-        believe(crew, news->id);
+        believe(crew, news->id, LEVEL_ALL);
     crew->own.on_news(observer, news);
+    if (answered && news->instruction == CDS_READ)
+        believe(crew, news->id, LEVEL_READ); // whatever it says there: it may be of another make
 }
 
 void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo *servos,

@@ -51,6 +51,7 @@
     X(BUS_CORRUPT, 0x20, 2, RD, 0, 65535, "exchanges", "with nothing but damage by the deadline")  \
     X(BUS_UNSENT, 0x22, 2, RD, 0, 65535, "requests", "not sent: the line was not quiet")           \
     X(BUS_REFUTED, 0x24, 2, RD, 0, 65535, "packets", "heard with a bad LENGTH or checksum")        \
+    X(BUS_STRAY, 0x46, 2, RD, 0, 65535, "bytes", "heard that began no packet")                     \
     X(BUS_LATE, 0x26, 2, RD, 0, 65535, "packets", "replies too late")                              \
     X(BUS_EXTRA, 0x28, 2, RD, 0, 65535, "packets", "second replies: two servos have that ID")      \
     X(BUS_FOREIGN, 0x2A, 2, RD, 0, 65535, "packets", "of a servo that was not asked")              \

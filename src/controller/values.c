@@ -2,6 +2,7 @@
 #include "values.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "cds55xx/link.h" // cds_link_count()
 
@@ -14,46 +15,28 @@ static void reset(void *owner)
     settings_default(values->keeper->settings);
 }
 
-static uint16_t bus_counter(const struct values *values, uint8_t reg)
+/* Word `index` of a struct of counters. */
+static uint16_t word(const void *counters, uint8_t index)
 {
-    const struct cds_bus *bus = values->keeper->robot->bus;
-    const struct cds_counters *c = &bus->counters;
-    const struct cds_link *link = &bus->link;
+    uint16_t value;
 
-    switch (reg) {
-    case DEVICE_BUS_SENT: return c->sent;
-    case DEVICE_BUS_REPEATED: return c->repeated;
-    case DEVICE_BUS_OK: return c->ok;
-    case DEVICE_BUS_TIMEOUTS: return c->timeouts;
-    case DEVICE_BUS_CORRUPT: return c->corrupt;
-    case DEVICE_BUS_UNSENT: return c->unsent;
-    case DEVICE_BUS_REFUTED: return c->refuted;
-    case DEVICE_BUS_LATE: return c->late;
-    case DEVICE_BUS_EXTRA: return c->extra;
-    case DEVICE_BUS_FOREIGN: return c->foreign;
-    case DEVICE_BUS_FRAMING: return cds_link_count(&link->framing_errors);
-    case DEVICE_BUS_OVERRUNS: return cds_link_count(&link->overruns);
-    case DEVICE_BUS_OVERFLOWS: return cds_link_count(&link->ring_overflows);
-    default: return cds_link_count(&link->echo_errors);
-    }
+    memcpy(&value, (const uint8_t *)counters + index * sizeof value, sizeof value);
+    return value;
 }
 
-static uint16_t host_counter(const struct values *values, uint8_t reg)
+/* The registers stand in the order of the structs. */
+static uint16_t counter(const struct values *values, uint8_t reg)
 {
-    const struct host_counters *host = &values->host->counters;
-    const struct bridge_counters *bridge = &values->bridge->counters;
+    struct cds_counters counters;
 
-    switch (reg) {
-    case DEVICE_HOST_PACKETS: return host->packets;
-    case DEVICE_HOST_BROKEN: return host->broken;
-    case DEVICE_HOST_SILENT: return host->silent;
-    case DEVICE_HOST_GAPS: return host->gaps;
-    case DEVICE_HOST_OVERFLOWS: return cds_link_count(values->gaps);
-    case DEVICE_BRIDGE_PASSED: return bridge->passed;
-    case DEVICE_BRIDGE_ANSWERED: return bridge->answered;
-    case DEVICE_BRIDGE_UNANSWERED: return bridge->unanswered;
-    default: return bridge->refused;
-    }
+    if (reg >= DEVICE_BRIDGE_PASSED)
+        return word(&values->bridge->counters, (uint8_t)(reg - DEVICE_BRIDGE_PASSED));
+    if (reg == DEVICE_HOST_OVERFLOWS)
+        return cds_link_count(values->gaps);
+    if (reg >= DEVICE_HOST_PACKETS)
+        return word(&values->host->counters, (uint8_t)(reg - DEVICE_HOST_PACKETS));
+    cds_bus_counters(values->keeper->robot->bus, &counters);
+    return word(&counters, (uint8_t)(reg - DEVICE_BUS_SENT));
 }
 
 static uint16_t saving(const struct settings_store *store)
@@ -85,9 +68,8 @@ static uint16_t get(void *owner, uint8_t reg)
     case DEVICE_LINK_LOST: return keeper->link_lost;
     case DEVICE_ALARMS: return robot->crew.roster.alarms;
     case DEVICE_ALARM_ID: return alarm_id(&robot->crew.roster);
-    default: break;
+    default: return counter(values, reg);
     }
-    return reg < DEVICE_HOST_PACKETS ? bus_counter(values, reg) : host_counter(values, reg);
 }
 
 static void set(void *owner, uint8_t reg, uint16_t value)
