@@ -27,7 +27,8 @@ INCLUDES := -Iinclude -Isrc/core -Ibuild/texts
 # The console's texts, packed.
 TEXTS := build/texts/texts.h
 $(TEXTS): scripts/texts.py scripts/console.py src/controller/command.h src/controller/commands.h \
-		src/controller/errors.h include/cds55xx/result.h include/cds55xx/diagnose.h | tools
+		src/controller/sentences.h src/controller/errors.h include/cds55xx/result.h \
+		include/cds55xx/diagnose.h | tools
 	$(call say,TEXTS,$@)
 	@mkdir -p $(@D)
 	$(Q)scripts/texts.py > $@
@@ -71,6 +72,10 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 
+# Of the controller's firmware: enums of one byte, no X + displacement in disguise (both are faster,
+# too), and no tables in RAM for a switch.
+SMALL := -fshort-enums -mstrict-X -fno-tree-switch-conversion
+
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 CONTROLLER_SRC := $(wildcard src/controller/*.c)
@@ -88,24 +93,31 @@ define board_rules
 $(1)_MCU := $(MCU)
 $(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
-$(1)_SMALLER := $(SMALLER)
+$(1)_OWN := $(SMALL) $(SMALLER)
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_SMALLER))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_OWN))
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
 
+# The firmware's own objects, of the library's sources too: what makes them small would make objects
+# of the library that do not go with anybody else's.
+build/$(1)/own/%.o: %.c build/$(1)/flags | tools $(TEXTS)
+	$$(call say,CC,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$($(1)_OWN) $$(DEPFILES) -c $$< -o $$@
+
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
 	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
 
-build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
-		build/$(1)/libcds55xx.a
+build/$(1)/controller.elf: $(if $(FIRMWARE),build/$(1)/obj/$(FIRMWARE:.c=.o) build/$(1)/libcds55xx.a, \
+		$(patsubst %.c,build/$(1)/own/%.o,$(FIRMWARE_SRC) $(LIBRARY_SRC)))
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_SMALLER) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $(FIRMWARE),,$$($(1)_OWN)) $$(AVR_LINK) $$^ -o $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
@@ -119,11 +131,11 @@ build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # The firmware with something beside it: it includes main.c.
-build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
-		$(filter-out %/main.o,$(FIRMWARE_SRC:%.c=build/$(1)/obj/%.o)) build/$(1)/libcds55xx.a
+build/$(1)/program/flood.elf: build/$(1)/own/test/program/flood.o \
+		$(patsubst %.c,build/$(1)/own/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC)) $(LIBRARY_SRC))
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$($(1)_OWN) $$(AVR_LINK) $$^ -o $$@
 
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The console's texts, packed, as a header: they take half the flash that way. A byte of 0x80 and
-above stands for two others, which may be such bytes again: the pairs that are worth most, found one
+above, or below 0x20, stands for two others, which may be such bytes again: the pairs that are worth most, found one
 after the other in all texts of the tables.
 
 usage: texts.py > texts.h     from the root of the project
@@ -9,15 +9,20 @@ import collections
 
 import console
 
-CODES = range(0x80, 0x100)
-DEPTH = 8  # pairs within pairs: WRITER_DEPTH of writer.h
+CODES = [*range(0x80, 0x100), *range(0x01, 0x20)]  # 0x00 ends a text
+DEPTH = 6  # pairs within pairs: WRITER_DEPTH of writer.h
 
 
 def tables():
     """(name of the text, text) of each."""
-    for _, name, arguments, what, details, _ in console.commands():
+    for _, name, arguments, what, details, example in console.commands():
         yield f"usage_{name}", f"{name}{arguments}: {what}"
         yield f"details_{name}", details
+        yield f"example_{name}", example
+    for path, table, kind, end in [("src/controller/command.h", "COMMAND_GROUPS", "heading", ":"),
+                                   ("src/controller/sentences.h", "SENTENCES", "sentence", "")]:
+        for name, text in console.HEADING.findall(console.table(path, table)):
+            yield f"{kind}_{name}", console.texts(text) + end
     for path, table, kind in [("include/cds55xx/result.h", "CDS_RESULTS", "error"),
                               ("src/controller/errors.h", "CONSOLE_ERRORS", "error"),
                               ("include/cds55xx/diagnose.h", "CDS_FINDINGS", "finding")]:

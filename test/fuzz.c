@@ -54,7 +54,8 @@ static void open_all(void)
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
     values_open(&values, &keeper, &host, &bridge, &lost);
-    device.world = &values.world;
+    device.world = &values_world;
+    device.owner = &values;
     bridge_open(&bridge, &bus, &host, &device, &output, packets[2]);
     console_open(&console, &keeper, &request, &text, &output);
 }

@@ -38,7 +38,8 @@ void setUp(void)
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
     values_open(&values, &keeper, &host, &bridge, &gaps);
-    device.world = &values.world;
+    device.world = &values_world;
+    device.owner = &values;
     bridge_open(&bridge, &bus, &host, &device, &output, buffers[1]);
     heard_size = 0;
 }

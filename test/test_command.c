@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "errors.h"
+#include "writer.h"
 #include "unity.h"
 
 static uint8_t packet[258];
@@ -44,12 +45,18 @@ static uint8_t read_line(const char *text)
 /* The example of a row. */
 static uint8_t read_example(uint8_t row)
 {
-    static char text[80];
-    const CDS_FLASH char *from = commands[row].example;
+    static struct cds_ring ring;
+    struct writer writer = {.ring = &ring};
+    char text[80];
+    uint8_t length = 0;
 
-    for (uint8_t i = 0; i < sizeof text; i++)
-        if ((text[i] = *from) != '\0')
-            from++;
+    writer_text_line(&writer, commands[row].example);
+    while (writer.text || cds_ring_count(&ring)) {
+        writer_ready(&writer);
+        for (; cds_ring_count(&ring) && length < sizeof text; cds_ring_drop(&ring, 1))
+            text[length++] = (char)cds_ring_peek(&ring, 0);
+    }
+    text[length - 2] = '\0'; // without the end of the line
     return read_line(text);
 }
 

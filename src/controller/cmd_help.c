@@ -4,6 +4,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "texts.h" // PACKED_...
 
 #ifndef BOARD_NAME
 #define BOARD_NAME "host"
@@ -11,7 +12,7 @@
 
 static const CDS_FLASH char version_text[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 
-#define HEADING(name, heading) static const CDS_FLASH char heading_##name[] = heading ":";
+#define HEADING(name, heading) static const CDS_FLASH char heading_##name[] = PACKED_heading_##name;
 COMMAND_GROUPS(HEADING)
 #undef HEADING
 

@@ -4,31 +4,18 @@
 #include "errors.h"
 #include "handlers.h"
 #include "reply.h" // reply_condition()
+#include "sentences.h"
 
 /* ---- settings, save, defaults ---- */
 
-#define ORIGINS(X)                                                                                 \
-    X(SETTINGS_NONE, "defaults: nothing was ever saved")                                           \
-    X(SETTINGS_DAMAGED, "defaults: what was saved is damaged")                                     \
-    X(SETTINGS_OTHER_VERSION, "defaults: what was saved is of another version")                    \
-    X(SETTINGS_STORED, "as saved")                                                                 \
-    X(SETTINGS_CORRECTED, "as saved, but one was out of range and is its default")
-
-#define ORIGIN(name, text) static const CDS_FLASH char text_##name[] = text;
-ORIGINS(ORIGIN)
-#undef ORIGIN
-
-static const CDS_FLASH char *const CDS_FLASH origins[] = {
-#define ORIGIN(name, text) [name] = text_##name,
-    ORIGINS(ORIGIN)
-#undef ORIGIN
-};
-
-/* "settings at start: as saved" */
-static void origin_line(struct console *console)
+static void say(struct console *console, uint8_t sentence)
 {
-    WRITER_TEXT(&console->writer, "settings at start: ");
-    writer_text_line(&console->writer, origins[console->keeper->store->origin]);
+    writer_text_line(&console->writer, sentences[sentence]);
+}
+
+static void say_origin(struct console *console)
+{
+    say(console, (uint8_t)(SENTENCE_ORIGIN_NONE + console->keeper->store->origin));
 }
 
 /* "link_loss_ms = 500 ms" */
@@ -90,7 +77,7 @@ bool settings_poll(struct console *console)
         setting_line(console, console->step);
         return true;
     }
-    origin_line(console);
+    say_origin(console);
     return false;
 }
 
@@ -203,51 +190,27 @@ static void reset_line(struct console *console)
     writer_end_of_line(&console->writer);
 }
 
-static void link_line(struct console *console)
+static uint8_t link_sentence(const struct keeper *keeper)
 {
-    static const CDS_FLASH char off[] = "not watched";
-    static const CDS_FLASH char on[] = "watched";
-    static const CDS_FLASH char lost[] = "lost";
-    const struct keeper *keeper = console->keeper;
-
-    WRITER_TEXT(&console->writer, "host link: ");
-    writer_text_line(&console->writer, keeper->link_lost                ? lost
-                                       : keeper->settings->link_loss_ms ? on
-                                                                        : off);
+    if (keeper->link_lost)
+        return SENTENCE_LINK_LOST;
+    return keeper->settings->link_loss_ms ? SENTENCE_LINK_ON : SENTENCE_LINK_OFF;
 }
 
-static void torque_line(struct console *console)
+static uint8_t stop_sentence(const struct robot *robot)
 {
-    static const CDS_FLASH char never[] = "not asked for";
-    static const CDS_FLASH char on_its_way[] = "under way";
-    static const CDS_FLASH char all[] = "all";
-    static const CDS_FLASH char some_on[] = "not all: some are on";
-    static const CDS_FLASH char unknown[] = "not known of all";
-    const struct robot *robot = console->robot;
-    const CDS_FLASH char *text = unknown;
-
     if (robot_is_stopping(robot))
-        text = on_its_way;
-    else if (!robot->stop.roster)
-        text = never;
-    else if (robot->stop.result == CDS_OK)
-        text = all;
-    else if (robot->stop.result == CDS_REFUSED)
-        text = some_on;
-    WRITER_TEXT(&console->writer, "torque off: ");
-    writer_text_line(&console->writer, text);
+        return SENTENCE_STOP_PENDING;
+    if (!robot->stop.roster)
+        return SENTENCE_STOP_NEVER;
+    switch (robot->stop.result) {
+    case CDS_OK: return SENTENCE_STOP_ALL;
+    case CDS_REFUSED: return SENTENCE_STOP_SOME_ON;
+    default: return SENTENCE_STOP_UNKNOWN;
+    }
 }
 
-static void bus_line(struct console *console)
-{
-    static const CDS_FLASH char states[][6] = {
-        [CDS_BUS_OK] = "ok", [CDS_BUS_BUSY] = "busy", [CDS_BUS_FAULT] = "fault"};
-
-    WRITER_TEXT(&console->writer, "bus: ");
-    writer_text_line(&console->writer, states[cds_bus_state(console->bus)]);
-}
-
-/* "servos: 18, of them held 0, away 1" */
+/* "servos: 18, held 0, away 1" */
 static void servos_line(struct console *console)
 {
     const struct crew *crew = &console->robot->crew;
@@ -268,7 +231,7 @@ static void servos_line(struct console *console)
     writer_end_of_line(&console->writer);
 }
 
-/* "RAM: 812 of 1290 bytes never used" */
+/* "stack: 812 of 1290 bytes never used" */
 static void ram_line(struct console *console)
 {
     WRITER_TEXT(&console->writer, "stack: ");
@@ -283,10 +246,10 @@ bool status_poll(struct console *console)
 {
     switch (console->step) {
     case 0: reset_line(console); return true;
-    case 1: origin_line(console); return true;
-    case 2: link_line(console); return true;
-    case 3: torque_line(console); return true;
-    case 4: bus_line(console); return true;
+    case 1: say_origin(console); return true;
+    case 2: say(console, link_sentence(console->keeper)); return true;
+    case 3: say(console, stop_sentence(console->robot)); return true;
+    case 4: say(console, (uint8_t)(SENTENCE_BUS_OK + cds_bus_state(console->bus))); return true;
     case 5: servos_line(console); return true;
     default: ram_line(console); return false;
     }

@@ -3,6 +3,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 /* What move looks at first, in one READ. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
@@ -60,7 +61,6 @@ uint8_t move_begin(struct console *console)
 /* A servo that could not do it says nothing by itself. */
 static void look(struct console *console)
 {
-    static const CDS_FLASH char torque_is_off[] = "torque is off: it goes there once torque is on";
     const uint8_t *bytes = console->line.request->packet.bytes;
 
     if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
@@ -68,7 +68,7 @@ static void look(struct console *console)
         return;
     }
     if (bytes[LOOK_SIZE - 1] == 0)
-        writer_text_line(&console->writer, torque_is_off);
+        writer_text_line(&console->writer, sentences[SENTENCE_TORQUE_IS_OFF]);
     console->error = (uint8_t)write_goal(console);
 }
 
@@ -98,7 +98,6 @@ uint8_t turn_begin(struct console *console)
 
 bool turn_poll(struct console *console)
 {
-    static const CDS_FLASH char limits_are_off[] = "angle limits set to 0: it turns without end";
     struct cds_setup *setup = &console->job.set.setup;
     struct command_line *line = &console->line;
 
@@ -111,7 +110,7 @@ bool turn_poll(struct console *console)
     if (console->error)
         return false;
     if (setup->written)
-        writer_text_line(&console->writer, limits_are_off);
+        writer_text_line(&console->writer, sentences[SENTENCE_LIMITS_ARE_OFF]);
     console->phase = 1;
     console->error = (uint8_t)cds_servo_write_word(
         console->bus, line->request, line->id, CDS_REG_MOVING_SPEED,

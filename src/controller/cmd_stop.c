@@ -6,6 +6,7 @@
 #include "errors.h"
 #include "handlers.h"
 #include "reply.h"
+#include "sentences.h"
 
 /* ---- stop ---- */
 
@@ -156,13 +157,12 @@ static void servo_part(struct console *console, const struct cds_roster_servo *s
 
 bool servos_poll(struct console *console)
 {
-    static const CDS_FLASH char nobody[] = "none is known: scan finds them";
     const struct robot *robot = console->robot;
     uint8_t *index = &console->job.progress.index;
     uint8_t *part = &console->job.progress.group;
 
     if (robot->crew.roster.count == 0) {
-        writer_text_line(&console->writer, nobody);
+        writer_text_line(&console->writer, sentences[SENTENCE_NOBODY]);
         return false;
     }
     servo_part(console, &robot->servos[*index], (*part)++);

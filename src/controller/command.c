@@ -14,7 +14,7 @@
     static const CDS_FLASH char takes_##name[] = takes;                                            \
     static const CDS_FLASH char usage_##name[] = PACKED_usage_##name;                              \
     static const CDS_FLASH char details_##name[] = PACKED_details_##name;                          \
-    static const CDS_FLASH char example_##name[] = example;
+    static const CDS_FLASH char example_##name[] = PACKED_example_##name;
 COMMANDS(STRINGS)
 #undef STRINGS
 

@@ -35,7 +35,7 @@ struct command {
     const CDS_FLASH char *takes;
     const CDS_FLASH char *usage;   // "name ARGUMENTS: what it does", packed
     const CDS_FLASH char *details; // ranges, and what is good to know, packed
-    const CDS_FLASH char *example;
+    const CDS_FLASH char *example; // packed
     /* Starts the command: 0, or the number of the error that it ends with at once: an enum
      * cds_result or a CONSOLE_ERRORS. NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);

@@ -24,7 +24,7 @@ static const CDS_FLASH struct row rows[DEVICE_REGISTER_COUNT] = {
 
 uint8_t device_id(const struct device *device)
 {
-    return (uint8_t)device->world->get(device->world->owner, DEVICE_ID);
+    return (uint8_t)device->world->get(device->owner, DEVICE_ID);
 }
 
 bool device_is_on(const struct device *device)
@@ -53,7 +53,7 @@ static uint16_t value_of(const struct device *device, uint8_t reg)
     case DEVICE_MODEL: return DEVICE_MODEL_NUMBER;
     case DEVICE_VERSION: return (uint16_t)((version[0] - '0') << 4 | (version[2] - '0'));
     case DEVICE_FAILED: return device->failed;
-    default: return device->world->get(device->world->owner, reg);
+    default: return device->world->get(device->owner, reg);
     }
 }
 
@@ -130,7 +130,7 @@ static bool may_be(uint8_t reg, uint16_t value)
 
 static uint8_t write(struct device *device, const uint8_t *packet)
 {
-    const struct device_world *world = device->world;
+    const CDS_FLASH struct device_world *world = device->world;
     uint8_t due = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     uint16_t value = 0;
 
@@ -147,7 +147,7 @@ static uint8_t write(struct device *device, const uint8_t *packet)
         return CDS_ERROR_RANGE;
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
         if (written(device, packet, reg, &value))
-            world->set(world->owner, reg, value);
+            world->set(device->owner, reg, value);
     device->unsettled = true;
     return 0;
 }
@@ -162,7 +162,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
     uint8_t error = without_parameters(packet);
 
     if (error == 0) {
-        device->world->reset(device->world->owner);
+        device->world->reset(device->owner);
         device->unsettled = true;
     }
     return error;
@@ -180,7 +180,7 @@ bool device_obey(struct device *device, uint8_t *packet)
         default: device->error = CDS_ERROR_INSTRUCTION; break;
         }
     }
-    if (device->unsettled && !device->world->settled(device->world->owner))
+    if (device->unsettled && !device->world->settled(device->owner))
         return false;
     device->unsettled = false;
     return true;

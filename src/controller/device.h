@@ -12,6 +12,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "flash.h" // CDS_FLASH
+
 #define DEVICE_MODEL_NUMBER 0xCD55
 #define DEVICE_OFF          254 // in the register ID: there is no device
 
@@ -85,7 +87,6 @@ enum device_register {
 /* What stands behind the registers; `reg`: enum device_register. Not asked for MODEL, VERSION,
  * FAILED and FAILED_IDS. */
 struct device_world {
-    void *owner;
     uint16_t (*get)(void *owner, uint8_t reg);
     void (*set)(void *owner, uint8_t reg, uint16_t value); // within its range
     void (*reset)(void *owner);                            // factory values
@@ -93,7 +94,8 @@ struct device_world {
 };
 
 struct device {
-    const struct device_world *world;
+    const CDS_FLASH struct device_world *world;
+    void *owner;           // of its values
     uint8_t error, length; // of the answer: CDS_ERROR_* bits, parameters
     bool unsettled;        // what was asked is done but for world->settled()
     uint8_t failed;        // servos, of

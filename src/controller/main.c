@@ -128,7 +128,8 @@ static void open(void)
     host_open(&controller.host, &controller.serial.rx, &controller.text, controller.packets[1]);
     values_open(&controller.values, &controller.keeper, &controller.host, &controller.bridge,
                 &controller.serial.gaps);
-    controller.device.world = &controller.values.world;
+    controller.device.world = &values_world;
+    controller.device.owner = &controller.values;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[2]);
     console_open(&controller.console, &controller.keeper, &controller.request, &controller.text,

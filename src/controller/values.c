@@ -98,13 +98,10 @@ static bool settled(void *owner)
     return keeper_follow(keeper) && !values->to_save && !values->to_clear;
 }
 
+const CDS_FLASH struct device_world values_world = {get, set, reset, settled};
+
 void values_open(struct values *values, struct keeper *keeper, const struct host *host,
                  const struct bridge *bridge, const volatile uint16_t *gaps)
 {
-    *values = (struct values){
-        .keeper = keeper,
-        .host = host,
-        .bridge = bridge,
-        .gaps = gaps,
-        .world = {.owner = values, .get = get, .set = set, .reset = reset, .settled = settled}};
+    *values = (struct values){.keeper = keeper, .host = host, .bridge = bridge, .gaps = gaps};
 }

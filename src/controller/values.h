@@ -16,8 +16,10 @@ struct values {
     const struct bridge *bridge;
     const volatile uint16_t *gaps; // bytes of the host, by the receive handler
     bool to_save, to_clear;        // was asked for, and could not be begun yet
-    struct device_world world;     // this, for the device
 };
+
+/* For a device whose owner is a struct values. */
+extern const CDS_FLASH struct device_world values_world;
 
 /* The settings, robot and bus are those of `keeper`, which has begun. */
 void values_open(struct values *values, struct keeper *keeper, const struct host *host,

@@ -18,22 +18,27 @@ void writer_text_line(struct writer *writer, const CDS_FLASH char *text)
     writer->text = text;
 }
 
-#define PACKED 0x80 // from here on a byte stands for two
-
 static const CDS_FLASH uint8_t pairs[][2] = PACKED_PAIRS;
+
+/* The pair that a byte stands for, 0x80 to 0xFF and on from 0x01 to 0x1F; or more than there are.
+ */
+static uint8_t pair_of(uint8_t byte)
+{
+    return byte ? (uint8_t)((byte ^ 0x80) - (byte < 0x80)) : UINT8_MAX;
+}
 
 /* The next character of the text, '\0' at its end. */
 static char next_character(struct writer *writer)
 {
-    uint8_t byte;
+    uint8_t byte, pair;
 
     if (writer->depth)
         byte = writer->rest[--writer->depth];
     else if ((byte = (uint8_t)*writer->text) != '\0')
         writer->text++;
-    while (byte >= PACKED) {
-        writer->rest[writer->depth++] = pairs[byte - PACKED][1];
-        byte = pairs[byte - PACKED][0];
+    while ((pair = pair_of(byte)) < sizeof pairs / sizeof pairs[0]) {
+        writer->rest[writer->depth++] = pairs[pair][1];
+        byte = pairs[pair][0];
     }
     return (char)byte;
 }

@@ -13,9 +13,9 @@
  * any length. */
 #define WRITER_PIECE 58
 
-/* A packed text has bytes of 0x80 and above, which stand for two bytes each: scripts/texts.py. This
- * deep within each other at most. */
-#define WRITER_DEPTH 8
+/* A packed text has bytes of 0x80 and above, and below 0x20, which stand for two bytes each:
+ * scripts/texts.py. This deep within each other at most. */
+#define WRITER_DEPTH 6
 
 struct writer {
     struct cds_ring *ring;
