@@ -50,7 +50,7 @@ static void tell_found(struct console *console, const struct cds_scan_found *fou
         WRITER_TEXT(writer, ": damaged, two of one ID?");
     else if (found->details == CDS_OK && found->own_baud != found->baud)
         WRITER_TEXT(writer, ", a neighbour");
-    else if (found->baud == console->robot->baud && !crew_meet(&console->robot->crew, found->id))
+    else if (found->baud == console->robot->baud && !robot_add(console->robot, found->id))
         WRITER_TEXT(writer, ": too many to know");
     writer_end_of_line(writer);
 }

@@ -37,7 +37,7 @@ uint8_t group_begin(struct console *console)
     if (!fit(robot, ids, line->values))
         return ERROR_TOO_MANY;
     for (uint8_t i = 0; i < line->values; i++)
-        crew_meet(&robot->crew, ids[i]);
+        robot_add(robot, ids[i]);
     memcpy(robot->group, ids, line->values);
     robot->group_count = line->values;
     robot->group_acts = line->choice == 2;

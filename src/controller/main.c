@@ -23,8 +23,7 @@
  */
 #define SELDOM 16
 
-/* Of so many turns one looks after host link, alarms and memory, while an exchange is on the bus.
- */
+/* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's
@@ -65,25 +64,32 @@ static bool busy(const void *context)
            controller.store.result == SETTINGS_SAVING;
 }
 
-static void open_host(uint8_t baud)
+static uint16_t divisor_of(uint8_t baud)
 {
+    return baud == HOST_BAUD_OWN ? SERIAL_DIVISOR(BOARD_HOST_BAUD)
+                                 : baud; // with U2X at 16 MHz UBRR is n, as on the bus
+}
+
+/* What came at another rate is worth nothing; at the same one, by another name, it is. */
+static void change_host_baud(uint8_t baud)
+{
+    if (divisor_of(baud) != divisor_of(controller.host_baud))
+        serial_open(&controller.serial, divisor_of(baud));
     controller.host_baud = baud;
-    serial_open(&controller.serial, baud == HOST_BAUD_OWN
-                                        ? SERIAL_DIVISOR(BOARD_HOST_BAUD)
-                                        : baud); // with U2X at 16 MHz UBRR is n, as on the bus
 }
 
 /* The rate of the host link changes behind the answer that said so. */
 static void follow_host_baud(void)
 {
-    bool quiet = !bridge_talks(&controller.bridge) && !cds_ring_count(&controller.serial.tx);
+    bool quiet = !bridge_talks(&controller.bridge) && console_idle(&controller.console) &&
+                 !cds_ring_count(&controller.serial.tx);
 
     if (controller.host_baud == controller.settings.host_baud || !quiet)
         controller.drained_us = 0;
     else if (controller.drained_us == 0)
         controller.drained_us = cds_port_now_us() | 1;
     else if (cds_port_now_us() - controller.drained_us > HOST_DRAIN_US)
-        open_host(controller.settings.host_baud);
+        change_host_baud(controller.settings.host_baud);
 }
 
 /* Bytes that came, whatever they are, are a host that is alive. */
@@ -120,7 +126,8 @@ static void open(void)
     settings_load(&controller.store, &controller.settings);
     controller.request = (struct cds_request)CDS_REQUEST(controller.packets[0]);
     cds_avr_clock_open();
-    open_host(controller.settings.host_baud);
+    controller.host_baud = controller.settings.host_baud;
+    serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus);
@@ -152,7 +159,7 @@ __attribute__((noinline)) static void turn(void)
     uint8_t left = SELDOM;
 
     watchdog_pet();
-    if (!controller.bus.request || ++controller.turns % KEPT_TURNS == 0)
+    if (++controller.turns % KEPT_TURNS == 0 || !busy(NULL))
         keep();
     do {
         cds_bus_poll(&controller.bus);

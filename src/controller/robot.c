@@ -135,8 +135,17 @@ void robot_poll(struct robot *robot)
     if (!robot_idle(robot))
         poll_work(robot);
     if (count && !robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot) &&
-        (count == robot->watched || begin_watch(robot)))
+        (count == robot->watched || begin_watch(robot))) {
+        if (!robot->chosen)
+            robot_yield(robot);
         cds_watch_poll(&robot->watch);
+    }
+}
+
+bool robot_add(struct robot *robot, uint8_t id)
+{
+    robot->chosen = true;
+    return crew_meet(&robot->crew, id);
 }
 
 void robot_yield(struct robot *robot)
@@ -152,4 +161,5 @@ void robot_forget(struct robot *robot)
     robot->crew.held = held;
     robot->group_count = 0;
     robot->watched = 0;
+    robot->chosen = false;
 }

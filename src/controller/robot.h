@@ -69,6 +69,7 @@ struct robot {
     bool group_acts;   // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
     uint8_t group_count;
     uint8_t watched; // servos that the state check was begun for
+    bool chosen;     // somebody has said which servos they are: the state check looks at them
     struct crew crew;
     uint8_t group[ROBOT_SERVOS];    // IDs of the servos of pose and cycle
     uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
@@ -112,8 +113,13 @@ uint8_t robot_begun(struct robot *robot, enum cds_result begun);
 /* Ends the operation as soon as it can be; a change of ID or rate goes on to its end. */
 void robot_abort(struct robot *robot);
 
-/* A packet of the PC passes: the state check leaves the bus to it but for servos that are back. Who
- * answers it joins the robot, for it is to be held when the others are. */
+/* Takes servo `id`, 0 to 253, in, and has the robot looked after from now on. False: there is no
+ * room. Servos join by themselves, too, when they answer or are written to, for they are to be held
+ * with the others; but until somebody says who they are, nothing is sent that was not asked for,
+ * except to one that is back. */
+bool robot_add(struct robot *robot, uint8_t id);
+
+/* A packet of the PC passes: the state check leaves the bus to it but for servos that are back. */
 void robot_yield(struct robot *robot);
 
 /* Forgets all servos. Not while a cycle, operation or stop is under way. Who joins later is held if

@@ -15,7 +15,7 @@ CLOCK_KHZ = 16000
 # 117647 bit/s, which is what 115200 becomes at 16 MHz).
 NAMES = ["device_id", "host_baud", "bus_baud", "return_delay", "repeats", "echo", "link_loss_ms",
          "link_loss_action", "alarm_report", "cycle_us"]
-DEFAULTS = [253, 255, 1, 254, 0, 1, 0, 1, 0, 4000]
+DEFAULTS = [253, 255, 1, 254, 0, 0, 0, 1, 0, 4000]
 FIRST = [17, 16, 3, 100, 1, 1, 0xFFFF, 0, 1, 0x1234]
 SECOND = [200, 255, 1, 7, 2, 0, 0xEEEE, 2, 0, 0x2345]
 
