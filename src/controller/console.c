@@ -12,7 +12,7 @@
 #include "reply.h"
 
 /* The bus must not wait for a line. */
-#define KEYS_PER_POLL 3
+#define KEYS_PER_POLL 5
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
 static void begin_line(struct console *console)

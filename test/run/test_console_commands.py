@@ -150,7 +150,7 @@ SCRIPT = {
             + text("3 found, 254 asked") + "baud 3 57600\nbus 1000000\nscan all\n"
             + text("id 2 model 1 at 1000000bps") + text("id 3 model 1 at 57143bps")
             + text("3 found, 1524 asked") + "bus 57600\nbaud 3 1000000\n" + error(38, "scan here"),
-    "servos": "@wait 1500\nservos\n" + text("servo 1: here, torque off")
+    "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: here, torque off")
               + text("servo 3: here, torque off") + "counters 1\n" + text("timeouts 0")
               + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: away, torque on")
               + "@power 1 on\n@wait 3000\nservos\n"
