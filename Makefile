@@ -75,6 +75,7 @@ CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 CONTROLLER_SRC := $(wildcard src/controller/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
+EXAMPLES := $(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf))
 
 # The controller's own serial port to the PC is not the library's business.
 LIBRARY_SRC := $(CORE_SRC) $(filter-out src/avr/serial.c,$(AVR_SRC))
@@ -152,9 +153,9 @@ examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
 
 ## size: flash and RAM of every board's firmware beside its budget
 .PHONY: size
-size: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+size: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@scripts/size.py $(foreach b,$(BOARDS),build/$(b)/controller.elf $($(b)_LIMITS)) \
-	  --note $(BOARDS:%=build/%/examples/two_servos.elf)
+	  --note $(EXAMPLES)
 
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
@@ -215,6 +216,37 @@ run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 .PHONY: sim-speed
 sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 	@scripts/sim-speed.py $^
+
+# ---- faults ----------------------------------------------------------------------------------------
+
+# Without sanitizers: a whole run is some hundred thousand exchanges.
+FAULTS_BOARDS := atmega128 arduino-uno arbotix
+FAULTS_SRC := $(wildcard test/faults/*.c)
+FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/program/exchanges.elf) \
+	build/atmega128/controller.elf build/arbotix/controller.elf
+
+build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
+	$(call say,CC,$@)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(SIM_FLAGS) $(INCLUDES) -O2 $(DEPFILES) -c $< -o $@
+
+build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
+		$(patsubst sim/%.c,build/host/sim/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
+	$(call say,LD,$@)
+	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
+
+FAULTS_PART ?= 1/1
+SEED ?= 0
+
+## faults: every fault of docs/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
+.PHONY: faults
+faults: $(FAULTS_NEEDS)
+	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
+
+## faults-docs: the same, and its table in docs/faults.md anew
+.PHONY: faults-docs
+faults-docs: faults
+	@scripts/faults.py --docs
 
 # ---- tests -----------------------------------------------------------------------------------------
 
@@ -317,12 +349,14 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 	$(SIM_TESTS:%=build/host/test/sim/%)
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) build/host/test/fuzz \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/program/three_buses.elf $(BOARDS:%=build/%/program/commands.elf) \
-	build/arbotix/program/exchanges.elf \
+	build/arduino-mega/program/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/program/$(p).elf)) \
+	build/arbotix/program/soak.elf \
 	$(patsubst %,build/%/program/safety.elf,arduino-mega arbotix cm510) \
+	$(patsubst %,build/%/program/flood.elf,arduino-mega cm510 arbotix) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
-	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/exchanges.elf) \
-	$(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/soak.elf) \
+	$(FAULTS_NEEDS) \
+	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
 .PHONY: test
@@ -354,7 +388,7 @@ GENERATED_DOCS := errors registers console device
 
 ## check: format, layering, docs, headers, machine code; every board built, warnings as errors
 .PHONY: check
-check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf) build/host/cds55xx-sim
+check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
@@ -362,7 +396,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos
 	@scripts/readme.py --check
 	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
 	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
-	  $(BOARDS:%=build/%/controller.elf) $(BOARDS:%=build/%/examples/two_servos.elf)
+	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
 

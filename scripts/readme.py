@@ -18,7 +18,7 @@ def output_of(command, start):
         text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
                               check=True).stdout
     if start:
-        text = text[text.index(start):].split("\n\n")[0] + "\n"
+        text = text[text.index(start):].split("\n\n")[0].rstrip("\n") + "\n"
     return text
 
 

@@ -920,6 +920,21 @@ void test_what_comes_after_the_deadline_holds_nothing_up(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
 }
 
+/* What was there when the deadline was seen to pass is still looked at, and nothing behind it. */
+void test_what_comes_while_the_exchange_is_closed_is_late(void)
+{
+    ping(5);
+    port_fake.now_us += PING_DEADLINE_US;
+    for (uint8_t i = 0; i < 30; i++)
+        cds_link_on_rx(&bus.link, 0, 0);
+    assert_pending();
+    port_fake_answer(&bus.link, 5, 0, NULL, 0);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().late);
+}
+
 void test_ring_full_of_noise_and_late_polls_is_corrupt(void)
 {
     ping(5);

@@ -324,6 +324,20 @@ void test_a_second_answer_before_the_next_packet_is_extra_too(void)
     assert_answered(&other, 6);
 }
 
+/* Two servos have the ID, and the header of the second answer fell on the end of the first. */
+void test_a_second_answer_without_its_header_is_stray(void)
+{
+    static const uint8_t rest[] = {0xFF, 0x05, 0x02, 0x00, 0xF8};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    assert_answered(&request, 5);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().stray);
+    port_fake_hear(&bus.link, rest, sizeof rest);
+    poll_at(1);
+    TEST_ASSERT_EQUAL_UINT16(4, counters().stray);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().extra);
+}
+
 void test_who_answers_a_broadcast_ping_second_is_extra(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, CDS_BROADCAST_ID));

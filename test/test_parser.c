@@ -77,6 +77,7 @@ void setUp(void)
 {
     memset(&ring, 0, sizeof ring);
     cds_parser_begin(&parser, CDS_PARSER_LENGTH_MAX);
+    parser.stray = 0;
     memset(&found, 0, sizeof found);
 }
 
@@ -163,6 +164,7 @@ void test_any_number_of_ff_before_the_header(void)
         hear_all(warm, sizeof warm);
         assert_only(warm, sizeof warm);
         TEST_ASSERT_EQUAL_UINT8(0, found.refuted);
+        TEST_ASSERT_EQUAL_UINT16(0, parser.stray);
     }
 }
 
@@ -177,11 +179,15 @@ void test_one_ff_is_no_header(void)
 void test_bytes_that_begin_nothing_leave_the_ring_at_once(void)
 {
     for (uint16_t byte = 0; byte < 0xFF; byte++) {
+        parser.stray = 0;
         hear((uint8_t)byte);
         TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
+        TEST_ASSERT_EQUAL_UINT16(1, parser.stray);
         hear(0xFF);
+        TEST_ASSERT_EQUAL_UINT16(1, parser.stray);
         hear((uint8_t)byte);
         TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
+        TEST_ASSERT_EQUAL_UINT16(2, parser.stray);
     }
     TEST_ASSERT_EQUAL_UINT8(0, found.refuted); // nothing of it looked like a packet
 }

@@ -460,6 +460,23 @@ void test_a_servo_that_is_unknown_is_not_held(void)
     assert_admitted(goal(77, 500));
 }
 
+/* Torque off always passes, but not with a goal behind it in the same packet. */
+void test_torque_off_does_not_hide_a_goal(void)
+{
+    static const uint8_t data[8] = {0, 0, 32, 32, 0, 0, 0xF4, 1}; // from 0x18 to 0x1F
+
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    assert_refused(CDS_HELD, cds_servo_write(&bus, &request, 1, CDS_REG_TORQUE_ENABLE, data, 8));
+}
+
+void test_torque_off_of_one_is_its_own(void)
+{
+    wrote_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 0);
+    TEST_ASSERT_FALSE(one->torque);
+    TEST_ASSERT_TRUE(two->torque);
+}
+
 /* ---- what has waited ---- */
 
 static uint8_t waiting_buffers[3][16];

@@ -93,6 +93,8 @@ struct cds_counters {
     uint16_t corrupt;        // ... with nothing but damage by the deadline
     uint16_t unsent;         // requests that ended as CDS_LINE_BUSY: no packet was sent
     uint16_t refuted;        // LENGTH or checksum of a would-be packet wrong
+    uint16_t stray;          // bytes, each with the FF before it, that began no packet: noise, or
+                             // what is left of one: a second servo of that ID may be behind it
     uint16_t late;           // good packets that were not the reply due: of the servo that had just
                              // been given up
     uint16_t extra;          // ... of the one that had just answered: two have its ID
@@ -159,7 +161,7 @@ struct cds_bus {
     uint8_t last_result;               // and enum cds_result of it
     uint8_t instruction, address;      // of the packet in flight
     uint8_t repeats;                   // given to each request that bears repeating
-    struct cds_counters counters;      // the last four stay in `link` until asked for
+    struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s

@@ -7,7 +7,8 @@
  *
  * ACTION is a broadcast and not answered: without verification CDS_OK means that it was sent. It
  * starts whatever else is registered on the bus too. A servo that is not to answer REG WRITE
- * (status return level 0 or 1) cannot be moved like this.
+ * (status return level 0 or 1) fails the move, unless a roster knows that it does not (roster.h):
+ * then it counts as armed unproven, and at level 1 verification proves it.
  *
  * All functions: main context.
  */
@@ -84,9 +85,10 @@ void cds_group_move_set_verify(struct cds_group_move *move);
  * CDS_BAD_ARGUMENT: no bus is open, there is no goal, or some are out of range (their results say
  * which); CDS_NO_ROOM: the request's buffer is too small; in both nothing was sent. Else what the
  * first servo, or ACTION, failed with: CDS_REFUSED, it answered with an error of the packet, or is
- * not armed or not at its goal when read; CDS_TIMEOUT, CDS_CORRUPT, it did not answer well; others
- * of cds_servo_write(). Then move->acted tells the two apart: false, nothing moves; true, those
- * whose result is CDS_OK do, of the others it is not known.
+ * not armed or not at its goal when read; CDS_TIMEOUT, CDS_CORRUPT, it did not answer well;
+ * CDS_LINE_BUSY; CDS_LIMIT, CDS_HELD: it must not be driven so (roster.h; disarming always may).
+ * Then move->acted tells the two apart: false, nothing moves; true, those whose result is CDS_OK
+ * do, of the others it is not known.
  *
  * When it has ended badly, goals[i].armed tells who is not, by its own word, disarmed: it would
  * start with the next ACTION. Remove its power, or begin anew when it answers. In particular a

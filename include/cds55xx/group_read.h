@@ -59,8 +59,9 @@ void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
  * fails does not stop the others: answers[i].result tells who and how, and its data stay as they
  * were, with their old time.
  * CDS_PENDING: not over yet. CDS_OK: all data are new. Else the result of the first servo that
- * failed: CDS_TIMEOUT, CDS_CORRUPT, CDS_CANCELLED; CDS_REFUSED, see answers[i].error;
- * CDS_BAD_ARGUMENT: its ID, or address and length; CDS_NO_ROOM: the request's buffer is too small.
+ * failed: CDS_TIMEOUT, CDS_CORRUPT, CDS_LINE_BUSY, CDS_CANCELLED; CDS_REFUSED, see
+ * answers[i].error; CDS_NO_REPLY_DUE: it is set not to answer (roster.h); CDS_BAD_ARGUMENT: its ID,
+ * or address and length; CDS_NO_ROOM: the request's buffer is too small.
  */
 enum cds_result cds_group_read_poll(struct cds_group_read *read);
 

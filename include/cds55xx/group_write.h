@@ -64,7 +64,8 @@ void cds_group_write_set_longest(struct cds_group_write *write, uint16_t bytes);
  * were heard is not known. CDS_BAD_ARGUMENT: no bus is open, there is no servo, or an ID, the
  * address or the length is out of range; CDS_NO_ROOM: one servo's data do not fit the buffer or the
  * longest packet; in both nothing was sent. CDS_TIMEOUT, CDS_LINE_BUSY, CDS_CANCELLED: a packet
- * could not be sent; servos before write->next have been sent theirs, the others not. */
+ * could not be sent; CDS_LIMIT, CDS_HELD: a servo of it must not be driven so (roster.h; its
+ * refused_id says which). Servos before write->next have been sent theirs, the others not. */
 enum cds_result cds_group_write_poll(struct cds_group_write *write);
 
 #ifdef __cplusplus

@@ -90,7 +90,7 @@ enum cds_result cds_identity_reset_all_begin(struct cds_identity *identity, stru
  * Otherwise why not, and identity->state says where the servo is: CDS_REFUSED: the new place is
  * TAKEN, or the servo refused the write (error says why; locked, R6); CDS_TIMEOUT: it did not
  * answer, or not do what it was told; CDS_CORRUPT: damaged answers, or two servos; CDS_CANCELLED:
- * the bus was opened anew, and state is UNDECIDED. */
+ * the bus was opened anew, and state is UNDECIDED; CDS_LINE_BUSY: the line was not quiet. */
 enum cds_result cds_identity_poll(struct cds_identity *identity);
 
 /* Looks at both places again, without writing, after a transaction that ended as LOST: a servo that

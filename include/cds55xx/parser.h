@@ -33,10 +33,11 @@ struct cds_parser {
     uint8_t seen;    // bytes of the candidate at the ring's tail examined so far
     uint8_t sum;     // of its bytes from the ID on
     uint8_t length;  // its LENGTH, once seen
+    uint16_t stray;  // bytes, each with the FF before it, that began no packet; modulo 65536
 };
 
 /* Begins a search, with nothing seen: the caller has emptied the ring, or will. `longest`: highest
- * LENGTH that can be due, 2 to CDS_PARSER_LENGTH_MAX. Main context. */
+ * LENGTH that can be due, 2 to CDS_PARSER_LENGTH_MAX. `stray` goes on. Main context. */
 void cds_parser_begin(struct cds_parser *parser, uint8_t longest);
 
 /* Examines the next byte of the ring; there must be one: parser->seen < cds_ring_count(ring).

@@ -127,32 +127,24 @@ SELDOM static void count_undue(struct cds_bus *bus)
         bus->observer->on_news(bus->observer, &news);
 }
 
-/* A candidate has become something. True when the exchange has ended well. Not inlined: what it
- * needs would be saved and restored for each byte. */
-__attribute__((noinline)) static bool decide(struct cds_bus *bus, enum cds_parsed parsed)
-{
-    bool ended;
-
-    if (parsed == CDS_PARSED_REFUTED) {
-        bus->counters.refuted++;
-        bus->damaged = 1;
-        return false;
-    }
-    ended = bus->in_flight && is_reply(bus);
-    if (ended)
-        take_reply(bus);
-    else
-        count_undue(bus);
-    cds_parser_accept(&bus->parser, &bus->link.rx);
-    return ended;
-}
-
 /* Examines one byte. True when the exchange has ended well. */
 static bool parse_byte(struct cds_bus *bus)
 {
     enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
+    bool ended = false;
 
-    return parsed != CDS_PARSED_MORE && decide(bus, parsed);
+    if (parsed == CDS_PARSED_REFUTED) {
+        bus->counters.refuted++;
+        bus->damaged = 1;
+    } else if (parsed == CDS_PARSED_PACKET) {
+        ended = bus->in_flight && is_reply(bus);
+        if (ended)
+            take_reply(bus);
+        else
+            count_undue(bus);
+        cds_parser_accept(&bus->parser, &bus->link.rx);
+    }
+    return ended;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -189,9 +181,18 @@ static uint8_t skim(struct cds_bus *bus, uint8_t end, uint8_t most)
     return cds_parser_skim(&bus->parser, &bus->link.rx, count < most ? count : most);
 }
 
-/* Parses what has been heard by now, before and behind the damage there may be. True when the
- * exchange has ended well. What is left after BYTES_PER_POLL is for the next poll, so that neither
- * a long reply nor a babbling line holds up the caller. */
+/* The deadline is over: returns the end of what had come when a poll first saw that. It is still
+ * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
+SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
+{
+    uint8_t left = (uint8_t)(bus->close_at - looked_to(bus));
+
+    return left > CDS_RING_SIZE ? looked_to(bus) : bus->close_at; // damage was passed over
+}
+
+/* Parses what has been heard by now, or by the deadline if that is over, before and behind the
+ * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
+ * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
 static bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
@@ -201,15 +202,22 @@ static bool parse(struct cds_bus *bus)
     do {
         uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
 
+        if (bus->closing)
+            end = end_at_deadline(bus);
         broken = link->broken;
         if (broken)
             end = link->broken_at;
         while (looked_to(bus) != end) {
-            left = (uint8_t)(left - skim(bus, end, left));
             if (left == 0)
                 return false;
-            if (looked_to(bus) == end)
-                break;
+            if (bus->parser.seen > CDS_AT_LENGTH) {
+                uint8_t skimmed = skim(bus, end, left);
+
+                if (skimmed) {
+                    left = (uint8_t)(left - skimmed);
+                    continue;
+                }
+            }
             if (parse_byte(bus))
                 return true;
             left--;
@@ -285,9 +293,17 @@ SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
     return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
+/* The first request must wait for a quiet line, or until an old answer can no longer come: for as
+ * long as the longest exchange may take. */
+SELDOM static void begin_waiting(struct cds_bus *bus, uint32_t now_us)
+{
+    bus->deadline_us =
+        now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
+
 /* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
- * observer has changed its mind: the next poll ends it. */
-static uint8_t start_if_quiet(struct cds_bus *bus)
+ * observer has changed its mind: the next poll ends it. `anew`: it has not waited before. */
+static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
 {
     struct cds_request *request = bus->request;
     uint8_t result = judge(bus, request);
@@ -295,20 +311,14 @@ static uint8_t start_if_quiet(struct cds_bus *bus)
 
     if (result != CDS_OK)
         return result;
-    if (!is_quiet(bus, now_us))
-        return CDS_PENDING;
-    if (reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))
-        return CDS_PENDING; // its reply would be taken for the new one
-    start(bus, now_us);
-    return CDS_OK;
-}
-
-/* There is a new first request: sends it now, or as soon as the line is quiet. */
-static void begin(struct cds_bus *bus)
-{
-    if (start_if_quiet(bus) != CDS_OK)
-        bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX),
-                                                               CDS_RETURN_DELAY_MAX_US);
+    if (is_quiet(bus, now_us) &&
+        !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
+        start(bus, now_us);
+        return CDS_OK;
+    }
+    if (anew)
+        begin_waiting(bus, now_us);
+    return CDS_PENDING;
 }
 
 /* Where in the queue the request belongs; never before one in flight, which is the first. */
@@ -360,7 +370,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     request->next = *place;
     *place = request;
     if (bus->request == request)
-        begin(bus);
+        start_if_quiet(bus, true);
     return CDS_OK;
 }
 
@@ -379,32 +389,34 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The deadline is over: has all been looked at that had come by the first poll that saw it? */
-static bool all_looked_at(struct cds_bus *bus)
+/* The same when the deadline is over. */
+SELDOM static enum cds_result outcome_late(struct cds_bus *bus)
 {
-    uint8_t left;
-
+    if (bus->link.state != CDS_LINK_LISTENING) {
+        cds_link_abort(&bus->link, bus->port);
+        return CDS_TIMEOUT;
+    }
     if (!bus->closing) {
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    left = (uint8_t)(bus->close_at - looked_to(bus));
-    return left == 0 || left > CDS_RING_SIZE; // beyond it: damage was passed over
+    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
+        return CDS_OK;
+    if (looked_to(bus) != end_at_deadline(bus))
+        return CDS_PENDING;
+    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
 /* How the exchange in flight stands, seen at `now_us`. */
 static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
 {
-    bool listening = bus->link.state == CDS_LINK_LISTENING;
-    bool due = reply_is_due(bus->request);
-
-    if (listening && (!due || (heard(bus) && parse(bus))))
-        return CDS_OK;
-    if ((int32_t)(now_us - bus->deadline_us) < 0 || (listening && !all_looked_at(bus)))
+    if ((int32_t)(now_us - bus->deadline_us) >= 0)
+        return outcome_late(bus);
+    if (bus->link.state != CDS_LINK_LISTENING)
         return CDS_PENDING;
-    if (!listening)
-        cds_link_abort(&bus->link, bus->port);
-    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
+        return CDS_OK;
+    return CDS_PENDING;
 }
 
 static void count_end(struct cds_bus *bus, uint8_t result)
@@ -437,6 +449,7 @@ static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     const struct cds_request *request = bus->request;
 
     count_end(bus, result);
+    bus->closing = false;
     bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
     if (reply_is_due(request)) {
         bus->last_id =
@@ -461,7 +474,7 @@ static void finish(struct cds_bus *bus, uint8_t result)
     bus->request = request->next;
     request->result = result;
     if (bus->request)
-        begin(bus);
+        start_if_quiet(bus, true);
     if (request->on_end)
         request->on_end(request);
 }
@@ -479,13 +492,13 @@ static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     }
     request->repeats--;
     bus->counters.repeated++;
-    begin(bus);
+    start_if_quiet(bus, true);
 }
 
 /* The first request waits for a quiet line. */
 static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
 {
-    uint8_t result = start_if_quiet(bus);
+    uint8_t result = start_if_quiet(bus, false);
 
     if (result == CDS_PENDING) {
         if ((int32_t)(now_us - bus->deadline_us) < 0)
@@ -517,6 +530,7 @@ bool cds_bus_poll(struct cds_bus *bus)
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 {
     *out = bus->counters;
+    out->stray = bus->parser.stray;
     out->framing_errors = cds_link_count(&bus->link.framing_errors);
     out->overruns = cds_link_count(&bus->link.overruns);
     out->ring_overflows = cds_link_count(&bus->link.ring_overflows);

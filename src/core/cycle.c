@@ -406,6 +406,7 @@ static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     uint32_t now_us = cds_port_now_us();
+    bool due = (int32_t)(now_us - cycle->next_us) >= 0;
 
     if (cycle->reading && cycle->read.result != CDS_PENDING)
         take_feedback(cycle, now_us);
@@ -413,7 +414,10 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
     if (cycle->refused)
         send_again(cycle);
-    if ((int32_t)(now_us - cycle->next_us) >= 0)
+    if (cycle->reading &&
+        due)                // its end is at hand; goals queued behind it would count as begun, and
+        return CDS_PENDING; // wait while the application computes the next ones
+    if (due)
         begin_period(cycle);
     else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
         vet(cycle); // rather than when goals are due

@@ -150,7 +150,7 @@ static void ask(struct cds_diagnose *diagnose)
                                                                      : CDS_RETURN_DELAY_MAX_US);
     diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
     submitted = submit(diagnose);
-    diagnose->request->vetted = false; // no observer, so nobody did
+    diagnose->request->vetted = false; // without an observer nobody does
     if (submitted == CDS_OK) {
         diagnose->in_flight = 1;
         diagnose->sent_size = (uint8_t)packet->size; // the reply will overwrite it

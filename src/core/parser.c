@@ -29,8 +29,11 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
     uint8_t checksum;
 
     if (at < CDS_AT_ID) {
-        if (byte != CDS_HEADER)
-            skip(parser, ring, (uint8_t)(at + 1)); // it is none of the two, and begins none either
+        if (byte != CDS_HEADER) { // it is none of the two, and begins none either
+            skip(parser, ring, (uint8_t)(at + 1));
+            parser->stray++;
+            return CDS_PARSED_MORE;
+        }
         parser->sum = 0;
         return CDS_PARSED_MORE;
     }

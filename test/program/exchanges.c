@@ -1,75 +1,187 @@
-/* Exchanges of every kind with servos 1 to 3 at a return delay of 2 us, one after the other: PING,
- * a long READ, SYNC WRITE of goals, and READ of what became of them. Says the counters, and how
- * many goals were found as sent. */
-#include <cds55xx/group.h>
+/* One exchange after the other, as told from outside: for `make faults` (test/faults). Between them
+ * it polls an idle bus, as a robot's main loop does. */
+#include <cds55xx/roster.h>
+#include <cds55xx/scan.h>
 #include <cds55xx/servo.h>
-#include <cds55xx/wait.h>
 #include <cds55xx_avr.h>
+#include <util/delay_basic.h>
 
-#include "say.h"
+#include "../faults/job.h"
 
-#define ROUNDS 200
+#ifdef TIMSK0
+#define HOLD_INTERRUPTS TIMSK0
+#else
+#define HOLD_INTERRUPTS TIMSK // ATmega128
+#endif
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(50)];
+__attribute__((used)) volatile struct job_board job_board;
+
+static uint8_t packet[CDS_PACKET_SIZE(1 + JOB_DATA_MAX)];
 static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_roster roster;
+static struct cds_roster_servo servos[] = {{.id = 1}, {.id = 2}};
 
-static void sync_goals(uint16_t goal)
+/* A handler of the robot's own that is too long. Timer 0 stands: the host raises it. */
+ISR(TIMER0_OVF_vect)
 {
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
-    for (uint8_t id = 1; id <= 3; id++)
-        cds_group_sync_add_goal(&request, id, (uint16_t)(goal + id), 512);
-    cds_wait_for(&bus, &request, cds_group_sync_send(&bus, &request));
+    _delay_loop_2(job_board.hold_loops);
 }
 
-static bool has_goal(uint8_t id, uint16_t goal)
+static enum cds_result submit(const struct job *job)
 {
-    uint16_t position = 0;
-
-    return cds_wait_read_word(&bus, &request, id, CDS_REG_GOAL_POSITION, &position) == CDS_OK &&
-           position == goal + id;
+    switch (job->kind) {
+    case JOB_PING: return cds_servo_ping(&bus, &request, job->id);
+    case JOB_READ: return cds_servo_read(&bus, &request, job->id, job->address, job->length);
+    case JOB_WRITE:
+        return cds_servo_write(&bus, &request, job->id, job->address, job->data, job->length);
+    case JOB_REG_WRITE:
+        return cds_servo_reg_write(&bus, &request, job->id, job->address, job->data, job->length);
+    default: return cds_servo_action(&bus, &request, job->id);
+    }
 }
 
-static void say_counters(void)
+static void enroll(enum job_roster how)
 {
+    if (how == JOB_ROSTER_ANEW)
+        cds_roster_begin(&roster, &bus, servos, sizeof(servos) / sizeof(servos[0]));
+    bus.observer = how == JOB_ALONE ? 0 : &roster.observer;
+}
+
+static void tell_known(struct job_known *known)
+{
+    const struct cds_roster_servo *servo = &servos[0];
+
+    known->counters = servo->counters;
+    known->return_delay = servo->return_delay;
+    known->status_return_level = servo->status_return_level;
+    known->alarms = servo->alarms;
+    known->presence = servo->presence;
+    known->silences = servo->silences;
+    known->held = servo->held;
+    known->torque = servo->torque;
+}
+
+/* What came meanwhile is looked at, as in any main loop. */
+static void look(void)
+{
+    PORTB = JOB_LOOKS; // or the host would not notice the next mark
+    for (uint8_t i = 0; i < 8; i++)
+        cds_bus_poll(&bus);
+}
+
+/* The buffer is longer than most packets and replies. */
+#define UNTOUCHED 0xA5
+
+static void clean_buffer(void)
+{
+    for (uint8_t i = 0; i < sizeof(packet); i++)
+        packet[i] = UNTOUCHED;
+}
+
+static uint8_t spilled(void)
+{
+    uint8_t used = (uint8_t)request.packet.size, count = 0;
+
+    for (uint8_t i = request.length > used ? request.length : used; i < sizeof(packet); i++)
+        if (packet[i] != UNTOUCHED)
+            count++;
+    return count;
+}
+
+static void exchange(const struct job *job, struct job_outcome *outcome)
+{
+    for (uint8_t i = 0; i < job->pause; i++) {
+        _delay_loop_2(F_CPU / 4 / 10000);
+    }
+    cds_bus_set_repeats(&bus, job->repeats);
+    cds_bus_set_return_delay(&bus, job->told ? 2u * job->told : CDS_RETURN_DELAY_MAX_US);
+    enroll(job->roster);
+    clean_buffer();
+    PORTB = JOB_BEGUN;
+    outcome->submitted = submit(job);
+    if (outcome->submitted == CDS_OK) {
+        while (request.result == CDS_PENDING) {
+            cds_bus_poll(&bus);
+        }
+    }
+    PORTB = JOB_ENDED;
+    outcome->result = outcome->submitted == CDS_OK ? request.result : outcome->submitted;
+    outcome->id = request.id;
+    outcome->error = request.error;
+    outcome->length = request.length;
+    outcome->spilled = spilled();
+    for (uint8_t i = 0; i < JOB_DATA_MAX; i++) {
+        outcome->data[i] = 0;
+        cds_request_byte(&request, i, &outcome->data[i]);
+    }
+}
+
+static void scan(const struct job *job, struct job_outcome *outcome)
+{
+    struct cds_scan_found found[JOB_FOUND_MAX];
+    struct cds_scan scan;
+
+    cds_scan_begin(&scan, &bus, &request, found, JOB_FOUND_MAX);
+    cds_scan_set_ids(&scan, job->id, job->address);
+    if (job->kind == JOB_SCAN) {
+        cds_scan_set_bauds(&scan, &bus.baud, 1);
+    } else {
+        cds_scan_set_details(&scan);
+    }
+    PORTB = JOB_BEGUN;
+    while (cds_scan_poll(&scan) == CDS_PENDING) {
+        cds_bus_poll(&bus);
+    }
+    PORTB = JOB_ENDED;
+    outcome->result = scan.result;
+    outcome->asked = scan.asked;
+    outcome->found = scan.count;
+    for (uint8_t i = 0; i < scan.count && i < JOB_FOUND_MAX; i++) {
+        outcome->ids[i] = found[i].id;
+        outcome->bauds[i] = found[i].baud;
+        outcome->owns[i] = found[i].own_baud;
+    }
+}
+
+static void perform(void)
+{
+    struct job job = job_board.job;
+    struct job_outcome outcome = {0};
     struct cds_counters counters;
 
+    if (job.kind == JOB_SCAN || job.kind == JOB_SCAN_LISTED) {
+        bus.observer = 0;
+        scan(&job, &outcome);
+    } else if (job.kind == JOB_LOOK) {
+        look();
+    } else {
+        exchange(&job, &outcome);
+    }
     cds_bus_counters(&bus, &counters);
-    say("sent", counters.sent);
-    say("ok", counters.ok);
-    say("timeouts", counters.timeouts);
-    say("corrupt", counters.corrupt);
-    say("unsent", counters.unsent);
-    say("refuted", counters.refuted);
-    say("foreign", counters.foreign);
-    say("framing_errors", counters.framing_errors);
-    say("overruns", counters.overruns);
-    say("echo_errors", counters.echo_errors);
+    outcome.counters = counters;
+    outcome.state = cds_bus_state(&bus);
+    outcome.alarms = roster.alarms;
+    tell_known(&outcome.known);
+    job_board.outcome = outcome;
 }
 
 int main(void)
 {
-    uint16_t good = 0;
-
-    say_open();
+    job_board.hold_vector = TIMER0_OVF_vect_num;
+    HOLD_INTERRUPTS |= 1 << TOIE0;
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_return_delay(&bus, 2);
-    cds_wait_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 1);
-    for (uint16_t round = 0; round < ROUNDS; round++) {
-        uint8_t id = (uint8_t)(1 + round % 3);
-
-        cds_wait_ping(&bus, &request, id);
-        cds_wait_for(&bus, &request, cds_servo_read(&bus, &request, id, 0, 49));
-        sync_goals(round);
-        good = (uint16_t)(good + has_goal(id, round));
+    for (;;) {
+        cds_bus_poll(&bus);
+        if (job_board.go) {
+            perform();
+            job_board.go = 0;
+            PORTB = JOB_READY;
+        }
     }
-    say("good", good);
-    say("txd_output", DDRD >> PD3 & 1);
-    say_counters();
-    say_end();
 }

@@ -53,12 +53,12 @@ class Boards(unittest.TestCase):
 
 
 class Exchanges(unittest.TestCase):
-    """What exchanges.c says on each wiring."""
+    """What soak.c says on each wiring."""
     WIRINGS = ["atmega128", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
     ECHOES = {"arbotix", "test/boards/adapter-echo"}
 
     def figures(self, board, *options):
-        run = Run(f"build/{board.rsplit('/', 1)[-1]}/program/exchanges.elf", "--host", "stdout",
+        run = Run(f"build/{board.rsplit('/', 1)[-1]}/program/soak.elf", "--host", "stdout",
                   "--seconds", "5", *options, board=board, servos="1-3")
         self.assertEqual(run.status, 0, run.output)
         return {name: int(number) for name, number in

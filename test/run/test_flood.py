@@ -17,13 +17,14 @@ COUNTERS = HOST_OVERFLOWS + 2 - BUS_SENT
 NAMES = ("sent repeated ok timeouts corrupt unsent refuted late extra foreign framing overruns "
          "overflows echoes packets broken silent gaps host_overflows").split()
 FLOOD = "flood 300000"
+BOARDS = ("atmega128", "arduino-mega", "cm510", "arbotix")
 
 
 class Run:
     """.counters as the device has them at the end; .late_us of each period's goals, from the first
     grid of periods; .reads and .replies on the wire."""
 
-    def __init__(self, during):
+    def __init__(self, board, during):
         lines = ["say " + packet(BROADCAST, WRITE, [RETURN_DELAY, 3]).hex(" "), "wait 10000",
                  "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
                  "baud 1000000", "wait 10000", during, "wait 500000",
@@ -32,7 +33,7 @@ class Run:
             folder = pathlib.Path(folder)
             (folder / "pc").write_text("\n".join(lines) + "\n")
             done = subprocess.run(
-                [SIM, "firmware", ROOT / "build/atmega128/program/flood.elf", "--board", "atmega128",
+                [SIM, "firmware", ROOT / f"build/{board}/program/flood.elf", "--board", board,
                  "--servos", "1-18", "--host", folder / "pc", "--transcript", folder / "transcript"],
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200)
             wire = (folder / "transcript").read_text().splitlines()
@@ -58,13 +59,14 @@ class Run:
 class Flood(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.runs = {during: Run(during) for during in ("wait 3000000", FLOOD + " 7", FLOOD + " 8")}
+        cls.runs = {(board, during): Run(board, during) for board in BOARDS
+                    for during in ("wait 3000000", FLOOD + " 7")}
 
     def test_nothing_is_lost_on_the_bus(self):
-        for during, run in self.runs.items():
-            with self.subTest(during):
+        for which, run in self.runs.items():
+            with self.subTest(which):
                 self.assertEqual(run.status, 0, run.output)  # no rule of the wire broken
-                self.assertEqual(run.replies, run.reads)
+                self.assertIn(run.reads - run.replies, (0, 1))  # the last one may be cut
                 for name in NAMES[:14]:
                     if name not in ("sent", "ok"):
                         self.assertEqual(run.counters[name], 0, name)
@@ -72,22 +74,24 @@ class Flood(unittest.TestCase):
                 self.assertLessEqual(abs(run.sent - run.counters["sent"]), 2)
 
     def test_no_period_is_missed_and_goals_leave_on_time(self):
-        for during, run in self.runs.items():
-            with self.subTest(during):
+        for which, run in self.runs.items():
+            with self.subTest(which):
                 self.assertEqual(run.periods, round(run.seconds * 1e6 / PERIOD_US) + 1)
                 self.assertLess(max(run.late_us) - min(run.late_us), 350)
 
     def test_there_is_still_time_for_feedback(self):
-        quiet, *loud = self.runs.values()
-        for run in loud:
-            self.assertGreater(run.reads, 0.7 * quiet.reads)
+        for quiet, loud in self.pairs():
+            self.assertGreater(loud.reads, 0.7 * quiet.reads)
 
     def test_what_was_too_much_is_counted_and_told(self):
-        quiet, *loud = self.runs.values()
-        self.assertEqual((quiet.counters["gaps"], quiet.counters["broken"]), (0, 0))
-        for run in loud:
-            self.assertGreater(run.counters["gaps"], 100)
-            self.assertGreaterEqual(run.counters["gaps"], run.counters["host_overflows"])
+        for quiet, loud in self.pairs():
+            self.assertEqual((quiet.counters["gaps"], quiet.counters["broken"]), (0, 0))
+            self.assertGreater(loud.counters["gaps"], 100)
+            self.assertGreaterEqual(loud.counters["gaps"], loud.counters["host_overflows"])
+
+    def pairs(self):
+        runs = list(self.runs.values())
+        return zip(runs[::2], runs[1::2])
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ class Safety(unittest.TestCase):
         run.sent = []
         for cycle, way, text in run.packets:
             packet = bytes.fromhex(text)
-            if way == "->in" and len(packet) == packet[3] + 4:  # else the run ended in it
+            if way == "->in" and len(packet) > 3 and len(packet) == packet[3] + 4:  # else the run ended in it
                 run.sent.append(Packet(cycle / MHZ, packet[2], packet[4], packet[5], packet[6:-1]))
         run.said = [[(name, int(number)) for name, number in re.findall(r"^(\w+) (\d+)$", part, re.M)]
                     for part in re.split(r"^> .*$", run.output, flags=re.M)[1:]]

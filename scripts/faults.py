@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Runs every row of build/host/faults on every board it applies to, some at a time; a line each.
+
+usage: faults.py [--part N/M] [--seed N] [--jobs N] [--out FILE] [--docs] [ROW...]
+
+--docs: the table in docs/faults.md is written anew from FILE; runs nothing.
+--part 1/20: the first of 20 parts into which --seed divides the injections. Writes FILE (build/faults.tsv): fault, what,
+injections and failures, and of the injections: `undetected`, a value was taken that no servo gave;
+`misunderstood`, a servo carried out a damaged packet; both were foreseen, each one, or they are
+failures. `lost`: good exchanges lost while a servo waited for the rest of a damaged packet.
+`late_us`: the latest that a call ended behind its deadline. Exit status 1 if anything failed.
+"""
+import argparse
+import collections
+import csv
+import concurrent.futures
+import os
+import re
+import subprocess
+import sys
+import threading
+import time
+
+TOOL = "build/host/faults"
+BOARDS = ["atmega128", "arduino-uno", "arbotix"]
+COLUMNS = "fault what injections failures undetected misunderstood lost late_us".split()
+ELF = {"F14": "build/{}/controller.elf"}
+OTHERS = "build/{}/program/exchanges.elf"
+
+
+class Row:
+    def __init__(self, name, boards, what):
+        self.name, self.what = name, what
+        self.boards = boards.split() or BOARDS
+        self.figures = [0, 0, 0, 0, 0, 0.0]
+        self.failures = []  # as told
+        self.open = len(self.boards)
+        self.seconds = 0.0
+        self.progress = {}
+
+    def add(self, figures):
+        self.figures = [a + b for a, b in zip(self.figures[:-1], map(int, figures[:-1]))] + \
+                       [max(self.figures[-1], float(figures[-1]))]
+
+
+def rows(names):
+    listed = subprocess.run([TOOL, "--list"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    found = [Row(*line.split("\t")) for line in listed.splitlines()]
+    return [row for row in found if not names or row.name in names]
+
+
+class Display:
+    """A line for each row that is over, and on a terminal one below for those that run."""
+
+    def __init__(self):
+        self.lock, self.running = threading.Lock(), collections.OrderedDict()
+        self.tty = sys.stdout.isatty()
+
+    def say(self, row, board, done, total):
+        with self.lock:
+            self.running[(row.name, board)] = (done, total)
+            if self.tty:
+                text = ", ".join(f"{n} {b} {d}/{t}" for (n, b), (d, t) in self.running.items())
+                print("\r\033[K  " + text[:110], end="", flush=True)
+
+    def end(self, row, board):
+        with self.lock:
+            self.running.pop((row.name, board), None)
+            if row.open:
+                return
+            injections, failures = row.figures[0], max(row.figures[1], len(row.failures) > 0)
+            start = "\r\033[K" if self.tty else ""
+            print(f"{start}  {row.name:12}{row.what[:62]:64}{injections:>7} injections"
+                  f"{failures:>5} failures{row.seconds:7.1f} s", flush=True)
+            for failure in row.failures:
+                print("      " + failure, flush=True)
+
+
+def run(row, board, arguments, display):
+    elf = ELF.get(row.name.split("-")[0], OTHERS).format(board)
+    parts = arguments.part.split("/")
+    start = time.monotonic()
+    process = subprocess.Popen([TOOL, row.name, board, elf, *parts, arguments.seed],
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    done = False
+    for line in process.stdout:
+        words = line.rstrip("\n").split("\t")
+        if words[0] == "progress":
+            display.say(row, board, *words[1:])
+        elif words[0] == "done":
+            row.add(words[1:])
+            done = True
+        else:
+            row.failures.append(f"{board}: {words[-1]}")
+    if process.wait() and not row.failures or not done:
+        row.failures.append(f"{board}: ended with status {process.returncode}")
+    row.seconds += time.monotonic() - start
+    row.open -= 1
+    display.end(row, board)
+
+
+def write(path, done):
+    with open(path, "w") as out:
+        print(*COLUMNS, sep="\t", file=out)
+        for row in done:
+            *figures, late_us = row.figures
+            figures[1] = max(figures[1], len(row.failures) > 0)
+            print(row.name, row.what, *map(int, figures), f"{late_us:.1f}", sep="\t", file=out)
+
+
+def document(path, docs="docs/faults.md"):
+    with open(path) as file:
+        done = list(csv.DictReader(file, delimiter="\t"))
+    columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+    lines += [f"| {' | '.join(row[column] for column in columns)} |" for row in done]
+    table = "<!-- make faults -->\n" + "\n".join(lines) + "\n<!-- end -->"
+    text = open(docs).read()
+    with open(docs, "w") as out:
+        out.write(re.sub(r"<!-- make faults -->.*<!-- end -->", lambda m: table, text, flags=re.S))
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--part", default="1/1")
+    parser.add_argument("--seed", default="0")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--out", default="build/faults.tsv")
+    parser.add_argument("--docs", action="store_true")
+    parser.add_argument("rows", nargs="*")
+    arguments = parser.parse_args()
+    if arguments.docs:
+        document(arguments.out)
+        return 0
+    done = rows(arguments.rows)
+    display = Display()
+    start = time.monotonic()
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        work = [pool.submit(run, row, board, arguments, display)
+                for row in done for board in row.boards]
+    for one in work:
+        one.result()
+    write(arguments.out, done)
+    injections = sum(row.figures[0] for row in done)
+    failures = sum(max(row.figures[1], len(row.failures) > 0) for row in done)
+    print(f"\n{injections} injections, {failures} failures, "
+          f"{time.monotonic() - start:.0f} s; {arguments.out}")
+    return 1 if failures or not injections else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,366 @@
+#include "rig.h"
+
+#include <elf.h>
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define DATA_BASE 0x800000u // where an AVR's ELF has its RAM
+#define START_UP  (2000 * RIG_US)
+
+static _Noreturn void die(const char *what, const char *which)
+{
+    fprintf(stderr, "faults: %s: %s\n", which, what);
+    exit(2);
+}
+
+/* --- the program's RAM ---------------------------------------------------------------------------
+ */
+
+static uint32_t symbol(const struct image *image, const char *name)
+{
+    Elf32_Ehdr h;
+    Elf32_Shdr table, names;
+    memcpy(&h, image->file, sizeof(h));
+    for (unsigned i = 0; i < h.e_shnum; i++) {
+        memcpy(&table, image->file + h.e_shoff + i * sizeof(table), sizeof(table));
+        if (table.sh_type != SHT_SYMTAB) {
+            continue;
+        }
+        memcpy(&names, image->file + h.e_shoff + table.sh_link * sizeof(names), sizeof(names));
+        for (unsigned at = 0; at < table.sh_size; at += sizeof(Elf32_Sym)) {
+            Elf32_Sym found;
+            memcpy(&found, image->file + table.sh_offset + at, sizeof(found));
+            if (strcmp((char *)image->file + names.sh_offset + found.st_name, name) == 0) {
+                return found.st_value - DATA_BASE;
+            }
+        }
+    }
+    die("no such symbol", name);
+}
+
+static void *in_ram(struct rig *rig, size_t offset)
+{
+    return &rig->bench.machine.avr->data[rig->job_at + offset];
+}
+
+/* --- taps ----------------------------------------------------------------------------------------
+ */
+
+static struct rig *the_rig; // its hooks have the simulator's owners, not ours
+static void (*to_usart)(void *owner, uint64_t now, const struct heard *heard);
+static void (*to_servos)(void *owner, uint64_t now, const struct heard *heard);
+static void (*to_trace)(void *owner, uint64_t now);
+static void (*to_faults)(void *owner, uint64_t now);
+static void (*to_due)(void *meddler, struct servo_node *node);
+static void (*to_wire)(void *owner, enum usart_notice notice, uint64_t now);
+
+static void write_down(struct tap *tap, uint64_t time, uint8_t byte, bool bad)
+{
+    if (tap->count < RIG_ROOM) {
+        tap->bytes[tap->count] = (struct tap_byte){time, byte, bad};
+    }
+    tap->count++;
+}
+
+static void usart_hears(void *owner, uint64_t now, const struct heard *heard)
+{
+    write_down(&the_rig->heard, now, heard->byte, heard->framing_error);
+    to_usart(owner, now, heard);
+}
+
+static void servos_hear(void *owner, uint64_t now, const struct heard *heard)
+{
+    write_down(&the_rig->servos_heard, now, heard->byte, heard->framing_error);
+    to_servos(owner, now, heard);
+}
+
+static void controller_says(void *owner, uint64_t now)
+{
+    struct rig *rig = the_rig;
+    const struct talker *talker = &rig->bench.bus[0].wire.usart.talker;
+    write_down(&rig->said, now, (uint8_t)(talker->frame >> 1), false);
+    if (rig->hold_after != INT64_MIN) {
+        schedule_at(&rig->bench.schedule, &rig->hold, now + (uint64_t)rig->hold_after);
+        rig->hold_after = INT64_MIN;
+    }
+    to_faults(owner, now);
+}
+
+static void wire_changed(void *owner, uint64_t now)
+{
+    static bool drove;
+    bool drives = the_rig->bench.bus[0].wire.tx_enable;
+    if (drove && !drives) {
+        the_rig->released = now;
+    }
+    drove = drives;
+    to_trace(owner, now);
+}
+
+static void usart_notices(void *owner, enum usart_notice notice, uint64_t now)
+{
+    the_rig->overruns += notice == USART_OVERRUN;
+    to_wire(owner, notice, now);
+}
+
+static void reply_due(void *meddler, struct servo_node *node)
+{
+    struct rig *rig = the_rig;
+    const struct servo_reply *reply = &node->servo.reply;
+    if (rig->answer_count < RIG_ANSWERS) {
+        struct answer *answer = &rig->answers[rig->answer_count];
+        answer->size = reply->size;
+        memcpy(answer->bytes, reply->bytes, reply->size);
+    }
+    rig->answer_count++;
+    to_due(meddler, node);
+}
+
+static void tap_in(struct rig *rig)
+{
+    struct bench_bus *bus = &rig->bench.bus[0];
+    struct servo_ear *ear = bus->servos.ears[SERVO_RESET_BAUD];
+    to_usart = bus->wire.usart.ear.on_byte;
+    bus->wire.usart.ear.on_byte = usart_hears;
+    to_servos = ear->ear.on_byte;
+    ear->ear.on_byte = servos_hear;
+    to_trace = bus->wire.on_change;
+    bus->wire.on_change = wire_changed;
+    to_faults = bus->wire.on_byte;
+    bus->wire.on_byte = controller_says;
+    to_due = bus->servos.on_due;
+    bus->servos.on_due = reply_due;
+    to_wire = bus->wire.usart.notice;
+    bus->wire.usart.notice = usart_notices;
+}
+
+/* --- the machine ---------------------------------------------------------------------------------
+ */
+
+static void marked(struct avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq;
+    struct rig *rig = param;
+    uint64_t now = rig_now(rig) + USART_WRITE_CYCLES;
+    switch (value) {
+    case JOB_BEGUN: rig->begun = now; break;
+    case JOB_ENDED: rig->ended = now; break;
+    case JOB_LOOKS: break;
+    default:
+        rig->ready = now;
+        machine_stop(&rig->bench.machine);
+        break;
+    }
+}
+
+static void over(void *owner, uint64_t now)
+{
+    struct rig *rig = owner;
+    (void)now;
+    rig->late = true;
+    machine_stop(&rig->bench.machine);
+}
+
+static void raise_hold(void *owner, uint64_t now)
+{
+    struct rig *rig = owner;
+    avr_t *avr = rig->bench.machine.avr;
+    (void)now;
+    uint8_t number = *(uint8_t *)in_ram(rig, offsetof(struct job_board, hold_vector));
+    for (unsigned i = 0; i < avr->interrupts.vector_count; i++) {
+        if (avr->interrupts.vector[i]->vector == number) {
+            avr_raise_interrupt(avr, avr->interrupts.vector[i]);
+        }
+    }
+}
+
+static void handler_runs(void *owner, uint64_t now, uint8_t vector)
+{
+    struct rig *rig = owner;
+    static uint8_t before;
+    if (before == *(uint8_t *)in_ram(rig, offsetof(struct job_board, hold_vector)) &&
+        vector != before) {
+        rig->hold_until = now;
+    }
+    before = vector;
+}
+
+static void watch_marks(struct rig *rig)
+{
+    struct pin port;
+    if (!pin_find(&port, rig->bench.machine.avr, 'B', 0)) {
+        die("no port B", rig->options.board);
+    }
+    avr_irq_t *irq = port.port->io.irq + IOPORT_IRQ_REG_PORT;
+    avr_irq_register_notify(irq, marked, rig);
+}
+
+/* Runs until a mark or the limit; false: the limit, or a crash. */
+static bool run(struct rig *rig, uint64_t cycles)
+{
+    struct machine *machine = &rig->bench.machine;
+    rig->late = false;
+    machine->stop = false;
+    schedule_at(&rig->bench.schedule, &rig->limit, rig_now(rig) + cycles);
+    enum machine_end end = machine_run(machine);
+    schedule_cancel(&rig->bench.schedule, &rig->limit);
+    if (end != MACHINE_STOPPED) {
+        die(end == MACHINE_DONE ? "it sleeps" : machine->crash, rig->options.elf);
+    }
+    return !rig->late;
+}
+
+bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *board,
+              const char *servos, bool console)
+{
+    *rig = (struct rig){.hold_after = INT64_MIN};
+    rig->options = (struct bench_options){
+        .elf = elf, .boards = boards, .board = board, .allow_duplicates = true, .exact = true};
+    struct bench_servos *list = &rig->options.servos[0];
+    const char *wrong = ids_parse(servos, true, list->ids, &list->count);
+    if (wrong) {
+        die(wrong, servos);
+    }
+    the_rig = rig;
+    if (!bench_init(&rig->bench, &rig->options)) {
+        return false;
+    }
+    rig->bench.rules.out = 0;
+    event_init(&rig->limit, over, rig);
+    event_init(&rig->hold, raise_hold, rig);
+    rig->bench.machine.cpu.owner = rig;
+    tap_in(rig);
+    if (!console) {
+        rig->job_at = symbol(&rig->bench.machine.image, "job_board");
+        rig->bench.machine.cpu.on_handler = handler_runs;
+        watch_marks(rig);
+    }
+    rig_pass(rig, START_UP);
+    return true;
+}
+
+void rig_close(struct rig *rig)
+{
+    bench_free(&rig->bench);
+}
+
+uint64_t rig_now(const struct rig *rig)
+{
+    return rig->bench.machine.avr->cycle;
+}
+
+struct servo_node *rig_node(struct rig *rig, unsigned index)
+{
+    return &rig->bench.bus[0].servos.node[index];
+}
+
+bool rig_tied(const struct rig *rig)
+{
+    return rig->bench.bus[0].wire.wiring == BOARD_TIED;
+}
+
+void rig_forget(struct rig *rig)
+{
+    rig->said.count = rig->heard.count = 0;
+    rig->overruns = 0;
+    rig->answer_count = 0;
+    memset(rig->bench.rules.breaches, 0, sizeof(rig->bench.rules.breaches));
+}
+
+void rig_pass(struct rig *rig, uint64_t cycles)
+{
+    while (run(rig, cycles)) {
+        die("it marked without a job", rig->options.elf);
+    }
+}
+
+static void give(struct rig *rig, uint64_t now, const char *text)
+{
+    const char *wrong = faults_order(&rig->bench.bus[0].faults, now, text);
+    if (wrong) {
+        die(wrong, text);
+    }
+}
+
+void rig_order(struct rig *rig, const char *format, ...)
+{
+    char text[FAULT_TEXT_MAX];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof(text), format, arguments);
+    va_end(arguments);
+    give(rig, rig_now(rig), text);
+}
+
+static void its_time(void *owner, uint64_t now)
+{
+    const struct timed_order *timed = owner;
+    give(timed->rig, now, timed->text);
+}
+
+void rig_order_in(struct rig *rig, uint64_t cycles, const char *format, ...)
+{
+    unsigned i = 0;
+    while (i + 1 < RIG_TIMED && event_armed(&rig->timed[i].event)) {
+        i++;
+    }
+    struct timed_order *timed = &rig->timed[i];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(timed->text, sizeof(timed->text), format, arguments);
+    va_end(arguments);
+    timed->rig = rig;
+    event_init(&timed->event, its_time, timed);
+    schedule_at(&rig->bench.schedule, &timed->event, rig_now(rig) + cycles);
+}
+
+static bool quiet(const struct rig *rig)
+{
+    const struct bench_bus *bus = &rig->bench.bus[0];
+    for (unsigned i = 0; i < bus->servos.count; i++) {
+        const struct servo_node *node = &bus->servos.node[i];
+        if (node->driver.enabled || event_armed(&node->answer)) {
+            return false;
+        }
+    }
+    return !bus->wire.usart.talker.busy && !bus->faults.babble.busy;
+}
+
+bool rig_settle(struct rig *rig)
+{
+    for (unsigned i = 0; i < 50000; i++) {
+        if (quiet(rig)) {
+            return true;
+        }
+        rig_pass(rig, 20 * RIG_US);
+    }
+    return false;
+}
+
+void rig_begin(struct rig *rig, const struct job *job)
+{
+    memcpy(in_ram(rig, offsetof(struct job_board, job)), job, sizeof(*job));
+    *(uint8_t *)in_ram(rig, offsetof(struct job_board, go)) = 1;
+}
+
+bool rig_wait(struct rig *rig, uint64_t cycles, struct job_outcome *outcome)
+{
+    bool done = run(rig, cycles);
+    memcpy(outcome, in_ram(rig, offsetof(struct job_board, outcome)), sizeof(*outcome));
+    return done;
+}
+
+void rig_hold(struct rig *rig, int64_t after, uint16_t loops)
+{
+    rig->hold_after = after;
+    memcpy(in_ram(rig, offsetof(struct job_board, hold_loops)), &loops, sizeof(loops));
+}
+
+bool rig_listens(const struct rig *rig)
+{
+    const struct wire *wire = &rig->bench.bus[0].wire;
+    bool holds = rig_tied(rig) ? usart_transmits(&wire->usart) : wire->tx_enable;
+    return !holds && wire->listening;
+}

@@ -1,0 +1,213 @@
+/* A line that is never quiet, or stuck: F9, F10. */
+#include "rows.h"
+
+/* --- F9: babble ----------------------------------------------------------------------------------
+ */
+
+/* Nothing is said, and the state is told. */
+static void say_nothing(struct check *check, const struct job *job, enum cds_bus_state state)
+{
+    check_run(check, job);
+    check_outcome(check, OUTCOME(CDS_LINE_BUSY));
+    if (check->rig->said.count) {
+        check_fail(check, "%u bytes were said", check->rig->said.count);
+    }
+    if (check->outcome.state != state) {
+        check_fail(check, "the state was %u", check->outcome.state);
+    }
+}
+
+static void babble(struct check *check, const struct job *job, const char *what, unsigned phase)
+{
+    if (!check_next(check, "%s, babble %s, phase %u", check_name(job), what, phase)) {
+        return;
+    }
+    check_babble(check);
+    rig_pass(check->rig, phase);
+    rig_order(check->rig, "babble %s", what);
+    rig_pass(check->rig, 500 * RIG_US);
+    say_nothing(check, job, CDS_BUS_BUSY);
+    rig_order(check->rig, "babble off");
+    check_after(check);
+}
+
+/* It begins amid an exchange; that one ends as it may, and the next one is not begun. Nor is the
+ * first, if the program was still about to build its packet. */
+static void babble_begins(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS * 2; i++) {
+        const struct job *job = &rows_jobs[i / 2];
+        for (unsigned us = 0; us < 900; us += 3) {
+            const char *what = i % 2 ? "headers" : "random";
+            if (!check_next(check, "%s, %s from %u us on", check_name(job), what, us)) {
+                continue;
+            }
+            check_babble(check);
+            check->misunderstood = check->mixed = true; // it may say anything
+            uint64_t from = rig_now(check->rig) + us * RIG_US, heard = from + 200 * RIG_US;
+            rig_order_in(check->rig, us * RIG_US, "babble %s", what);
+            check_run(check, job);
+            bool before = from < check->rig->begun + CHECK_PROCESSING_US * RIG_US;
+            check_outcome(check, GOOD | FAILED | (before ? OUTCOME(CDS_LINE_BUSY) : 0));
+            rig_pass(check->rig, heard > rig_now(check->rig) ? heard - rig_now(check->rig) : 1);
+            check_forget(check);
+            say_nothing(check, &rows_jobs[1], CDS_BUS_BUSY);
+            rig_order(check->rig, "babble off");
+            check->job = *job;
+            check_after(check);
+        }
+    }
+}
+
+/* It ends while a request waits, or while one is about to be given up: that one is sent when the
+ * line was quiet for two byte times, and no sooner; the clock is read 5 us before the ring, and 8
+ * us at the least before the first start bit. */
+static void check_silence(struct check *check)
+{
+    const struct tap *heard = &check->rig->heard;
+    uint64_t said = check->rig->said.bytes[0].time, last = 0;
+    for (unsigned i = 0; i < heard->count && heard->bytes[i].time < said; i++) {
+        last = heard->bytes[i].time;
+    }
+    if (said < last + (CHECK_QUIET_US - 5 + 8) * RIG_US) {
+        check_fail(check, "spoke %.1f us after the last byte", (double)(said - last) / RIG_US);
+    }
+}
+
+static void babble_ends(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS * 2; i++) {
+        const struct job *job = &rows_jobs[i / 2];
+        for (unsigned us = 100; us < 1300; us += 7) {
+            const char *what = i % 2 ? "headers" : "85"; // no servo takes them for a packet
+            if (!check_next(check, "%s, %s for %u us", check_name(job), what, us)) {
+                continue;
+            }
+            check_babble(check);
+            rig_order(check->rig, "babble %s", what);
+            rig_pass(check->rig, 50 * RIG_US);
+            rig_order_in(check->rig, us * RIG_US, "babble off");
+            check_run(check, job);
+            bool short_of = us > 1000; // up to what it waits, and what the program takes besides
+            check_outcome(check, GOOD | (short_of ? OUTCOME(CDS_LINE_BUSY) : 0));
+            if (check->rig->said.count) {
+                check_silence(check);
+            }
+            check_after(check);
+        }
+    }
+}
+
+static void babble_bytes(struct check *check)
+{
+    for (unsigned value = 0; value < 256; value++) {
+        for (unsigned i = 0; i < ROWS_JOBS; i++) {
+            char what[8];
+            snprintf(what, sizeof(what), "%u", value);
+            babble(check, &rows_jobs[i], what, value % RIG_BYTE);
+        }
+    }
+}
+
+static void babble_headers(struct check *check)
+{
+    for (unsigned phase = 0; phase < RIG_BYTE; phase++) {
+        babble(check, &rows_jobs[phase % ROWS_JOBS], "headers", phase);
+        babble(check, &rows_jobs[(phase + 1) % ROWS_JOBS], "headers", phase);
+    }
+}
+
+static void babble_random(struct check *check)
+{
+    for (unsigned phase = 0; phase < 1000; phase++) {
+        babble(check, &rows_jobs[phase % ROWS_JOBS], "random", phase % RIG_BYTE);
+    }
+}
+
+/* --- F10: stuck ----------------------------------------------------------------------------------
+ */
+
+static void stick(struct check *check, bool low)
+{
+    static const unsigned for_us[] = {1, 10, 37, 200, 1500};
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned us = 0; us < 300; us += 3) {
+            for (unsigned n = 0; n < sizeof(for_us) / sizeof(for_us[0]); n++) {
+                if (check_next(check, "%s, after %u us for %u us", check_name(&rows_jobs[i]), us,
+                               for_us[n])) {
+                    check->misunderstood = true; // a microsecond is a bit of a LENGTH, too
+                    uint64_t until = (us + for_us[n]) * RIG_US;
+                    check->low_until = low ? rig_now(check->rig) + until : 0;
+                    rig_order_in(check->rig, us * RIG_US, low ? "stuck low" : "stuck high");
+                    rig_order_in(check->rig, until, "stuck off");
+                    check_run(check, &rows_jobs[i]);
+                    // amid the program's preparations, and for longer than it waits
+                    bool may_wait = low && for_us[n] > CHECK_QUIET_WAIT_US;
+                    check_outcome(check, GOOD | FAILED | (may_wait ? OUTCOME(CDS_LINE_BUSY) : 0));
+                    if (check->outcome.result == CDS_LINE_BUSY &&
+                        check->outcome.state != CDS_BUS_FAULT) {
+                        check_fail(check, "the state was %u", check->outcome.state);
+                    }
+                    rig_pass(check->rig, until);
+                    check_after(check);
+                }
+            }
+        }
+    }
+}
+
+static void stick_low(struct check *check)
+{
+    stick(check, true);
+}
+
+static void stick_high(struct check *check)
+{
+    stick(check, false);
+}
+
+/* Again and again, for up to half a second. High, nobody can tell it from a line without servos;
+ * low, it is a fault, and nothing is said. */
+static void stay_stuck(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned low = 0; low < 2; low++) {
+            if (!check_next(check, "%s, %s", check_name(&rows_jobs[i]), low ? "low" : "high")) {
+                continue;
+            }
+            rig_order(check->rig, "stuck %s", low ? "low" : "high");
+            check->low_until = low ? UINT64_MAX / 2 : 0;
+            rig_pass(check->rig, 100 * RIG_US);
+            for (unsigned n = 0; n < 500; n++) {
+                if (low) {
+                    say_nothing(check, &rows_jobs[i], CDS_BUS_FAULT);
+                } else {
+                    check_run(check, &rows_jobs[i]);
+                    check_outcome(check, OUTCOME(CDS_TIMEOUT));
+                }
+                check_forget(check);
+            }
+            rig_order(check->rig, "stuck off");
+            check->low_until = rig_now(check->rig);
+            check_after(check);
+            if (check->all.framing_errors != low) { // the one 00 that never ends
+                check_fail(check, "%u framing errors", check->all.framing_errors);
+            }
+        }
+    }
+}
+
+const struct row rows_line[] = {
+    {"F9-bytes", "a servo says one byte for ever, every value: nothing is sent", "1,2",
+     babble_bytes, 0},
+    {"F9-headers", "FF for ever, every phase: nothing is sent", "1,2", babble_headers, 0},
+    {"F9-random", "random bytes for ever: nothing is sent", "1,2", babble_random, 0},
+    {"F9-begins", "FF or random bytes for ever, from every 3 us of an exchange on", "1,2",
+     babble_begins, 0},
+    {"F9-ends", "FF or 55 for 0.1 to 1.3 ms while a request waits", "1,2", babble_ends, 0},
+    {"F10-low", "line stuck low for 1 us to 1.5 ms, every 3 us of an exchange", "1,2", stick_low,
+     0},
+    {"F10-high", "line stuck high, likewise", "1,2", stick_high, 0},
+    {"F10-stays", "line stuck for 500 exchanges", "1,2", stay_stuck, 0},
+    {0},
+};

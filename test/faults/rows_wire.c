@@ -1,0 +1,534 @@
+/* Faults of single bits, bytes and replies: F1 to F5, F7, F15, F16. */
+#include "rows.h"
+
+#include <string.h>
+
+#define BITS 10 // of a byte on the wire
+
+const struct job rows_jobs[ROWS_JOBS] = {
+    {.kind = JOB_PING, .id = 1},
+    {.kind = JOB_READ, .id = 1, .address = TABLE_GOAL_POSITION, .length = 2},
+    {.kind = JOB_READ, .id = 1, .address = TABLE_PRESENT_POSITION, .length = 8},
+    {.kind = JOB_READ, .id = 1, .address = TABLE_PRESENT_POSITION, .length = 11},
+    {.kind = JOB_READ, .id = 1, .length = TABLE_REGISTERS},
+    {.kind = JOB_WRITE, .id = 1, .address = TABLE_GOAL_POSITION, .length = 2, .data = {0x5A, 2}},
+    {.kind = JOB_REG_WRITE, .id = 1, .address = TABLE_GOAL_POSITION, .length = 2, .data = {9, 3}},
+    {.kind = JOB_WRITE, .id = 1, .address = TABLE_CW_MARGIN, .length = 1, .data = {7}},
+};
+
+unsigned rows_reply_size(const struct job *job)
+{
+    return 6u + (job->kind == JOB_READ ? job->length : 0u);
+}
+
+unsigned rows_packet_size(const struct job *job)
+{
+    struct oracle_asked asked;
+    check_asked(job, &asked);
+    return asked.size;
+}
+
+/* --- what must come of it ------------------------------------------------------------------------
+ */
+
+/* What the reply comes to if the line is at these levels: GOOD if it is taken, right or wrong. A
+ * wrong one is foreseen. */
+static unsigned foresee(struct check *check, const struct job *job, const bool *level,
+                        unsigned bits)
+{
+    uint8_t truth[SERVO_PACKET_MAX];
+    struct oracle_byte heard[SERVO_PACKET_MAX];
+    struct oracle_asked asked;
+    struct verdict verdict;
+    unsigned size = check_reply(check, job, truth);
+    check_asked(job, &asked);
+    oracle_reply(&asked, heard, oracle_hear(level, bits, heard), &verdict);
+    bool same = verdict.error == truth[4] && verdict.length == size - 6 &&
+                memcmp(verdict.data, truth + 5, verdict.length) == 0;
+    check->foreseen = verdict.result == CDS_OK && !same;
+    return OUTCOME(verdict.result);
+}
+
+/* The same of a reply in which two bits, counted from its first start bit, are inverted. */
+static unsigned foresee_flips(struct check *check, const struct job *job, unsigned a, unsigned b)
+{
+    bool level[SERVO_PACKET_MAX * BITS];
+    uint8_t reply[SERVO_PACKET_MAX];
+    unsigned size = check_reply(check, job, reply);
+    oracle_say(reply, size, level);
+    level[a] ^= true;
+    level[b] ^= true;
+    return foresee(check, job, level, size * BITS);
+}
+
+/* Will a servo hear another command, if these bits of the packet are inverted? With a LENGTH that
+ * is too high it goes on into the next packets: one more is the FF they begin with, and by that the
+ * sum is right again. */
+static void foresee_command(struct check *check, const struct job *job, unsigned a, unsigned b)
+{
+    static const uint8_t next[] = {0xFF, 0xFF, 1, 4, 2, TABLE_GOAL_POSITION, 2, 0xD8};
+    bool level[SERVO_PACKET_MAX * BITS];
+    struct oracle_byte heard[SERVO_PACKET_MAX];
+    struct oracle_asked asked;
+    check_asked(job, &asked);
+    oracle_say(asked.packet, asked.size, level);
+    level[a] ^= true;
+    level[b] ^= a != b;
+    unsigned count = oracle_hear(level, asked.size * BITS, heard);
+    for (unsigned i = 0; i < sizeof(next); i++) {
+        heard[count++] = (struct oracle_byte){next[i], false};
+    }
+    check->misunderstood = oracle_commands(&asked, heard, count);
+}
+
+/* Two data bits of a reply escape a sum if they have one weight in two bytes and cancel out, or
+ * are both of weight 128; and not if one of them is of what is known: header, ID, LENGTH, the
+ * highest error bit. */
+static bool escapes(const uint8_t *reply, unsigned a, unsigned b)
+{
+    unsigned byte_a = a / BITS, byte_b = b / BITS, bit = a % BITS;
+    bool unlike = (reply[byte_a] ^ reply[byte_b]) >> (bit - 1) & 1;
+    bool known = byte_a < 4 || (byte_a == 4 && bit == 8);
+    return bit == b % BITS && byte_a != byte_b && !known && (unlike || bit == 8);
+}
+
+/* --- F1, F2 --------------------------------------------------------------------------------------
+ */
+
+static void flip(struct check *check, bool out, unsigned bit)
+{
+    rig_order(check->rig, "flip %s 1 %u %u", out ? "out" : "in", bit / BITS, bit % BITS);
+}
+
+static void flip_replies(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        const struct job *job = &rows_jobs[i];
+        for (unsigned bit = 0; bit < rows_reply_size(job) * BITS; bit++) {
+            if (check_next(check, "%s, bit %u of byte %u", check_name(job), bit % BITS,
+                           bit / BITS)) {
+                flip(check, true, bit);
+                check_all(check, job, FAILED);
+            }
+        }
+    }
+}
+
+/* A good reply with the checksum or another error bit is one that reports the damage. */
+static void refused_or_failed(struct check *check, const struct job *job)
+{
+    check_run(check, job);
+    check_outcome(check, FAILED | GOOD);
+    if (check->outcome.result == CDS_OK && !(check->outcome.error & 0x5A)) {
+        check_fail(check, "a damaged packet was answered without an error");
+    }
+    check_after(check);
+}
+
+static void flip_packets(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        const struct job *job = &rows_jobs[i];
+        for (unsigned bit = 0; bit < rows_packet_size(job) * BITS; bit++) {
+            if (check_next(check, "%s, bit %u of byte %u", check_name(job), bit % BITS,
+                           bit / BITS)) {
+                flip(check, false, bit);
+                foresee_command(check, &rows_jobs[i], bit, bit);
+                refused_or_failed(check, job);
+            }
+        }
+    }
+}
+
+/* One damaged reply, or all of them, while two repeats are allowed: REG WRITE never has any. */
+static void flip_repeated(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS * 3; i++) {
+        struct job job = rows_jobs[i % ROWS_JOBS];
+        unsigned damaged = i / ROWS_JOBS + 1;
+        job.repeats = 2;
+        bool repeats = job.kind != JOB_REG_WRITE;
+        for (unsigned bit = 0; bit < rows_reply_size(&job) * BITS; bit += BITS + 1) {
+            if (check_next(check, "%s, %u replies, bit %u of byte %u", check_name(&job), damaged,
+                           bit % BITS, bit / BITS)) {
+                for (unsigned packet = 1; packet <= damaged; packet++) {
+                    rig_order(check->rig, "flip out %u %u %u", packet, bit / BITS, bit % BITS);
+                }
+                check_run(check, &job);
+                check_outcome(check, repeats && damaged < 3 ? GOOD : FAILED);
+                if (check->attempts != (!repeats ? 1 : damaged < 3 ? damaged + 1 : 3)) {
+                    check_fail(check, "%u attempts", check->attempts);
+                }
+                check_after(check);
+            }
+        }
+    }
+}
+
+static void flip_pairs_of_replies(struct check *check)
+{
+    for (unsigned i = 0; i < 2; i++) {
+        const struct job *job = &rows_jobs[i];
+        uint8_t reply[SERVO_PACKET_MAX];
+        unsigned bits = check_reply(check, job, reply) * BITS;
+        for (unsigned a = 0; a < bits; a++) {
+            for (unsigned b = a + 1; b < bits; b++) {
+                if (!check_next(check, "%s, bits %u and %u", check_name(job), a, b)) {
+                    continue;
+                }
+                flip(check, true, a);
+                flip(check, true, b);
+                unsigned outcome = foresee_flips(check, job, a, b);
+                bool data = a % BITS % 9 && b % BITS % 9;
+                if (data && check->foreseen != escapes(reply, a, b)) {
+                    check_fail(check, "the two forecasts differ");
+                }
+                check_all(check, job, outcome);
+            }
+        }
+    }
+}
+
+static void flip_pairs_of_packets(struct check *check)
+{
+    static const unsigned which[] = {0, 1, 5};
+    for (unsigned i = 0; i < 3; i++) {
+        const struct job *job = &rows_jobs[which[i]];
+        unsigned bits = rows_packet_size(job) * BITS;
+        for (unsigned a = 0; a < bits; a++) {
+            for (unsigned b = a + 1; b < bits; b++) {
+                if (check_next(check, "%s, bits %u and %u", check_name(job), a, b)) {
+                    flip(check, false, a);
+                    flip(check, false, b);
+                    foresee_command(check, job, a, b);
+                    check_run(check, job);
+                    check_outcome(check, FAILED | GOOD);
+                    check_after(check);
+                }
+            }
+        }
+    }
+}
+
+/* --- F3, F4, F7 ----------------------------------------------------------------------------------
+ */
+
+static void lose_of_replies(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned byte = 0; byte < rows_reply_size(&rows_jobs[i]); byte++) {
+            if (check_next(check, "%s, byte %u", check_name(&rows_jobs[i]), byte)) {
+                rig_order(check->rig, "lose out 1 %u", byte);
+                check_all(check, &rows_jobs[i], FAILED);
+            }
+        }
+    }
+}
+
+static void lose_of_packets(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned byte = 0; byte < rows_packet_size(&rows_jobs[i]); byte++) {
+            if (check_next(check, "%s, byte %u", check_name(&rows_jobs[i]), byte)) {
+                rig_order(check->rig, "lose in 1 %u", byte);
+                refused_or_failed(check, &rows_jobs[i]);
+            }
+        }
+    }
+}
+
+/* `at` 0 is before the header; behind the last byte an inserted one comes too late to harm. */
+static void insert_at(struct check *check, const struct job *job, unsigned at, unsigned value)
+{
+    if (!check_next(check, "%s, %02X before byte %u", check_name(job), value, at)) {
+        return;
+    }
+    bool level[SERVO_PACKET_MAX * BITS];
+    uint8_t reply[SERVO_PACKET_MAX + 1];
+    unsigned size = check_reply(check, job, reply);
+    memmove(reply + at + 1, reply + at, size - at);
+    reply[at] = (uint8_t)value;
+    oracle_say(reply, size + 1, level);
+    unsigned outcome = foresee(check, job, level, (size + 1) * BITS);
+    bool harmless = at == 0 || at == size || (value == 0xFF && at <= 2);
+    if (harmless && (outcome != GOOD || check->foreseen)) {
+        check_fail(check, "it was to be harmless");
+    }
+    rig_order(check->rig, "insert out 1 %u %u", at, value);
+    check_all(check, job, outcome);
+}
+
+static void insert_before(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned value = 0; value < 256; value++) {
+            insert_at(check, &rows_jobs[i], 0, value);
+        }
+    }
+}
+
+static void insert_inside(struct check *check)
+{
+    for (unsigned i = 0; i < 2; i++) {
+        for (unsigned at = 1; at <= rows_reply_size(&rows_jobs[i]); at++) {
+            for (unsigned value = 0; value < 256; value++) {
+                insert_at(check, &rows_jobs[i], at, value);
+            }
+        }
+    }
+}
+
+static void insert_headers(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned count = 1; count <= 40; count++) {
+            if (check_next(check, "%s, %u times FF", check_name(&rows_jobs[i]), count)) {
+                for (unsigned n = 0; n < count; n++) {
+                    rig_order(check->rig, "insert out 1 0 255");
+                }
+                check_all(check, &rows_jobs[i], GOOD);
+            }
+        }
+    }
+}
+
+static void cut(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        unsigned size = rows_reply_size(&rows_jobs[i]);
+        for (unsigned bytes = 0; bytes <= size; bytes++) {
+            if (check_next(check, "%s, after %u bytes", check_name(&rows_jobs[i]), bytes)) {
+                check->powered_up = true;
+                rig_order(check->rig, "cut out 1 %u", bytes);
+                check_all(check, &rows_jobs[i], bytes < size ? OUTCOME(CDS_TIMEOUT) : GOOD);
+            }
+        }
+    }
+}
+
+/* --- F5 ------------------------------------------------------------------------------------------
+ */
+
+/* The buffer to RXD stuck open. The receiver is off but for the last byte, whose handler holds up
+ * the release: the line is let go of within 8 us of the last stop bit. A servo that answers sooner
+ * meets the driver, and then nothing wrong may come of it. */
+static void echo_of_buffers(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned delay_us = 2; delay_us <= 508; delay_us += 2) {
+            if (check_next(check, "%s, return delay %u us", check_name(&rows_jobs[i]), delay_us)) {
+                bool prompt = delay_us < 8;
+                rig_node(check->rig, 0)->servo.registers[TABLE_RETURN_DELAY] =
+                    check->servos[0].registers[TABLE_RETURN_DELAY] = (uint8_t)(delay_us / 2);
+                rig_order(check->rig, "echo on");
+                check->rules = prompt ? RULE(RULE_TWO_DRIVERS) | RULE(RULE_REPLY_LOST) : 0;
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, prompt ? GOOD | FAILED : GOOD);
+                if (prompt) { // so would the next one
+                    rig_order(check->rig, "echo off");
+                }
+                check_after(check);
+                rig_order(check->rig, "echo off");
+            }
+        }
+    }
+    check->servos[0].registers[TABLE_RETURN_DELAY] = 1;
+}
+
+/* Own bytes come back changed: another one talked. Without its start bit the last one comes too
+ * late to be taken for an echo. */
+static void echo_changed(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned bit = 0; bit < rows_packet_size(&rows_jobs[i]) * BITS; bit++) {
+            if (check_next(check, "%s, bit %u of byte %u", check_name(&rows_jobs[i]), bit % BITS,
+                           bit / BITS)) {
+                flip(check, false, bit);
+                foresee_command(check, &rows_jobs[i], bit, bit);
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, FAILED | GOOD);
+                bool comes = bit != (rows_packet_size(&rows_jobs[i]) - 1) * BITS;
+                if (comes && check->moved.echo_errors == 0 && !check->failed) {
+                    check_fail(check, "the difference was not counted");
+                }
+                check_after(check);
+            }
+        }
+    }
+}
+
+/* --- F15, F16 ------------------------------------------------------------------------------------
+ */
+
+/* A good reply that came too late is one that was late, and nothing else. */
+static void check_late(struct check *check)
+{
+    check_settle(check);
+    const struct cds_counters *all = &check->all;
+    if (all->late != (check->outcome.result == CDS_TIMEOUT) || all->extra || all->foreign) {
+        check_fail(check, "late: %u, extra: %u, foreign: %u", all->late, all->extra, all->foreign);
+    }
+}
+
+unsigned rows_late_outcome(const struct check *check, const struct job *job, unsigned us,
+                           unsigned allowed_us)
+{
+    unsigned bytes = rows_reply_size(job) < 20 ? rows_reply_size(job) : 20;
+    unsigned poll_us = 30 + bytes * (rig_tied(check->rig) ? CHECK_BYTE_TIED_US : CHECK_BYTE_US);
+    if (us + 40 <= allowed_us) {
+        return GOOD;
+    }
+    return us > allowed_us + poll_us ? OUTCOME(CDS_TIMEOUT) : GOOD | OUTCOME(CDS_TIMEOUT);
+}
+
+/* The oracle tells for each reply whether it was in time. */
+static void late(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned us = 0; us <= 3000; us += us < 800 ? 5 : 50) {
+            if (check_next(check, "%s, %u us", check_name(&rows_jobs[i]), us)) {
+                check_late_bytes(check, &rows_jobs[i]);
+                rig_order(check->rig, "delay out 1 %u", us);
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, rows_late_outcome(check, &rows_jobs[i], us, ROWS_ALLOWED_us));
+                check_late(check);
+                check_after(check);
+            }
+        }
+    }
+}
+
+/* It comes while the main loop is elsewhere for 5 ms, and then the next packet is sent: a reply of
+ * the same servo and length, but not to this question. */
+static void stale(struct check *check)
+{
+    static const struct job job = {
+        .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2};
+    for (unsigned us = 750; us <= 4500; us += 10) {
+        if (check_next(check, "%s, %u us", check_name(&job), us)) {
+            check->pause = 50;
+            rig_order(check->rig, "delay out 1 %u", us);
+            check_all(check, &job, OUTCOME(CDS_TIMEOUT));
+            if (check->all.late != 1) {
+                check_fail(check, "late: %u", check->all.late);
+            }
+        }
+    }
+}
+
+/* The bus is told of 2 us, as set-up leaves them, and one reply comes up to 508 us later, as late
+ * as any servo may. The next question, to the same servo and with a reply of the same length,
+ * follows at once: it waits until the old answer can no longer come. To another servo it does not
+ * wait: the two replies may meet. */
+static void next(struct check *check, uint8_t id)
+{
+    static const struct job first = {
+        .kind = JOB_READ, .id = 1, .address = TABLE_MOVING_SPEED, .length = 2, .told = 1};
+    struct job second = first;
+    second.id = id;
+    second.address = TABLE_GOAL_POSITION;
+    for (unsigned us = 0; us <= 506; us++) {
+        if (!check_next(check, "%u us", us)) {
+            continue;
+        }
+        check->told = 1;
+        rig_order(check->rig, "delay out 1 %u", us);
+        check_run(check, &first);
+        check_outcome(check, rows_late_outcome(check, &first, us, 100));
+        bool late = check->outcome.result == CDS_TIMEOUT;
+        uint64_t asked = check->rig->said.bytes[0].time;
+        check_forget(check);
+        check->low_until = late && id == 1 ? asked + (160 + 508 + 100) * RIG_US : 0;
+        check_run(check, &second);
+        check_outcome(check, id == 1 ? GOOD : GOOD | FAILED);
+        uint64_t heard = check->span.asks && check->span.echo_from ? check->span.echo_from : 0;
+        if (late && id == 1 && heard + 10 * RIG_US < check->low_until) {
+            check_fail(check, "asked again while it might have answered");
+        }
+        check->low_until = 0;
+        check_settle(check);
+        if (id == 1 ? check->all.late != late : check->all.late > late) {
+            check_fail(check, "late: %u", check->all.late);
+        }
+        check_after(check);
+    }
+}
+
+static void next_same(struct check *check)
+{
+    next(check, 1);
+}
+
+static void next_other(struct check *check)
+{
+    next(check, 2);
+}
+
+static void other_id(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        for (unsigned id = 0; id < 256; id++) {
+            if (check_next(check, "%s, ID %u", check_name(&rows_jobs[i]), id)) {
+                rig_order(check->rig, "id out 1 %u", id);
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, id == 1 ? GOOD : id == 0xFF ? FAILED : OUTCOME(CDS_TIMEOUT));
+                // servo 2 takes its own ID for a packet to it, and answers
+                if (id != 1 && id != 0xFF && check->moved.foreign != (id == 2 ? 2 : 1)) {
+                    check_fail(check, "foreign: %u", check->moved.foreign);
+                }
+                check_after(check);
+            }
+        }
+    }
+}
+
+static void wrong_length(struct check *check)
+{
+    for (unsigned i = 0; i < ROWS_JOBS; i++) {
+        unsigned right = rows_reply_size(&rows_jobs[i]) - 4;
+        for (unsigned length = 0; length < 256; length++) {
+            if (check_next(check, "%s, LENGTH %u", check_name(&rows_jobs[i]), length)) {
+                rig_order(check->rig, "length out 1 %u", length);
+                check_run(check, &rows_jobs[i]);
+                check_outcome(check, length == right ? GOOD : FAILED);
+                if ((length < 2 || length > right) && check->moved.refuted == 0) {
+                    check_fail(check, "not rejected");
+                }
+                check_after(check);
+            }
+        }
+    }
+}
+
+#define BUFFERED "atmega128 arduino-uno"
+#define TIED     "arbotix"
+
+const struct row rows_wire[] = {
+    {"F1-reply", "one bit of a reply flipped, every position", "1,2", flip_replies, 0},
+    {"F1-packet", "one bit of an instruction packet flipped, every position", "1,2", flip_packets,
+     0},
+    {"F1-repeat", "one to three replies damaged, two repeats allowed", "1,2", flip_repeated, 0},
+    {"F2-reply", "two bits of a reply of 6 or 8 bytes flipped, all pairs", "1,2",
+     flip_pairs_of_replies, 0},
+    {"F2-packet", "two bits of an instruction packet flipped, all pairs", "1,2",
+     flip_pairs_of_packets, 0},
+    {"F3-reply", "byte of a reply lost, every position", "1,2", lose_of_replies, 0},
+    {"F3-packet", "byte of an instruction packet lost, every position", "1,2", lose_of_packets, 0},
+    {"F4-before", "any byte before a reply", "1,2", insert_before, 0},
+    {"F4-inside", "any byte inside or behind a reply of 6 or 8 bytes, every position", "1,2",
+     insert_inside, 0},
+    {"F4-headers", "1 to 40 times FF before a reply", "1,2", insert_headers, 0},
+    {"F5-buffers", "receive buffer always on, return delay 2 to 508 us", "1,2", echo_of_buffers,
+     BUFFERED},
+    {"F5-tied", "tied pins, one bit of the echo flipped, every position", "1,2", echo_changed,
+     TIED},
+    {"F7", "servo resets after so many bytes of its reply", "1,2", cut, 0},
+    {"F15-late", "reply 0 to 3000 us late", "1,2", late, 0},
+    {"F15-stale", "late reply, not looked at before the next packet is sent", "1,2", stale, 0},
+    {"F15-next", "bus told of 2 us, reply up to 508 us late, the same servo is asked again at once",
+     "1,2", next_same, 0},
+    {"F15-other", "likewise, another servo is asked: the replies may meet", "1,2", next_other, 0},
+    {"F15-id", "reply from every other ID", "1,2", other_id, 0},
+    {"F16", "LENGTH 0 to 255", "1,2", wrong_length, 0},
+    {0},
+};
