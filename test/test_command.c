@@ -182,3 +182,17 @@ void test_a_list_is_never_longer_than_its_room(void)
     TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, command_end(&line));
     TEST_ASSERT_EQUAL_UINT8(COMMAND_LIST_MAX, line.values);
 }
+
+void test_a_list_of_ids_neither(void)
+{
+    read_line("group 100");
+    for (uint8_t id = 0; id < 60; id++) {
+        struct token word = {.length = 2};
+
+        word.text[0] = (char)('0' + id / 10);
+        word.text[1] = (char)('0' + id % 10);
+        command_word(&line, &word, ' ');
+    }
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, command_end(&line));
+    TEST_ASSERT_EQUAL_UINT8(COMMAND_LIST_MAX, line.values);
+}

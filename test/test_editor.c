@@ -188,3 +188,17 @@ void test_a_reader_that_stops_holds_up_the_echo_only(void)
     hear();
     TEST_ASSERT_EQUAL_UINT8(editor.length, strlen(shown));
 }
+
+void test_what_is_on_its_way_to_the_parser_cannot_be_taken_back(void)
+{
+    type("ping 1");
+    editor.locked = 4;
+    type("\b\b\b\b");
+    assert_line("ping");
+    type(" 2\x15");
+    assert_line("ping");
+    editor_take(&editor, 4);
+    assert_line("");
+    type("x\b\b");
+    assert_line("");
+}

@@ -127,32 +127,24 @@ SELDOM static void count_undue(struct cds_bus *bus)
         bus->observer->on_news(bus->observer, &news);
 }
 
-/* A candidate has become something. True when the exchange has ended well. Not inlined: what it
- * needs would be saved and restored for each byte. */
-__attribute__((noinline)) static bool decide(struct cds_bus *bus, enum cds_parsed parsed)
-{
-    bool ended;
-
-    if (parsed == CDS_PARSED_REFUTED) {
-        bus->counters.refuted++;
-        bus->damaged = 1;
-        return false;
-    }
-    ended = bus->in_flight && is_reply(bus);
-    if (ended)
-        take_reply(bus);
-    else
-        count_undue(bus);
-    cds_parser_accept(&bus->parser, &bus->link.rx);
-    return ended;
-}
-
 /* Examines one byte. True when the exchange has ended well. */
 static bool parse_byte(struct cds_bus *bus)
 {
     enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
+    bool ended = false;
 
-    return parsed != CDS_PARSED_MORE && decide(bus, parsed);
+    if (parsed == CDS_PARSED_REFUTED) {
+        bus->counters.refuted++;
+        bus->damaged = 1;
+    } else if (parsed == CDS_PARSED_PACKET) {
+        ended = bus->in_flight && is_reply(bus);
+        if (ended)
+            take_reply(bus);
+        else
+            count_undue(bus);
+        cds_parser_accept(&bus->parser, &bus->link.rx);
+    }
+    return ended;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -216,11 +208,16 @@ static bool parse(struct cds_bus *bus)
         if (broken)
             end = link->broken_at;
         while (looked_to(bus) != end) {
-            left = (uint8_t)(left - skim(bus, end, left));
             if (left == 0)
                 return false;
-            if (looked_to(bus) == end)
-                break;
+            if (bus->parser.seen > CDS_AT_LENGTH) {
+                uint8_t skimmed = skim(bus, end, left);
+
+                if (skimmed) {
+                    left = (uint8_t)(left - skimmed);
+                    continue;
+                }
+            }
             if (parse_byte(bus))
                 return true;
             left--;

@@ -177,7 +177,7 @@ SCRIPT = {
             + servo("1 GOAL_POSITION 205") + servo("1-3 REGISTERED_INSTRUCTION 0")
             + "write 2 CCW_ANGLE_LIMIT 1023\n",
     "cycle": error(44, "cycle") + error(44, "cycle off") + error(33, "cycle every 1ms")
-             + error(31, "cycle every") + error(39, "cycle every 4V") + "cycle every 5ms\n@wait 100\n"
+             + "cycle every\ncycle\ncycle off\n" + error(39, "cycle every 4V") + "cycle every 5ms\n@wait 100\n"
              + "cycle\n" + text("missed 0, unsent 0") + text("failed 0") + text("servo 1: ")
              + "pose 100 110 120\n" + servo("1 GOAL_POSITION 341") + servo("3 GOAL_POSITION 409")
              + error(43, "scan") + error(43, "id 1 9") + error(43, "group 1") + error(43, "diagnose")
