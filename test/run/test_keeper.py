@@ -305,7 +305,7 @@ class Memory(unittest.TestCase):
                                              re.M).groups())
             self.assertGreater(room, spare)
             self.assertGreater(room - spare, 40)
-            self.assertGreater(spare, 256, board)
+            self.assertGreater(spare, 400, board)
 
 
 if __name__ == "__main__":
