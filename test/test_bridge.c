@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "eeprom_fake.h"
 #include "port_fake.h"
 #include "unity.h"
 #include "values.h"
@@ -32,6 +33,8 @@ void setUp(void)
     memset(&device, 0, sizeof device);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     host_open(&host, &input, &text, buffers[0]);
+    eeprom_fake_reset();
+    memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
     bus.observer = NULL; // the servos here are made up, and what they say of themselves is nonsense
@@ -370,6 +373,111 @@ void test_the_rate_of_the_bus_waits_for_the_exchange_on_it(void)
     turns(2000);
     TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
     assert_heard(DEVICE_IS, 0, NULL, 0);
+}
+
+void test_save_keeps_the_settings_and_says_when_it_is_done(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x04, 16);
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_READ, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1); // waits for the one before it
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    while (settings_save_poll(&store)) {
+    }
+    turns(60);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    while (settings_save_poll(&store)) {
+    }
+    SAY(DEVICE_IS, CDS_READ, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+    settings_load(&store, &settings);
+    TEST_ASSERT_EQUAL_UINT8(16, settings.host_baud);
+    TEST_ASSERT_EQUAL_UINT8(3, store.sequence + 1); // two were saved
+}
+
+void test_a_save_that_fails_is_told(void)
+{
+    eeprom_fake.dead = SETTINGS_PLACE + 3;
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
+    while (settings_save_poll(&store)) {
+    }
+    SAY(DEVICE_IS, CDS_READ, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\2", 1);
+}
+
+void test_a_reset_brings_back_the_defaults(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0x88, 0x13);
+    TEST_ASSERT_EQUAL_UINT16(5000, settings.cycle_us);
+    SAY(DEVICE_IS, CDS_RESET);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
+}
+
+void test_the_keeper_stands_behind_the_registers(void)
+{
+    keeper.reset_cause = KEEPER_RESET_WATCHDOG;
+    keeper.link_lost = true;
+    crew_meet(&robot.crew, 7);
+    crew_meet(&robot.crew, 9);
+    crew_hold(&robot.crew);
+    robot.servos[1].alarms = robot.crew.roster.alarms = CDS_ERROR_OVERLOAD;
+    SAY(DEVICE_IS, CDS_READ, 0x12, 4);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x20\x09", 4);
+    SAY(DEVICE_IS, CDS_WRITE, 0x14, 0);
+    SAY(DEVICE_IS, CDS_READ, 0x12, 4);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x00\xFF", 4);
+    TEST_ASSERT_EQUAL_UINT8(CDS_HOLD_STOPPED, robot.servos[0].held);
+    robot.stopping = true;
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // waits until torque is off
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+    robot.stopping = false;
+    turns(60);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_EQUAL_UINT8(0, robot.servos[0].held);
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 1);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_each_counter_is_the_one_that_its_register_names(void)
+{
+    struct cds_counters *c = &bus.counters;
+    uint16_t *const counts[] = {&c->sent,
+                                &c->repeated,
+                                &c->ok,
+                                &c->timeouts,
+                                &c->corrupt,
+                                &c->unsent,
+                                &c->refuted,
+                                &c->late,
+                                &c->extra,
+                                &c->foreign,
+                                &host.counters.broken,
+                                &host.counters.silent,
+                                &host.counters.gaps,
+                                &bridge.counters.passed,
+                                &bridge.counters.answered,
+                                &bridge.counters.unanswered,
+                                &bridge.counters.refused};
+    static const uint8_t at[] = {0x18, 0x1A, 0x1C, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28,
+                                 0x2A, 0x36, 0x38, 0x3A, 0x3E, 0x40, 0x42, 0x44};
+
+    for (uint8_t i = 0; i < sizeof at; i++) {
+        uint16_t value = (uint16_t)(0x0100u * (i + 1u) + i);
+        uint8_t bytes[2] = {(uint8_t)value, (uint8_t)(value >> 8)};
+
+        *counts[i] = value;
+        SAY(DEVICE_IS, CDS_READ, at[i], 2);
+        assert_heard(DEVICE_IS, 0, bytes, 2);
+    }
+    gaps = 0x4321;
+    SAY(DEVICE_IS, CDS_READ, 0x3C, 2);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x21\x43", 2);
+    gaps = 0;
 }
 
 /* --- many servos -------------------------------------------------------------------------------

@@ -74,9 +74,10 @@ static uint16_t word_at(const uint8_t *data)
     return (uint16_t)(data[0] | (uint16_t)data[1] << 8);
 }
 
+/* What no servo has is the servo's to refuse if there is no limit: whoever asked hears it say so. */
 static bool goal_is_good(const struct cds_roster_servo *servo, uint16_t goal)
 {
-    return goal >= servo->lowest && goal <= servo->highest;
+    return goal >= servo->lowest && (goal <= servo->highest || servo->highest == CDS_VALUE_MAX);
 }
 
 enum cds_result cds_limits_check(const struct cds_roster_servo *servo, uint8_t address,

@@ -223,18 +223,18 @@ class Device(unittest.TestCase):
                     (packet(DEVICE, WRITE, [0, 1]), 0x08, b""),
                     (packet(DEVICE, WRITE, [0x07, 3]), 0x08, b""),
                     (packet(DEVICE, WRITE, [0x07, 2, 2]), 0x08, b""),  # the second is out of range
-                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x01"), # so neither was stored
-                    (packet(DEVICE, WRITE, [0x07, 2, 0]), 0, b""),
-                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x02\x00"),
-                    (packet(DEVICE, WRITE, [0x0C, 0]), 0, b""),        # low byte of 10000
-                    (packet(DEVICE, READ, [0x0C, 2]), 0, b"\x00\x27"),
+                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x00"), # so neither was stored
+                    (packet(DEVICE, WRITE, [0x07, 2, 1]), 0, b""),
+                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x02\x01"),
+                    (packet(DEVICE, WRITE, [0x0C, 0]), 0, b""),        # low byte of 4000
+                    (packet(DEVICE, READ, [0x0C, 2]), 0, b"\x00\x0F"),
                     (packet(DEVICE, WRITE, [0x0D, 1]), 0x08, b""),     # 256 is below 2000
                     (packet(DEVICE, WRITE, [0x17, 0]), 0x08, b""),     # there is no register
                     (packet(DEVICE, WRITE, [3]), 0x40, b""),
                     (packet(DEVICE, REG_WRITE, [0x07, 1]), 0x40, b""),
                     (packet(DEVICE, RESET, [1]), 0x40, b""),
                     (packet(DEVICE, RESET), 0, b""),
-                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x01")]:
+                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x00")]:
                 port.send(raw)
                 self.assertEqual(port.status(), (DEVICE, error, parameters), raw.hex(" "))
 

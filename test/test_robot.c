@@ -1,0 +1,164 @@
+/* The robot's servos: who joins, who is looked at, who is held. */
+#include "robot.h"
+
+#include <string.h>
+
+#include "cds55xx/servo.h"
+#include "torque_fake.h"
+#include "unity.h"
+
+static struct cds_bus bus;
+static struct robot robot;
+static uint8_t buffer[64];
+static struct cds_request request;
+
+void setUp(void)
+{
+    port_fake_reset();
+    port_fake.now_us = UINT32_MAX - 1000; // the clock wraps in every test
+    memset(&wire, 0, sizeof wire);
+    memset(&bus, 0, sizeof bus);
+    memset(&robot, 0, sizeof robot);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    robot_begin(&robot, &bus);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void run(uint32_t us)
+{
+    while (us--) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+        robot_poll(&robot);
+    }
+}
+
+/* The main loop for a long time in which little happens. */
+static void wait_ms(uint16_t ms)
+{
+    while (ms--) {
+        if (!bus.request) // time does not leap over an exchange
+            port_fake.now_us += 500;
+        run(bus.request ? 1000 : 500);
+    }
+}
+
+static void meet(uint8_t id)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, id));
+    run(2000);
+}
+
+static enum cds_result torque_on(uint8_t id)
+{
+    enum cds_result result = cds_servo_write_byte(&bus, &request, id, CDS_REG_TORQUE_ENABLE, 1);
+
+    run(2000);
+    return result;
+}
+
+static const struct cds_roster_servo *known(uint8_t id)
+{
+    return cds_roster_find(&robot.crew.roster, id);
+}
+
+void test_who_only_answers_is_known_and_left_alone(void)
+{
+    meet(1);
+    TEST_ASSERT_NOT_NULL(known(1));
+    wait_ms(1200);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
+}
+
+void test_who_was_named_is_looked_at_and_so_is_the_rest_from_then_on(void)
+{
+    bool looked[TORQUE_SERVOS + 1] = {false};
+
+    meet(1);
+    TEST_ASSERT_TRUE(robot_add(&robot, 2));
+    wait_ms(1200);
+    for (uint8_t i = 1; i < wire.count; i++)
+        looked[wire.log[i].id] = wire.log[i].address == CDS_REG_TORQUE_ENABLE;
+    TEST_ASSERT_TRUE(looked[1] && looked[2]);
+    TEST_ASSERT_TRUE(wire.count >= 3 && wire.count <= 4); // each once a second
+}
+
+void test_the_pc_has_the_bus_to_itself_for_a_second_after_a_packet(void)
+{
+    robot_add(&robot, 1);
+    robot_add(&robot, 2);
+    wire.servo[1].dead = true;
+    wait_ms(3500); // 2 is away by now, and is looked for ten times a second
+    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_AWAY, known(2)->presence);
+    wire.count = 0;
+    for (uint8_t i = 0; i < 4; i++) {
+        robot_yield(&robot);
+        wait_ms(500);
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count);
+    wait_ms(700);
+    TEST_ASSERT_TRUE(wire.count > 0);
+}
+
+void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
+    wire.servo[0].dead = true;
+    for (uint8_t i = 0; i < CDS_ROSTER_SILENCES; i++)
+        meet(1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_AWAY, known(1)->presence);
+    wire.servo[0].dead = false;
+    wire.servo[0].torque = 0;
+    robot_yield(&robot);
+    meet(1); // as the PC might
+    wait_ms(2);
+    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_HERE, known(1)->presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_HOLD_LOST, known(1)->held);
+}
+
+void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
+{
+    robot_stop(&robot);
+    run(3000);
+    meet(1);
+    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(1));
+    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2)); // who was never heard of
+    crew_unhold(&robot.crew);
+    cds_roster_release(&robot.crew.roster, NULL);
+    TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
+    TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));
+}
+
+void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
+{
+    robot_add(&robot, 1);
+    robot_stop(&robot);
+    run(5000);
+    robot_forget(&robot);
+    TEST_ASSERT_NULL(known(1));
+    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+    wire.count = 0;
+    wait_ms(1200);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count); // nobody is left to be looked at
+    meet(2);
+    TEST_ASSERT_NOT_NULL(known(2));
+    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2));
+}
+
+void test_who_joins_during_a_stop_is_asked_too(void)
+{
+    wire.servo[0].torque = 1;
+    meet(2);
+    robot_stop(&robot);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1)); // behind the stop's own
+    run(10000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_NOT_NULL(known(1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+}
