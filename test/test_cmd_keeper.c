@@ -149,8 +149,8 @@ void test_a_save_during_another_ones_is_an_error(void)
 void test_alarms_are_listed_by_servo_and_kind(void)
 {
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("alarms"));
-    for (uint8_t id = 100; id < 100 + ROBOT_SERVOS - 3; id++)
-        says(id, 0);
+    for (uint8_t id = 100; id < 100 + ROBOT_SERVOS - 2; id++)
+        crew_meet(&robot.crew, id);
     says(7, 0x24);
     says(3, 0);
     says(9, 0x41);
@@ -188,6 +188,7 @@ void test_alarms_are_told_at_once_one_a_line_but_not_into_a_reply(void)
 
 void test_status_tells_all_there_is(void)
 {
+    crew_meet(&robot.crew, 7);
     says(7, 0);
     TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
                              "settings at start: defaults: nothing was ever saved\r\n"

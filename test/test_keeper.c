@@ -31,6 +31,7 @@ void setUp(void)
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     robot_begin(&robot, &bus);
+    robot.crew.open = true;
     settings_default(&settings);
     settings.link_loss_ms = LIMIT_MS;
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};

@@ -1,6 +1,7 @@
 /* The robot's servos: who joins, who is looked at, who is held. */
 #include "robot.h"
 
+#include <stddef.h>
 #include <string.h>
 
 #include "cds55xx/servo.h"
@@ -22,6 +23,7 @@ void setUp(void)
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     robot_begin(&robot, &bus);
+    robot.crew.open = true;
 }
 
 void tearDown(void)
@@ -73,6 +75,19 @@ void test_who_only_answers_is_known_and_left_alone(void)
     TEST_ASSERT_NOT_NULL(known(1));
     wait_ms(1200);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
+}
+
+void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void)
+{
+    robot.crew.open = false;
+    meet(1);
+    TEST_ASSERT_EQUAL(CDS_OK, torque_on(2));
+    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+    port_fake_answer(&bus.link, 3, CDS_ERROR_OVERLOAD, NULL, 0);
+    run(10);
+    TEST_ASSERT_NOT_NULL(known(3));
+    crew_hold(&robot.crew); // who is to be held is
+    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2));
 }
 
 void test_who_was_named_is_looked_at_and_so_is_the_rest_from_then_on(void)

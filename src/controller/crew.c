@@ -45,7 +45,7 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
     struct crew *crew = of(observer);
     const uint8_t *bytes = request->packet.bytes;
 
-    switch (bytes[CDS_AT_INSTRUCTION]) {
+    switch (crew->open || crew->held ? bytes[CDS_AT_INSTRUCTION] : 0) {
     case CDS_WRITE:
     case CDS_REG_WRITE: crew_meet(crew, bytes[CDS_AT_ID]); break;
     case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
@@ -59,7 +59,8 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
 {
     struct crew *crew = of(observer);
 
-    crew_meet(crew, id);
+    if (crew->open || crew->held)
+        crew_meet(crew, id);
     return crew->own.admit_block(observer, id, address, data, length);
 }
 
@@ -80,7 +81,7 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
     bool answered = news->result == CDS_OK && news->request &&
                     news->request->reply_parameters != CDS_REPLY_NONE;
 
-    if (news->event != CDS_BUS_ENDED || answered)
+    if (news->error || (crew->open && (news->event != CDS_BUS_ENDED || answered)))
         crew_meet(crew, news->id);
     if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)
         believe(crew, news->id, LEVEL_ALL);
@@ -100,7 +101,7 @@ void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo 
     observer->admit_block = admit_block;
     observer->on_news = on_news;
     crew->room = room;
-    crew->crowded = crew->held = false;
+    crew->crowded = crew->held = crew->open = false;
 }
 
 void crew_hold(struct crew *crew)

@@ -88,6 +88,7 @@ static void watch_alarms(struct keeper *keeper)
 void keeper_poll(struct keeper *keeper)
 {
     watch_rate(keeper);
+    keeper->robot->crew.open = keeper->settings->link_loss_ms != 0; // all are to be looked at then
     watch_link(keeper);
     insist_on_stop(keeper);
     watch_alarms(keeper);

@@ -155,10 +155,11 @@ void robot_yield(struct robot *robot)
 
 void robot_forget(struct robot *robot)
 {
-    bool held = robot->crew.held;
+    bool held = robot->crew.held, open = robot->crew.open;
 
     crew_begin(&robot->crew, robot->bus, robot->servos, ROBOT_SERVOS);
     robot->crew.held = held;
+    robot->crew.open = open;
     robot->group_count = 0;
     robot->watched = 0;
     robot->chosen = false;
