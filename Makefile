@@ -72,8 +72,9 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 
-# Of the controller's firmware: enums of one byte, and no tables in RAM for a switch.
-SMALL := -fshort-enums -fno-tree-switch-conversion
+# Of the controller's firmware: enums of one byte, X used for what it can do, and no tables in RAM
+# for a switch.
+SMALL := -fshort-enums -mstrict-X -fno-tree-switch-conversion
 
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)

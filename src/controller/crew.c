@@ -78,9 +78,14 @@ static void believe(struct crew *crew, uint8_t id, uint8_t level)
 static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
 {
     struct crew *crew = of(observer);
-    bool answered = news->result == CDS_OK && news->request &&
-                    news->request->reply_parameters != CDS_REPLY_NONE;
+    bool answered;
 
+    if (!crew->open && !news->error) { // short: it comes with every exchange
+        crew->own.on_news(observer, news);
+        return;
+    }
+    answered = news->result == CDS_OK && news->request &&
+               news->request->reply_parameters != CDS_REPLY_NONE;
     if (news->error || (crew->open && (news->event != CDS_BUS_ENDED || answered)))
         crew_meet(crew, news->id);
     if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)

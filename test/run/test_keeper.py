@@ -119,7 +119,7 @@ class Settings(unittest.TestCase):
         # and the servo, at its factory return delay, is read without a loss.
         for board in BOARDS:
             first = at_57600(FIRST) if board == "cm510" else FIRST
-            output = self.run_script("ping 1\n" + change(first) + "settings bus_baud 1\n"
+            output = self.run_script(change(first) + "settings bus_baud 1\nping 1\n"
                                      "settings link_loss_action 2\nsettings link_loss_ms 20\nsave\n"
                                      "@wait 200\nstatus\n@expect text torque off: all\n", board)
             save = output.index("> save")
@@ -144,8 +144,7 @@ class Settings(unittest.TestCase):
 
 
 class HostLink(unittest.TestCase):
-    START = ("write 1 TORQUE_ENABLE 1\nwrite 2 TORQUE_ENABLE 1\nwrite 1 GOAL_POSITION 300\n"
-             "settings link_loss_ms 100\n")
+    START = ("settings link_loss_ms 100\nwrite 1 TORQUE_ENABLE 1\nwrite 2 TORQUE_ENABLE 1\nwrite 1 GOAL_POSITION 300\n")
 
     def run_script(self, script, board):
         run = controller(script, board, "1,2", "--echo")
