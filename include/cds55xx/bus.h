@@ -51,6 +51,8 @@ enum cds_bus_state {
  * also have none. */
 #define CDS_REPLY_NONE 0xFF // no reply is due (broadcast, or the status return level)
 #define CDS_REPLY_MAX  50   // a READ of the whole control table
+#define CDS_REPLY_ANY                                                                              \
+    (CDS_PARSER_LENGTH_MAX - CDS_LENGTH_MIN) // with any_length: `room` for so many
 
 /* In `urgent` of a request: it goes before the urgent ones too. For torque off (stop.h). */
 #define CDS_URGENT_FIRST 2
@@ -67,6 +69,8 @@ struct cds_request {
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes
     uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
+    bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
+                     // says how long one may last
     bool vetted;     // this very packet was judged already: the observer puts it back to false
     uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
     uint8_t id;      // who answered (of interest after a broadcast PING)

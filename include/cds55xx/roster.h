@@ -105,6 +105,11 @@ struct cds_roster {
 enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
                                  struct cds_roster_servo *servos, uint8_t count);
 
+/* Takes servo `id`, 0 to 253, into the roster, whose array `servos` has place for `room` of them, 1
+ * to 254; nothing is known of it yet. CDS_OK; CDS_BAD_ARGUMENT: the ID is above 253, or there
+ * already; CDS_NO_ROOM: the array is full. */
+enum cds_result cds_roster_add(struct cds_roster *roster, uint8_t id, uint8_t room);
+
 /* Returns servo `id` (0 to 253) of the roster, or NULL. */
 struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id);
 

@@ -88,7 +88,7 @@ static bool is_reply(const struct cds_bus *bus)
         return false;
     if (error & CDS_ERROR_NONE_SUCH)
         return false;
-    return parameters == request->reply_parameters ||
+    return parameters == request->reply_parameters || request->any_length ||
            (parameters == 0 && error & CDS_ERRORS_OF_PACKET);
 }
 
@@ -127,24 +127,32 @@ SELDOM static void count_undue(struct cds_bus *bus)
         bus->observer->on_news(bus->observer, &news);
 }
 
-/* Examines one byte. True when the exchange has ended well. */
-static bool parse_byte(struct cds_bus *bus)
+/* A candidate has become something. True when the exchange has ended well. Not inlined: what it
+ * needs would be saved and restored for each byte. */
+__attribute__((noinline)) static bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
-    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
-    bool ended = false;
+    bool ended;
 
     if (parsed == CDS_PARSED_REFUTED) {
         bus->counters.refuted++;
         bus->damaged = 1;
-    } else if (parsed == CDS_PARSED_PACKET) {
-        ended = bus->in_flight && is_reply(bus);
-        if (ended)
-            take_reply(bus);
-        else
-            count_undue(bus);
-        cds_parser_accept(&bus->parser, &bus->link.rx);
+        return false;
     }
+    ended = bus->in_flight && is_reply(bus);
+    if (ended)
+        take_reply(bus);
+    else
+        count_undue(bus);
+    cds_parser_accept(&bus->parser, &bus->link.rx);
     return ended;
+}
+
+/* Examines one byte. True when the exchange has ended well. */
+static bool parse_byte(struct cds_bus *bus)
+{
+    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
+
+    return parsed != CDS_PARSED_MORE && decide(bus, parsed);
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -173,6 +181,14 @@ static bool heard(const struct cds_bus *bus)
     return bus->link.broken || looked_to(bus) != bus->link.rx.head;
 }
 
+/* The parameters of a reply, up to byte `end` of the ring, at most `most`; returns how many. */
+static uint8_t skim(struct cds_bus *bus, uint8_t end, uint8_t most)
+{
+    uint8_t count = (uint8_t)(end - looked_to(bus));
+
+    return cds_parser_skim(&bus->parser, &bus->link.rx, count < most ? count : most);
+}
+
 /* The deadline is over: returns the end of what had come when a poll first saw that. It is still
  * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
 SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
@@ -199,11 +215,15 @@ static bool parse(struct cds_bus *bus)
         broken = link->broken;
         if (broken)
             end = link->broken_at;
-        for (; looked_to(bus) != end; left--) {
+        while (looked_to(bus) != end) {
+            left = (uint8_t)(left - skim(bus, end, left));
             if (left == 0)
                 return false;
+            if (looked_to(bus) == end)
+                break;
             if (parse_byte(bus))
                 return true;
+            left--;
         }
         if (broken)
             drop_broken(bus);
@@ -233,7 +253,8 @@ static void start(struct cds_bus *bus, uint32_t now_us)
     bus->damaged = 0;
     bus->counters.sent++;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
-        longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        longest = request->any_length ? CDS_PARSER_LENGTH_MAX
+                                      : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
     }
     cds_parser_begin(&bus->parser, longest);
@@ -328,7 +349,7 @@ static uint8_t admit(struct cds_bus *bus, struct cds_request *request)
 
     if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
         return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE && due > request->packet.room)
+    if (due != CDS_REPLY_NONE && (request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
         return CDS_NO_ROOM;
     request->return_delay_us = bus->return_delay_us;
     return judge(bus, request);
