@@ -159,6 +159,7 @@ struct cds_bus {
     uint8_t damaged;                   // not 0: something of the reply came damaged
     uint8_t last_id;                   // of the last exchange with a reply due that is over,
     uint8_t last_result;               // and enum cds_result of it
+    bool owed;                         // that one was given up, and may answer until `late_us`
     uint8_t instruction, address;      // of the packet in flight
     uint8_t repeats;                   // given to each request that bears repeating
     struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
@@ -183,7 +184,8 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
 /* Sets how often a request is sent again when no good reply has come: `repeats`, 0 to 2; 0 from
  * cds_bus_open() on. Only what does the same when done twice is repeated: PING, READ, and WRITE but
- * of ID and baud rate. What a servo has refused is never repeated. */
+ * of ID and baud rate. What a servo has refused is never repeated. What is more urgent
+ * goes before a repeat. */
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
