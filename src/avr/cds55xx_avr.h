@@ -13,6 +13,9 @@
  * than the servo's return delay, register 0x05 x 32 cycles: raise that register, or begin longer
  * handlers with ISR_NOBLOCK. The handlers of other buses are among them: with three buses busy at
  * once, 5 (10 us) is enough.
+ *
+ * The handlers change the enables. Change other pins of those ports by a constant bit each (sbi,
+ * cbi) or with interrupts off, or an enable may be put back to where it was.
  */
 #ifndef CDS55XX_AVR_H
 #define CDS55XX_AVR_H

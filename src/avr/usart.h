@@ -2,7 +2,7 @@
  *
  * Everything is always inlined: with a constant `port` each verb becomes the two to six stores it
  * means. Direction is changed by one whole store to UCSRnB, never by |=, and by sbi and cbi on the
- * enables, which no interrupt can tear.
+ * enables, which no interrupt can tear, or with interrupts off.
  *
  * BOARD_BUSn_WIRING says how bus n hangs on its USART:
  *   TWO_ENABLES  a buffer each way, an enable for each (TX_ENABLE, RX_ENABLE); if nothing is said
@@ -19,6 +19,7 @@
 #ifndef AVR_USART_H
 #define AVR_USART_H
 
+#include <avr/interrupt.h>
 #include <avr/io.h>
 #include <stdint.h>
 
@@ -122,17 +123,39 @@ enum {
     AVR_STATE_TIED_DRAINING = 1 << 7 | 1 << 4 | 1 << 6,
 };
 
-/* A pin that the wiring lacks is no instruction at all. */
+/* A pin that the wiring lacks is no instruction at all, one that is known here a single one: sbi or
+ * cbi. With several buses it may be known at run time only. Then no handler may come between reading
+ * and writing the port: it may change another bus's enable there. */
 AVR_INLINE void avr_pin_high(struct avr_pin pin)
 {
+    uint8_t sreg;
+
+    if (__builtin_constant_p(pin.mask)) {
+        if (pin.mask)
+            *pin.port |= pin.mask;
+        return;
+    }
+    sreg = SREG;
+    cli();
     if (pin.mask)
-        *pin.port |= pin.mask; // sbi
+        *pin.port |= pin.mask;
+    SREG = sreg;
 }
 
 AVR_INLINE void avr_pin_low(struct avr_pin pin)
 {
+    uint8_t sreg;
+
+    if (__builtin_constant_p(pin.mask)) {
+        if (pin.mask)
+            *pin.port &= (uint8_t)~pin.mask;
+        return;
+    }
+    sreg = SREG;
+    cli();
     if (pin.mask)
-        *pin.port &= (uint8_t)~pin.mask; // cbi
+        *pin.port &= (uint8_t)~pin.mask;
+    SREG = sreg;
 }
 
 /* `port` is a bus of the board: 0 to BOARD_BUS_COUNT - 1. */

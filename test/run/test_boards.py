@@ -1,5 +1,6 @@
 """The firmware of every board on its own wiring, and three buses at once."""
 import re
+import subprocess
 import tempfile
 import unittest
 
@@ -167,6 +168,19 @@ class SeveralBuses(unittest.TestCase):
                 self.assert_undisturbed(run, number)
                 self.assertGreater(run.buses[number]["ok"], 500, what)
             self.assertEqual((run.buses[1]["sent"], run.buses[1]["ok"]), (0, 0), what)
+
+    def test_no_handler_can_come_while_the_port_of_the_enables_is_changed(self):
+        """All six are on PORTA: read, changed and written back it would lose what a handler did."""
+        code = subprocess.check_output(
+            ["avr-objdump", "-d", ROOT / "build/arduino-mega/program/three_buses.elf"], text=True)
+        lines = [line.split("\t")[2:] for line in code.splitlines() if line.count("\t") >= 2]
+        written = [at for at, words in enumerate(lines) if words[0].strip() == "out"
+                   and words[1].startswith("0x02,")]
+        self.assertGreater(len(written), 3)
+        for at in written:
+            before = [words[0].strip() for words in lines[at - 6:at]]
+            self.assertIn("cli", before, lines[at - 6:at + 1])
+            self.assertNotIn("sts", before[before.index("cli"):])  # of SREG, or to elsewhere
 
     def test_a_bus_that_flips_bits_fails_alone(self):
         # At the factory's return delay the handlers of one bus may hold up the turnaround of another.
