@@ -124,8 +124,8 @@ enum {
 };
 
 /* A pin that the wiring lacks is no instruction at all, one that is known here a single one: sbi or
- * cbi. With several buses it may be known at run time only. Then no handler may come between reading
- * and writing the port: it may change another bus's enable there. */
+ * cbi. With several buses it may be known at run time only. Then no handler may come between
+ * reading and writing the port: it may change another bus's enable there. */
 AVR_INLINE void avr_pin_high(struct avr_pin pin)
 {
     uint8_t sreg;
