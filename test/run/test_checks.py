@@ -293,6 +293,15 @@ class MachineCode(unittest.TestCase):
 
     def test_interrupts_off_and_sleep(self):
         self.breach("void f(void) { cli(); a = 1; sei(); }", "f: turns interrupts off")
+        self.breach("void f(void) { uint8_t s = SREG; cli(); other(); SREG = s; }",
+                    "f: turns interrupts off")
+        self.breach("void f(void) { uint8_t s = SREG; cli(); while (a) { } SREG = s; }",
+                    "f: turns interrupts off")
+
+    def test_interrupts_off_for_a_moment(self):
+        status, output = self.check(
+            "void f(uint8_t m) { uint8_t s = SREG; cli(); PORTA |= m; SREG = s; }")
+        self.assertEqual(status, 0, output)
         self.breach("void f(void) { __asm__ volatile(\"sleep\"); }", "f: sleeps")
 
     def test_a_handler_of_a_linked_program(self):
