@@ -324,6 +324,23 @@ class Build(unittest.TestCase):
             self.assertIn(f"missing Unity in {empty}/unity (make deps fetches it)", output)
             self.assertEqual(os.listdir(empty), [])
 
+    def test_a_gem_that_does_not_come_is_told_from_a_wrong_one(self):
+        """gem may fail with status 0, as without certificates."""
+        wrong = 'echo x > "$2-$4.gem"'
+        for gem, complaint in [("echo 'ERROR: SSL' >&2", "could not be fetched; without the network: make UNITY=dir"),
+                               ("exit 2", "could not be fetched; without the network: make UNITY=dir"),
+                               (wrong, "is not the one we know (SHA-256 differs)")]:
+            with tempfile.TemporaryDirectory() as folder:
+                stub = pathlib.Path(folder) / "gem"
+                stub.write_text(f"#!/bin/sh\n{gem}\n")
+                stub.chmod(0o755)
+                status, output = run(ROOT / "scripts/deps.sh", "unity", env={
+                    **os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "DEPS": "yes",
+                    "UNITY": f"{folder}/unity"})
+                self.assertEqual(status, 1, output)
+                self.assertIn(complaint, output.splitlines()[-1])
+                self.assertFalse(os.path.exists(f"{folder}/unity"))
+
     def test_touching_a_header_makes_the_library_out_of_date(self):
         self.assertEqual(self.make("lib")[0], 0)
         header = ROOT / "include/cds55xx/link.h"
