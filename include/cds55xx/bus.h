@@ -78,10 +78,11 @@ struct cds_request {
     uint8_t length;  // parameters received; 0 if the servo refused
 };
 
-/* A request over `buffer`, an array of the caller's that holds the packet and the reply. */
+/* A request over `buffer`, an array of the caller's that holds the packet and the reply. All
+ * fields, in their order and without names: good in C99 and in C++11. */
 #define CDS_REQUEST(buffer)                                                                        \
     {                                                                                              \
-        .packet = {.bytes = (buffer), .room = sizeof(buffer) }                                     \
+        {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, false, 0, 0, 0, 0               \
     }
 
 /* Counted modulo 65536 from cds_bus_open() on. */
