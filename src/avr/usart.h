@@ -23,6 +23,7 @@
 #include <stdint.h>
 
 #include "board.h"
+#include "board_check.h"
 
 /* Inlined wherever it is called; no copy is ever emitted. */
 #define AVR_INLINE extern inline __attribute__((gnu_inline, always_inline))
@@ -62,16 +63,6 @@ struct avr_usart {
     {                                                                                              \
         0, 0, 0                                                                                    \
     }
-
-#ifndef BOARD_BUS0_WIRING
-#define BOARD_BUS0_WIRING TWO_ENABLES
-#endif
-#ifndef BOARD_BUS1_WIRING
-#define BOARD_BUS1_WIRING TWO_ENABLES
-#endif
-#ifndef BOARD_BUS2_WIRING
-#define BOARD_BUS2_WIRING TWO_ENABLES
-#endif
 
 #define AVR_LEVEL(bus, key) &AVR_PASTE(PIN, AVR_BUS_PIN(bus, key, _PORT))
 
