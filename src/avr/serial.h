@@ -17,7 +17,7 @@
 #include "usart.h"        // AVR_PASTE, AVR_U2X
 
 #if !defined BOARD_HOST_USART || !defined BOARD_HOST_BAUD
-#error "board.h: the console wants BOARD_HOST_USART and _BAUD; without a console: FIRMWARE, board.mk"
+#error "the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE in board.mk"
 #endif
 
 struct serial {

@@ -107,7 +107,7 @@ class NewBoard(unittest.TestCase):
         self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3", "clock.c"), "")
 
     def test_a_console_without_a_host_link_is_named(self):
-        self.assertIn("the console wants BOARD_HOST_USART and _BAUD; without a console: FIRMWARE",
+        self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",
                       self.header("arduino-uno", "atmega328p", source="serial.c"))
 
     def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
