@@ -115,7 +115,7 @@ static void time_is_over(void *owner, uint64_t now)
 static bool script_ready(void *owner)
 {
     struct bench *bench = owner;
-    return usart_rxen(&bench->host.usart);
+    return bench->board.has_host && usart_rxen(&bench->host.usart);
 }
 
 static void script_say(void *owner, uint64_t now, const char *bytes, size_t size)

@@ -207,23 +207,15 @@ static const struct {
 /* --- line after line -----------------------------------------------------------------------------
  */
 
-/* Is there a console to be talked to? If not, the step was put off. */
+/* Does the console listen? If not, the command waits until it does. */
 static bool listens(struct script *script, uint64_t now)
 {
-    if (script->started) {
-        return true;
-    }
-    script->started = script->world->ready(script->world->owner);
-    if (script->started && !script->knocking) {
-        return true;
-    }
-    if (!script->knocking) {
-        script->knocking = true;
+    if (!script->started && !script->held) {
+        script->held = true;
         schedule_at(script->schedule, &script->patience,
                     now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
     }
-    step_at(script, now + cycles(script, script->started ? READY_AFTER_US : POLL_US));
-    return false;
+    return script->started;
 }
 
 static void forget(struct script *script, enum memory memory)
@@ -255,6 +247,22 @@ static void step(void *owner, uint64_t now)
     }
 }
 
+/* Whatever the scenario does meanwhile. */
+static void knock(void *owner, uint64_t now)
+{
+    struct script *script = owner;
+    if (!script->ready) {
+        script->ready = script->world->ready(script->world->owner);
+        schedule_at(script->schedule, &script->knock,
+                    now + cycles(script, script->ready ? READY_AFTER_US : POLL_US));
+        return;
+    }
+    script->started = true;
+    if (script->held) {
+        step(script, now);
+    }
+}
+
 static void out_of_patience(void *owner, uint64_t now)
 {
     struct script *script = owner;
@@ -263,7 +271,7 @@ static void out_of_patience(void *owner, uint64_t now)
         what = current(script)->text;
     } else {
         script->next++; // to the line that nobody listened to
-        schedule_cancel(script->schedule, &script->step);
+        schedule_cancel(script->schedule, &script->knock);
     }
     script->world->outcome(script->world->owner, now, SCRIPT_SILENCE, what);
     finish(script, now);
@@ -388,7 +396,10 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
                                           .owner = world->owner};
     event_init(&script->step, step, script);
     event_init(&script->patience, out_of_patience, script);
-    script->started = !world->ready;
+    event_init(&script->knock, knock, script);
+    if (world->ready) {
+        schedule_at(schedule, &script->knock, schedule->now);
+    }
     step_at(script, schedule->now + (world->ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
 }

@@ -61,7 +61,8 @@ struct script {
     struct expect_scene scene;
     struct event step;
     struct event patience;
-    bool knocking, started; // a command waits for the console to listen; it does, or there is none
+    struct event knock;
+    bool ready, started, held; // the console listens; and a PC has noticed; a command waits for it
     bool waiting, expecting, echo, done;
     char reply[SCRIPT_REPLY_ROOM];
     unsigned reply_size;
