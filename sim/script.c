@@ -207,15 +207,15 @@ static const struct {
 /* --- line after line -----------------------------------------------------------------------------
  */
 
+/* Does the console listen? If not, the command waits until it does. */
 static bool listens(struct script *script, uint64_t now)
 {
-    if (!script->started && script->world->ready) {
-        script->started = script->world->ready(script->world->owner);
-        step_at(script, now + cycles(script, script->started ? READY_AFTER_US : POLL_US));
-        return false;
+    if (!script->started && !script->held) {
+        script->held = true;
+        schedule_at(script->schedule, &script->patience,
+                    now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
     }
-    script->started = true;
-    return true;
+    return script->started;
 }
 
 static void forget(struct script *script, enum memory memory)
@@ -228,14 +228,17 @@ static void forget(struct script *script, enum memory memory)
 static void step(void *owner, uint64_t now)
 {
     struct script *script = owner;
-    if (!listens(script, now)) {
-        return;
+    if (script->started) {
+        schedule_cancel(script->schedule, &script->patience);
     }
-    schedule_cancel(script->schedule, &script->patience);
     forget(script, FORGETS_AFTER);
     bool go_on = !script->expecting || do_expect(script, now, current(script));
     while (go_on && script->next < script->scenario.count) {
-        const struct scenario_line *line = &script->scenario.line[script->next++];
+        const struct scenario_line *line = &script->scenario.line[script->next];
+        if (line->verb == SCENARIO_COMMAND && !listens(script, now)) {
+            return;
+        }
+        script->next++;
         forget(script, FORGETS_BEFORE);
         go_on = verbs[line->verb].run(script, now, line);
     }
@@ -244,10 +247,32 @@ static void step(void *owner, uint64_t now)
     }
 }
 
+/* Whatever the scenario does meanwhile. */
+static void knock(void *owner, uint64_t now)
+{
+    struct script *script = owner;
+    if (!script->ready) {
+        script->ready = script->world->ready(script->world->owner);
+        schedule_at(script->schedule, &script->knock,
+                    now + cycles(script, script->ready ? READY_AFTER_US : POLL_US));
+        return;
+    }
+    script->started = true;
+    if (script->held) {
+        step(script, now);
+    }
+}
+
 static void out_of_patience(void *owner, uint64_t now)
 {
     struct script *script = owner;
-    const char *what = script->started ? current(script)->text : "the firmware never listened";
+    const char *what = "the firmware never listened";
+    if (script->started) {
+        what = current(script)->text;
+    } else {
+        script->next++; // to the line that nobody listened to
+        schedule_cancel(script->schedule, &script->knock);
+    }
     script->world->outcome(script->world->owner, now, SCRIPT_SILENCE, what);
     finish(script, now);
 }
@@ -299,7 +324,10 @@ void script_packet(struct script *script, const struct transcript *transcript)
 static const char *lacks(const struct script_world *world, enum scenario_verb verb)
 {
     switch (verb) {
-    case SCENARIO_COMMAND: return world->say ? 0 : "there is no console here: use @send";
+    case SCENARIO_COMMAND:
+        return world->say    ? 0
+               : world->send ? "there is no console here: use @send"
+                             : "there is no console here: only lines that begin with @";
     case SCENARIO_SEND:
     case SCENARIO_BAUD: return world->send ? 0 : "only without firmware: cds55xx-sim bus";
     case SCENARIO_FAULT: return world->fault ? 0 : "no faults can be ordered here";
@@ -368,9 +396,11 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
                                           .owner = world->owner};
     event_init(&script->step, step, script);
     event_init(&script->patience, out_of_patience, script);
-    step_at(script, schedule->now);
-    schedule_at(schedule, &script->patience,
-                schedule->now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
+    event_init(&script->knock, knock, script);
+    if (world->ready) {
+        schedule_at(schedule, &script->knock, schedule->now);
+    }
+    step_at(script, schedule->now + (world->ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
 }
 

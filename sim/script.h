@@ -61,7 +61,9 @@ struct script {
     struct expect_scene scene;
     struct event step;
     struct event patience;
-    bool started, waiting, expecting, echo, done;
+    struct event knock;
+    bool ready, started, held; // the console listens; and a PC has noticed; a command waits for it
+    bool waiting, expecting, echo, done;
     char reply[SCRIPT_REPLY_ROOM];
     unsigned reply_size;
 };

@@ -61,7 +61,7 @@ AVR_INLINE void cds_port_listen(uint8_t port)
     struct cds_avr_clock cds_avr_clock;                                                            \
     ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK) /* the line's turnaround must not wait for it */       \
     {                                                                                              \
-        cds_avr_clock.overflows_us += AVR_CLOCK_OVERFLOW_US;                                       \
+        cds_avr_clock.overflows_us = cds_avr_clock.overflows_us + AVR_CLOCK_OVERFLOW_US;           \
     }
 
 #endif

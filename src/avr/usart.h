@@ -24,6 +24,7 @@
 #include <stdint.h>
 
 #include "board.h"
+#include "board_check.h"
 
 /* Inlined wherever it is called; no copy is ever emitted. */
 #define AVR_INLINE extern inline __attribute__((gnu_inline, always_inline))
@@ -64,16 +65,6 @@ struct avr_usart {
         0, 0, 0                                                                                    \
     }
 
-#ifndef BOARD_BUS0_WIRING
-#define BOARD_BUS0_WIRING TWO_ENABLES
-#endif
-#ifndef BOARD_BUS1_WIRING
-#define BOARD_BUS1_WIRING TWO_ENABLES
-#endif
-#ifndef BOARD_BUS2_WIRING
-#define BOARD_BUS2_WIRING TWO_ENABLES
-#endif
-
 #define AVR_LEVEL(bus, key) &AVR_PASTE(PIN, AVR_BUS_PIN(bus, key, _PORT))
 
 /* What a wiring adds to struct avr_usart: tx_enable, rx_enable. */
@@ -92,7 +83,6 @@ struct avr_usart {
 
 /* In the order of struct avr_usart, without names: C++ takes this header too. */
 #define AVR_USART_OF(bus)                                                                          \
-    (struct avr_usart)                                                                             \
     {                                                                                              \
         AVR_REGISTER(bus, UDR), AVR_REGISTER3(bus, UCSR, A), AVR_REGISTER3(bus, UCSR, B),          \
             AVR_REGISTER3(bus, UCSR, C), AVR_REGISTER3(bus, UBRR, H), AVR_REGISTER3(bus, UBRR, L), \
@@ -161,16 +151,22 @@ AVR_INLINE void avr_pin_low(struct avr_pin pin)
 /* `port` is a bus of the board: 0 to BOARD_BUS_COUNT - 1. */
 AVR_INLINE struct avr_usart avr_usart(uint8_t port)
 {
+    const struct avr_usart first = AVR_USART_OF(0);
+#if BOARD_BUS_COUNT > 1
+    const struct avr_usart second = AVR_USART_OF(1);
+#endif
 #if BOARD_BUS_COUNT > 2
+    const struct avr_usart third = AVR_USART_OF(2);
+
     if (port == 2)
-        return AVR_USART_OF(2);
+        return third;
 #endif
 #if BOARD_BUS_COUNT > 1
     if (port == 1)
-        return AVR_USART_OF(1);
+        return second;
 #endif
     (void)port;
-    return AVR_USART_OF(0);
+    return first;
 }
 
 AVR_INLINE void avr_usart_high_z(uint8_t port)
