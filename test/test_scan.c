@@ -1,6 +1,7 @@
 /* Scans of IDs and baud rates, against a few fake servos. */
 #include "cds55xx/scan.h"
 
+#include "cds55xx/roster.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -32,15 +33,20 @@ void tearDown(void)
     }
 }
 
-static enum cds_result run(void)
+static enum cds_result run_at_most(uint32_t turns)
 {
     enum cds_result result;
 
-    while ((result = cds_scan_poll(&scan)) == CDS_PENDING) {
+    while ((result = cds_scan_poll(&scan)) == CDS_PENDING && turns--) {
         servos_turn(&bus);
         cds_bus_poll(&bus);
     }
     return result;
+}
+
+static enum cds_result run(void)
+{
+    return run_at_most(UINT32_MAX);
 }
 
 static void assert_found(uint8_t index, uint8_t id, uint8_t baud)
@@ -157,6 +163,26 @@ void test_details_that_were_not_read_are_no_values(void)
     TEST_ASSERT_EQUAL_UINT16(1, scan.count);
     TEST_ASSERT_EQUAL_UINT8(CDS_TIMEOUT, found[0].details);
     TEST_ASSERT_EQUAL_UINT8(0, found[0].model);
+}
+
+void test_details_that_the_roster_says_nobody_answers_hold_up_nothing(void)
+{
+    static struct cds_roster_servo known[] = {{.id = 9}};
+    static struct cds_roster roster;
+
+    servo_fake_put(0, 9, 1);
+    servo_fake_put(1, 10, 1);
+    servos.servo[0].table[0x10] = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, known, 1));
+    known[0].status_return_level = 0;
+    cds_scan_set_ids(&scan, 8, 10);
+    cds_scan_set_bauds(&scan, &bus.baud, 1);
+    cds_scan_set_details(&scan);
+    TEST_ASSERT_EQUAL(CDS_OK, run_at_most(1000));
+    TEST_ASSERT_EQUAL_UINT16(3, scan.asked);
+    TEST_ASSERT_EQUAL_UINT16(2, scan.count);
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_REPLY_DUE, found[0].details);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, found[1].details);
 }
 
 void test_more_than_there_is_room_for_are_counted_only(void)

@@ -76,7 +76,7 @@ void cds_scan_set_bauds(struct cds_scan *scan, const uint8_t *bauds, uint8_t cou
 void cds_scan_set_rescue(struct cds_scan *scan);
 
 /* details of each that is found: one READ more (registers 0x01 to 0x04). A servo of status return
- * level 0 does not answer that. */
+ * level 0 does not answer that: CDS_TIMEOUT, or, if a roster knows so, CDS_NO_REPLY_DUE. */
 void cds_scan_set_details(struct cds_scan *scan);
 
 /* Ends the scan with the exchange in flight: go on polling until it is over. */

@@ -152,11 +152,20 @@ static void take_details(struct cds_scan *scan)
 
 static void send(struct cds_scan *scan)
 {
-    if (scan->phase == ASK && cds_servo_ping(scan->bus, scan->request, scan->id) == CDS_OK)
-        scan->phase = ASKED;
-    if (scan->phase == READ &&
-        cds_servo_read(scan->bus, scan->request, scan->id, CDS_REG_MODEL_NUMBER, DETAILS) == CDS_OK)
-        scan->phase = READING;
+    struct cds_request *request = scan->request;
+    enum cds_result result = CDS_BUSY;
+
+    if (scan->phase == ASK)
+        result = cds_servo_ping(scan->bus, request, scan->id);
+    else if (scan->phase == READ)
+        result = cds_servo_read(scan->bus, request, scan->id, CDS_REG_MODEL_NUMBER, DETAILS);
+    if (result == CDS_OK) {
+        scan->phase++;               // what it is, in flight
+    } else if (result != CDS_BUSY) { // the bus's observer: not that one, or not that
+        if (scan->phase == READ)
+            scan->found[scan->count - 1].details = (uint8_t)result;
+        next(scan);
+    }
 }
 
 static void give_back(struct cds_scan *scan)
