@@ -210,17 +210,49 @@ void test_an_abort_at_any_poll_gives_all_back(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, diagnose.finding);
 }
 
-void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+static void go_on_for(uint16_t polls)
 {
-    put(0, ID, 1);
-    while (!bus.in_flight) {
-        cds_diagnose_poll(&diagnose);
-        port_fake.now_us += 20;
+    while (polls-- && cds_diagnose_poll(&diagnose) == CDS_PENDING) {
+        turn();
         cds_bus_poll(&bus);
     }
-    cds_bus_open(&bus, 0, 7);
+}
+
+/* In the middle of listening, of questions, of a question with the bus's own delay, of a search at
+ * other rates. */
+void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+{
+    for (uint16_t polls = 1; polls < 8000; polls = (uint16_t)(polls + 1 + polls / 7)) {
+        for (uint8_t told = 0; told < 2; told++) {
+            setUp();
+            put(0, polls & 1 ? ID : 9, polls & 1 ? 1 : 103);
+            go_on_for(polls);
+            if (diagnose.result != CDS_PENDING)
+                continue;
+            cds_bus_open(&bus, 0, 7);
+            if (told)
+                cds_bus_set_return_delay(&bus, 20);
+            TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
+            TEST_ASSERT_EQUAL_UINT8(7, bus.baud);
+            TEST_ASSERT_EQUAL_UINT16(told ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
+            TEST_ASSERT_EQUAL_UINT8(0, bus.repeats);
+        }
+    }
+}
+
+void test_one_whose_request_is_cancelled_gives_all_back(void)
+{
+    put(0, ID, 1);
+    do {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_diagnose_poll(&diagnose));
+        if (diagnose.exchanges == 5)
+            port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // the next one has to wait
+        turn();
+        cds_bus_poll(&bus);
+    } while (!bus.request || bus.in_flight);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
-    TEST_ASSERT_EQUAL_UINT8(7, bus.baud);
+    assert_given_back();
 }
 
 static enum cds_result refuse(struct cds_bus_observer *observer, struct cds_request *asked)

@@ -17,6 +17,7 @@ void setUp(void)
     memset(&servos, 0, sizeof servos);
     memset(&bus, 0, sizeof bus);
     memset(found, 0, sizeof found);
+    memset(&scan, 0, sizeof scan);
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
@@ -238,6 +239,70 @@ void test_nonsense_is_refused(void)
     cds_scan_begin(&scan, &closed, &request, found, 4);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, run());
     TEST_ASSERT_EQUAL_UINT16(0, servos.packets);
+}
+
+/* ---- whose the bus is ---- */
+
+static void run_until(uint8_t baud, bool in_flight)
+{
+    servo_fake_put(0, 7, baud);
+    cds_scan_set_ids(&scan, 7, 7);
+    cds_scan_set_details(&scan);
+    while (scan.count == 0 || bus.in_flight != in_flight) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+        if (scan.count && bus.in_flight == in_flight)
+            break;
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+{
+    for (uint8_t i = 0; i < 4; i++) {
+        setUp();
+        run_until(3, i & 1); // while details are read, or between two exchanges
+        cds_bus_open(&bus, 0, 34);
+        if (i & 2)
+            cds_bus_set_return_delay(&bus, 20);
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
+        TEST_ASSERT_EQUAL_UINT16(i & 2 ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
+    }
+    scan.result = CDS_BAD_ARGUMENT; // for tearDown(): nothing is to be given back
+}
+
+void test_a_scan_whose_request_is_cancelled_gives_the_bus_back(void)
+{
+    for (uint8_t details = 0; details < 2; details++) {
+        setUp();
+        servo_fake_put(0, 7, 3);
+        cds_scan_set_ids(&scan, details ? 7 : 8, 9);
+        cds_scan_set_details(&scan);
+        do {
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
+            if (scan.baud_index == 1 && scan.count == details && !bus.request)
+                port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // it has to wait
+            TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+        } while (scan.baud_index != 1 || scan.count != details || !bus.request || bus.in_flight);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        tearDown();
+    }
+}
+
+void test_a_scan_begun_anew_under_way_gives_back_what_was_before_the_first(void)
+{
+    for (uint8_t i = 0; i < 2; i++) {
+        setUp();
+        run_until(7, i);
+        cds_scan_begin(&scan, &bus, &request, found, 4);
+        cds_scan_set_ids(&scan, 7, 8);
+        TEST_ASSERT_EQUAL(CDS_OK, run());
+        TEST_ASSERT_EQUAL_UINT16(1, scan.count);
+        tearDown();
+    }
 }
 
 /* ---- cds_bus_set_baud() ---- */

@@ -143,7 +143,8 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose);
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop, at least every
  * millisecond, or it hears less of what is said unasked. When it ends, the bus has its own rate,
  * return delay and repeats back. CDS_PENDING: not over yet. CDS_OK: diagnose->finding says what was
- * found. CDS_CANCELLED: aborted; or the bus was opened anew, and nothing was given back.
+ * found. CDS_CANCELLED: aborted, or its request was cancelled; or the bus was opened anew, or told
+ * another return delay, and nothing was given back.
  */
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose);
 

@@ -6,6 +6,7 @@
 
 #include "cds55xx/scan.h"  // cds_scan_listed_bauds
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "operation.h"     // cds_operation_take()
 
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
@@ -146,10 +147,11 @@ static void ask(struct cds_diagnose *diagnose)
     enum cds_result submitted;
 
     diagnose->head = diagnose->bus->link.rx.head;
-    cds_bus_set_return_delay(diagnose->bus, diagnose->phase == HASTE ? diagnose->return_delay_us
-                                                                     : CDS_RETURN_DELAY_MAX_US);
+    if (diagnose->phase == HASTE)
+        cds_bus_set_return_delay(diagnose->bus, diagnose->return_delay_us);
     diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
     submitted = submit(diagnose);
+    cds_operation_take(diagnose->bus); // the question keeps what it was submitted with
     diagnose->request->vetted = false; // without an observer nobody does
     if (submitted == CDS_OK) {
         diagnose->in_flight = 1;
@@ -569,7 +571,7 @@ static void start(struct cds_diagnose *diagnose)
 
     if (bus->request)
         return;
-    diagnose->return_delay_us = bus->return_delay_us;
+    diagnose->return_delay_us = cds_operation_take(bus);
     diagnose->repeats = bus->repeats;
     cds_bus_set_repeats(bus, 0); // each question counts
     enter(diagnose, SETTLE);
@@ -637,12 +639,15 @@ static void poll_in_turn(struct cds_diagnose *diagnose)
 
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
-    if (diagnose->in_flight) {
+    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
+        !cds_operation_has(diagnose->bus))
+        diagnose->result = CDS_CANCELLED; // the bus is somebody else's
+    if (diagnose->result == CDS_PENDING && diagnose->in_flight) {
         if (diagnose->request->result == CDS_PENDING)
             return CDS_PENDING;
         diagnose->in_flight = 0;
-        if (diagnose->request->result == CDS_CANCELLED) // by whoever opened the bus anew: theirs
-            diagnose->result = CDS_CANCELLED;
+        if (diagnose->request->result == CDS_CANCELLED)
+            cds_diagnose_abort(diagnose);
         else
             exchange_ended(diagnose);
     }
