@@ -132,6 +132,37 @@ void test_lock_is_verified_and_may_be_set_already(void)
     }
 }
 
+static bool at_its_turn; // not when it is submitted
+
+static enum cds_result refuse_writes(struct cds_bus_observer *observer, struct cds_request *asked)
+{
+    bool writes = asked->packet.bytes[CDS_AT_INSTRUCTION] == CDS_WRITE;
+
+    (void)observer;
+    return writes && at_its_turn == (asked->result == CDS_PENDING) ? CDS_LIMIT : CDS_OK;
+}
+
+static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_what_is_not_admitted_was_not_written(void)
+{
+    struct cds_bus_observer observer = {.admit = refuse_writes, .on_news = ignore};
+
+    for (uint8_t i = 0; i < 2; i++) {
+        setUp();
+        at_its_turn = i;
+        bus.observer = &observer;
+        TEST_ASSERT_EQUAL(CDS_OK, begin_limits());
+        TEST_ASSERT_EQUAL(CDS_LIMIT, run());
+        TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+        TEST_ASSERT_FALSE(setup.written);
+    }
+}
+
 void test_nonsense_and_the_identity_are_refused(void)
 {
     static const uint8_t data[50];

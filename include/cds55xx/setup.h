@@ -23,7 +23,7 @@ struct cds_setup {
     const uint8_t *data;              // the caller's, or `own`
     uint8_t own;                      // a value of one byte
     uint8_t id, address, length;      // where it goes, and its bytes
-    uint8_t written;                  // not 0: the WRITE was sent, for the value differed
+    uint8_t written;                  // not 0: the WRITE was sent, or may have been
     uint8_t error;                    // CDS_ERROR_* bits of the last answer
     uint8_t result;                   // enum cds_result of the whole
     uint8_t phase, reason, in_flight; // its own

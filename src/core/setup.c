@@ -4,6 +4,7 @@
 #include <stdbool.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
+#include "operation.h"     // cds_operation_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
 
@@ -78,6 +79,7 @@ static enum cds_result compare(const struct cds_setup *setup)
 static void written(struct cds_setup *setup)
 {
     setup->reason = setup->request->result;
+    setup->written = !cds_operation_not_sent(setup->reason);
     setup->phase = READ_BACK;
     if (setup->reason == CDS_OK) {
         setup->reason = CDS_REFUSED; // if it does not hold it then
@@ -114,7 +116,6 @@ static void send(struct cds_setup *setup)
     enum cds_result submitted;
 
     if (setup->phase == WRITE) {
-        setup->written = 1;
         submitted = cds_servo_write(setup->bus, setup->request, setup->id, setup->address,
                                     setup->data, setup->length);
     } else {
@@ -122,6 +123,8 @@ static void send(struct cds_setup *setup)
             cds_servo_read(setup->bus, setup->request, setup->id, setup->address, setup->length);
     }
     setup->in_flight = submitted == CDS_OK;
+    if (setup->in_flight && setup->phase == WRITE)
+        setup->written = 1;
     if (submitted != CDS_OK &&
         submitted != CDS_BUSY) // the bus's observer: it is not for that servo
         setup->result = (uint8_t)submitted;
