@@ -104,7 +104,41 @@ void test_a_locked_servo_refuses_and_says_why(void)
     begin_limits();
     TEST_ASSERT_EQUAL(CDS_REFUSED, run());
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, setup.error);
-    TEST_ASSERT_EQUAL_UINT16(2, servos.packets);
+    TEST_ASSERT_EQUAL_UINT16(3, servos.packets);
+}
+
+void test_a_refusal_stands_if_it_cannot_be_read_back(void)
+{
+    servos.servo[0].table[0x2F] = 1;
+    servos.plan[0] = (struct servos_plan){3, LOSE_REPLY, 0};
+    begin_limits();
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, setup.error);
+}
+
+/* A WRITE that was carried out, and of which only the refusal of its repeat is heard. */
+void test_one_that_refuses_and_holds_the_value_has_it(void)
+{
+    begin_limits();
+    while (!servos.packets || bus.request) {
+        cds_setup_poll(&setup);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    memcpy(&servos.servo[0].table[6], limits, 4);
+    servos.servo[0].table[0x2F] = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_HEX8(0, setup.error);
+    TEST_ASSERT_TRUE(setup.written);
+}
+
+void test_a_lock_whose_answer_is_lost_is_not_sent_twice(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    servos.plan[0] = (struct servos_plan){2, LOSE_REPLY, 0};
+    TEST_ASSERT_EQUAL(CDS_OK, cds_setup_lock_begin(&setup, &bus, &request, 5));
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_UINT16(1, servos.writes);
 }
 
 void test_return_delay_is_rounded_up_and_never_longer_than_the_bus_waits(void)

@@ -20,12 +20,12 @@ extern "C" {
 struct cds_setup {
     struct cds_bus *bus;
     struct cds_request *request;
-    const uint8_t *data;              // the caller's, or `own`
-    uint8_t own;                      // a value of one byte
-    uint8_t id, address, length;      // where it goes, and its bytes
-    uint8_t written;                  // not 0: the WRITE was sent, or may have been
-    uint8_t error;                    // CDS_ERROR_* bits of the last answer
-    uint8_t result;                   // enum cds_result of the whole
+    const uint8_t *data;         // the caller's, or `own`
+    uint8_t own;                 // a value of one byte
+    uint8_t id, address, length; // where it goes, and its bytes
+    uint8_t written;             // not 0: the WRITE was sent, or may have been
+    uint8_t error;  // CDS_ERROR_* bits of the last answer, or, if it refused, of its refusal
+    uint8_t result; // enum cds_result of the whole
     uint8_t phase, reason, in_flight; // its own
 };
 
@@ -54,11 +54,12 @@ enum cds_result cds_setup_lock_begin(struct cds_setup *setup, struct cds_bus *bu
 
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.
  * CDS_PENDING: not over yet. CDS_OK: the registers were read and hold the value, whether they did
- * before or (setup->written) do since. CDS_REFUSED: the servo refused, setup->error says why, or it
- * holds another value all the same. CDS_TIMEOUT, CDS_CORRUPT: it could not be read, or the WRITE
- * was lost and the old value read back. CDS_CANCELLED: the bus was opened anew. CDS_LINE_BUSY:
- * nothing was sent. CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: as cds_bus_submit(). A servo of status
- * return level 0 answers no READ, and so cannot be set up with this. */
+ * before or (setup->written) do since. CDS_REFUSED: the servo refused, setup->error says why, and
+ * does not hold it when read back; or it holds another value all the same. CDS_TIMEOUT,
+ * CDS_CORRUPT: it could not be read, or the WRITE was lost and the old value read back.
+ * CDS_CANCELLED: the bus was opened anew. CDS_LINE_BUSY: nothing was sent. CDS_NO_REPLY_DUE,
+ * CDS_LIMIT, CDS_HELD: as cds_bus_submit(). A servo of status return level 0 answers no READ, and
+ * so cannot be set up with this. */
 enum cds_result cds_setup_poll(struct cds_setup *setup);
 
 #ifdef __cplusplus

@@ -75,24 +75,27 @@ static enum cds_result compare(const struct cds_setup *setup)
     return result;
 }
 
-/* What became of the WRITE is for the reading back to say, unless the servo has refused. */
+static bool has_refused(const struct cds_setup *setup)
+{
+    return setup->phase == READ_BACK && setup->error & CDS_ERRORS_OF_PACKET;
+}
+
+/* What became of the WRITE is for the reading back to say. Even if the servo has refused: perhaps
+ * it had carried it out before, and was asked once more. */
 static void written(struct cds_setup *setup)
 {
     setup->reason = setup->request->result;
     setup->written = !cds_operation_not_sent(setup->reason);
     setup->phase = READ_BACK;
-    if (setup->reason == CDS_OK) {
+    if (setup->reason == CDS_OK)
         setup->reason = CDS_REFUSED; // if it does not hold it then
-        if (setup->error & CDS_ERRORS_OF_PACKET)
-            setup->result = CDS_REFUSED;
-    }
 }
 
 static void exchange_ended(struct cds_setup *setup)
 {
     enum cds_result held;
 
-    if (setup->request->result == CDS_OK)
+    if (setup->request->result == CDS_OK && !has_refused(setup))
         setup->error = setup->request->error;
     if (setup->request->result == CDS_CANCELLED) {
         setup->result = CDS_CANCELLED;
@@ -103,7 +106,9 @@ static void exchange_ended(struct cds_setup *setup)
         return;
     }
     held = compare(setup);
-    if (held != CDS_PENDING)
+    if (held == CDS_OK)
+        setup->error = setup->request->error;
+    if (held != CDS_PENDING && (held == CDS_OK || !has_refused(setup)))
         setup->result = (uint8_t)held;
     else if (setup->phase == COMPARE)
         setup->phase = WRITE;
