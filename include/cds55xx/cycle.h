@@ -70,7 +70,8 @@ struct cds_cycle {
     const uint8_t *ids;                // the caller's
     struct cds_feedback *feedback;     // the caller's, one for each of `ids`
     uint32_t next_us;                  // when the next period begins
-    uint32_t read_by_us;               // when the READ in flight has ended at the latest
+    uint32_t read_at_us;               // when the READ in flight was begun,
+    uint32_t read_by_us;               // and when it has ended at the latest
     uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
     uint32_t elapsed_us;               // periods that are over
     struct cds_request goals[2];       // the two packets of goals

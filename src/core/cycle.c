@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
+#include "operation.h"             // cds_operation_not_sent()
 
 #define GOAL_SIZE   4                        // position, speed
 #define BLOCK_SIZE  (1u + GOAL_SIZE)         // ID, goal
@@ -351,10 +352,10 @@ static void send_again(struct cds_cycle *cycle)
         cycle->counters.unsent++;
 }
 
-/* The longest a feedback READ may take, as the bus has it. */
-static uint16_t read_us(const struct cds_bus *bus)
+/* The longest a feedback READ may take. */
+static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
 {
-    return (uint16_t)(READ_BYTES * bus->byte_time_us + bus->return_delay_us + CDS_REPLY_MARGIN_US);
+    return (uint16_t)(READ_BYTES * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
 static void next_turn(struct cds_cycle *cycle)
@@ -365,7 +366,7 @@ static void next_turn(struct cds_cycle *cycle)
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_bus *bus = cycle->bus;
-    uint32_t by_us = now_us + read_us(bus) + SUBMIT_US;
+    uint32_t by_us = now_us + read_us(bus, bus->return_delay_us) + SUBMIT_US;
     enum cds_result result;
 
     if ((int32_t)(cycle->next_us - by_us) < 0 ||
@@ -379,6 +380,7 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
     if (result != CDS_OK)
         return;
     cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
+    cycle->read_at_us = now_us;
     cycle->read_by_us = by_us;
     cycle->reading = true;
 }
@@ -398,7 +400,8 @@ static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
         if (between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
-        cycle->wire_us += read_us(cycle->bus);
+        if (!cds_operation_not_sent(cycle->read.result))
+            cycle->wire_us += time_us - cycle->read_at_us;
         cycle->counters.failed++;
     }
 }
