@@ -137,7 +137,8 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
 
 /* Asks for the bus between READs, for an exchange of the caller's that lasts at most `us`
  * microseconds. True: submit it now, it ends before the next period. False: ask again with each
- * turn of the main loop; no READ begins until the next period meanwhile, so that the turn comes. */
+ * turn of the main loop; no READ begins until the next period meanwhile, so that the turn comes. If
+ * `us` is above cds_cycle_room_us() it never does, and READs go on. */
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us);
 
 /* The longest exchange, in microseconds, for which cds_cycle_gives_way() can ever be true; 0 if

@@ -436,6 +436,11 @@ void cds_cycle_stop(struct cds_cycle *cycle)
     cycle->stopping = true;
 }
 
+uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
+{
+    return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
+}
+
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 {
     uint32_t by_us = cds_port_now_us() + us + SUBMIT_US;
@@ -443,13 +448,8 @@ bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 
     if (cycle->stopping)
         return !cycle->bus->request;
-    cycle->giving_way = !room;
+    cycle->giving_way = !room && us <= cds_cycle_room_us(cycle); // else nothing is worth it
     return room;
-}
-
-uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
-{
-    return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
 }
 
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)
