@@ -126,8 +126,8 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
  * CDS_PENDING: it runs, or is stopping. CDS_OK: it has stopped, and its storage is the caller's. */
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle);
 
-/* Stops it: nothing more is sent but what is on the wire already. Poll until that is over. The
- * servos stay at, or go on to, their last goals. */
+/* Stops it, also one that was never begun: nothing more is sent but what is on the wire already.
+ * Poll until that is over. The servos stay at, or go on to, their last goals. */
 void cds_cycle_stop(struct cds_cycle *cycle);
 
 /* Is servo `index` (0 to count - 1, of `ids`) left out of the goals that are sent? True: it was

@@ -431,8 +431,11 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 
 void cds_cycle_stop(struct cds_cycle *cycle)
 {
-    cds_bus_cancel(cycle->bus, &cycle->goals[0]);
-    cds_bus_cancel(cycle->bus, &cycle->goals[1]);
+    if (cycle->bus) { // else it was never begun
+        cds_bus_cancel(cycle->bus, &cycle->goals[0]);
+        cds_bus_cancel(cycle->bus, &cycle->goals[1]);
+        cds_bus_cancel(cycle->bus, &cycle->read);
+    }
     cycle->stopping = true;
 }
 
