@@ -283,6 +283,26 @@ void test_release_alone_brings_none_back_a_goal_does(void)
     TEST_ASSERT_FALSE(cds_cycle_is_dropped(&cycle, 1));
 }
 
+void test_a_goal_that_was_to_bring_it_back_does_not_outlive_a_second_hold(void)
+{
+    begin();
+    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    run_periods(1);
+    cds_roster_release(&roster, &servos[1]);
+    TEST_ASSERT_EQUAL(CDS_OK, set(1, 610));
+    run_periods(1);
+    cds_roster_hold(&roster, &servos[1], CDS_HOLD_STOPPED);
+    run_periods(1);
+    cds_roster_release(&roster, &servos[1]);
+    run_periods(1);
+    TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_periods(1);
+    assert_told(600, -1, 502);
+    TEST_ASSERT_TRUE(cds_cycle_is_dropped(&cycle, 1));
+    TEST_ASSERT_EQUAL_UINT16(1, cycle.counters.dropped);
+}
+
 void test_when_all_are_held_nothing_is_sent_and_periods_pass(void)
 {
     begin();

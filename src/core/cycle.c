@@ -206,11 +206,15 @@ static void vet(struct cds_cycle *cycle)
         return;
     id = who_changed(cycle);
     for (uint8_t i = 0; i < cycle->count; i++) {
-        if ((id != CDS_BROADCAST_ID && id != cycle->ids[i]) || !drop(cycle, cycle->front, i))
+        if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
             continue;
-        dropped = true;
-        cycle->counters.dropped++;
-        if (cycle->filling)
+        if (!is_dropped(cycle, front(cycle), i)) {
+            if (!drop(cycle, cycle->front, i))
+                continue;
+            dropped = true;
+            cycle->counters.dropped++;
+        }
+        if (cycle->filling) // perhaps with a goal that was to bring it back
             drop(cycle, !cycle->front, i);
     }
     if (dropped)
