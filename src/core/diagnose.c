@@ -186,7 +186,7 @@ static bool is_tail_of_own(const struct cds_diagnose *diagnose, uint8_t count, u
 }
 
 /* Does what was heard begin with an echo? All of a PING is none: of a servo with a voltage error it
- * is the answer. */
+ * is the answer. Nor is the end of one, if it is such an answer without its first bytes. */
 static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
 {
     uint8_t longest = diagnose->sent_size;
@@ -200,12 +200,36 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
     return false;
 }
 
+/* Is all that was heard the reply that was due, but for the first of its bytes? Checksum and
+ * LENGTH say so: noise, or two servos at once, do not leave them right. With ERROR gone nothing
+ * could be told. */
+static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+{
+    uint8_t parameters = diagnose->request->reply_parameters, id = target_of(diagnose);
+    uint8_t size = (uint8_t)CDS_PACKET_SIZE(parameters), lost = (uint8_t)(size - heard);
+    uint8_t head[CDS_AT_ERROR] = {CDS_HEADER, CDS_HEADER, id,
+                                  (uint8_t)(parameters + CDS_LENGTH_MIN)};
+    uint8_t sum = (uint8_t)(head[CDS_AT_ID] + head[CDS_AT_LENGTH]);
+
+    if (heard >= size || lost > CDS_AT_ERROR)
+        return false;
+    for (uint8_t i = lost; i < CDS_AT_ERROR; i++) {
+        if (heard_byte(diagnose, (uint8_t)(i - lost)) != head[i])
+            return false;
+    }
+    for (uint8_t i = CDS_AT_ERROR; i < size; i++)
+        sum = (uint8_t)(sum + heard_byte(diagnose, (uint8_t)(i - lost)));
+    return sum == UINT8_MAX; // a checksum is the complement of the rest
+}
+
 static void count(struct cds_diagnose_tally *tally, uint8_t result, bool clean, bool heard,
-                  bool echoed)
+                  bool echoed, bool cut)
 {
     tally->asked++;
     if (echoed)
         tally->echoed++;
+    if (cut && !echoed)
+        tally->cut++;
     if (result == CDS_LINE_BUSY)
         tally->busy++;
     else if (clean)
@@ -236,12 +260,13 @@ static void exchange_ended(struct cds_diagnose *diagnose)
     uint8_t phase = diagnose->phase, result = request->result;
     uint8_t heard = (uint8_t)(diagnose->bus->link.rx.head - diagnose->head);
     bool clean = result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET);
-    bool echoed = is_echo(diagnose, heard);
+    bool cut = is_cut(diagnose, heard);
+    bool echoed = !(cut && phase == KNOCK) && is_echo(diagnose, heard);
 
     diagnose->exchanges++;
-    count(&diagnose->series, result, clean, heard, echoed);
+    count(&diagnose->series, result, clean, heard, echoed, cut);
     if (phase >= KNOCK && phase <= DIFFERING)
-        count(&diagnose->total, result, clean, heard, echoed);
+        count(&diagnose->total, result, clean, heard, echoed, cut);
     if (clean)
         keep(diagnose);
     if (phase != SEEK || heard || result != CDS_TIMEOUT)
@@ -410,11 +435,21 @@ static void knocked(struct cds_diagnose *diagnose)
     }
 }
 
+/* Are answers damaged, and most of those whole but for their beginning? Then it answers before the
+ * driver has let go. */
+static bool is_too_quick(const struct cds_diagnose_tally *tally)
+{
+    return tally->cut >= FEW && tally->cut >= tally->asked / 4 &&
+           3 * (tally->damaged - tally->cut) <= tally->cut;
+}
+
 static void read_the_same(struct cds_diagnose *diagnose)
 {
     diagnose->same = diagnose->series;
     if (diagnose->same.silent < diagnose->same.asked || diagnose->ping.silent >= FEW)
         enter(diagnose, DIFFERING);
+    else if (is_too_quick(&diagnose->ping))
+        find(diagnose, CDS_FINDING_TOO_QUICK);
     else if (!look_again(diagnose))
         find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
 }
@@ -426,10 +461,12 @@ static void read_what_differs(struct cds_diagnose *diagnose)
     uint8_t of_them, same;
 
     diagnose->differing = diagnose->series;
-    of_them = diagnose->differing.damaged;
+    of_them = (uint8_t)(diagnose->differing.damaged - diagnose->differing.cut);
     same = (uint8_t)(bad - (diagnose->differing.asked - diagnose->differing.answered));
     if (bad < FEW) {
         enter(diagnose, LIMITS);
+    } else if (is_too_quick(total)) {
+        find(diagnose, CDS_FINDING_TOO_QUICK);
     } else if (same <= FEW && of_them + 1 >= diagnose->differing.asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
