@@ -57,7 +57,8 @@ struct cds_identity {
  * at the bus's rate. The request's buffer must be at least CDS_PACKET_SIZE(2) bytes; bus, request
  * and identity stay in place until it has ended. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, ID or
  * rate out of range, or the new place is the old one; CDS_NO_ROOM: the buffer is too small;
- * CDS_BUSY: the request is on its way for someone else.
+ * CDS_BUSY: the request is on its way for someone else. Refused, it has touched nothing: polling
+ * goes on with, or tells the result of, what was begun before.
  *
  * A new ID, `new_id` 0 to 253. */
 enum cds_result cds_identity_change_id_begin(struct cds_identity *identity, struct cds_bus *bus,

@@ -1,8 +1,8 @@
 /* Who is on the bus? PING of every ID at every baud rate asked for (manual 2.4.5; rates: 3.1,
  * register 0x04).
  *
- * At the listed rates an ID that is silent costs 0.73 ms at 1 Mbps and 6.8 ms at 19200: 254 IDs
- * take 0.19 s and 1.7 s, and all six rates 3.5 s. A rescue takes nine minutes for all IDs, and two
+ * At the listed rates an ID that is silent costs 0.79 ms at 1 Mbps and 6.9 ms at 19200: 254 IDs
+ * take 0.20 s and 1.8 s, and all six rates 3.6 s. A rescue takes nine minutes for all IDs, and two
  * seconds for one. A lost PING is a servo not found: cds_bus_set_repeats() has each repeated.
  *
  * Keep other requests off the bus meanwhile: they would go out at the rate being tried, and a

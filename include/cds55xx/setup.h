@@ -33,7 +33,8 @@ struct cds_setup {
  * request's buffer must hold the packet, CDS_PACKET_SIZE(length + 1) bytes (length 1: also for the
  * two below it), and at least CDS_PACKET_SIZE(2); bus, request, data and setup stay in place until
  * it has ended. CDS_OK; CDS_BAD_ARGUMENT: out of range; CDS_NO_ROOM: the buffer is too small;
- * CDS_BUSY: the request is on its way for someone else.
+ * CDS_BUSY: the request is on its way for someone else. Refused, it has touched nothing: polling
+ * goes on with, or tells the result of, what was begun before.
  *
  * `length` bytes of `data` (1 to 49) to `address` and on; not ID and not baud rate. */
 enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
@@ -42,7 +43,11 @@ enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *b
 
 /* How long the servo waits before it answers: at least `delay_us` microseconds, 0 to what the bus
  * waits for (cds_bus_set_return_delay(); at most 508), in steps of 2 (manual, example 8). Tell the
- * bus when all its servos are set. Results as cds_setup_write_begin(). */
+ * bus when all its servos are set. 2 at least where an enable must let go of the wire first (two
+ * enables, or one): at 1 Mbps a servo with 0 answers before that, the first byte is lost, and no
+ * answer is understood any more, nor the one to this. WRITE of 1 to its register, unread, puts that
+ * right. 0 is for tied pins. Which one this is cannot be told here. Results as
+ * cds_setup_write_begin(). */
 enum cds_result cds_setup_return_delay_begin(struct cds_setup *setup, struct cds_bus *bus,
                                              struct cds_request *request, uint8_t id,
                                              uint16_t delay_us);
