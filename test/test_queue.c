@@ -244,6 +244,10 @@ void test_only_what_may_be_done_twice_is_repeated(void)
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 5, data, 6)));
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0, data, 3)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0, data, 4)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0x2D, data, 2)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0x2D, data, 3)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0x2F, data, 1)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0x30, data, 2)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write_byte(&bus, request, 1, 3, 7)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write_byte(&bus, request, 1, 4, 1)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_reg_write(&bus, request, 1, 0x1E, data, 4)));
