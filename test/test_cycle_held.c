@@ -47,6 +47,8 @@ void setUp(void)
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].id = ids[i];
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].ccw_limit = CDS_ANGLE_SET;
     TEST_ASSERT_EQUAL(CDS_OK,
                       cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
 }
@@ -421,4 +423,16 @@ void test_one_that_is_away_stays_in_and_is_left_out_when_it_is_back(void)
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
+}
+
+void test_goals_of_before_a_roster_begun_anew_are_not_sent(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].ccw_limit = CDS_ANGLE_SET;
+    for (uint8_t i = 0; i < 5; i++) // as many changes as there were
+        cds_roster_set_limits(&roster, &servos[1], 0, 400, 1023);
+    run_periods(2);
+    assert_told(500, -1, 502);
 }

@@ -29,6 +29,7 @@
 #define CDS_ROSTER_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/bus.h" // struct cds_bus_observer
@@ -40,7 +41,7 @@ extern "C" {
 /* Exchanges without a reply, one after the other, until a servo counts as away. */
 #define CDS_ROSTER_SILENCES 3
 
-/* In `return_delay`: not known; the bus's own is waited for. */
+/* In `return_delay`: not known; the bus's own is waited for. In `baud`: not known. */
 #define CDS_ROSTER_UNKNOWN 255
 
 /* Is the servo there? */
@@ -55,6 +56,13 @@ enum cds_presence {
 enum cds_hold {
     CDS_HOLD_LOST = 1,    // its torque was on and is off: its RAM area is at the initial values
     CDS_HOLD_STOPPED = 2, // torque off for all was asked for: stop.h
+};
+
+/* What is known of one of the two angle limits, 0x06 and 0x08. */
+enum cds_angle_limit {
+    CDS_ANGLE_UNKNOWN,
+    CDS_ANGLE_SET, // not 0: position mode, whatever the other one is
+    CDS_ANGLE_0,   // both: endless turn
 };
 
 /* Of one servo; modulo 65536, since cds_roster_begin(). */
@@ -72,19 +80,25 @@ struct cds_roster_counters {
  * known beforehand may be set from then on; the rest is to be read. */
 struct cds_roster_servo {
     struct cds_roster_counters counters;
-    uint16_t lowest, highest;     // soft limits of its goal, 0 to 1023; 0 and 1023: none
-    uint16_t fastest;             // soft limit of its speed, 0 to 1023, in both modes; 1023: none
-    uint8_t id;                   // 0 to 253; follows a change of ID
-    uint8_t return_delay;         // register 0x05, in 2 us, or CDS_ROSTER_UNKNOWN
-    uint8_t status_return_level;  // register 0x10; 2 until more is known
-    uint8_t alarms;               // CDS_ERROR_* bits of all its packets, until acknowledged
-    uint8_t presence;             // enum cds_presence
-    uint8_t silences;             // exchanges in a row that it did not answer
-    uint8_t held;                 // CDS_HOLD_* bits
-    bool torque;                  // it has been switched on, as far as is known
-    bool cw_limit_0, ccw_limit_0; // both: endless turn, else position mode
-    bool speed_known;             // its speed was set within the limit since it had its power
-    bool armed;                   // it has, or may have, a registered write
+    uint16_t lowest, highest;    // soft limits of its goal, 0 to 1023; 0 and 1023: none
+    uint16_t fastest;            // soft limit of its speed, 0 to 1023, in both modes; 1023: none
+    uint8_t id;                  // 0 to 253; follows a change of ID
+    uint8_t maybe_id;            // ... that it may have instead, until it answers; 254: none
+    uint8_t baud;                // register value of the rate it answers at, or CDS_ROSTER_UNKNOWN
+    uint8_t return_delay;        // register 0x05, in 2 us, or CDS_ROSTER_UNKNOWN
+    uint8_t status_return_level; // register 0x10; 2 until more is known
+    uint8_t alarms;              // CDS_ERROR_* bits of all its packets, until acknowledged
+    uint8_t presence;            // enum cds_presence
+    uint8_t silences;            // exchanges in a row that it did not answer
+    uint8_t held;                // CDS_HOLD_* bits
+    uint8_t cw_limit, ccw_limit; // enum cds_angle_limit
+    bool torque : 1;             // it has been switched on, as far as is known
+    bool speed_known : 1;        // the speed it holds is within the limit
+    bool speed_0 : 1;            // ... but may be 0
+    bool goal_known : 1;         // the goal it holds is within the limits
+    bool armed : 1;              // it has, or may have, a registered write
+    bool armed_unjudged : 1;     // ... that was not judged by what holds now
+    bool armed_torque : 1;       // ... of torque on
 };
 
 /* All of them. */
@@ -97,7 +111,8 @@ struct cds_roster {
     uint8_t last;         // the one found last: the next one asked for is often the next
     uint8_t alarms;       // of all servos, known or not, until acknowledged
     bool changed;         // what may be sent, while requests waited
-    uint8_t refused_id;   // whom the last packet that was not admitted concerns
+    bool ambiguous;       // an ID may be that of more than one of them, or one may have another
+    uint8_t refused_id;   // whom the last packet that was not admitted concerns, whosever it was
 };
 
 /* Watches `bus`, which must be open, for the `count` (0 to 254) servos `servos`, which stay in
