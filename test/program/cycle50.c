@@ -40,6 +40,7 @@ static void begin_roster(void)
     }
     say("roster", cds_roster_begin(&roster, &bus, servos, SERVOS) == CDS_OK);
     for (uint8_t i = 0; i < SERVOS; i++) {
+        servos[i].ccw_limit = CDS_ANGLE_SET; // at their factory values: position mode
         cds_roster_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
     }
 }
