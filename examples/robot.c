@@ -91,11 +91,10 @@ static void gait(uint16_t now)
  * moment, say. */
 static bool anything_wrong(void)
 {
-    bool wrong = roster.alarms;
-
     for (uint8_t i = 0; i < SERVOS; i++)
-        wrong = wrong || !cds_roster_may_drive(&roster, ids[i]);
-    return wrong;
+        if (servos[i].presence == CDS_PRESENCE_AWAY)
+            return true;
+    return roster.alarms || !cds_roster_may_drive(&roster, CDS_BROADCAST_ID);
 }
 
 static void walk(void)

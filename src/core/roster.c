@@ -44,10 +44,12 @@ static struct cds_roster_servo *by_id(struct cds_roster *roster, uint8_t id)
 }
 
 /* The first one from `servo` on that `id` may mean, or NULL. */
-static struct cds_roster_servo *from(struct cds_roster *roster, uint8_t id,
+static struct cds_roster_servo *from(const struct cds_roster *roster, uint8_t id,
                                      struct cds_roster_servo *servo)
 {
-    for (; servo < roster->servos + roster->count; servo++)
+    const struct cds_roster_servo *end = roster->servos + roster->count;
+
+    for (; servo < end; servo++)
         if (id == CDS_BROADCAST_ID || servo->id == id || servo->maybe_id == id)
             return servo;
     return NULL;
@@ -338,11 +340,15 @@ static bool is_held(const struct cds_roster_servo *servo)
 
 bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
 {
-    struct cds_roster_servo *servo = first_of(roster, id);
+    bool all = id == CDS_BROADCAST_ID;
 
-    for (; servo; servo = next_of(roster, id, servo))
-        if (is_held(servo) || (id != CDS_BROADCAST_ID && servo->presence == CDS_PRESENCE_AWAY))
+    for (uint8_t i = 0; i < roster->count; i++) {
+        const struct cds_roster_servo *servo = &roster->servos[i];
+
+        if ((all || servo->id == id || servo->maybe_id == id) &&
+            (is_held(servo) || (!all && servo->presence == CDS_PRESENCE_AWAY)))
             return false;
+    }
     return true;
 }
 
@@ -355,9 +361,13 @@ static bool touches(const struct part *part, uint8_t first, uint8_t last)
  * what was a speed to reach a goal with turns it endlessly. */
 static bool drives(const struct part *part)
 {
-    const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, part->address, part->data, part->length);
+    const uint8_t *torque;
 
-    return (torque && *torque) || touches(part, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1) ||
+    if (part->address <= CDS_REG_MOVING_SPEED + 1 &&
+        part->address + part->length > CDS_REG_GOAL_POSITION) // first: what a cycle drops
+        return true;
+    torque = byte_of(CDS_REG_TORQUE_ENABLE, part->address, part->data, part->length);
+    return (torque && *torque) ||
            touches(part, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
 }
 
@@ -520,30 +530,37 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
     return CDS_OK;
 }
 
-/* The goal and speed that nobody minds, by the shortest way: a cycle has 50 of them in 4 ms.
- * Whoever is not let through here is judged in full. */
+/* The goal and speed that nobody minds if the servo is not held, by the shortest way: a cycle has
+ * 50 of them in 4 ms. Whoever is not let through here is judged in full. */
 static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *data)
 {
     uint16_t goal = (uint16_t)(data[0] | (uint16_t)data[1] << 8);
     uint16_t speed = (uint16_t)(data[2] | (uint16_t)data[3] << 8);
 
-    return !servo->held && servo->presence != CDS_PRESENCE_BACK && goal >= servo->lowest &&
-           goal <= servo->highest &&
+    return goal >= servo->lowest && goal <= servo->highest &&
            ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET ||
             (servo->lowest == 0 && servo->highest == CDS_VALUE_MAX)) &&
            (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
 }
 
-static __attribute__((noinline)) enum cds_result judge_block(struct cds_roster *roster, uint8_t id,
+static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
                                                              uint8_t address, const uint8_t *data,
                                                              uint8_t length)
 {
-    struct part part = {.id = id, .address = address, .length = length, .data = data};
-    struct cds_roster_servo *servo = first_of(roster, id);
+    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
+
+    return judge(servo, &part);
+}
+
+static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster *roster, uint8_t id,
+                                                              uint8_t address, const uint8_t *data,
+                                                              uint8_t length)
+{
+    struct cds_roster_servo *servo = from(roster, id, roster->servos);
     enum cds_result result = CDS_OK;
 
-    for (; servo && result == CDS_OK; servo = next_of(roster, id, servo))
-        result = judge(servo, &part);
+    for (; servo && result == CDS_OK; servo = from(roster, id, servo + 1))
+        result = judge_block(servo, address, data, length);
     return result;
 }
 
@@ -555,15 +572,20 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
     const struct cds_roster_servo *servo = &roster->servos[next];
 
     if (roster->ambiguous)
-        return judge_block(roster, id, address, data, length);
+        return judge_blocks(roster, id, address, data, length);
     if (next < roster->count && servo->id == id)
         roster->last = next;
     else
         servo = by_id(roster, id);
-    if (!servo ||
-        (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE && is_harmless(servo, data)))
+    if (!servo)
         return CDS_OK;
-    return judge_block(roster, id, address, data, length);
+    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) {
+        if (is_held(servo)) // as 50 of them are when all is to stop
+            return CDS_HELD;
+        if (is_harmless(servo, data))
+            return CDS_OK;
+    }
+    return judge_block(servo, address, data, length);
 }
 
 /* ---- what has happened ---- */
@@ -717,21 +739,19 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
 }
 
 /* The packet was carried out, as far as anybody can know; for certain, only if the servo says so
- * and no other can have said it. */
-static void carried_out(struct cds_roster *roster, const struct cds_bus_news *news, bool lost)
+ * and no other can have said it. `servo`: the first that its ID may mean. */
+static void carried_out(struct cds_roster *roster, struct cds_roster_servo *servo,
+                        const struct cds_bus_news *news, bool due)
 {
-    const uint8_t *bytes = news->request->packet.bytes;
-    uint8_t id = news->id;
-    bool due = news->request->reply_parameters != CDS_REPLY_NONE;
-    bool certain = due && !lost && is_alone(roster, id);
-    struct cds_roster_servo *servo = first_of(roster, id);
+    bool lost = news->result != CDS_OK;
+    bool certain = due && !lost && servo && !next_of(roster, news->id, servo);
 
     if (!lost && (news->instruction == CDS_WRITE || news->instruction == CDS_SYNC_WRITE)) {
-        learn_parts(roster, bytes, certain);
+        learn_parts(roster, news->request->packet.bytes, certain);
         return;
     }
     while (servo) { // as above
-        struct cds_roster_servo *next = next_of(roster, id, servo);
+        struct cds_roster_servo *next = next_of(roster, news->id, servo);
 
         learn_packet(roster, servo, news, certain, lost);
         servo = next;
@@ -748,14 +768,10 @@ static void count_echo_errors(struct cds_roster *roster, struct cds_roster_servo
     roster->echo_errors = echo_errors;
 }
 
-static void ended(struct cds_roster *roster, const struct cds_bus_news *news)
+static void note_presence(struct cds_roster *roster, struct cds_roster_servo *servo,
+                          const struct cds_bus_news *news)
 {
-    bool due = news->request->reply_parameters != CDS_REPLY_NONE;
-    struct cds_roster_servo *servo =
-        news->id == CDS_BROADCAST_ID ? NULL : first_of(roster, news->id);
-
-    count_echo_errors(roster, servo);
-    while (servo && due) {
+    while (servo) {
         struct cds_roster_servo *next = next_of(roster, news->id, servo);
 
         if (news->result == CDS_OK)
@@ -766,19 +782,29 @@ static void ended(struct cds_roster *roster, const struct cds_bus_news *news)
             servo->counters.corrupt++;
         servo = next;
     }
+}
+
+static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
+                  const struct cds_bus_news *news)
+{
+    bool due = news->request->reply_parameters != CDS_REPLY_NONE;
+    bool one = news->id != CDS_BROADCAST_ID;
+
+    count_echo_errors(roster, one ? servo : NULL);
+    if (due && one)
+        note_presence(roster, servo, news);
     if (!(news->error & CDS_ERRORS_OF_PACKET))
-        carried_out(roster, news, news->result != CDS_OK);
+        carried_out(roster, servo, news, due);
 }
 
 static __attribute__((noinline)) void take_news(struct cds_roster *roster,
                                                 const struct cds_bus_news *news)
 {
-    struct cds_roster_servo *servo =
-        news->id == CDS_BROADCAST_ID ? NULL : cds_roster_find(roster, news->id);
+    struct cds_roster_servo *servo = first_of(roster, news->id);
 
-    note_alarms(roster, servo, news->error);
+    note_alarms(roster, news->id == CDS_BROADCAST_ID ? NULL : servo, news->error);
     if (news->event == CDS_BUS_ENDED)
-        ended(roster, news);
+        ended(roster, servo, news);
     else if (servo && news->event == CDS_BUS_LATE)
         servo->counters.late++;
     else if (servo && news->event == CDS_BUS_EXTRA)
