@@ -209,11 +209,11 @@ static void learn(struct cds_roster *roster, struct cds_roster_servo *servo, uin
 {
     const uint8_t *registered = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length);
 
-    if (address <= CDS_REG_MOVING_SPEED + 1) { // else feedback, which comes often
-        if (address <= CDS_REG_STATUS_RETURN_LEVEL)
-            learn_settings(roster, servo, address, data, length);
+    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
+        learn_settings(roster, servo, address, data, length);
+    if ((address <= CDS_REG_CCW_ANGLE_LIMIT + 1 || address + length > CDS_REG_GOAL_POSITION) &&
+        address <= CDS_REG_MOVING_SPEED + 1) // not torque nor feedback, which come often
         learn_drive(roster, servo, address, data, length, certain);
-    }
     if (registered && certain)
         learn_registered(roster, servo, *registered);
 }
@@ -403,11 +403,91 @@ static enum cds_result judge(const struct cds_roster_servo *servo, const struct 
     return cds_limits_check(servo, part->address, part->data, part->length);
 }
 
-static enum cds_result refuse(struct cds_roster *roster, const struct cds_roster_servo *servo,
-                              enum cds_result why)
+/* The goal and speed that nobody minds if the servo is not held, by the shortest way: a cycle has
+ * 50 of them in 4 ms. Whoever is not let through here is judged in full. */
+static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *data)
 {
-    roster->refused_id = servo->id;
+    uint16_t goal = (uint16_t)(data[0] | (uint16_t)data[1] << 8);
+    uint16_t speed = (uint16_t)(data[2] | (uint16_t)data[3] << 8);
+
+    return goal >= servo->lowest && goal <= servo->highest &&
+           ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET ||
+            (servo->lowest == 0 && servo->highest == CDS_VALUE_MAX)) &&
+           (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
+}
+
+static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
+                                                             uint8_t address, const uint8_t *data,
+                                                             uint8_t length)
+{
+    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
+
+    return judge(servo, &part);
+}
+
+static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster *roster, uint8_t id,
+                                                              uint8_t address, const uint8_t *data,
+                                                              uint8_t length)
+{
+    struct cds_roster_servo *servo = from(roster, id, roster->servos);
+    enum cds_result result = CDS_OK;
+
+    for (; servo && result == CDS_OK; servo = from(roster, id, servo + 1))
+        result = judge_block(servo, address, data, length);
+    return result;
+}
+
+static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
+                                   const uint8_t *data, uint8_t length)
+{
+    struct cds_roster *roster = of(observer);
+    uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
+    const struct cds_roster_servo *servo = &roster->servos[next];
+
+    if (roster->ambiguous)
+        return judge_blocks(roster, id, address, data, length);
+    if (next < roster->count && servo->id == id)
+        roster->last = next;
+    else
+        servo = by_id(roster, id);
+    if (!servo)
+        return CDS_OK;
+    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) {
+        if (is_held(servo)) // as 50 of them are when all is to stop
+            return CDS_HELD;
+        if (is_harmless(servo, data))
+            return CDS_OK;
+    }
+    return judge_block(servo, address, data, length);
+}
+
+static enum cds_result refuse(struct cds_roster *roster, uint8_t id, enum cds_result why)
+{
+    roster->refused_id = id;
     return why;
+}
+
+/* A part of a packet to all whom its ID means. */
+static enum cds_result judge_part(struct cds_roster *roster, const struct part *part)
+{
+    struct cds_roster_servo *servo = first_of(roster, part->id);
+
+    for (; servo; servo = next_of(roster, part->id, servo)) {
+        enum cds_result result = judge(servo, part);
+
+        if (result != CDS_OK)
+            return refuse(roster, servo->id, result);
+    }
+    return CDS_OK;
+}
+
+/* One servo's part of many: by the short way, as they may be 50. */
+static enum cds_result judge_one(struct cds_roster *roster, const struct part *part)
+{
+    enum cds_result result =
+        admit_block(&roster->observer, part->id, part->address, part->data, part->length);
+
+    return result == CDS_OK ? CDS_OK : refuse(roster, part->id, result);
 }
 
 static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes)
@@ -415,14 +495,14 @@ static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *by
     struct part part;
 
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
-        struct cds_roster_servo *servo = first_of(roster, part.id);
+        enum cds_result result;
 
-        for (; servo; servo = next_of(roster, part.id, servo)) {
-            enum cds_result result = judge(servo, &part);
-
-            if (result != CDS_OK)
-                return refuse(roster, servo, result);
-        }
+        if (part.alone || means_several(roster, part.id))
+            result = judge_part(roster, &part);
+        else
+            result = judge_one(roster, &part);
+        if (result != CDS_OK)
+            return result;
     }
     return CDS_OK;
 }
@@ -434,9 +514,9 @@ static enum cds_result judge_action(struct cds_roster *roster, uint8_t id)
 
     for (; servo; servo = next_of(roster, id, servo)) {
         if (servo->armed && is_held(servo))
-            return refuse(roster, servo, CDS_HELD);
+            return refuse(roster, servo->id, CDS_HELD);
         if (servo->armed_unjudged && cds_limits_any(servo))
-            return refuse(roster, servo, CDS_LIMIT);
+            return refuse(roster, servo->id, CDS_LIMIT);
     }
     return CDS_OK;
 }
@@ -447,7 +527,7 @@ static enum cds_result judge_reset(struct cds_roster *roster, uint8_t id)
 
     for (; servo; servo = next_of(roster, id, servo))
         if (!may_become(servo, FACTORY_ID))
-            return refuse(roster, servo, CDS_LIMIT);
+            return refuse(roster, servo->id, CDS_LIMIT);
     return CDS_OK;
 }
 
@@ -528,64 +608,6 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
         return judge_anew(roster, request);
     request->vetted = 0;
     return CDS_OK;
-}
-
-/* The goal and speed that nobody minds if the servo is not held, by the shortest way: a cycle has
- * 50 of them in 4 ms. Whoever is not let through here is judged in full. */
-static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *data)
-{
-    uint16_t goal = (uint16_t)(data[0] | (uint16_t)data[1] << 8);
-    uint16_t speed = (uint16_t)(data[2] | (uint16_t)data[3] << 8);
-
-    return goal >= servo->lowest && goal <= servo->highest &&
-           ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET ||
-            (servo->lowest == 0 && servo->highest == CDS_VALUE_MAX)) &&
-           (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
-}
-
-static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
-                                                             uint8_t address, const uint8_t *data,
-                                                             uint8_t length)
-{
-    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
-
-    return judge(servo, &part);
-}
-
-static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster *roster, uint8_t id,
-                                                              uint8_t address, const uint8_t *data,
-                                                              uint8_t length)
-{
-    struct cds_roster_servo *servo = from(roster, id, roster->servos);
-    enum cds_result result = CDS_OK;
-
-    for (; servo && result == CDS_OK; servo = from(roster, id, servo + 1))
-        result = judge_block(servo, address, data, length);
-    return result;
-}
-
-static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
-                                   const uint8_t *data, uint8_t length)
-{
-    struct cds_roster *roster = of(observer);
-    uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
-    const struct cds_roster_servo *servo = &roster->servos[next];
-
-    if (roster->ambiguous)
-        return judge_blocks(roster, id, address, data, length);
-    if (next < roster->count && servo->id == id)
-        roster->last = next;
-    else
-        servo = by_id(roster, id);
-    if (!servo)
-        return CDS_OK;
-    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) {
-        if (is_held(servo)) // as 50 of them are when all is to stop
-            return CDS_HELD;
-        if (is_harmless(servo, data))
-            return CDS_OK;
-    }
-    return judge_block(servo, address, data, length);
 }
 
 /* ---- what has happened ---- */
