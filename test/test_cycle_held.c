@@ -49,6 +49,8 @@ void setUp(void)
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].id = ids[i];
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].ccw_limit = CDS_ANGLE_SET;
     TEST_ASSERT_EQUAL(CDS_OK,
                       cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
 }
@@ -457,4 +459,16 @@ void test_a_read_in_vain_is_on_the_wire_for_as_long_as_it_was_waited_for(void)
     TEST_ASSERT_EQUAL_UINT32(cycle.counters.reads, cycle.counters.failed);
     TEST_ASSERT_UINT16_WITHIN(30, (10 * SIZE + 3 * 350) * 1000ul / PERIOD_US,
                               cds_cycle_utilisation_permille(&cycle));
+}
+
+void test_goals_of_before_a_roster_begun_anew_are_not_sent(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].ccw_limit = CDS_ANGLE_SET;
+    for (uint8_t i = 0; i < 5; i++) // as many changes as there were
+        cds_roster_set_limits(&roster, &servos[1], 0, 400, 1023);
+    run_periods(2);
+    assert_told(500, -1, 502);
 }

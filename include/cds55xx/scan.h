@@ -12,6 +12,7 @@
 #define CDS_SCAN_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/bus.h" // struct cds_bus, struct cds_request

@@ -15,6 +15,7 @@
 #define CDS_TYPED_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/bus.h"   // struct cds_request

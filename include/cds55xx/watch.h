@@ -31,6 +31,7 @@
 #define CDS_WATCH_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/cycle.h"  // struct cds_cycle
