@@ -190,8 +190,8 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
 /* Sets how often a request is sent again when no good reply has come: `repeats`, 0 to 2; 0 from
  * cds_bus_open() on. Only what does the same when done twice is repeated: PING, READ, and WRITE but
- * of ID and baud rate. What a servo has refused is never repeated. What is more urgent
- * goes before a repeat. */
+ * of ID, baud rate and LOCK. What a servo has refused is never repeated. What is more urgent goes
+ * before a repeat. */
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,

@@ -139,8 +139,8 @@ class Headers(unittest.TestCase):
 
     def test_a_result_that_a_call_in_flight_ends_with(self):
         self.missing("src/core/group_move.c", "    move->reason = result;",
-                     "    move->reason = CDS_CANCELLED + 0; move->reason = CDS_NO_REPLY_DUE;",
-                     "cds_group_move_poll: its result CDS_NO_REPLY_DUE", "include/cds55xx/group_move.h")
+                     "    move->reason = CDS_CANCELLED + 0; move->reason = CDS_BUSY;",
+                     "cds_group_move_poll: its result CDS_BUSY", "include/cds55xx/group_move.h")
         self.missing("src/core/servo.c", "    if (built != CDS_OK)", "    if (!bus) return CDS_LINE_BUSY;\n"
                      "    if (built != CDS_OK)", "cds_servo_ping: its result CDS_LINE_BUSY",
                      "include/cds55xx/servo.h")
