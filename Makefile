@@ -141,17 +141,22 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
-# A board without a host link names the program that is its firmware.
-$(foreach b,$(BOARDS),$(eval FIRMWARE :=)$(eval SMALLER :=)$(eval include boards/$(b)/board.mk)$(eval $(call board_rules,$(b),boards/$(b))))
+# What a board.mk says; each begins empty, or a board that forgets one had that of the board before.
+BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU SMALLER
+# $(1): its folder, $(2): those that must be there
+read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
+	f,$(2),$(if $(strip $($(f))),,$(error $(1)/board.mk: $(f) is missing)))
+BOARD_WANTED := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT
+
+# A board without a host link names the program that is its FIRMWARE.
+$(foreach b,$(BOARDS),$(call read_board,boards/$(b),$(BOARD_WANTED))$(eval $(call board_rules,$(b),boards/$(b))))
 
 # Wirings that none of those has.
 TEST_BOARDS := adapter adapter-echo
-$(foreach b,$(TEST_BOARDS),$(eval FIRMWARE :=)$(eval SMALLER :=)$(eval include test/boards/$(b)/board.mk)$(eval $(call board_rules,$(b),test/boards/$(b))))
+$(foreach b,$(TEST_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
 
 # The variables of the board asked for.
-FLASH_NOTE :=
-FIRMWARE :=
-include boards/$(BOARD)/board.mk
+$(call read_board,boards/$(BOARD),$(BOARD_WANTED))
 
 ## lib: build/BOARD/libcds55xx.a
 .PHONY: lib

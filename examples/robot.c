@@ -30,19 +30,23 @@ static struct cds_watch watch;
 static struct cds_stop stop;
 static uint8_t ids[SERVOS];
 
-/* Is servo `i` there, quick to answer, and within its limits? Its first goal is where it is. */
+/* Is servo `i` there, quick to answer, and within its limits? Its first goal is where it is: the
+ * one it holds itself too, as that is where it goes when it is switched on. */
 static bool prepare(uint8_t i)
 {
     static struct cds_setup setup;
-    uint16_t position;
+    uint16_t limit, position;
 
     if (cds_setup_return_delay_begin(&setup, &bus, &request, ids[i], RETURN_DELAY_US) != CDS_OK)
         return false;
     while (cds_setup_poll(&setup) == CDS_PENDING)
         cds_bus_poll(&bus);
-    return setup.result == CDS_OK &&
+    return setup.result == CDS_OK && // the roster is to know that it is in position mode
+           cds_wait_read_word(&bus, &request, ids[i], CDS_REG_CCW_ANGLE_LIMIT, &limit) == CDS_OK &&
            cds_wait_read_word(&bus, &request, ids[i], CDS_REG_PRESENT_POSITION, &position) ==
                CDS_OK &&
+           cds_wait_write_word(&bus, &request, ids[i], CDS_REG_MOVING_SPEED, FASTEST) == CDS_OK &&
+           cds_wait_write_word(&bus, &request, ids[i], CDS_REG_GOAL_POSITION, position) == CDS_OK &&
            cds_cycle_goal(&cycle, i, position, FASTEST) == CDS_OK;
 }
 
@@ -83,9 +87,13 @@ static void gait(uint16_t now)
     cds_cycle_commit(&cycle);
 }
 
-/* An alarm, or a servo that is held: it lost its power for a moment, say. */
+/* An alarm, a servo that does not answer any more, or one that is held: it lost its power for a
+ * moment, say. */
 static bool anything_wrong(void)
 {
+    for (uint8_t i = 0; i < SERVOS; i++)
+        if (servos[i].presence == CDS_PRESENCE_AWAY)
+            return true;
     return roster.alarms || !cds_roster_may_drive(&roster, CDS_BROADCAST_ID);
 }
 

@@ -52,7 +52,13 @@ fetch_unity()
     echo "fetching Unity 2.7 out of the gem $GEM $GEM_VERSION into $UNITY"
     work=$(mktemp -d)
     trap 'rm -rf "$work"' EXIT
-    (cd "$work" && gem fetch "$GEM" -v "$GEM_VERSION" >/dev/null)
+    # gem says on stderr why; its status is 0 nonetheless
+    (cd "$work" && gem fetch "$GEM" -v "$GEM_VERSION" >/dev/null) || true
+    [ -s "$work/$GEM-$GEM_VERSION.gem" ] || {
+        echo "deps: the gem $GEM $GEM_VERSION could not be fetched; without the network: make" \
+            "UNITY=dir, a copy of Unity 2.7" >&2
+        exit 1
+    }
     echo "$GEM_SHA256  $work/$GEM-$GEM_VERSION.gem" | sha256sum -c --quiet - || {
         echo "deps: the gem $GEM $GEM_VERSION is not the one we know (SHA-256 differs); not used" >&2
         exit 1

@@ -54,6 +54,8 @@ CALL = re.compile(r"r?call$")
 LOOKING = re.compile(r"(?:in|lds?|ldd|ldi|andi?|or|cp\w*|tst|bst|sbi[cs]|sbr[cs]|br\w+|rjmp|jmp|nop|wdr)$")
 COUNTING = re.compile(r"(?:dec|inc|subi|sbci|sbiw|adiw|br\w+|rjmp|jmp|nop|wdr)$")
 WAIT_LENGTH = 8
+MOMENTARY = re.compile(r"(?:in|out|ldi?|lds|ldd|sts?|std|mov|andi?|ori?|com|sbi|cbi)$")
+MOMENT = 7  # instructions
 
 
 class Instruction:
@@ -293,12 +295,23 @@ def waits(function):
                 yield f"a loop at 0x{first:x} calls {i.callee}()"
 
 
+def is_moment(ahead):
+    """Interrupts are off for a moment only: a few instructions on, straight ahead, SREG is as it was."""
+    for it in ahead[:MOMENT]:
+        if it.name == "out" and it.operands.startswith("0x3f"):
+            return True
+        if not MOMENTARY.match(it.name):
+            return False
+    return False
+
+
 def stops(function):
     for i, it in enumerate(function.code):
-        ahead = function.code[i + 1] if i + 1 < len(function.code) else it
+        ahead = function.code[i + 1:]
         if it.name == "sleep":
             yield "sleeps"
-        if it.name == "cli" and not (ahead.name == "out" and ahead.operands.startswith(("0x3d", "0x3e"))):
+        moves_stack = ahead and ahead[0].name == "out" and ahead[0].operands.startswith(("0x3d", "0x3e"))
+        if it.name == "cli" and not moves_stack and not is_moment(ahead):
             yield "turns interrupts off"
 
 

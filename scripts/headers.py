@@ -28,7 +28,7 @@ that refers to another one ("as cds_x()", "what cds_x() returns", "one of x.h", 
 What a body returns is followed through `return f()`, `x = f(); return x` and `return a->x` within
 its file, where a->x is whatever any function there sets it to. That a result which is named can
 really come is not checked, nor that a sentence is true.
-Each header is also compiled alone, as C99 and as C++.
+Each header is also compiled alone, as C99 and as C++11; what has no body must be extern "C".
 """
 import pathlib
 import re
@@ -267,7 +267,7 @@ class Check:
             c = ["avr-gcc", *chip, "-std=gnu99", "-x", "c"]
         else:
             c = ["gcc", "-std=c99", "-pedantic-errors", "-x", "c"]
-        cpp = ["avr-g++", *chip, "-std=gnu++11", "-x", "c++"] # not g++: gcc-avr is there anyway
+        cpp = ["avr-g++", *chip, "-std=c++11", "-pedantic-errors", "-x", "c++"] # not g++: gcc-avr is there anyway
         for command in [c, cpp]:
             done = subprocess.run([*command, "-Wall", "-Wextra", "-Werror", "-fsyntax-only", *include, "-"],
                                   input=f'#include "{header.path}"\nextern int not_empty;\n',
@@ -283,6 +283,9 @@ class Check:
                 if symbol.kind == "function" and self.functions[symbol.name] is not symbol and (
                         not symbol.comment or self.functions[symbol.name].header is not header):
                     continue
+                if symbol.kind == "function" and symbol.code.endswith(";") and (
+                        'extern "C"' not in header.text):
+                    yield f'{header.name}:{symbol.line}: {symbol.name}: no extern "C"'
                 for what in self.missing(symbol):
                     yield f"{header.name}:{symbol.line}: {symbol.name}: {what}"
             yield from self.compile(header)

@@ -29,7 +29,7 @@ FORBIDDEN = [
 # files, the headers of ours they may include
 ALLOWED = [
     (["src/avr/*.[ch]"],
-     re.compile(r"^(cds55xx/(port|link|ring)\.h|board\.h|(usart|clock|timer|serial|idle|handlers|"
+     re.compile(r"^(cds55xx/(port|link|ring)\.h|board(_check)?\.h|(usart|clock|timer|serial|idle|handlers|"
                 r"eeprom|memory|watchdog)\.h)$"),
      "src/avr meets the core in port.h, link.h and ring.h only"),
     (["sim/*.[ch]"],

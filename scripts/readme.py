@@ -14,7 +14,8 @@ BLOCK = re.compile(r"(<!-- (make [^>]*?)(?:: ([^>]*))? -->\n```\n)(.*?)(```\n)",
 def output_of(command, start):
     words = command.split()
     words[1:1] = ["-s", "--no-print-directory"]
-    for _ in "build", "quote":  # the first time it may tell what it builds
+    # The first time it may tell what it builds; a paragraph is found behind that.
+    for _ in ["quote"] if start else ["build", "quote"]:
         text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
                               check=True).stdout
     if start:

@@ -126,7 +126,7 @@ static void time_is_over(void *owner, uint64_t now)
 static bool script_ready(void *owner)
 {
     struct bench *bench = owner;
-    return usart_rxen(&bench->host.usart);
+    return bench->board.has_host && usart_rxen(&bench->host.usart);
 }
 
 static void script_say(void *owner, uint64_t now, const char *bytes, size_t size)
@@ -304,39 +304,44 @@ static bool open_pty(struct bench *bench)
     return true;
 }
 
+static bool start_script(struct bench *bench)
+{
+    bench->world = script_world;
+    bench->world.owner = bench;
+    bench->world.rules = &bench->rules;
+    if (!bench->board.has_host) {
+        bench->world.say = 0;
+    }
+    bench->script.echo = bench->options->echo;
+    return script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->world,
+                        stdout);
+}
+
 static bool init_host(struct bench *bench)
 {
     const struct bench_options *options = bench->options;
-    if (!bench->board.has_host) {
-        if (options->host != BENCH_HOST_NONE) {
-            fprintf(stderr, "%s: the board has no host link: no --script, no --host\n",
-                    options->board);
+    if (bench->board.has_host) {
+        if (!host_init(&bench->host, &bench->machine, bench->board.host_usart,
+                       bench->board.host_baud, options->exact)) {
+            return false;
         }
-        return options->host == BENCH_HOST_NONE;
-    }
-    if (!host_init(&bench->host, &bench->machine, bench->board.host_usart, bench->board.host_baud,
-                   options->exact)) {
+        bench->host.pc.owner = bench;
+        bench->host.pc.on_byte = host_byte;
+    } else if (options->host == BENCH_HOST_PTY || options->host == BENCH_HOST_STDOUT ||
+               options->host == BENCH_HOST_PC) {
+        fprintf(stderr, "%s: the board has no host link: no --host\n", options->board);
         return false;
     }
-    bench->host.pc.owner = bench;
-    bench->host.pc.on_byte = host_byte;
-    if (options->host == BENCH_HOST_SCRIPT) {
-        bench->world = script_world;
-        bench->world.owner = bench;
-        bench->world.rules = &bench->rules;
-        bench->script.echo = options->echo;
-        return script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->world,
-                            stdout);
-    }
-    if (options->host == BENCH_HOST_PC) {
+    switch (options->host) {
+    case BENCH_HOST_SCRIPT: return start_script(bench);
+    case BENCH_HOST_PTY: return open_pty(bench);
+    case BENCH_HOST_PC:
         bench->pc.owner = bench;
         bench->pc.on_end = pc_ended;
         pc_start(&bench->pc, &bench->schedule, bench->board.clock_Hz, &bench->host, stdout);
+        return true;
+    default: return true;
     }
-    if (options->host == BENCH_HOST_PTY) {
-        return open_pty(bench);
-    }
-    return true;
 }
 
 static bool open_plot(struct bench *bench)

@@ -492,7 +492,8 @@ bool gdb_open(struct gdb *gdb, uint16_t port)
         fprintf(stderr, "--gdb %u: %s\n", port, strerror(errno));
         return false;
     }
-    fprintf(stderr, "gdb: waiting; in avr-gdb: target remote :%u\n", ntohs(address.sin_port));
+    fprintf(stderr, "gdb: waiting; in avr-gdb: target remote 127.0.0.1:%u\n",
+            ntohs(address.sin_port));
     return true;
 }
 

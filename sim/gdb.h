@@ -1,4 +1,5 @@
-/* A server for avr-gdb: `target remote :PORT`, breakpoints, watchpoints on writes, steps, Ctrl-C.
+/* A server for avr-gdb: `target remote 127.0.0.1:PORT`, breakpoints, watchpoints on writes, steps,
+ * Ctrl-C.
  *
  * It holds the run up between two instructions, so simulated time stands, and with it the wire and
  * the servos: a run with stops is the same as one without. simavr's own server looks at its socket

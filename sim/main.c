@@ -47,7 +47,7 @@ static const char help[] =
     "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
     "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
     "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
-    "  --gdb PORT         wait for avr-gdb (target remote :PORT) before the first instruction\n"
+    "  --gdb PORT         wait for avr-gdb (target remote 127.0.0.1:PORT) before all else\n"
     "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
     "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
     "  --follow           a live table of the servos on stderr\n"

@@ -216,23 +216,15 @@ static const struct {
 /* --- line after line -----------------------------------------------------------------------------
  */
 
+/* Does the console listen? If not, the command waits until it does. */
 static bool listens(struct script *script, uint64_t now)
 {
-    if (!script->started && script->world->ready) {
-        script->started = script->world->ready(script->world->owner);
-        step_at(script, now + cycles(script, script->started ? script->hush_us : POLL_US));
-        if (!script->done && !event_armed(&script->patience)) {
-            schedule_at(script->schedule, &script->patience,
-                        now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
-        }
-        return false;
+    if (!script->started && !script->held) {
+        script->held = true;
+        schedule_at(script->schedule, &script->patience,
+                    now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
     }
-    if (script->hush_us == RESET_AFTER_US) {
-        script->reply_size = 0; // half a byte of before the reset
-    }
-    script->hush_us = 0;
-    script->started = true;
-    return true;
+    return script->started;
 }
 
 static void forget(struct script *script, enum memory memory)
@@ -245,14 +237,17 @@ static void forget(struct script *script, enum memory memory)
 static void step(void *owner, uint64_t now)
 {
     struct script *script = owner;
-    if (!listens(script, now)) {
-        return;
+    if (script->started) {
+        schedule_cancel(script->schedule, &script->patience);
     }
-    schedule_cancel(script->schedule, &script->patience);
     forget(script, FORGETS_AFTER);
     bool go_on = !script->expecting || do_expect(script, now, current(script));
     while (go_on && script->next < script->scenario.count) {
-        const struct scenario_line *line = &script->scenario.line[script->next++];
+        const struct scenario_line *line = &script->scenario.line[script->next];
+        if (line->verb == SCENARIO_COMMAND && !listens(script, now)) {
+            return;
+        }
+        script->next++;
         forget(script, FORGETS_BEFORE);
         go_on = verbs[line->verb].run(script, now, line);
     }
@@ -261,10 +256,36 @@ static void step(void *owner, uint64_t now)
     }
 }
 
+/* Whatever the scenario does meanwhile. */
+static void knock(void *owner, uint64_t now)
+{
+    struct script *script = owner;
+    if (!script->ready) {
+        script->ready = script->world->ready(script->world->owner);
+        schedule_at(script->schedule, &script->knock,
+                    now + cycles(script, script->ready ? script->hush_us : POLL_US));
+        return;
+    }
+    if (script->hush_us == RESET_AFTER_US) {
+        script->reply_size = 0; // half a byte of before the reset
+    }
+    script->started = true;
+    if (script->held) {
+        script->held = false;
+        step(script, now);
+    }
+}
+
 static void out_of_patience(void *owner, uint64_t now)
 {
     struct script *script = owner;
-    const char *what = script->started ? current(script)->text : "the firmware never listened";
+    const char *what = "the firmware never listened";
+    if (script->started) {
+        what = current(script)->text;
+    } else {
+        script->next++; // to the line that nobody listened to
+        schedule_cancel(script->schedule, &script->knock);
+    }
     script->world->outcome(script->world->owner, now, SCRIPT_SILENCE, what);
     finish(script, now);
 }
@@ -312,10 +333,14 @@ void script_packet(struct script *script, const struct transcript *transcript)
 
 void script_was_reset(struct script *script, uint64_t now)
 {
-    script->started = false;
+    script->ready = script->started = false;
     script->hush_us = RESET_AFTER_US;
+    if (script->world->ready && !script->done) {
+        schedule_at(script->schedule, &script->knock, now);
+    }
     if (script->waiting) {
         script->waiting = false;
+        schedule_cancel(script->schedule, &script->patience);
         step_at(script, now);
     }
 }
@@ -326,7 +351,10 @@ void script_was_reset(struct script *script, uint64_t now)
 static const char *lacks(const struct script_world *world, enum scenario_verb verb)
 {
     switch (verb) {
-    case SCENARIO_COMMAND: return world->say ? 0 : "there is no console here: use @send";
+    case SCENARIO_COMMAND:
+        return world->say    ? 0
+               : world->send ? "there is no console here: use @send"
+                             : "there is no console here: only lines that begin with @";
     case SCENARIO_SEND:
     case SCENARIO_BAUD: return world->send ? 0 : "only without firmware: cds55xx-sim bus";
     case SCENARIO_UPSET: return world->upset ? 0 : "there is no controller here";
@@ -397,9 +425,11 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
                                           .owner = world->owner};
     event_init(&script->step, step, script);
     event_init(&script->patience, out_of_patience, script);
-    step_at(script, schedule->now);
-    schedule_at(schedule, &script->patience,
-                schedule->now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
+    event_init(&script->knock, knock, script);
+    if (world->ready) {
+        schedule_at(schedule, &script->knock, schedule->now);
+    }
+    step_at(script, schedule->now + (world->ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
 }
 

@@ -63,8 +63,10 @@ struct script {
     struct expect_scene scene;
     struct event step;
     struct event patience;
+    struct event knock;
     uint32_t hush_us; // until the firmware that listens is spoken to
-    bool started, waiting, expecting, echo, done;
+    bool ready, started, held; // the console listens; and a PC has noticed; a command waits for it
+    bool waiting, expecting, echo, done;
     char reply[SCRIPT_REPLY_ROOM];
     unsigned reply_size;
 };

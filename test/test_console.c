@@ -25,6 +25,7 @@ static uint16_t said_length;
 void setUp(void)
 {
     port_fake_reset();
+    memset(&bus, 0, sizeof bus);
     memset(&console, 0, sizeof console);
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);

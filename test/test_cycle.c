@@ -439,6 +439,27 @@ void test_it_stops_when_what_is_on_the_wire_has_ended(void)
     begin();
 }
 
+void test_a_read_that_waits_for_a_quiet_line_is_not_sent_after_a_stop(void)
+{
+    begin();
+    cds_cycle_poll(&cycle);
+    port_fake.now_us++;
+    port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
+    cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.read.result);
+    TEST_ASSERT_FALSE(bus.in_flight);
+    cds_cycle_stop(&cycle);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
+    run_to(1000);
+    TEST_ASSERT_EQUAL_UINT8(0, start_count);
+}
+
+void test_one_that_was_never_begun_can_be_stopped(void)
+{
+    cds_cycle_stop(&cycle);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
+}
+
 void test_what_cannot_be_is_refused(void)
 {
     struct cds_bus closed = {.port = 0};

@@ -24,6 +24,7 @@ static const uint8_t ids[SERVOS] = {4, 2, 9};
 static uint8_t goals[SIZE];    // the last ones on the wire
 static uint16_t goals_sent;    // how many
 static uint8_t dead;           // ID of one that does not answer, 0: none
+static bool all_dead;          // nobody answers a READ
 static uint8_t torque_of_read; // what READ of TORQUE_ENABLE is answered with
 static uint32_t busy_until_us; // a packet is on the wire
 
@@ -39,6 +40,7 @@ void setUp(void)
     memset(goals, 0, sizeof goals);
     goals_sent = 0;
     dead = 0;
+    all_dead = false;
     torque_of_read = 1;
     busy_until_us = 0;
     request = (struct cds_request)CDS_REQUEST(buffer);
@@ -47,6 +49,8 @@ void setUp(void)
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].id = ids[i];
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].ccw_limit = CDS_ANGLE_SET;
     TEST_ASSERT_EQUAL(CDS_OK,
                       cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
 }
@@ -67,7 +71,7 @@ static void hear(void)
         TEST_ASSERT_EQUAL_UINT16(SIZE, port_fake.sent_size);
         memcpy(goals, sent, SIZE);
         goals_sent++;
-    } else if (sent[CDS_AT_ID] == dead) {
+    } else if (sent[CDS_AT_ID] == dead || all_dead) {
         return;
     } else if (sent[CDS_AT_INSTRUCTION] == CDS_READ) {
         if (sent[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE)
@@ -281,6 +285,26 @@ void test_release_alone_brings_none_back_a_goal_does(void)
     TEST_ASSERT_FALSE(cds_cycle_is_dropped(&cycle, 1));
 }
 
+void test_a_goal_that_was_to_bring_it_back_does_not_outlive_a_second_hold(void)
+{
+    begin();
+    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    run_periods(1);
+    cds_roster_release(&roster, &servos[1]);
+    TEST_ASSERT_EQUAL(CDS_OK, set(1, 610));
+    run_periods(1);
+    cds_roster_hold(&roster, &servos[1], CDS_HOLD_STOPPED);
+    run_periods(1);
+    cds_roster_release(&roster, &servos[1]);
+    run_periods(1);
+    TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_periods(1);
+    assert_told(600, -1, 502);
+    TEST_ASSERT_TRUE(cds_cycle_is_dropped(&cycle, 1));
+    TEST_ASSERT_EQUAL_UINT16(1, cycle.counters.dropped);
+}
+
 void test_when_all_are_held_nothing_is_sent_and_periods_pass(void)
 {
     begin();
@@ -421,4 +445,30 @@ void test_one_that_is_away_stays_in_and_is_left_out_when_it_is_back(void)
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
+}
+
+/* The bus waits 508 us, and each of these 0: a READ in vain takes 350 us, and three have room. */
+void test_a_read_in_vain_is_on_the_wire_for_as_long_as_it_was_waited_for(void)
+{
+    cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].return_delay = 0;
+    all_dead = true;
+    begin();
+    run_periods(20);
+    TEST_ASSERT_EQUAL_UINT32(cycle.counters.reads, cycle.counters.failed);
+    TEST_ASSERT_UINT16_WITHIN(30, (10 * SIZE + 3 * 350) * 1000ul / PERIOD_US,
+                              cds_cycle_utilisation_permille(&cycle));
+}
+
+void test_goals_of_before_a_roster_begun_anew_are_not_sent(void)
+{
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].ccw_limit = CDS_ANGLE_SET;
+    for (uint8_t i = 0; i < 5; i++) // as many changes as there were
+        cds_roster_set_limits(&roster, &servos[1], 0, 400, 1023);
+    run_periods(2);
+    assert_told(500, -1, 502);
 }

@@ -21,7 +21,11 @@ static struct {
     uint8_t error;   // in answers to READ of measurements
     bool other_too;  // all answers of others are damaged
     bool once;       // ... of the first one only
-    bool headless;   // answers of servo ID lack a byte of their header
+    uint8_t cut;     // so many of the first bytes of answers of servo ID are lost,
+    uint32_t whole;  // ... but not of these questions of each examination,
+    uint8_t twin;    // ... and these bits of measurements are pulled low by another servo
+    uint8_t damage;  // ... and these bits of the ID are wrong
+    bool mute;       // it does not answer READ
     bool echoes;     // every byte comes back
     uint16_t lost;   // bytes that the receiver loses in each answer
 } world;
@@ -61,6 +65,26 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
+/* What is heard of servo ID's answer when the driver is let go too late. */
+static void answer_cut(const uint8_t *sent)
+{
+    bool reads = sent[4] == CDS_READ;
+    const uint8_t *parameters = &servos.servo[0].table[reads ? sent[5] : 0];
+    uint8_t count = reads ? sent[6] : 0;
+    uint8_t answer[20] = {0xFF, 0xFF, ID, (uint8_t)(count + 2), world.error};
+    uint8_t sum = (uint8_t)(ID + count + 2 + world.error);
+
+    for (uint8_t i = 0; i < count; i++) {
+        answer[5 + i] = parameters[i];
+        sum = (uint8_t)(sum + parameters[i]);
+    }
+    answer[5 + count] = (uint8_t)~sum;
+    answer[2] ^= world.damage;
+    if (count > 1)
+        answer[5] &= (uint8_t)~world.twin;
+    port_fake_hear(&bus.link, &answer[world.cut], (uint16_t)(6 + count - world.cut));
+}
+
 /* The servos answer what is on the line, or the world's damage does. */
 static void meet(void)
 {
@@ -74,8 +98,10 @@ static void meet(void)
         cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
     if (to_id ? world.spoilt >> world.to_id % QUESTIONS & 1 : world.other_too)
         port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x05\x02\x00\x00", 6);
-    else if (to_id && world.headless)
-        port_fake_hear(&bus.link, (const uint8_t *)"\xFF\x05\x02\x00\xF8", 5);
+    else if (to_id && world.mute && sent[4] == CDS_READ)
+        ;
+    else if (to_id && world.cut && !(world.whole >> world.to_id % QUESTIONS & 1))
+        answer_cut(sent);
     else if (to_id && measured && world.error)
         port_fake_answer(&bus.link, ID, world.error, &servos.servo[0].table[sent[5]], sent[6]);
     else
@@ -210,17 +236,49 @@ void test_an_abort_at_any_poll_gives_all_back(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, diagnose.finding);
 }
 
-void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+static void go_on_for(uint16_t polls)
 {
-    put(0, ID, 1);
-    while (!bus.in_flight) {
-        cds_diagnose_poll(&diagnose);
-        port_fake.now_us += 20;
+    while (polls-- && cds_diagnose_poll(&diagnose) == CDS_PENDING) {
+        turn();
         cds_bus_poll(&bus);
     }
-    cds_bus_open(&bus, 0, 7);
+}
+
+/* In the middle of listening, of questions, of a question with the bus's own delay, of a search at
+ * other rates. */
+void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+{
+    for (uint16_t polls = 1; polls < 8000; polls = (uint16_t)(polls + 1 + polls / 7)) {
+        for (uint8_t told = 0; told < 2; told++) {
+            setUp();
+            put(0, polls & 1 ? ID : 9, polls & 1 ? 1 : 103);
+            go_on_for(polls);
+            if (diagnose.result != CDS_PENDING)
+                continue;
+            cds_bus_open(&bus, 0, 7);
+            if (told)
+                cds_bus_set_return_delay(&bus, 20);
+            TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
+            TEST_ASSERT_EQUAL_UINT8(7, bus.baud);
+            TEST_ASSERT_EQUAL_UINT16(told ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
+            TEST_ASSERT_EQUAL_UINT8(0, bus.repeats);
+        }
+    }
+}
+
+void test_one_whose_request_is_cancelled_gives_all_back(void)
+{
+    put(0, ID, 1);
+    do {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_diagnose_poll(&diagnose));
+        if (diagnose.exchanges == 5)
+            port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // the next one has to wait
+        turn();
+        cds_bus_poll(&bus);
+    } while (!bus.request || bus.in_flight);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
-    TEST_ASSERT_EQUAL_UINT8(7, bus.baud);
+    assert_given_back();
 }
 
 static enum cds_result refuse(struct cds_bus_observer *observer, struct cds_request *asked)
@@ -400,10 +458,82 @@ void test_much_damage_of_the_only_servo(void)
 void test_bytes_that_begin_no_packet_are_damage_and_not_silence(void)
 {
     put(0, ID, 1);
-    world.headless = true;
+    world.cut = 1;
+    world.damage = 0x0C;
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
     TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.damaged);
     TEST_ASSERT_EQUAL_UINT8(0, diagnose.total.silent);
+}
+
+static uint8_t found_cut(uint8_t cut, uint8_t error, uint8_t twin)
+{
+    setUp();
+    put(0, ID, 1);
+    put(1, 200, 1);
+    world.cut = cut;
+    world.error = error;
+    servos.servo[0].table[CDS_REG_PRESENT_POSITION] = 3;
+    world.twin = twin;
+    return found();
+}
+
+void test_answers_whole_but_for_their_first_bytes_come_too_soon(void)
+{
+    for (uint8_t cut = 1; cut <= 4; cut++) {
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found_cut(cut, 0, 0));
+        TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.cut);
+        TEST_ASSERT_EQUAL_UINT16(QUESTIONS, diagnose.exchanges);
+        TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    }
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found_cut(1, CDS_ERROR_OVERLOAD, 0));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found_cut(1, CDS_ERROR_VOLTAGE, 0)); // no echo
+    TEST_ASSERT_NOT_EQUAL(CDS_FINDING_TOO_QUICK, found_cut(5, 0, 0)); // no ERROR: who can tell?
+}
+
+void test_twins_that_both_come_too_soon_differ_in_what_they_measure(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_cut(1, 0, 1));
+    TEST_ASSERT_EQUAL_UINT8(10, diagnose.total.cut);
+}
+
+void test_a_quarter_of_the_answers_coming_too_soon_is_enough(void)
+{
+    for (uint8_t cut = 3; cut <= QUESTIONS; cut++) {
+        setUp();
+        put(0, ID, 1);
+        world.cut = 1;
+        world.whole = questions(0, (uint8_t)(QUESTIONS - cut));
+        TEST_ASSERT_EQUAL_UINT8(cut > 3 ? CDS_FINDING_TOO_QUICK : CDS_FINDING_NOISE, found());
+    }
+}
+
+void test_answers_that_come_too_soon_among_damaged_ones_are_noise(void)
+{
+    for (uint8_t damaged = 1; damaged <= 3; damaged++) {
+        setUp();
+        put(0, ID, 1);
+        world.cut = 1;
+        world.spoilt = questions(0, damaged);
+        world.whole = questions(damaged, 8);
+        TEST_ASSERT_EQUAL_UINT8(damaged < 3 ? CDS_FINDING_TOO_QUICK : CDS_FINDING_NOISE, found());
+    }
+}
+
+void test_lost_first_bytes_are_no_sign_of_two(void)
+{
+    put(0, ID, 1);
+    world.cut = 1;
+    world.spoilt = questions(0, 2);
+    world.whole = questions(2, 9); // the last five come too soon, all where two would differ
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found());
+}
+
+void test_one_that_answers_PING_only_and_too_soon(void)
+{
+    put(0, ID, 1);
+    world.cut = 1;
+    world.mute = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found());
 }
 
 /* ---- what a servo says of itself ---- */

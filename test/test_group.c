@@ -153,3 +153,18 @@ void test_goal_out_of_range_is_not_sent(void)
     }
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
+
+void test_goal_where_blocks_have_another_length_is_not_sent(void)
+{
+    uint8_t small[6];
+    struct cds_request too_small = CDS_REQUEST(small);
+
+    for (uint8_t length = 1; length <= 6; length++) {
+        TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, length));
+        cds_group_sync_add_goal(&request, 1, 100, 200);
+        TEST_ASSERT_EQUAL(length == 4 ? CDS_OK : CDS_BAD_ARGUMENT, cds_packet_end(&request.packet));
+    }
+    cds_group_sync_begin(&too_small, CDS_REG_GOAL_POSITION, 4);
+    cds_group_sync_add_goal(&too_small, 1, 100, 200);
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_group_sync_send(&bus, &too_small));
+}

@@ -243,6 +243,96 @@ void test_reset_of_every_servo_needs_its_own_call(void)
     TEST_ASSERT_EQUAL_UINT8(1, bus.baud);
 }
 
+/* ---- whose the bus is ---- */
+
+static void run_until(uint8_t packets, bool in_flight)
+{
+    while (servos.packets < packets || bus.in_flight != in_flight) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
+        if (servos.packets == packets && bus.in_flight == in_flight)
+            break;
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+{
+    for (uint8_t packets = 1; packets < 8; packets++)
+        for (uint8_t i = 0; i < 4; i++) {
+            begin(NEW_BAUD);
+            run_until(packets, i & 1);
+            cds_bus_open(&bus, 0, 34);
+            if (i & 2)
+                cds_bus_set_return_delay(&bus, 20);
+            while (cds_identity_poll(&identity) == CDS_PENDING) {
+                servos_turn(&bus);
+                cds_bus_poll(&bus);
+            }
+            TEST_ASSERT_EQUAL(CDS_CANCELLED, identity.result);
+            TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
+            TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
+            TEST_ASSERT_EQUAL_UINT16(i & 2 ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
+        }
+}
+
+/* Its request waits for a line that is not quiet. */
+static void run_until_it_waits(uint8_t packets)
+{
+    do {
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+        if (servos.packets == packets && !bus.request)
+            port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
+    } while (servos.packets < packets || !bus.request || bus.in_flight);
+}
+
+void test_one_whose_request_is_cancelled_gives_the_bus_back(void)
+{
+    for (uint8_t packets = 1; packets < 8; packets++) {
+        begin(NEW_BAUD);
+        run_until_it_waits(packets);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+    }
+}
+
+/* ---- an observer's word ---- */
+
+static bool at_its_turn; // not when it is submitted
+
+static enum cds_result refuse_writes(struct cds_bus_observer *observer, struct cds_request *asked)
+{
+    bool writes = asked->packet.bytes[CDS_AT_INSTRUCTION] == CDS_WRITE;
+
+    (void)observer;
+    return writes && at_its_turn == (asked->result == CDS_PENDING) ? CDS_HELD : CDS_OK;
+}
+
+static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_a_write_that_is_not_admitted_ends_it_and_nothing_was_written(void)
+{
+    struct cds_bus_observer observer = {.admit = refuse_writes, .on_news = ignore};
+
+    for (uint8_t i = 0; i < 2; i++) {
+        begin(NEW_ID);
+        at_its_turn = i;
+        bus.observer = &observer;
+        TEST_ASSERT_EQUAL(CDS_HELD, run());
+        TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
+        TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+        TEST_ASSERT_FALSE(identity.written);
+    }
+}
+
 void test_nonsense_is_refused(void)
 {
     struct cds_bus closed = {.port = 0};

@@ -409,3 +409,43 @@ void test_everybody_is_not_asked_meanwhile(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, CDS_BROADCAST_ID));
     TEST_ASSERT_FALSE(is_sent());
 }
+
+void test_an_old_answer_is_not_feared_half_an_hour_later(void)
+{
+    give_up_early();
+    poll_at(600);
+    poll_at(0x80000000u);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_opening_again_at_the_same_rate_forgets_no_servo_given_up(void)
+{
+    give_up_early();
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(505);
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
+    TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_at_another_rate_no_old_answer_is_feared(void)
+{
+    give_up_early();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_opening_again_amid_an_exchange_waits_for_its_answer(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(12 * 10 + 508 + 100);
+    assert_answered(&request, 5);
+}

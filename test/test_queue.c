@@ -244,6 +244,10 @@ void test_only_what_may_be_done_twice_is_repeated(void)
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 5, data, 6)));
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0, data, 3)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0, data, 4)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0x2D, data, 2)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0x2D, data, 3)));
+    TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write(&bus, request, 1, 0x2F, data, 1)));
+    TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 0x30, data, 2)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write_byte(&bus, request, 1, 3, 7)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_write_byte(&bus, request, 1, 4, 1)));
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_reg_write(&bus, request, 1, 0x1E, data, 4)));
@@ -251,7 +255,66 @@ void test_only_what_may_be_done_twice_is_repeated(void)
     TEST_ASSERT_EQUAL_UINT8(0, repeats_of(cds_servo_reset(&bus, request, 1)));
 }
 
+void test_urgent_ones_do_not_wait_for_repeats(void)
+{
+    static const uint8_t order[] = {3, 2, 0, 1};
+
+    cds_bus_set_repeats(&bus, 2);
+    requests[2].urgent = true;
+    requests[3].urgent = CDS_URGENT_FIRST;
+    ping(0);
+    ping(1);
+    ping(2);
+    ping(3);
+    stay_silent();
+    answer(4);
+    answer(3);
+    answer(1); // before those that were submitted after it
+    answer(2);
+    assert_ended_in_order(order, sizeof order);
+}
+
+void test_a_repeat_that_waits_for_the_line_is_passed_by_urgent_ones_in_their_order(void)
+{
+    static const uint8_t order[] = {3, 2, 0};
+
+    cds_bus_set_repeats(&bus, 2);
+    requests[2].urgent = true;
+    requests[3].urgent = CDS_URGENT_FIRST;
+    ping(0);
+    stay_silent();
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake.low = true;
+    port_fake.now_us += 10000;
+    cds_bus_poll(&bus);
+    ping(3);
+    ping(2);
+    port_fake.low = false;
+    port_fake_settle(&bus);
+    answer(4);
+    answer(3);
+    answer(1);
+    assert_ended_in_order(order, sizeof order);
+}
+
 /* ---- taking back ---- */
+
+void test_who_comes_first_by_that_has_a_deadline_of_its_own(void)
+{
+    port_fake.low = true;
+    cds_bus_poll(&bus);
+    ping(0);
+    ping(1);
+    port_fake.now_us += 1160;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &requests[0]));
+    port_fake.now_us += 1160;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
+    port_fake.now_us += 10;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[1].result);
+}
 
 void test_a_waiting_request_can_be_taken_back(void)
 {

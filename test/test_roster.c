@@ -104,6 +104,13 @@ static void read_byte_gives(uint8_t id, uint8_t address, uint8_t value)
     read_gives(id, address, &value, 1);
 }
 
+static void in_position_mode(uint8_t id)
+{
+    static const uint8_t limits[] = {100, 0, 0xFF, 3};
+
+    read_gives(id, CDS_REG_CW_ANGLE_LIMIT, limits, 4);
+}
+
 static void assert_refused(enum cds_result why, enum cds_result submitted)
 {
     uint16_t before = sent();
@@ -257,15 +264,86 @@ void test_a_servo_is_known_by_its_new_id(void)
 
 void test_reset_leaves_factory_settings(void)
 {
-    wrote_byte(30, CDS_REG_STATUS_RETURN_LEVEL, 1);
     wrote_byte(30, CDS_REG_TORQUE_ENABLE, 1);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, 30));
-    transmit();
-    cds_bus_poll(&bus);
-    TEST_ASSERT_EQUAL_UINT8(30, servos[2].id); // 1 is another one's
+    answer(cds_servo_reset(&bus, &request, 30), 30, 0);
+    TEST_ASSERT_EQUAL_UINT8(1, servos[2].id);
     TEST_ASSERT_EQUAL_UINT8(1, servos[2].return_delay);
     TEST_ASSERT_EQUAL_UINT8(2, servos[2].status_return_level);
     TEST_ASSERT_FALSE(servos[2].torque);
+}
+
+/* Now there are two of them: what is refused for one is refused. */
+void test_of_two_with_one_id_both_are_judged(void)
+{
+    cds_roster_hold(&roster, two, CDS_HOLD_LOST);
+    wrote_byte(1, CDS_REG_ID, 2);
+    assert_refused(CDS_HELD, goal(2, 500));
+    assert_refused(CDS_HELD, sync_goals(500, 500));
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, 2, CDS_REG_GOAL_POSITION,
+                                                    (const uint8_t[4]){0, 1, 100, 0}, 4));
+    cds_roster_release(&roster, two);
+    cds_roster_hold(&roster, one, CDS_HOLD_LOST);
+    assert_refused(CDS_HELD, goal(2, 500));
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 2));
+}
+
+void test_after_a_broadcast_of_an_id_anybody_may_have_it(void)
+{
+    cds_roster_hold(&roster, two, CDS_HOLD_LOST);
+    wrote_byte(CDS_BROADCAST_ID, CDS_REG_ID, 9);
+    assert_refused(CDS_HELD, goal(9, 500));
+    answer(cds_servo_ping(&bus, &request, 9), 9, 0); // which of them was it?
+    assert_refused(CDS_HELD, goal(9, 500));
+    assert_refused(CDS_HELD, goal(2, 500));
+    answer(cds_servo_ping(&bus, &request, 2), 2, 0); // and that?
+    TEST_ASSERT_EQUAL_UINT8(2, cds_roster_find(&roster, 2)->id);
+    assert_admitted(goal(1, 500));
+}
+
+/* Whether the new ID holds, the servo's next answer says. */
+void test_a_servo_whose_change_of_id_was_not_answered_counts_by_both(void)
+{
+    cds_roster_hold(&roster, one, CDS_HOLD_LOST);
+    silence(write_byte(1, CDS_REG_ID, 9));
+    assert_refused(CDS_HELD, goal(1, 500));
+    assert_refused(CDS_HELD, goal(9, 500));
+    TEST_ASSERT_EQUAL_PTR(one, cds_roster_find(&roster, 9));
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_ID, 12)); // a third one
+    assert_admitted(write_byte(2, CDS_REG_ID, 3)); // another one's, which has no part in this
+    silence(cds_servo_ping(&bus, &request, 1));
+    assert_refused(CDS_HELD, goal(9, 500));
+    answer(cds_servo_ping(&bus, &request, 9), 9, 0);
+    TEST_ASSERT_EQUAL_UINT8(9, one->id);
+    TEST_ASSERT_NULL(cds_roster_find(&roster, 1));
+    assert_refused(CDS_HELD, goal(9, 500));
+    assert_admitted(goal(1, 500));
+}
+
+void test_a_change_of_id_that_was_not_heard_is_none(void)
+{
+    silence(write_byte(1, CDS_REG_ID, 9));
+    silence(write_byte(1, CDS_REG_ID, 9)); // the same once more
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    TEST_ASSERT_EQUAL_UINT8(1, one->id);
+    TEST_ASSERT_NULL(cds_roster_find(&roster, 9));
+    TEST_ASSERT_FALSE(roster.ambiguous);
+}
+
+void test_a_reset_that_was_not_answered_may_have_been_carried_out(void)
+{
+    cds_roster_set_limits(&roster, two, 0, 1023, 300);
+    wrote_word(2, CDS_REG_MOVING_SPEED, 200);
+    wrote_byte(2, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    wrote_byte(1, CDS_REG_ID, 7); // nobody else is, or may be, 1
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, 2));
+    transmit();
+    cds_bus_poll(&bus); // no answer is due
+    assert_refused(CDS_LIMIT, goal(2, 800));
+    assert_refused(CDS_LIMIT, goal(1, 800));
+    TEST_ASSERT_EQUAL_UINT8(2, two->status_return_level);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    TEST_ASSERT_EQUAL_UINT8(1, two->id);
+    assert_admitted(goal(2, 800)); // nobody of ours
 }
 
 /* ---- counters and alarms ---- */
@@ -340,6 +418,36 @@ void test_three_silences_in_a_row_are_absence(void)
     silence(cds_servo_ping(&bus, &request, 1));
     TEST_ASSERT_EQUAL(CDS_PRESENCE_HERE, one->presence);
     silence(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_AWAY, one->presence);
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
+    TEST_ASSERT_TRUE(cds_roster_may_drive(&roster, CDS_BROADCAST_ID)); // it stops no other
+}
+
+/* A scan, say: at another rate nobody hears, and at its own nothing has happened. */
+void test_silence_at_another_rate_is_no_absence(void)
+{
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
+    go_away(1);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_HERE, one->presence);
+    TEST_ASSERT_EQUAL_UINT8(0, one->silences);
+    TEST_ASSERT_EQUAL_UINT16(CDS_ROSTER_SILENCES, one->counters.timeouts);
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0); // it has been set to this one
+    go_away(1);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_AWAY, one->presence);
+}
+
+void test_a_servo_is_looked_for_where_its_new_rate_is(void)
+{
+    wrote_byte(1, CDS_REG_BAUD_RATE, 3);
+    go_away(1); // it has gone to the new one
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_HERE, one->presence);
+    silence(write_byte(2, CDS_REG_BAUD_RATE, 3));
+    two->silences = 0;
+    go_away(2); // or not
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, two->presence);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
+    go_away(1);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_AWAY, one->presence);
 }
 
@@ -454,6 +562,105 @@ void test_a_registered_write_of_a_held_servo_is_not_set_off(void)
     assert_admitted(cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
 }
 
+static enum cds_result register_byte(uint8_t id, uint8_t address, uint8_t value)
+{
+    return cds_servo_reg_write(&bus, &request, id, address, &value, 1);
+}
+
+static enum cds_result action(uint8_t id)
+{
+    return cds_servo_action(&bus, &request, id);
+}
+
+void test_what_was_registered_for_all_is_not_set_off_for_one_that_is_held(void)
+{
+    assert_admitted(register_byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1));
+    cds_roster_hold(&roster, two, CDS_HOLD_STOPPED);
+    assert_refused(CDS_HELD, action(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT8(2, roster.refused_id);
+}
+
+/* Nobody answers an ACTION to all: whoever has not heard it has its registered write still. */
+void test_only_an_answer_says_that_nothing_is_registered(void)
+{
+    assert_admitted(register_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    assert_admitted(action(CDS_BROADCAST_ID));
+    wrote_byte(CDS_BROADCAST_ID, CDS_REG_REGISTERED_INSTRUCTION, 0);
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    assert_refused(CDS_HELD, action(CDS_BROADCAST_ID));
+    silence(write_byte(1, CDS_REG_REGISTERED_INSTRUCTION, 0));
+    assert_refused(CDS_HELD, action(1));
+    read_byte_gives(1, CDS_REG_REGISTERED_INSTRUCTION, 0);
+    assert_admitted(action(1));
+    cds_roster_release(&roster, one);
+    assert_admitted(register_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    assert_admitted(action(1));
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    assert_admitted(action(1));
+}
+
+void test_torque_that_an_action_has_switched_on_is_known_to_be_on(void)
+{
+    assert_admitted(register_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    TEST_ASSERT_FALSE(one->torque);
+    assert_admitted(action(CDS_BROADCAST_ID));
+    TEST_ASSERT_TRUE(one->torque);
+    TEST_ASSERT_FALSE(two->torque);
+}
+
+void test_what_was_registered_before_there_was_a_limit_is_not_set_off(void)
+{
+    static const uint8_t far[] = {0xE8, 3, 0xE8, 3}, near[] = {0xF4, 1, 50, 0};
+
+    in_position_mode(1);
+    assert_admitted(cds_servo_reg_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, far, 4));
+    cds_roster_set_limits(&roster, one, 200, 800, 100);
+    assert_refused(CDS_LIMIT, action(1));
+    assert_refused(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    silence(cds_servo_reg_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, near, 4));
+    assert_refused(CDS_LIMIT, action(1)); // which of the two?
+    assert_admitted(cds_servo_reg_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, near, 4));
+    assert_admitted(action(1));
+    read_byte_gives(1, CDS_REG_REGISTERED_INSTRUCTION, 1); // somebody else's
+    assert_refused(CDS_LIMIT, action(1));
+}
+
+/* The limit comes while the REG WRITE is on the wire. */
+void test_a_registered_write_is_judged_when_it_has_arrived_too(void)
+{
+    static const uint8_t far[] = {0xE8, 3};
+
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_servo_reg_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, far, sizeof far));
+    transmit();
+    cds_roster_set_limits(&roster, one, 200, 800, 1023);
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    assert_refused(CDS_LIMIT, action(1));
+}
+
+/* Speed 0 was good for endless turn. */
+void test_what_was_registered_in_another_mode_is_not_set_off(void)
+{
+    static const uint8_t zeros[4];
+
+    read_gives(1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4);
+    cds_roster_set_limits(&roster, one, 0, 1023, 100);
+    assert_admitted(cds_servo_reg_write(&bus, &request, 1, CDS_REG_MOVING_SPEED, zeros, 2));
+    in_position_mode(1);
+    assert_refused(CDS_LIMIT, action(1));
+}
+
+void test_what_nobody_would_know_after_an_action_is_not_registered(void)
+{
+    for (uint8_t address = CDS_REG_ID; address <= CDS_REG_CCW_ANGLE_LIMIT + 1; address++)
+        assert_refused(CDS_LIMIT, register_byte(1, address, 1));
+    assert_refused(CDS_LIMIT, register_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1));
+    assert_refused(CDS_LIMIT, register_byte(CDS_BROADCAST_ID, CDS_REG_ID, 1));
+    assert_admitted(register_byte(1, CDS_REG_LED, 1));
+    assert_admitted(register_byte(77, CDS_REG_ID, 78));
+}
+
 void test_a_servo_that_is_unknown_is_not_held(void)
 {
     cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
@@ -548,6 +755,138 @@ void test_a_goal_is_not_repeated_once_its_servo_is_held(void)
     TEST_ASSERT_EQUAL_UINT16(1, sent());
 }
 
+/* Everything goes out, and is answered. */
+static void see_answered(void)
+{
+    for (uint8_t i = 0; i < 20 && bus.request; i++) {
+        const struct cds_request *first = bus.request;
+
+        transmit();
+        if (first->reply_parameters != CDS_REPLY_NONE)
+            port_fake_answer(&bus.link, port_fake.sent[CDS_AT_ID], 0, NULL, 0);
+        cds_bus_poll(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_NULL(bus.request);
+}
+
+static struct cds_request *wait_with(uint8_t i)
+{
+    waiting[i] = (struct cds_request)CDS_REQUEST(waiting_buffers[i]);
+    return &waiting[i];
+}
+
+static void word_waits(uint8_t i, uint8_t id, uint8_t address, uint16_t value)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_word(&bus, wait_with(i), id, address, value));
+}
+
+static void byte_waits(uint8_t i, uint8_t id, uint8_t address, uint8_t value)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, wait_with(i), id, address, value));
+}
+
+void test_a_mode_is_judged_by_what_was_written_before_it(void)
+{
+    in_position_mode(1);
+    cds_roster_set_limits(&roster, one, 400, 600, 1023);
+    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    word_waits(0, 1, CDS_REG_CW_ANGLE_LIMIT, 0);
+    word_waits(1, 1, CDS_REG_CCW_ANGLE_LIMIT, 0);
+    word_waits(2, 1, CDS_REG_MOVING_SPEED, 500);
+    see_answered();
+    TEST_ASSERT_EQUAL(CDS_OK, waiting[0].result);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, waiting[1].result);
+    TEST_ASSERT_EQUAL(CDS_OK, waiting[2].result); // it is in position mode still
+}
+
+void test_a_goal_is_judged_by_whose_the_id_is_at_its_turn(void)
+{
+    cds_roster_set_limits(&roster, one, 200, 800, 1023);
+    byte_waits(0, 1, CDS_REG_ID, 5);
+    word_waits(1, 5, CDS_REG_GOAL_POSITION, 1000);
+    see_answered();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, waiting[1].result);
+}
+
+void test_torque_on_is_judged_by_the_goal_written_before_it(void)
+{
+    in_position_mode(1);
+    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    byte_waits(0, 2, CDS_REG_LED, 1);
+    byte_waits(1, 1, CDS_REG_TORQUE_ENABLE, 1);
+    cds_roster_set_limits(&roster, one, 501, 1023, 1023);
+    see_answered();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, waiting[1].result);
+}
+
+void test_a_reply_is_due_as_the_level_says_at_its_turn(void)
+{
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    byte_waits(0, 1, CDS_REG_STATUS_RETURN_LEVEL, 2);
+    byte_waits(1, 1, CDS_REG_LED, 1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, waiting[1].reply_parameters);
+    see_answered();
+    TEST_ASSERT_EQUAL_UINT8(0, waiting[1].reply_parameters);
+    byte_waits(0, 1, CDS_REG_STATUS_RETURN_LEVEL, 0);
+    byte_waits(1, 1, CDS_REG_LED, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, wait_with(2), 1, CDS_REG_LED, 1));
+    see_answered();
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, waiting[1].reply_parameters);
+    TEST_ASSERT_EQUAL(CDS_NO_REPLY_DUE, waiting[2].result);
+}
+
+void test_the_delay_is_the_one_of_its_turn(void)
+{
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 0);
+    byte_waits(0, 1, CDS_REG_RETURN_DELAY, 254);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, wait_with(1), 1));
+    TEST_ASSERT_EQUAL_UINT16(0, waiting[1].return_delay_us);
+    see_answered();
+    TEST_ASSERT_EQUAL_UINT16(508, waiting[1].return_delay_us);
+}
+
+/* That no reply is due was the roster's word, not the caller's: it is gone with what it was of. */
+void test_a_request_used_again_is_not_what_the_roster_made_of_it(void)
+{
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    wrote_byte(1, CDS_REG_LED, 1);
+    request.reply_parameters = CDS_REPLY_NONE; // by the caller's own wish
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 2);
+    cds_packet_write(&request.packet, 1, CDS_REG_LED, (const uint8_t[]){1}, 1);
+    request.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, request.reply_parameters);
+}
+
+/* A cycle is judged anew whenever the epoch counts on, so it must not without need. */
+void test_the_epoch_counts_what_concerns_goals_and_no_more(void)
+{
+    uint16_t epoch;
+
+    in_position_mode(1);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
+    epoch = roster.observer.epoch;
+    in_position_mode(1);
+    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 500);
+    read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 1);
+    TEST_ASSERT_EQUAL_UINT16(epoch, roster.observer.epoch);
+    wrote_word(1, CDS_REG_CW_ANGLE_LIMIT, 0);
+    TEST_ASSERT_EQUAL_UINT16(epoch + 1, roster.observer.epoch);
+    TEST_ASSERT_EQUAL_UINT8(1, roster.observer.changed_id);
+}
+
+/* A cycle still holds what the roster said before it was begun anew. */
+void test_a_roster_begun_anew_goes_on_counting(void)
+{
+    uint16_t epoch = roster.observer.epoch;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, 3));
+    TEST_ASSERT_EQUAL_UINT16(epoch + 1, roster.observer.epoch);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, roster.observer.changed_id);
+}
+
 /* What is vetted when it is submitted is not vetted for ever. */
 void test_a_vetted_goal_is_judged_at_its_turn_and_vetted_once(void)
 {
@@ -567,6 +906,7 @@ void test_goals_beyond_the_limits_are_not_sent(void)
 {
     static const uint8_t data[] = {0xC9, 0};
 
+    in_position_mode(1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 200, 1023));
     assert_refused(CDS_LIMIT, goal(1, 99));
     assert_admitted(goal(1, 100));
@@ -613,8 +953,8 @@ void test_goal_and_speed_in_one_write_are_judged_together(void)
 void test_a_speed_forgotten_with_the_power_must_be_set_again(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
-    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
     wrote_word(1, CDS_REG_MOVING_SPEED, 300);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
     read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 0);
     cds_roster_release(&roster, one);
     assert_refused(CDS_LIMIT, goal(1, 500));
@@ -636,8 +976,8 @@ static void endless_turn(uint8_t id)
 
 void test_speed_has_a_limit_in_endless_turn_both_ways(void)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
     endless_turn(1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 300));
     assert_admitted(speed(1, 0)); // stands still
     assert_admitted(speed(1, 300));
     assert_admitted(speed(1, 0x400 + 300));
@@ -651,6 +991,7 @@ void test_a_servo_with_a_limit_of_its_goal_does_not_turn_endlessly(void)
 
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 1023, 1023));
     assert_refused(CDS_LIMIT, cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4));
+    in_position_mode(1);
     wrote_word(1, CDS_REG_CW_ANGLE_LIMIT, 0);
     assert_refused(CDS_LIMIT, write_word(1, CDS_REG_CCW_ANGLE_LIMIT, 0));
     assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_CCW_ANGLE_LIMIT, 0));
@@ -658,6 +999,102 @@ void test_a_servo_with_a_limit_of_its_goal_does_not_turn_endlessly(void)
     read_gives(1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4); // somebody else has done it
     assert_refused(CDS_LIMIT, speed(1, 1));
     assert_admitted(speed(1, 0));
+}
+
+/* Speed 0 stands still in one mode and is as fast as it can in the other. */
+void test_endless_turn_is_not_left_with_speed_0(void)
+{
+    static const uint8_t position[] = {0, 0, 0xFF, 3};
+
+    endless_turn(1);
+    cds_roster_set_limits(&roster, one, 0, 1023, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 0);
+    assert_refused(CDS_LIMIT,
+                   cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    cds_group_sync_add_goal(&request, 1, 0, 0);
+    answer(cds_group_sync_send(&bus, &request), 0, 0);
+    assert_refused(CDS_LIMIT,
+                   cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+    assert_admitted(goal(1, 500));
+}
+
+/* Neither mode can be taken for granted: not before it was read, not by half, not unconfirmed. */
+void test_a_speed_needs_a_known_mode(void)
+{
+    static const uint8_t zeros[4];
+
+    cds_roster_set_limits(&roster, one, 200, 800, 1023);
+    assert_refused(CDS_LIMIT, speed(1, 500));
+    assert_refused(CDS_LIMIT, sync_goals(500, 500));
+    assert_admitted(goal(1, 500)); // endless turn has no use for it
+    in_position_mode(1);
+    assert_admitted(speed(1, 500));
+    assert_admitted(sync_goals(500, 500));
+    cds_roster_set_limits(&roster, one, 0, 1023, 1023);
+    silence(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4));
+    cds_roster_set_limits(&roster, one, 200, 800, 1023);
+    assert_refused(CDS_LIMIT, speed(1, 500));
+    in_position_mode(1);
+    assert_admitted(speed(1, 500));
+}
+
+void test_a_mode_set_by_halves_or_by_a_sync_write_is_not_known(void)
+{
+    static const uint8_t refused_by_the_servo[] = {0, 4, 0, 4}, zeros[4];
+
+    in_position_mode(1);
+    for (uint8_t i = 0; i < 4; i++)
+        wrote_byte(1, (uint8_t)(CDS_REG_CW_ANGLE_LIMIT + i), 0);
+    cds_roster_set_limits(&roster, one, 200, 800, 1023);
+    assert_refused(CDS_LIMIT, speed(1, 500));
+    read_gives(2, CDS_REG_CW_ANGLE_LIMIT, zeros, 4);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_CW_ANGLE_LIMIT, 4));
+    cds_group_sync_add(&request, 2, refused_by_the_servo);
+    answer(cds_group_sync_send(&bus, &request), 0, 0);
+    cds_roster_set_limits(&roster, two, 200, 800, 1023);
+    assert_refused(CDS_LIMIT, speed(2, 500));
+}
+
+/* It would go on with what it was told before there was a limit. */
+void test_what_a_servo_holds_counts_when_it_is_switched_on_or_over(void)
+{
+    static const uint8_t fast[] = {0xE8, 3, 0xE8, 3}, zeros[4];
+
+    in_position_mode(1);
+    assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, fast, 4));
+    cds_roster_set_limits(&roster, one, 0, 1023, 100);
+    assert_refused(CDS_LIMIT, cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4));
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    cds_roster_set_limits(&roster, one, 200, 800, 100);
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    assert_admitted(sync_goals(500, 500)); // not acknowledged
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    assert_admitted(goal(1, 500));
+    assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+}
+
+void test_the_mode_of_a_held_servo_stays(void)
+{
+    cds_roster_hold(&roster, one, CDS_HOLD_STOPPED);
+    for (uint8_t i = 0; i < 4; i++)
+        assert_refused(CDS_HELD, write_byte(1, (uint8_t)(CDS_REG_CW_ANGLE_LIMIT + i), 0));
+    assert_admitted(write_byte(1, CDS_REG_CCW_ANGLE_LIMIT + 2, 0));
+}
+
+void test_whom_a_refusal_concerns_is_not_overwritten_by_what_is_admitted(void)
+{
+    cds_roster_hold(&roster, two, CDS_HOLD_STOPPED);
+    assert_refused(CDS_HELD, goal(2, 500));
+    assert_admitted(goal(1, 500));
+    assert_admitted(write_byte(2, CDS_REG_LED, 1));
+    assert_admitted(goal(CDS_BROADCAST_ID - 1, 500));
+    TEST_ASSERT_EQUAL_UINT8(2, roster.refused_id);
 }
 
 void test_limits_out_of_range_are_refused(void)
@@ -700,4 +1137,32 @@ void test_odd_packets_pass_unharmed(void)
     cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
     answer(cds_bus_submit(&bus, &request), 0, 0);
+}
+
+/* A length of 255 bytes for each, which no packet has room for; and parameters that are not there,
+ * with a buffer that ends where the packet does. */
+void test_a_sync_write_of_nothing_is_judged_without_an_end(void)
+{
+    cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    cds_packet_put(&request.packet, CDS_REG_GOAL_POSITION);
+    cds_packet_put(&request.packet, 255);
+    cds_packet_put(&request.packet, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    request.reply_parameters = CDS_REPLY_NONE;
+    answer(cds_bus_submit(&bus, &request), 0, 0);
+}
+
+void test_parameters_that_are_not_there_are_not_read(void)
+{
+    static const uint8_t instructions[] = {CDS_WRITE, CDS_REG_WRITE, CDS_SYNC_WRITE};
+    uint8_t exact[CDS_PACKET_SIZE(0)]; // on the stack: AddressSanitizer watches its end
+
+    request.packet.bytes = exact;
+    request.packet.room = sizeof exact;
+    for (uint8_t i = 0; i < sizeof instructions; i++) {
+        cds_packet_begin(&request.packet, CDS_BROADCAST_ID, instructions[i]);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+        request.reply_parameters = CDS_REPLY_NONE;
+        answer(cds_bus_submit(&bus, &request), 0, 0);
+    }
 }

@@ -1,6 +1,7 @@
 /* Scans of IDs and baud rates, against a few fake servos. */
 #include "cds55xx/scan.h"
 
+#include "cds55xx/roster.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -16,6 +17,7 @@ void setUp(void)
     memset(&servos, 0, sizeof servos);
     memset(&bus, 0, sizeof bus);
     memset(found, 0, sizeof found);
+    memset(&scan, 0, sizeof scan);
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
@@ -32,15 +34,20 @@ void tearDown(void)
     }
 }
 
-static enum cds_result run(void)
+static enum cds_result run_at_most(uint32_t turns)
 {
     enum cds_result result;
 
-    while ((result = cds_scan_poll(&scan)) == CDS_PENDING) {
+    while ((result = cds_scan_poll(&scan)) == CDS_PENDING && turns--) {
         servos_turn(&bus);
         cds_bus_poll(&bus);
     }
     return result;
+}
+
+static enum cds_result run(void)
+{
+    return run_at_most(UINT32_MAX);
 }
 
 static void assert_found(uint8_t index, uint8_t id, uint8_t baud)
@@ -159,6 +166,26 @@ void test_details_that_were_not_read_are_no_values(void)
     TEST_ASSERT_EQUAL_UINT8(0, found[0].model);
 }
 
+void test_details_that_the_roster_says_nobody_answers_hold_up_nothing(void)
+{
+    static struct cds_roster_servo known[] = {{.id = 9}};
+    static struct cds_roster roster;
+
+    servo_fake_put(0, 9, 1);
+    servo_fake_put(1, 10, 1);
+    servos.servo[0].table[0x10] = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, known, 1));
+    known[0].status_return_level = 0;
+    cds_scan_set_ids(&scan, 8, 10);
+    cds_scan_set_bauds(&scan, &bus.baud, 1);
+    cds_scan_set_details(&scan);
+    TEST_ASSERT_EQUAL(CDS_OK, run_at_most(1000));
+    TEST_ASSERT_EQUAL_UINT16(3, scan.asked);
+    TEST_ASSERT_EQUAL_UINT16(2, scan.count);
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_REPLY_DUE, found[0].details);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, found[1].details);
+}
+
 void test_more_than_there_is_room_for_are_counted_only(void)
 {
     for (uint8_t i = 0; i < 3; i++)
@@ -212,6 +239,70 @@ void test_nonsense_is_refused(void)
     cds_scan_begin(&scan, &closed, &request, found, 4);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, run());
     TEST_ASSERT_EQUAL_UINT16(0, servos.packets);
+}
+
+/* ---- whose the bus is ---- */
+
+static void run_until(uint8_t baud, bool in_flight)
+{
+    servo_fake_put(0, 7, baud);
+    cds_scan_set_ids(&scan, 7, 7);
+    cds_scan_set_details(&scan);
+    while (scan.count == 0 || bus.in_flight != in_flight) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+        if (scan.count && bus.in_flight == in_flight)
+            break;
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
+{
+    for (uint8_t i = 0; i < 4; i++) {
+        setUp();
+        run_until(3, i & 1); // while details are read, or between two exchanges
+        cds_bus_open(&bus, 0, 34);
+        if (i & 2)
+            cds_bus_set_return_delay(&bus, 20);
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
+        TEST_ASSERT_EQUAL_UINT16(i & 2 ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
+    }
+    scan.result = CDS_BAD_ARGUMENT; // for tearDown(): nothing is to be given back
+}
+
+void test_a_scan_whose_request_is_cancelled_gives_the_bus_back(void)
+{
+    for (uint8_t details = 0; details < 2; details++) {
+        setUp();
+        servo_fake_put(0, 7, 3);
+        cds_scan_set_ids(&scan, details ? 7 : 8, 9);
+        cds_scan_set_details(&scan);
+        do {
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
+            if (scan.baud_index == 1 && scan.count == details && !bus.request)
+                port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // it has to wait
+            TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+        } while (scan.baud_index != 1 || scan.count != details || !bus.request || bus.in_flight);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        tearDown();
+    }
+}
+
+void test_a_scan_begun_anew_under_way_gives_back_what_was_before_the_first(void)
+{
+    for (uint8_t i = 0; i < 2; i++) {
+        setUp();
+        run_until(7, i);
+        cds_scan_begin(&scan, &bus, &request, found, 4);
+        cds_scan_set_ids(&scan, 7, 8);
+        TEST_ASSERT_EQUAL(CDS_OK, run());
+        TEST_ASSERT_EQUAL_UINT16(1, scan.count);
+        tearDown();
+    }
 }
 
 /* ---- cds_bus_set_baud() ---- */

@@ -104,7 +104,41 @@ void test_a_locked_servo_refuses_and_says_why(void)
     begin_limits();
     TEST_ASSERT_EQUAL(CDS_REFUSED, run());
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, setup.error);
-    TEST_ASSERT_EQUAL_UINT16(2, servos.packets);
+    TEST_ASSERT_EQUAL_UINT16(3, servos.packets);
+}
+
+void test_a_refusal_stands_if_it_cannot_be_read_back(void)
+{
+    servos.servo[0].table[0x2F] = 1;
+    servos.plan[0] = (struct servos_plan){3, LOSE_REPLY, 0};
+    begin_limits();
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, setup.error);
+}
+
+/* A WRITE that was carried out, and of which only the refusal of its repeat is heard. */
+void test_one_that_refuses_and_holds_the_value_has_it(void)
+{
+    begin_limits();
+    while (!servos.packets || bus.request) {
+        cds_setup_poll(&setup);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    memcpy(&servos.servo[0].table[6], limits, 4);
+    servos.servo[0].table[0x2F] = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_HEX8(0, setup.error);
+    TEST_ASSERT_TRUE(setup.written);
+}
+
+void test_a_lock_whose_answer_is_lost_is_not_sent_twice(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    servos.plan[0] = (struct servos_plan){2, LOSE_REPLY, 0};
+    TEST_ASSERT_EQUAL(CDS_OK, cds_setup_lock_begin(&setup, &bus, &request, 5));
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_UINT16(1, servos.writes);
 }
 
 void test_return_delay_is_rounded_up_and_never_longer_than_the_bus_waits(void)
@@ -129,6 +163,37 @@ void test_lock_is_verified_and_may_be_set_already(void)
         TEST_ASSERT_EQUAL(CDS_OK, run());
         TEST_ASSERT_EQUAL_UINT8(1, servos.servo[0].table[0x2F]);
         TEST_ASSERT_EQUAL_UINT8(!i, setup.written);
+    }
+}
+
+static bool at_its_turn; // not when it is submitted
+
+static enum cds_result refuse_writes(struct cds_bus_observer *observer, struct cds_request *asked)
+{
+    bool writes = asked->packet.bytes[CDS_AT_INSTRUCTION] == CDS_WRITE;
+
+    (void)observer;
+    return writes && at_its_turn == (asked->result == CDS_PENDING) ? CDS_LIMIT : CDS_OK;
+}
+
+static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_what_is_not_admitted_was_not_written(void)
+{
+    struct cds_bus_observer observer = {.admit = refuse_writes, .on_news = ignore};
+
+    for (uint8_t i = 0; i < 2; i++) {
+        setUp();
+        at_its_turn = i;
+        bus.observer = &observer;
+        TEST_ASSERT_EQUAL(CDS_OK, begin_limits());
+        TEST_ASSERT_EQUAL(CDS_LIMIT, run());
+        TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+        TEST_ASSERT_FALSE(setup.written);
     }
 }
 

@@ -356,3 +356,25 @@ void test_a_cycle_without_room_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_watch_set_cycle(&watch, &cycle));
     TEST_ASSERT_EQUAL(CDS_OK, cds_watch_set_cycle(&watch, NULL));
 }
+
+void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
+{
+    uint32_t reads;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_watch_begin(&watch, &roster, LOOKS_US));
+    begin_cycle(CYCLE_US);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_watch_set_cycle(&watch, &cycle));
+    servos[0].return_delay = 254; // 758 us in all, and 650 are left
+    run_with_cycle(30 * CYCLE_US);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(30, cycle.counters.reads);
+    TEST_ASSERT_EQUAL_UINT16(0, servos[0].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, servos[1].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, servos[2].counters.ok);
+    reads = cycle.counters.reads;
+    for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does anybody who asks for too much
+        run_with_cycle(1);
+        TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, CYCLE_US));
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 9, cycle.counters.reads);
+}

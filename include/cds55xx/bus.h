@@ -16,6 +16,7 @@
 #define CDS_BUS_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/link.h"   // struct cds_link
@@ -71,17 +72,19 @@ struct cds_request {
     uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
     bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
                      // says how long one may last
-    bool vetted;     // this very packet was judged already: the observer puts it back to false
-    uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
-    uint8_t id;      // who answered (of interest after a broadcast PING)
-    uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
-    uint8_t length;  // parameters received; 0 if the servo refused
+    uint8_t vetted;  // 1: this very packet was judged already. The observer puts it back, and has
+                    // the other bits for itself
+    uint8_t result; // enum cds_result; the fields below hold only if it is CDS_OK
+    uint8_t id;     // who answered (of interest after a broadcast PING)
+    uint8_t error;  // CDS_ERROR_* bits of the reply, 0 if none was due
+    uint8_t length; // parameters received; 0 if the servo refused
 };
 
-/* A request over `buffer`, an array of the caller's that holds the packet and the reply. */
+/* A request over `buffer`, an array of the caller's that holds the packet and the reply. All
+ * fields, in their order and without names: good in C99 and in C++11. */
 #define CDS_REQUEST(buffer)                                                                        \
     {                                                                                              \
-        .packet = {.bytes = (buffer), .room = sizeof(buffer) }                                     \
+        {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, false, 0, 0, 0, 0               \
     }
 
 /* Counted modulo 65536 from cds_bus_open() on. */
@@ -159,14 +162,18 @@ struct cds_bus {
     uint8_t damaged;                   // not 0: something of the reply came damaged
     uint8_t last_id;                   // of the last exchange with a reply due that is over,
     uint8_t last_result;               // and enum cds_result of it
+    bool owed;                         // that one was given up, and may answer until `late_us`
     uint8_t instruction, address;      // of the packet in flight
     uint8_t repeats;                   // given to each request that bears repeating
     struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
- * (`baud` 0 to 254) and listens. Counters start at 0. Requests in flight or waiting, if the bus was
- * open already, end as CDS_CANCELLED, without on_end. */
+ * (`baud` 0 to 254) and listens. `port` is not checked: it must be the number this very bus was
+ * bound to (on an AVR by CDS_AVR_BUS(bus, port)). There a number the board does not have works the
+ * registers of port 0, one that no bus is bound to restarts the program at the first interrupt, and
+ * one bound to another bus mixes up the two. Counters start at 0. Requests in flight or waiting, if
+ * the bus was open already, end as CDS_CANCELLED, without on_end. */
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
 
 /* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04; counters and
@@ -183,7 +190,8 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
 /* Sets how often a request is sent again when no good reply has come: `repeats`, 0 to 2; 0 from
  * cds_bus_open() on. Only what does the same when done twice is repeated: PING, READ, and WRITE but
- * of ID and baud rate. What a servo has refused is never repeated. */
+ * of ID, baud rate and LOCK. What a servo has refused is never repeated. What is more urgent goes
+ * before a repeat. */
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,

@@ -16,10 +16,11 @@ extern "C" {
 #define CDS_VALUE_MAX   0x3FF // of every ten-bit word: 300 degrees, 62 RPM, full torque
 
 /* X(name, address, width in bytes, access, area, initial value, lowest, highest)
- * Access: RD, RW, or NO for a byte the manual reserves. An initial value is the factory's in the
- * EEPROM area and the one at power-up in the RAM area; where the servo makes it up (present values,
- * goal), 0 stands. MOVING_SPEED reaches 0x7FF in endless turn only; in position mode 0x3FF is its
- * highest (R33). */
+ * Access: RD, RW, or NO for a byte that the manual reserves without saying RD or WR. Of
+ * RESERVED_13 it says RD,WR, and no meaning: it can be written (R5). An initial
+ * value is the factory's in the EEPROM area and the one at power-up in the RAM area; where the
+ * servo makes it up (present values, goal), 0 stands. MOVING_SPEED reaches 0x7FF in endless turn
+ * only; in position mode 0x3FF is its highest (R33). */
 #define CDS_REGISTERS(X)                                                                           \
     X(RESERVED_00, 0x00, 1, NO, EEPROM, 0, 0, 255)                                                 \
     X(MODEL_NUMBER, 0x01, 1, RD, EEPROM, 1, 0, 255)                                                \
@@ -69,7 +70,7 @@ enum cds_register_address {
 #undef CDS_REGISTER_ENUM_
 };
 
-/* What a program may do with a register; _NO: the manual reserves it (R5). */
+/* What a program may do with a register; _NO: nothing; a WRITE is refused (R5). */
 enum cds_access { CDS_ACCESS_NO, CDS_ACCESS_RD, CDS_ACCESS_RW };
 
 /* Where it lies: EEPROM outlives power-off, and wears; RAM begins anew at power-up. */

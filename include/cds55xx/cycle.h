@@ -70,7 +70,8 @@ struct cds_cycle {
     const uint8_t *ids;                // the caller's
     struct cds_feedback *feedback;     // the caller's, one for each of `ids`
     uint32_t next_us;                  // when the next period begins
-    uint32_t read_by_us;               // when the READ in flight has ended at the latest
+    uint32_t read_at_us;               // when the READ in flight was begun,
+    uint32_t read_by_us;               // and when it has ended at the latest
     uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
     uint32_t elapsed_us;               // periods that are over
     struct cds_request goals[2];       // the two packets of goals
@@ -125,8 +126,8 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
  * CDS_PENDING: it runs, or is stopping. CDS_OK: it has stopped, and its storage is the caller's. */
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle);
 
-/* Stops it: nothing more is sent but what is on the wire already. Poll until that is over. The
- * servos stay at, or go on to, their last goals. */
+/* Stops it, also one that was never begun: nothing more is sent but what is on the wire already.
+ * Poll until that is over. The servos stay at, or go on to, their last goals. */
 void cds_cycle_stop(struct cds_cycle *cycle);
 
 /* Is servo `index` (0 to count - 1, of `ids`) left out of the goals that are sent? True: it was
@@ -136,7 +137,8 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
 
 /* Asks for the bus between READs, for an exchange of the caller's that lasts at most `us`
  * microseconds. True: submit it now, it ends before the next period. False: ask again with each
- * turn of the main loop; no READ begins until the next period meanwhile, so that the turn comes. */
+ * turn of the main loop; no READ begins until the next period meanwhile, so that the turn comes. If
+ * `us` is above cds_cycle_room_us() it never does, and READs go on. */
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us);
 
 /* The longest exchange, in microseconds, for which cds_cycle_gives_way() can ever be true; 0 if

@@ -10,12 +10,13 @@
  *   3. PING of the servo is silent: SLOW if answers come too late; then the other listed rates,
  *      and whoever else is there: OTHER_RATE, OTHER_ID, else SILENCE
  *   4. READ is silent where PING is not: NO_REPLY_BY_LEVEL
- *   5. damage: only where two servos would say different things (READ of position, voltage ...),
- *      and not in PING and READ of the ID: DUPLICATE_ID. In half of all answers or more:
- *      DUPLICATE_ID if another servo is understood, or if none is there and three quarters are
- *      damaged; else NOISE. One bad exchange of sixteen is nothing, nor are more if a second
- *      examination is clean, once it hears again: real buses lose a few in a thousand. Up to three
- * bytes unasked are nothing either
+ *   5. damage: of a quarter of all answers or more only the first bytes are lost, and there is not
+ *      a third as much of another sort: TOO_QUICK. Only where two servos would say different things
+ *      (READ of position, voltage ...), and not in PING and READ of the ID: DUPLICATE_ID. In half
+ *      of all answers or more: DUPLICATE_ID if another servo is understood, or if none is there and
+ *      three quarters are damaged; else NOISE. One bad exchange of sixteen is nothing, nor are more
+ *      if a second examination is clean, once it hears again: real buses lose a few in a thousand.
+ *      Up to three bytes unasked are nothing either
  *   6. what the servo says of itself: SLOW, LOW_SUPPLY, HIGH_SUPPLY, OVERHEATED, OVERLOADED
  *
  * At 1 Mbps a servo that is well takes 0.1 s and 20 exchanges, silence 0.2 s and 31. Where others
@@ -72,7 +73,9 @@ extern "C" {
     X(CDS_FINDING_OVERHEATED, 16, "it is hotter than MAX_TEMPERATURE",                             \
       "take off torque and load until it is cool")                                                 \
     X(CDS_FINDING_OVERLOADED, 17, "its load exceeds its torque",                                   \
-      "look what blocks it, and lessen the load")
+      "look what blocks it, and lessen the load")                                                  \
+    X(CDS_FINDING_TOO_QUICK, 18, "it answers before this controller listens",                      \
+      "write RETURN_DELAY 1 or more: it hears that; 0 is for tied pins")
 
 /* CDS_FINDING_OK, ...: what each one means stands in the list. */
 enum cds_finding {
@@ -95,6 +98,7 @@ struct cds_diagnose_tally {
     uint8_t silent;   // ... without a sign of anybody,
     uint8_t busy;     // ... not possible: the line was not quiet
     uint8_t echoed;   // of all: began with own bytes
+    uint8_t cut;      // of the damaged: whole but for the first bytes
 };
 
 /* One diagnosis: the caller reads `finding` and what stands below it, down to `exchanges`. */
@@ -143,7 +147,8 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose);
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop, at least every
  * millisecond, or it hears less of what is said unasked. When it ends, the bus has its own rate,
  * return delay and repeats back. CDS_PENDING: not over yet. CDS_OK: diagnose->finding says what was
- * found. CDS_CANCELLED: aborted; or the bus was opened anew, and nothing was given back.
+ * found. CDS_CANCELLED: aborted, or its request was cancelled; or the bus was opened anew, or told
+ * another return delay, and nothing was given back.
  */
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose);
 

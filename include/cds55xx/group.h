@@ -31,7 +31,8 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
                              uint16_t speed);
 
 /* Sends it; nothing is answered. As cds_servo_write(), plus CDS_NO_ROOM if a block did not fit and
- * CDS_BAD_ARGUMENT if begin refused or a block was out of range. The same packet may be sent again.
+ * CDS_BAD_ARGUMENT if begin refused, a block was out of range or a goal added where `length` is not
+ * 4. The same packet may be sent again.
  */
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request);
 

@@ -81,14 +81,16 @@ void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
 void cds_group_move_set_verify(struct cds_group_move *move);
 
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.
- * CDS_PENDING: not over yet. CDS_OK: ACTION was sent, and, if verified, each servo has acted on it.
+ * CDS_PENDING: not over yet. CDS_OK: ACTION was sent, and, if verified, each servo has taken its
+ * goal; it moves if its torque is on, which is not looked at.
  * CDS_BAD_ARGUMENT: no bus is open, there is no goal, or some are out of range (their results say
  * which); CDS_NO_ROOM: the request's buffer is too small; in both nothing was sent. Else what the
  * first servo, or ACTION, failed with: CDS_REFUSED, it answered with an error of the packet, or is
  * not armed or not at its goal when read; CDS_TIMEOUT, CDS_CORRUPT, it did not answer well;
- * CDS_LINE_BUSY; CDS_LIMIT, CDS_HELD: it must not be driven so (roster.h; disarming always may).
- * Then move->acted tells the two apart: false, nothing moves; true, those whose result is CDS_OK
- * do, of the others it is not known.
+ * CDS_LINE_BUSY; CDS_NO_REPLY_DUE: by the roster it does not answer the READs of a verification
+ * (status return level 0); CDS_LIMIT, CDS_HELD: it must not be driven so (roster.h; disarming
+ * always may). Then move->acted tells the two apart: false, nothing moves; true, those whose result
+ * is CDS_OK do, of the others it is not known.
  *
  * When it has ended badly, goals[i].armed tells who is not, by its own word, disarmed: it would
  * start with the next ACTION. Remove its power, or begin anew when it answers. In particular a

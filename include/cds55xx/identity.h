@@ -45,7 +45,7 @@ struct cds_identity {
     uint8_t state;   // enum cds_identity_state
     uint8_t at_from; // enum cds_result of the last look there: CDS_OK, CDS_TIMEOUT, CDS_CORRUPT,
     uint8_t at_to;   // or CDS_PENDING if there was none
-    uint8_t written; // not 0: the write was sent
+    uint8_t written; // not 0: the write was sent, or may have been
     uint8_t error;   // CDS_ERROR_* bits of the answer to it; 0 if none came
     uint8_t result;  // enum cds_result of the whole
     uint8_t address; // register to be written, the transaction's own like all below
@@ -57,7 +57,8 @@ struct cds_identity {
  * at the bus's rate. The request's buffer must be at least CDS_PACKET_SIZE(2) bytes; bus, request
  * and identity stay in place until it has ended. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, ID or
  * rate out of range, or the new place is the old one; CDS_NO_ROOM: the buffer is too small;
- * CDS_BUSY: the request is on its way for someone else.
+ * CDS_BUSY: the request is on its way for someone else. Refused, it has touched nothing: polling
+ * goes on with, or tells the result of, what was begun before.
  *
  * A new ID, `new_id` 0 to 253. */
 enum cds_result cds_identity_change_id_begin(struct cds_identity *identity, struct cds_bus *bus,
@@ -90,7 +91,9 @@ enum cds_result cds_identity_reset_all_begin(struct cds_identity *identity, stru
  * Otherwise why not, and identity->state says where the servo is: CDS_REFUSED: the new place is
  * TAKEN, or the servo refused the write (error says why; locked, R6); CDS_TIMEOUT: it did not
  * answer, or not do what it was told; CDS_CORRUPT: damaged answers, or two servos; CDS_CANCELLED:
- * the bus was opened anew, and state is UNDECIDED; CDS_LINE_BUSY: the line was not quiet. */
+ * its request was cancelled; or the bus was opened anew, or told another return delay, and is left
+ * as it is; state is UNDECIDED in both; CDS_LINE_BUSY: the line was not quiet; CDS_LIMIT, CDS_HELD:
+ * as cds_bus_submit(), nothing was written. */
 enum cds_result cds_identity_poll(struct cds_identity *identity);
 
 /* Looks at both places again, without writing, after a transaction that ended as LOST: a servo that

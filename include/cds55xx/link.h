@@ -74,14 +74,14 @@ static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t l
 {
     if (line_errors) {
         if (line_errors & CDS_LINE_OVERRUN)
-            link->overruns++;
+            link->overruns = (uint16_t)(link->overruns + 1);
         if (line_errors & CDS_LINE_FRAMING)
-            link->framing_errors++;
+            link->framing_errors = (uint16_t)(link->framing_errors + 1);
         cds_link_break_(link);
         return;
     }
     if (!cds_ring_put(&link->rx, byte)) {
-        link->ring_overflows++;
+        link->ring_overflows = (uint16_t)(link->ring_overflows + 1);
         cds_link_break_(link);
     }
 }
@@ -99,7 +99,7 @@ static inline void cds_link_on_rx_echo(struct cds_link *link, uint8_t byte, uint
         return;
     }
     if (line_errors || byte != *echo)
-        link->echo_errors++;
+        link->echo_errors = (uint16_t)(link->echo_errors + 1);
     link->echo = echo + 1;
 }
 

@@ -10,25 +10,51 @@
  *
  * What is refused is never sent: cds_bus_submit() and all that is built on it return
  *   CDS_NO_REPLY_DUE  a READ that the servo's status return level has it not answer
- *   CDS_LIMIT         a goal or speed beyond a soft limit of the servo
- *   CDS_HELD          torque on, a goal, a speed or ACTION for a servo that is held: it came back
- *                     without its state, was away, or was stopped. Torque off always passes
+ *   CDS_LIMIT         what would, or may, take the servo beyond a soft limit: see below
+ *   CDS_HELD          torque on, a goal, a speed, an angle limit (mode) or ACTION for a servo that
+ * is held: it came back without its state, was away and was not looked at yet, or was stopped. All
+ * of these but ACTION to a servo alone that is away. Torque off always passes
  *
  * A servo counts as away (CDS_PRESENCE_AWAY) after CDS_ROSTER_SILENCES exchanges without a reply in
- * a row. When it answers again it is CDS_PRESENCE_BACK, and held, until its TORQUE_ENABLE has been
- * read: watch.h does so by itself. If that is 0 where torque was on, it has lost its state
- * (CDS_HOLD_LOST), and stays held until cds_roster_release(). A servo that did not answer when it
- * was told something new about delay, level, mode or torque keeps what was known, until a READ of
- * that register says more.
+ * a row, at the rate at which it was met or last answered: what a scan does at others counts for
+ * nothing. When it answers again it is CDS_PRESENCE_BACK, and held, until its TORQUE_ENABLE has
+ * been read: watch.h does so by itself. If that is 0 where torque was on, it has lost its state
+ * (CDS_HOLD_LOST), and stays held until cds_roster_release(). Of a write that was not answered, of
+ * delay, level or torque, the more careful of both values counts, until a READ says more.
  *
  * SYNC WRITE and broadcast count for every servo they reach: one of them held refuses the packet,
- * but not one that is away.
+ * but not one that is away. What waits in the queue is judged again at its turn, by what was learnt
+ * meanwhile.
+ *
+ * With soft limits it counts what the servo holds already, as it may go on with that. That must be
+ * known: from a READ, or from a WRITE that was answered; SYNC WRITE, broadcast, and what a status
+ * return level below 2 leaves unanswered make nothing known. CDS_LIMIT refuses,
+ *   with a limit of the goal:  a goal beyond it; a speed but 0, unless position mode is known (READ
+ *                              0x06 to 0x09, or one of the two words that is not 0); endless turn;
+ *                              torque on, unless the servo holds a goal within it in position mode;
+ *                              a change to position mode without such a goal
+ *   with a limit of the speed: a speed beyond it; 0, which in position mode means as fast as it
+ *                              can, unless endless turn is known; torque on, a goal alone, and
+ *                              another mode, unless the servo holds a speed within it, but 0 only
+ *                              for endless turn
+ *   with either:               half a word; ACTION for a servo whose registered write was judged by
+ *                              other limits or in another mode, or is not known
+ * So first the mode, then the limits, then goal and speed to each by a WRITE, then torque.
+ *
+ * CDS_LIMIT refuses to any servo of the roster a REG WRITE of ID to angle limits or of the status
+ * return level (0x03 to 0x09, 0x10): nobody would know what became of it. A servo has a registered
+ * write until it answers ACTION, or 0x2C is 0 as it says: an ACTION to all tells nothing.
+ *
+ * A servo whose change of ID, or RESET, was not answered may have either ID: it counts for both,
+ * until it answers by one of them that no other may have. CDS_LIMIT refuses it a third. If two have
+ * the same ID, what is refused for one is.
  * Main context.
  */
 #ifndef CDS_ROSTER_H
 #define CDS_ROSTER_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/bus.h" // struct cds_bus_observer
@@ -40,7 +66,7 @@ extern "C" {
 /* Exchanges without a reply, one after the other, until a servo counts as away. */
 #define CDS_ROSTER_SILENCES 3
 
-/* In `return_delay`: not known; the bus's own is waited for. */
+/* In `return_delay`: not known; the bus's own is waited for. In `baud`: not known. */
 #define CDS_ROSTER_UNKNOWN 255
 
 /* Is the servo there? */
@@ -57,6 +83,13 @@ enum cds_hold {
     CDS_HOLD_STOPPED = 2, // torque off for all was asked for: stop.h
 };
 
+/* What is known of one of the two angle limits, 0x06 and 0x08. */
+enum cds_angle_limit {
+    CDS_ANGLE_UNKNOWN,
+    CDS_ANGLE_SET, // not 0: position mode, whatever the other one is
+    CDS_ANGLE_0,   // both: endless turn
+};
+
 /* Of one servo; modulo 65536, since cds_roster_begin(). */
 struct cds_roster_counters {
     uint16_t ok;          // exchanges that it answered
@@ -68,23 +101,30 @@ struct cds_roster_counters {
     uint16_t echo_errors; // bytes said to it that came back changed
 };
 
-/* One servo. The caller sets `id`, 0 to 253; cds_roster_begin() the rest. Soft limits and what is
- * known beforehand may be set from then on; the rest is to be read. */
+/* One servo. The caller sets `id`, 0 to 253; cds_roster_begin() the rest. What is known beforehand
+ * may be set from then on: return_delay, status_return_level, baud, and ccw_limit, which as
+ * CDS_ANGLE_SET says position mode. The rest is to be read. */
 struct cds_roster_servo {
     struct cds_roster_counters counters;
-    uint16_t lowest, highest;     // soft limits of its goal, 0 to 1023; 0 and 1023: none
-    uint16_t fastest;             // soft limit of its speed, 0 to 1023, in both modes; 1023: none
-    uint8_t id;                   // 0 to 253; follows a change of ID
-    uint8_t return_delay;         // register 0x05, in 2 us, or CDS_ROSTER_UNKNOWN
-    uint8_t status_return_level;  // register 0x10; 2 until more is known
-    uint8_t alarms;               // CDS_ERROR_* bits of all its packets, until acknowledged
-    uint8_t presence;             // enum cds_presence
-    uint8_t silences;             // exchanges in a row that it did not answer
-    uint8_t held;                 // CDS_HOLD_* bits
-    bool torque;                  // it has been switched on, as far as is known
-    bool cw_limit_0, ccw_limit_0; // both: endless turn, else position mode
-    bool speed_known;             // its speed was set within the limit since it had its power
-    bool armed;                   // it has, or may have, a registered write
+    uint16_t lowest, highest;    // soft limits of its goal, 0 to 1023; 0 and 1023: none
+    uint16_t fastest;            // soft limit of its speed, 0 to 1023, in both modes; 1023: none
+    uint8_t id;                  // 0 to 253; follows a change of ID
+    uint8_t maybe_id;            // ... that it may have instead, until it answers; 254: none
+    uint8_t baud;                // register value of the rate it answers at, or CDS_ROSTER_UNKNOWN
+    uint8_t return_delay;        // register 0x05, in 2 us, or CDS_ROSTER_UNKNOWN
+    uint8_t status_return_level; // register 0x10; 2 until more is known
+    uint8_t alarms;              // CDS_ERROR_* bits of all its packets, until acknowledged
+    uint8_t presence;            // enum cds_presence
+    uint8_t silences;            // exchanges in a row that it did not answer
+    uint8_t held;                // CDS_HOLD_* bits
+    uint8_t cw_limit, ccw_limit; // enum cds_angle_limit
+    bool torque : 1;             // it has been switched on, as far as is known
+    bool speed_known : 1;        // the speed it holds is within the limit
+    bool speed_0 : 1;            // ... but may be 0
+    bool goal_known : 1;         // the goal it holds is within the limits
+    bool armed : 1;              // it has, or may have, a registered write
+    bool armed_unjudged : 1;     // ... that was not judged by what holds now
+    bool armed_torque : 1;       // ... of torque on
 };
 
 /* All of them. */
@@ -97,7 +137,9 @@ struct cds_roster {
     uint8_t last;         // the one found last: the next one asked for is often the next
     uint8_t alarms;       // of all servos, known or not, until acknowledged
     bool changed;         // what may be sent, while requests waited
-    uint8_t refused_id;   // whom the last packet that was not admitted concerns
+    bool ambiguous;       // an ID may be that of more than one of them, or one may have another
+    uint8_t refused_id;   // whom the last packet that was not admitted concerns; one refused later,
+                          // as when a move is taken back, overwrites it
 };
 
 /* Watches `bus`, which must be open, for the `count` (0 to 254) servos `servos`, which stay in
@@ -110,19 +152,22 @@ enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
  * already; CDS_NO_ROOM: the array is full. */
 enum cds_result cds_roster_add(struct cds_roster *roster, uint8_t id, uint8_t room);
 
-/* Returns servo `id` (0 to 253) of the roster, or NULL. */
+/* Returns servo `id` (0 to 253) of the roster, or NULL. Of several with this ID the one found
+ * first; if none has it, one that may have it. */
 struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id);
 
 /* Sets the soft limits of `servo`, one of the roster: goals from `lowest` to `highest`, both 0 to
- * 1023 (0 to 300 degrees); speeds up to `fastest`, 0 to 1023 (62/1023 RPM each). With a limit of
- * speed, 0, which in position mode means as fast as it can, is refused there, and so is a goal for
- * a servo whose speed was not set before; with one of the goal, endless turn is. CDS_OK;
+ * 1023 (0 to 300 degrees); speeds up to `fastest`, 0 to 1023 (62/1023 RPM each). What that refuses
+ * is said above. Where a limit is drawn closer, goal or speed must be set anew; a registered write
+ * is not carried out any more. What is on its way already is; the servo itself is not told. CDS_OK;
  * CDS_BAD_ARGUMENT: out of range, or lowest above highest; nothing was set. */
 enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_roster_servo *servo,
                                       uint16_t lowest, uint16_t highest, uint16_t fastest);
 
-/* May servo `id` (0 to 254) be driven? False: it is held, or back and not looked at yet; for 254,
- * one of them is. */
+/* May servo `id` (0 to 253) be driven? False: it is held, away, or back and not looked at yet. For
+ * 254, all of them: false if one is held, or back and not looked at yet; one that is away stops no
+ * packet to others, and does not count. Whoever is to stop when one falls silent asks for each ID.
+ */
 bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id);
 
 /* Takes note of the alarms of `servo`, one of the roster, or of all if it is NULL: returns the bits
@@ -134,8 +179,8 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why);
 
 /* Lets `servo`, one of the roster, or all if it is NULL, be driven again. Nothing is sent and
- * nothing moves: torque is off, and the caller sets speed, goal and torque anew. One that is away
- * or back stays held by that. */
+ * nothing moves: torque is off, and the caller sets speed, goal and torque anew. One that is back
+ * stays held until its TORQUE_ENABLE was read, and one that is away is not driven before. */
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo);
 
 #ifdef __cplusplus

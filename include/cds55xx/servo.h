@@ -33,7 +33,8 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
                                uint8_t address, uint8_t length);
 
 /* Writes `length` bytes (1 to 50) of `data` from `address` on, or one byte, or one word. Broadcast
- * too (2.4.1). */
+ * too (2.4.1). `data` must not lie in the request's buffer, where the packet is built: what a READ
+ * has brought there must be copied first. */
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                 uint8_t address, const uint8_t *data, uint8_t length);
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,

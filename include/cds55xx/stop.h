@@ -20,6 +20,7 @@
 #define CDS_STOP_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/roster.h" // struct cds_roster

@@ -8,13 +8,14 @@
  *   CDS_NO_ROOM       the request's buffer is too small: CDS_PACKET_SIZE(5) is enough for all here
  *   CDS_LIMIT, CDS_HELD
  *                     on a bus with a roster (roster.h): nothing is sent
- * IDs are 0 to 253, or CDS_BROADCAST_ID. `profile` says what kind of servo that is and must not be
- * NULL. Main context.
+ * IDs are 0 to 253, or CDS_BROADCAST_ID. `profile`, where a call takes one, says what kind of servo
+ * that is and must not be NULL. Main context.
  */
 #ifndef CDS_TYPED_H
 #define CDS_TYPED_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/bus.h"   // struct cds_request

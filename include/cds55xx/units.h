@@ -10,6 +10,7 @@
 #define CDS_UNITS_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/result.h" // enum cds_result

@@ -31,6 +31,7 @@
 #define CDS_WATCH_H
 
 #include <stdbool.h>
+#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/cycle.h"  // struct cds_cycle
@@ -71,7 +72,8 @@ enum cds_result cds_watch_begin(struct cds_watch *watch, struct cds_roster *rost
 
 /* From now on it stays out of the way of `cycle`, on the same bus, begun, and in place; of none if
  * NULL. Polled in any order. CDS_OK; CDS_BAD_ARGUMENT: goals leave less than the time of a READ of
- * the slowest servo, and nothing was set: return delays or the period must be other ones. */
+ * the slowest servo, and nothing was set: return delays or the period must be other ones. A servo
+ * whose return delay grows beyond that later is not looked at, and the others are as before. */
 enum cds_result cds_watch_set_cycle(struct cds_watch *watch, struct cds_cycle *cycle);
 
 /* Moves on by at most one exchange; call it from the main loop, for ever. */

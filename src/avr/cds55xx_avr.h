@@ -13,6 +13,9 @@
  * than the servo's return delay, register 0x05 x 32 cycles: raise that register, or begin longer
  * handlers with ISR_NOBLOCK. The handlers of other buses are among them: with three buses busy at
  * once, 5 (10 us) is enough.
+ *
+ * The handlers change the enables. Change other pins of those ports by a constant bit each (sbi,
+ * cbi) or with interrupts off, or an enable may be put back to where it was.
  */
 #ifndef CDS55XX_AVR_H
 #define CDS55XX_AVR_H
@@ -58,7 +61,7 @@ AVR_INLINE void cds_port_listen(uint8_t port)
     struct cds_avr_clock cds_avr_clock;                                                            \
     ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK) /* the line's turnaround must not wait for it */       \
     {                                                                                              \
-        cds_avr_clock.overflows_us += AVR_CLOCK_OVERFLOW_US;                                       \
+        cds_avr_clock.overflows_us = cds_avr_clock.overflows_us + AVR_CLOCK_OVERFLOW_US;           \
     }
 
 #endif

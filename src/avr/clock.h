@@ -7,6 +7,10 @@
 
 #define AVR_CLOCK_OVERFLOW_US 32768u
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* What the clock knows besides its timer. */
 struct cds_avr_clock {
     volatile uint32_t overflows_us; // time at the last overflow; written by its handler
@@ -17,5 +21,9 @@ extern struct cds_avr_clock cds_avr_clock;
 
 /* Starts the clock at 0 us. Main context, once, before the first bus is opened. */
 void cds_avr_clock_open(void);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

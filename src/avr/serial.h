@@ -17,6 +17,10 @@
 #include "cds55xx/ring.h" // struct cds_ring
 #include "usart.h"        // AVR_PASTE, AVR_U2X
 
+#if !defined BOARD_HOST_USART || !defined BOARD_HOST_BAUD
+#error "the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE in board.mk"
+#endif
+
 struct serial {
     struct cds_ring rx;
     struct cds_ring tx;

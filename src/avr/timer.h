@@ -5,6 +5,7 @@
 #include <avr/io.h>
 
 #include "board.h"
+#include "board_check.h"
 
 #define TIMER_PASTE3_(a, b, c) a##b##c
 #define TIMER_PASTE3(a, b, c)  TIMER_PASTE3_(a, b, c)

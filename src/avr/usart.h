@@ -2,7 +2,7 @@
  *
  * Everything is always inlined: with a constant `port` each verb becomes the two to six stores it
  * means. Direction is changed by one whole store to UCSRnB, never by |=, and by sbi and cbi on the
- * enables, which no interrupt can tear.
+ * enables, which no interrupt can tear, or with interrupts off.
  *
  * BOARD_BUSn_WIRING says how bus n hangs on its USART:
  *   TWO_ENABLES  a buffer each way, an enable for each (TX_ENABLE, RX_ENABLE); if nothing is said
@@ -19,10 +19,12 @@
 #ifndef AVR_USART_H
 #define AVR_USART_H
 
+#include <avr/interrupt.h>
 #include <avr/io.h>
 #include <stdint.h>
 
 #include "board.h"
+#include "board_check.h"
 
 /* Inlined wherever it is called; no copy is ever emitted. */
 #define AVR_INLINE extern inline __attribute__((gnu_inline, always_inline))
@@ -63,16 +65,6 @@ struct avr_usart {
         0, 0, 0                                                                                    \
     }
 
-#ifndef BOARD_BUS0_WIRING
-#define BOARD_BUS0_WIRING TWO_ENABLES
-#endif
-#ifndef BOARD_BUS1_WIRING
-#define BOARD_BUS1_WIRING TWO_ENABLES
-#endif
-#ifndef BOARD_BUS2_WIRING
-#define BOARD_BUS2_WIRING TWO_ENABLES
-#endif
-
 #define AVR_LEVEL(bus, key) &AVR_PASTE(PIN, AVR_BUS_PIN(bus, key, _PORT))
 
 /* What a wiring adds to struct avr_usart: tx_enable, rx_enable. */
@@ -91,7 +83,6 @@ struct avr_usart {
 
 /* In the order of struct avr_usart, without names: C++ takes this header too. */
 #define AVR_USART_OF(bus)                                                                          \
-    (struct avr_usart)                                                                             \
     {                                                                                              \
         AVR_REGISTER(bus, UDR), AVR_REGISTER3(bus, UCSR, A), AVR_REGISTER3(bus, UCSR, B),          \
             AVR_REGISTER3(bus, UCSR, C), AVR_REGISTER3(bus, UBRR, H), AVR_REGISTER3(bus, UBRR, L), \
@@ -122,32 +113,60 @@ enum {
     AVR_STATE_TIED_DRAINING = 1 << 7 | 1 << 4 | 1 << 6,
 };
 
-/* A pin that the wiring lacks is no instruction at all. */
+/* A pin that the wiring lacks is no instruction at all, one that is known here a single one: sbi or
+ * cbi. With several buses it may be known at run time only. Then no handler may come between
+ * reading and writing the port: it may change another bus's enable there. */
 AVR_INLINE void avr_pin_high(struct avr_pin pin)
 {
+    uint8_t sreg;
+
+    if (__builtin_constant_p(pin.mask)) {
+        if (pin.mask)
+            *pin.port |= pin.mask;
+        return;
+    }
+    sreg = SREG;
+    cli();
     if (pin.mask)
-        *pin.port |= pin.mask; // sbi
+        *pin.port |= pin.mask;
+    SREG = sreg;
 }
 
 AVR_INLINE void avr_pin_low(struct avr_pin pin)
 {
+    uint8_t sreg;
+
+    if (__builtin_constant_p(pin.mask)) {
+        if (pin.mask)
+            *pin.port &= (uint8_t)~pin.mask;
+        return;
+    }
+    sreg = SREG;
+    cli();
     if (pin.mask)
-        *pin.port &= (uint8_t)~pin.mask; // cbi
+        *pin.port &= (uint8_t)~pin.mask;
+    SREG = sreg;
 }
 
 /* `port` is a bus of the board: 0 to BOARD_BUS_COUNT - 1. */
 AVR_INLINE struct avr_usart avr_usart(uint8_t port)
 {
+    const struct avr_usart first = AVR_USART_OF(0);
+#if BOARD_BUS_COUNT > 1
+    const struct avr_usart second = AVR_USART_OF(1);
+#endif
 #if BOARD_BUS_COUNT > 2
+    const struct avr_usart third = AVR_USART_OF(2);
+
     if (port == 2)
-        return AVR_USART_OF(2);
+        return third;
 #endif
 #if BOARD_BUS_COUNT > 1
     if (port == 1)
-        return AVR_USART_OF(1);
+        return second;
 #endif
     (void)port;
-    return AVR_USART_OF(0);
+    return first;
 }
 
 AVR_INLINE void avr_usart_high_z(uint8_t port)

@@ -29,9 +29,26 @@ static void search_anew(struct cds_bus *bus)
     cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX);
 }
 
+/* Notes who was asked last, and until when the answer to that may come still. */
+static void remember(struct cds_bus *bus, uint8_t result)
+{
+    const struct cds_request *request = bus->request;
+
+    if (request->reply_parameters == CDS_REPLY_NONE)
+        return;
+    bus->last_id = bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
+    bus->last_result = result;
+    bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
+    bus->owed = result != CDS_OK;
+}
+
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
+    bool same = bus->byte_time_us && bus->port == port && bus->baud == baud;
+
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
+    if (bus->in_flight)
+        remember(bus, CDS_CANCELLED);
     cancel_all(bus);
     *bus = (struct cds_bus){
         .observer = bus->observer,
@@ -39,7 +56,10 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
         .baud = baud,
         .byte_time_us = byte_time_us(baud),
         .return_delay_us = CDS_RETURN_DELAY_MAX_US,
-        .last_id = NOBODY,
+        .late_us = bus->late_us,
+        .last_id = same ? bus->last_id : NOBODY, // at another rate no old answer is understood
+        .last_result = bus->last_result,
+        .owed = same && bus->owed,
     };
     search_anew(bus);
     cds_link_open(&bus->link, port);
@@ -51,11 +71,14 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
         return CDS_BAD_ARGUMENT;
     if (bus->request)
         return CDS_BUSY;
+    if (bus->baud == baud)
+        return CDS_OK;
     cds_port_open(bus->port, baud);
     bus->baud = baud;
     bus->byte_time_us = byte_time_us(baud);
     bus->line = CDS_BUS_OK;
     bus->last_id = NOBODY; // what was asked at the old rate is not answered at this one
+    bus->owed = false;
     cds_link_open(&bus->link, bus->port);
     return CDS_OK;
 }
@@ -127,24 +150,32 @@ SELDOM static void count_undue(struct cds_bus *bus)
         bus->observer->on_news(bus->observer, &news);
 }
 
-/* Examines one byte. True when the exchange has ended well. */
-static bool parse_byte(struct cds_bus *bus)
+/* A candidate has become something. True when the exchange has ended well. Not inlined: what it
+ * needs would be saved and restored for each byte. */
+__attribute__((noinline)) static bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
-    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
-    bool ended = false;
+    bool ended;
 
     if (parsed == CDS_PARSED_REFUTED) {
         bus->counters.refuted++;
         bus->damaged = 1;
-    } else if (parsed == CDS_PARSED_PACKET) {
-        ended = bus->in_flight && is_reply(bus);
-        if (ended)
-            take_reply(bus);
-        else
-            count_undue(bus);
-        cds_parser_accept(&bus->parser, &bus->link.rx);
+        return false;
     }
+    ended = bus->in_flight && is_reply(bus);
+    if (ended)
+        take_reply(bus);
+    else
+        count_undue(bus);
+    cds_parser_accept(&bus->parser, &bus->link.rx);
     return ended;
+}
+
+/* Examines one byte. True when the exchange has ended well. */
+static bool parse_byte(struct cds_bus *bus)
+{
+    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
+
+    return parsed != CDS_PARSED_MORE && decide(bus, parsed);
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -208,16 +239,11 @@ static bool parse(struct cds_bus *bus)
         if (broken)
             end = link->broken_at;
         while (looked_to(bus) != end) {
+            left = (uint8_t)(left - skim(bus, end, left));
             if (left == 0)
                 return false;
-            if (bus->parser.seen > CDS_AT_LENGTH) {
-                uint8_t skimmed = skim(bus, end, left);
-
-                if (skimmed) {
-                    left = (uint8_t)(left - skimmed);
-                    continue;
-                }
-            }
+            if (looked_to(bus) == end)
+                break;
             if (parse_byte(bus))
                 return true;
             left--;
@@ -261,7 +287,7 @@ static void start(struct cds_bus *bus, uint32_t now_us)
 
 bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
 {
-    return bus->last_result != CDS_OK && bus->last_id != NOBODY &&
+    return bus->owed &&
            (id == bus->last_id || id == CDS_BROADCAST_ID || bus->last_id == CDS_BROADCAST_ID) &&
            (int32_t)(now_us - bus->late_us) < 0;
 }
@@ -273,6 +299,8 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     bool high = cds_port_line_is_high(bus->port);
     bool used = heard(bus);
 
+    if (bus->owed && (int32_t)(now_us - bus->late_us) >= 0)
+        bus->owed = false; // for good: half an hour later the clock would not tell
     if (used) {
         parse(bus);
         bus->line = CDS_BUS_BUSY;
@@ -321,14 +349,16 @@ static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
     return CDS_PENDING;
 }
 
-/* Where in the queue the request belongs; never before one in flight, which is the first. */
-static struct cds_request **place_for(struct cds_bus *bus, const struct cds_request *request)
+/* Puts the request into the queue, before those that are less urgent than `urgent`, but never
+ * before one in flight, which is the first. */
+static void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
     struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
 
-    while (*place && (*place)->urgent >= request->urgent)
+    while (*place && (*place)->urgent >= urgent)
         place = &(*place)->next;
-    return place;
+    request->next = *place;
+    *place = request;
 }
 
 enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
@@ -354,7 +384,6 @@ static uint8_t admit(struct cds_bus *bus, struct cds_request *request)
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
-    struct cds_request **place;
     uint8_t result;
 
     if (request->result == CDS_PENDING)
@@ -366,9 +395,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     request->id = request->packet.bytes[CDS_AT_ID];
     request->error = 0;
     request->length = 0;
-    place = place_for(bus, request);
-    request->next = *place;
-    *place = request;
+    insert(bus, request, request->urgent);
     if (bus->request == request)
         start_if_quiet(bus, true);
     return CDS_OK;
@@ -386,6 +413,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
+    if (place == &bus->request && bus->request)
+        start_if_quiet(bus, true); // it has waited for nothing yet
     return CDS_OK;
 }
 
@@ -446,17 +475,10 @@ SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
 /* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
 static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
-    const struct cds_request *request = bus->request;
-
     count_end(bus, result);
     bus->closing = false;
     bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
-    if (reply_is_due(request)) {
-        bus->last_id =
-            bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
-        bus->last_result = result;
-        bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
-    }
+    remember(bus, result);
     if (result == CDS_CORRUPT) { // and the line may be so still
         bus->line = CDS_BUS_BUSY;
         bus->heard_us = now_us;
@@ -492,6 +514,8 @@ static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     }
     request->repeats--;
     bus->counters.repeated++;
+    bus->request = request->next;
+    insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
     start_if_quiet(bus, true);
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
+#include "operation.h"             // cds_operation_not_sent()
 
 #define GOAL_SIZE   4                        // position, speed
 #define BLOCK_SIZE  (1u + GOAL_SIZE)         // ID, goal
@@ -205,11 +206,15 @@ static void vet(struct cds_cycle *cycle)
         return;
     id = who_changed(cycle);
     for (uint8_t i = 0; i < cycle->count; i++) {
-        if ((id != CDS_BROADCAST_ID && id != cycle->ids[i]) || !drop(cycle, cycle->front, i))
+        if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
             continue;
-        dropped = true;
-        cycle->counters.dropped++;
-        if (cycle->filling)
+        if (!is_dropped(cycle, front(cycle), i)) {
+            if (!drop(cycle, cycle->front, i))
+                continue;
+            dropped = true;
+            cycle->counters.dropped++;
+        }
+        if (cycle->filling) // perhaps with a goal that was to bring it back
             drop(cycle, !cycle->front, i);
     }
     if (dropped)
@@ -351,10 +356,10 @@ static void send_again(struct cds_cycle *cycle)
         cycle->counters.unsent++;
 }
 
-/* The longest a feedback READ may take, as the bus has it. */
-static uint16_t read_us(const struct cds_bus *bus)
+/* The longest a feedback READ may take. */
+static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
 {
-    return (uint16_t)(READ_BYTES * bus->byte_time_us + bus->return_delay_us + CDS_REPLY_MARGIN_US);
+    return (uint16_t)(READ_BYTES * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
 static void next_turn(struct cds_cycle *cycle)
@@ -365,7 +370,7 @@ static void next_turn(struct cds_cycle *cycle)
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_bus *bus = cycle->bus;
-    uint32_t by_us = now_us + read_us(bus) + SUBMIT_US;
+    uint32_t by_us = now_us + read_us(bus, bus->return_delay_us) + SUBMIT_US;
     enum cds_result result;
 
     if ((int32_t)(cycle->next_us - by_us) < 0 ||
@@ -379,6 +384,7 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
     if (result != CDS_OK)
         return;
     cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
+    cycle->read_at_us = now_us;
     cycle->read_by_us = by_us;
     cycle->reading = true;
 }
@@ -398,7 +404,8 @@ static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
         if (between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
-        cycle->wire_us += read_us(cycle->bus);
+        if (!cds_operation_not_sent(cycle->read.result))
+            cycle->wire_us += time_us - cycle->read_at_us;
         cycle->counters.failed++;
     }
 }
@@ -428,9 +435,17 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 
 void cds_cycle_stop(struct cds_cycle *cycle)
 {
-    cds_bus_cancel(cycle->bus, &cycle->goals[0]);
-    cds_bus_cancel(cycle->bus, &cycle->goals[1]);
+    if (cycle->bus) { // else it was never begun
+        cds_bus_cancel(cycle->bus, &cycle->goals[0]);
+        cds_bus_cancel(cycle->bus, &cycle->goals[1]);
+        cds_bus_cancel(cycle->bus, &cycle->read);
+    }
     cycle->stopping = true;
+}
+
+uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
+{
+    return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
 }
 
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
@@ -440,13 +455,8 @@ bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 
     if (cycle->stopping)
         return !cycle->bus->request;
-    cycle->giving_way = !room;
+    cycle->giving_way = !room && us <= cds_cycle_room_us(cycle); // else nothing is worth it
     return room;
-}
-
-uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
-{
-    return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
 }
 
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)

@@ -6,6 +6,7 @@
 
 #include "cds55xx/scan.h"  // cds_scan_listed_bauds
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "operation.h"     // cds_operation_take()
 
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
@@ -146,10 +147,11 @@ static void ask(struct cds_diagnose *diagnose)
     enum cds_result submitted;
 
     diagnose->head = diagnose->bus->link.rx.head;
-    cds_bus_set_return_delay(diagnose->bus, diagnose->phase == HASTE ? diagnose->return_delay_us
-                                                                     : CDS_RETURN_DELAY_MAX_US);
+    if (diagnose->phase == HASTE)
+        cds_bus_set_return_delay(diagnose->bus, diagnose->return_delay_us);
     diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
     submitted = submit(diagnose);
+    cds_operation_take(diagnose->bus); // the question keeps what it was submitted with
     diagnose->request->vetted = false; // without an observer nobody does
     if (submitted == CDS_OK) {
         diagnose->in_flight = 1;
@@ -184,7 +186,7 @@ static bool is_tail_of_own(const struct cds_diagnose *diagnose, uint8_t count, u
 }
 
 /* Does what was heard begin with an echo? All of a PING is none: of a servo with a voltage error it
- * is the answer. */
+ * is the answer. Nor is the end of one, if it is such an answer without its first bytes. */
 static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
 {
     uint8_t longest = diagnose->sent_size;
@@ -198,12 +200,36 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
     return false;
 }
 
+/* Is all that was heard the reply that was due, but for the first of its bytes? Checksum and
+ * LENGTH say so: noise, or two servos at once, do not leave them right. With ERROR gone nothing
+ * could be told. */
+static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+{
+    uint8_t parameters = diagnose->request->reply_parameters, id = target_of(diagnose);
+    uint8_t size = (uint8_t)CDS_PACKET_SIZE(parameters), lost = (uint8_t)(size - heard);
+    uint8_t head[CDS_AT_ERROR] = {CDS_HEADER, CDS_HEADER, id,
+                                  (uint8_t)(parameters + CDS_LENGTH_MIN)};
+    uint8_t sum = (uint8_t)(head[CDS_AT_ID] + head[CDS_AT_LENGTH]);
+
+    if (heard >= size || lost > CDS_AT_ERROR)
+        return false;
+    for (uint8_t i = lost; i < CDS_AT_ERROR; i++) {
+        if (heard_byte(diagnose, (uint8_t)(i - lost)) != head[i])
+            return false;
+    }
+    for (uint8_t i = CDS_AT_ERROR; i < size; i++)
+        sum = (uint8_t)(sum + heard_byte(diagnose, (uint8_t)(i - lost)));
+    return sum == UINT8_MAX; // a checksum is the complement of the rest
+}
+
 static void count(struct cds_diagnose_tally *tally, uint8_t result, bool clean, bool heard,
-                  bool echoed)
+                  bool echoed, bool cut)
 {
     tally->asked++;
     if (echoed)
         tally->echoed++;
+    if (cut && !echoed)
+        tally->cut++;
     if (result == CDS_LINE_BUSY)
         tally->busy++;
     else if (clean)
@@ -234,12 +260,13 @@ static void exchange_ended(struct cds_diagnose *diagnose)
     uint8_t phase = diagnose->phase, result = request->result;
     uint8_t heard = (uint8_t)(diagnose->bus->link.rx.head - diagnose->head);
     bool clean = result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET);
-    bool echoed = is_echo(diagnose, heard);
+    bool cut = is_cut(diagnose, heard);
+    bool echoed = !(cut && phase == KNOCK) && is_echo(diagnose, heard);
 
     diagnose->exchanges++;
-    count(&diagnose->series, result, clean, heard, echoed);
+    count(&diagnose->series, result, clean, heard, echoed, cut);
     if (phase >= KNOCK && phase <= DIFFERING)
-        count(&diagnose->total, result, clean, heard, echoed);
+        count(&diagnose->total, result, clean, heard, echoed, cut);
     if (clean)
         keep(diagnose);
     if (phase != SEEK || heard || result != CDS_TIMEOUT)
@@ -408,11 +435,21 @@ static void knocked(struct cds_diagnose *diagnose)
     }
 }
 
+/* Are answers damaged, and most of those whole but for their beginning? Then it answers before the
+ * driver has let go. */
+static bool is_too_quick(const struct cds_diagnose_tally *tally)
+{
+    return tally->cut >= FEW && tally->cut >= tally->asked / 4 &&
+           3 * (tally->damaged - tally->cut) <= tally->cut;
+}
+
 static void read_the_same(struct cds_diagnose *diagnose)
 {
     diagnose->same = diagnose->series;
     if (diagnose->same.silent < diagnose->same.asked || diagnose->ping.silent >= FEW)
         enter(diagnose, DIFFERING);
+    else if (is_too_quick(&diagnose->ping))
+        find(diagnose, CDS_FINDING_TOO_QUICK);
     else if (!look_again(diagnose))
         find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
 }
@@ -424,10 +461,12 @@ static void read_what_differs(struct cds_diagnose *diagnose)
     uint8_t of_them, same;
 
     diagnose->differing = diagnose->series;
-    of_them = diagnose->differing.damaged;
+    of_them = (uint8_t)(diagnose->differing.damaged - diagnose->differing.cut);
     same = (uint8_t)(bad - (diagnose->differing.asked - diagnose->differing.answered));
     if (bad < FEW) {
         enter(diagnose, LIMITS);
+    } else if (is_too_quick(total)) {
+        find(diagnose, CDS_FINDING_TOO_QUICK);
     } else if (same <= FEW && of_them + 1 >= diagnose->differing.asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
@@ -569,7 +608,7 @@ static void start(struct cds_diagnose *diagnose)
 
     if (bus->request)
         return;
-    diagnose->return_delay_us = bus->return_delay_us;
+    diagnose->return_delay_us = cds_operation_take(bus);
     diagnose->repeats = bus->repeats;
     cds_bus_set_repeats(bus, 0); // each question counts
     enter(diagnose, SETTLE);
@@ -637,12 +676,15 @@ static void poll_in_turn(struct cds_diagnose *diagnose)
 
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
-    if (diagnose->in_flight) {
+    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
+        !cds_operation_has(diagnose->bus))
+        diagnose->result = CDS_CANCELLED; // the bus is somebody else's
+    if (diagnose->result == CDS_PENDING && diagnose->in_flight) {
         if (diagnose->request->result == CDS_PENDING)
             return CDS_PENDING;
         diagnose->in_flight = 0;
-        if (diagnose->request->result == CDS_CANCELLED) // by whoever opened the bus anew: theirs
-            diagnose->result = CDS_CANCELLED;
+        if (diagnose->request->result == CDS_CANCELLED)
+            cds_diagnose_abort(diagnose);
         else
             exchange_ended(diagnose);
     }

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_write_byte(), cds_servo_reset()
+#include "operation.h"     // cds_operation_take()
 
 #define LOOKS   3    // PINGs that must be silent before a place counts as empty
 #define RESET   0xFE // in place of a register's address
@@ -44,8 +45,7 @@ static void enter(struct cds_identity *identity, uint8_t phase)
 static void start(struct cds_identity *identity)
 {
     identity->started = 1;
-    identity->return_delay_us = identity->bus->return_delay_us;
-    cds_bus_set_return_delay(identity->bus, CDS_RETURN_DELAY_MAX_US);
+    identity->return_delay_us = cds_operation_take(identity->bus);
 }
 
 static enum cds_result begin(struct cds_identity *identity, struct cds_bus *bus,
@@ -220,7 +220,7 @@ static void changed(struct cds_identity *identity)
     const struct cds_request *request = identity->request;
 
     identity->reason = request->result;
-    identity->written = request->result != CDS_LINE_BUSY;
+    identity->written = !cds_operation_not_sent(request->result);
     if (request->result == CDS_OK)
         identity->error = request->error;
     if (identity->error & CDS_ERRORS_OF_PACKET)
@@ -265,7 +265,6 @@ static const struct cds_identity_place *place(const struct cds_identity *identit
 
 static enum cds_result change(struct cds_identity *identity)
 {
-    identity->written = 1;
     if (identity->address == RESET)
         return cds_servo_reset(identity->bus, identity->request, identity->from.id);
     return cds_servo_write_byte(identity->bus, identity->request, identity->from.id,
@@ -274,9 +273,18 @@ static enum cds_result change(struct cds_identity *identity)
 
 static void finish(struct cds_identity *identity, uint8_t result)
 {
-    cds_bus_set_return_delay(identity->bus, identity->return_delay_us);
+    if (cds_operation_has(identity->bus)) // else it is somebody else's
+        cds_bus_set_return_delay(identity->bus, identity->return_delay_us);
     identity->result = result;
     identity->phase = OVER;
+}
+
+/* The bus's observer does not let it through, so nothing was sent. */
+static void refused(struct cds_identity *identity, enum cds_result result)
+{
+    bool unchanged = identity->phase == CHANGE && identity->at_from == CDS_OK;
+
+    settle(identity, unchanged ? CDS_IDENTITY_UNCHANGED : CDS_IDENTITY_UNDECIDED, result);
 }
 
 static void go_on(struct cds_identity *identity)
@@ -294,16 +302,30 @@ static void go_on(struct cds_identity *identity)
     submitted = identity->phase == CHANGE ? change(identity)
                                           : cds_servo_ping(bus, identity->request, at->id);
     identity->in_flight = submitted == CDS_OK;
+    if (submitted != CDS_OK && submitted != CDS_BUSY)
+        refused(identity, submitted);
+    else if (submitted == CDS_OK && identity->phase == CHANGE)
+        identity->written = 1;
+}
+
+/* Its request was, while it waited: what is on the wire is not cancelled. */
+static void cancelled(struct cds_identity *identity)
+{
+    if (identity->phase == CHANGE)
+        identity->written = 0;
+    settle(identity, CDS_IDENTITY_UNDECIDED, CDS_CANCELLED);
 }
 
 enum cds_result cds_identity_poll(struct cds_identity *identity)
 {
-    if (identity->in_flight) {
+    if (identity->result == CDS_PENDING && identity->started && !cds_operation_has(identity->bus))
+        finish(identity, CDS_CANCELLED);
+    if (identity->result == CDS_PENDING && identity->in_flight) {
         if (identity->request->result == CDS_PENDING)
             return CDS_PENDING;
         identity->in_flight = 0;
         if (identity->request->result == CDS_CANCELLED)
-            finish(identity, CDS_CANCELLED);
+            cancelled(identity);
         else
             exchange_ended(identity);
     }

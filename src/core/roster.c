@@ -9,16 +9,21 @@
 
 #define FACTORY_ID           1 // what RESET leaves (R11, R25)
 #define FACTORY_RETURN_DELAY 1
-#define LEVEL_ALL            2 // status return levels: all is answered,
-#define LEVEL_READ           1 // READ and PING,
-#define LEVEL_PING           0 // PING only (R3)
+#define NO_ID                CDS_BROADCAST_ID // in maybe_id
+#define LEVEL_ALL            2                // status return levels: all is answered,
+#define LEVEL_READ           1                // READ and PING,
+#define LEVEL_PING           0                // PING only (R3)
+#define VETTED               1                // bits of `vetted` of a request: the caller's,
+#define MUTED                2                // and ours: that no reply is due was said here
 
 static struct cds_roster *of(struct cds_bus_observer *observer)
 {
     return (struct cds_roster *)observer; // its first member
 }
 
-struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
+/* ---- who is meant ---- */
+
+static struct cds_roster_servo *by_id(struct cds_roster *roster, uint8_t id)
 {
     uint8_t at = roster->last;
     struct cds_roster_servo *servo = &roster->servos[at];
@@ -38,12 +43,92 @@ struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
     return NULL;
 }
 
+/* The first one from `servo` on that `id` may mean, or NULL. */
+static struct cds_roster_servo *from(const struct cds_roster *roster, uint8_t id,
+                                     struct cds_roster_servo *servo)
+{
+    const struct cds_roster_servo *end = roster->servos + roster->count;
+
+    for (; servo < end; servo++)
+        if (id == CDS_BROADCAST_ID || servo->id == id || servo->maybe_id == id)
+            return servo;
+    return NULL;
+}
+
+static bool means_several(const struct cds_roster *roster, uint8_t id)
+{
+    return id == CDS_BROADCAST_ID || roster->ambiguous;
+}
+
+/* All that `id` may mean, one after the other; one at the most, mostly, and found soon. */
+static struct cds_roster_servo *first_of(struct cds_roster *roster, uint8_t id)
+{
+    return means_several(roster, id) ? from(roster, id, roster->servos) : by_id(roster, id);
+}
+
+static struct cds_roster_servo *next_of(struct cds_roster *roster, uint8_t id,
+                                        struct cds_roster_servo *servo)
+{
+    return means_several(roster, id) ? from(roster, id, servo + 1) : NULL;
+}
+
+struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
+{
+    struct cds_roster_servo *servo = by_id(roster, id);
+
+    return servo || id == CDS_BROADCAST_ID ? servo : first_of(roster, id);
+}
+
+/* Can nobody else have sent what came from `id`? */
+static bool is_alone(struct cds_roster *roster, uint8_t id)
+{
+    struct cds_roster_servo *servo = first_of(roster, id);
+
+    return servo && !next_of(roster, id, servo);
+}
+
 /* What may be sent to `servo`, or to all if it is NULL, is not what it was. */
 static void note_change(struct cds_roster *roster, const struct cds_roster_servo *servo)
 {
     roster->observer.epoch++;
     roster->observer.changed_id = servo ? servo->id : CDS_BROADCAST_ID;
     roster->changed = true;
+}
+
+static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++) {
+        if (servos[i].id > CDS_ID_MAX)
+            return false;
+        for (uint8_t k = 0; k < i; k++)
+            if (servos[k].id == servos[i].id)
+                return false;
+    }
+    return true;
+}
+
+/* Is there any doubt who has which ID? */
+static bool is_ambiguous(const struct cds_roster *roster)
+{
+    for (uint8_t i = 0; i < roster->count; i++)
+        if (roster->servos[i].maybe_id != NO_ID)
+            return true;
+    return !are_distinct(roster->servos, roster->count);
+}
+
+/* `servo` has another ID, or may have: goals to any of them are judged anew. */
+static void learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id,
+                     bool certain)
+{
+    if (certain) {
+        servo->id = id;
+        servo->maybe_id = NO_ID;
+        roster->ambiguous = is_ambiguous(roster);
+    } else if (id != servo->id) {
+        servo->maybe_id = id;
+        roster->ambiguous = true;
+    }
+    note_change(roster, NULL);
 }
 
 /* ---- what is learnt ---- */
@@ -55,63 +140,109 @@ static const uint8_t *byte_of(uint8_t reg, uint8_t address, const uint8_t *data,
     return reg >= address && reg - address < length ? data + (reg - address) : NULL;
 }
 
-static void learn_zero(bool *zero, uint8_t reg, uint8_t address, const uint8_t *data,
-                       uint8_t length)
+static void disarm(struct cds_roster_servo *servo)
 {
-    const uint8_t *low = byte_of(reg, address, data, length);
-    const uint8_t *high = byte_of((uint8_t)(reg + 1), address, data, length);
-
-    if (low && high)
-        *zero = *low == 0 && *high == 0;
-    else if ((low && *low) || (high && *high))
-        *zero = false;
+    servo->armed = false;
+    servo->armed_unjudged = false;
+    servo->armed_torque = false;
 }
 
-static void learn_settings(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
-                           uint8_t length)
+/* What is registered was judged by what is known no more. */
+static void unsettle(struct cds_roster_servo *servo)
 {
+    servo->armed_unjudged = servo->armed;
+}
+
+/* Mode, goal and speed. What waits is judged anew; goals of a cycle, which bring their speed, only
+ * if the mode is another one. */
+static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
+                        const uint8_t *data, uint8_t length, bool certain)
+{
+    struct cds_roster_servo before = *servo;
+    bool mode;
+
+    cds_limits_learn(servo, address, data, length, certain);
+    mode = servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit;
+    if (mode)
+        note_change(roster, servo);
+    if (servo->goal_known != before.goal_known || servo->speed_known != before.speed_known ||
+        servo->speed_0 != before.speed_0)
+        roster->changed = true;
+    if (mode || servo->goal_known < before.goal_known || servo->speed_known < before.speed_known ||
+        servo->speed_0 > before.speed_0)
+        unsettle(servo);
+}
+
+static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
+                           uint8_t address, const uint8_t *data, uint8_t length)
+{
+    uint8_t return_delay = servo->return_delay, level = servo->status_return_level;
     const uint8_t *it;
 
+    if ((it = byte_of(CDS_REG_BAUD_RATE, address, data, length)))
+        servo->baud = *it;
     if ((it = byte_of(CDS_REG_RETURN_DELAY, address, data, length)))
         servo->return_delay = *it;
     if ((it = byte_of(CDS_REG_STATUS_RETURN_LEVEL, address, data, length)))
         servo->status_return_level = *it;
-    learn_zero(&servo->cw_limit_0, CDS_REG_CW_ANGLE_LIMIT, address, data, length);
-    learn_zero(&servo->ccw_limit_0, CDS_REG_CCW_ANGLE_LIMIT, address, data, length);
+    if (servo->return_delay != return_delay || servo->status_return_level != level)
+        roster->changed = true;
 }
 
-/* The servo holds these bytes from `address` on: written and acknowledged, or read. */
-static void learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
-                  uint8_t length)
+static void learn_registered(struct cds_roster *roster, struct cds_roster_servo *servo,
+                             uint8_t registered)
 {
-    const uint8_t *it;
-
-    if ((it = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length)))
-        servo->armed = *it;
-    if (address > CDS_REG_MOVING_SPEED) // feedback, which comes often
-        return;
-    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
-        learn_settings(servo, address, data, length);
-    if (byte_of(CDS_REG_MOVING_SPEED, address, data, length))
-        servo->speed_known = cds_limits_check(servo, address, data, length) == CDS_OK;
+    if (!registered && servo->armed) {
+        disarm(servo);
+        roster->changed = true;
+    } else if (registered && !servo->armed) { // by whom, and what?
+        servo->armed = true;
+        unsettle(servo);
+        roster->changed = true;
+    }
 }
 
-static void learn_written(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
-                          uint8_t length)
+/* The servo holds these bytes from `address` on: read, or written and acknowledged, or, not
+ * `certain`, written as far as anybody can know. */
+static void learn(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
+                  const uint8_t *data, uint8_t length, bool certain)
+{
+    const uint8_t *registered = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length);
+
+    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
+        learn_settings(roster, servo, address, data, length);
+    if ((address <= CDS_REG_CCW_ANGLE_LIMIT + 1 || address + length > CDS_REG_GOAL_POSITION) &&
+        address <= CDS_REG_MOVING_SPEED + 1) // not torque nor feedback, which come often
+        learn_drive(roster, servo, address, data, length, certain);
+    if (registered && certain)
+        learn_registered(roster, servo, *registered);
+}
+
+static void learn_written(struct cds_roster *roster, struct cds_roster_servo *servo,
+                          uint8_t address, const uint8_t *data, uint8_t length, bool certain)
 {
     const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
     const uint8_t *id = byte_of(CDS_REG_ID, address, data, length);
 
-    learn(servo, address, data, length);
+    learn(roster, servo, address, data, length, certain);
     if (torque)
         servo->torque = *torque;
     if (id)
-        servo->id = *id;
+        learn_id(roster, servo, *id, certain);
+}
+
+/* What it holds is not known any more. */
+static void forget(struct cds_roster *roster, struct cds_roster_servo *servo)
+{
+    servo->speed_known = false;
+    servo->goal_known = false;
+    unsettle(servo);
+    roster->changed = true;
 }
 
 /* Torque that is off where it was on: power was gone for a moment, or an alarm has shut it down. */
 static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                       const uint8_t *data, uint8_t length)
+                       const uint8_t *data, uint8_t length, bool certain)
 {
     const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
 
@@ -121,31 +252,33 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
         if (lost)
             servo->held |= CDS_HOLD_LOST;
         if (lost || (!*torque && servo->presence == CDS_PRESENCE_BACK))
-            servo->speed_known = false;
+            forget(roster, servo);
         if (lost || servo->presence == CDS_PRESENCE_BACK)
             note_change(roster, servo); // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
     }
-    learn(servo, address, data, length);
+    learn(roster, servo, address, data, length, certain);
 }
 
-static void forget(struct cds_roster_servo *servo)
+/* Not `certain`: it may be what it was, under the ID it had. */
+static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *servo, bool certain)
 {
-    servo->torque = false;
-    servo->speed_known = false;
-    servo->armed = false;
-}
-
-static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *servo)
-{
-    forget(servo);
-    servo->cw_limit_0 = false;
-    servo->ccw_limit_0 = false;
-    servo->return_delay = FACTORY_RETURN_DELAY;
+    forget(roster, servo);
+    servo->cw_limit = servo->ccw_limit = CDS_ANGLE_UNKNOWN;
     servo->status_return_level = LEVEL_ALL;
-    if (!cds_roster_find(roster, FACTORY_ID)) // else there are two of them now, and one is known
-        servo->id = FACTORY_ID;
+    servo->baud = CDS_ROSTER_UNKNOWN;
+    if (certain) {
+        disarm(servo);
+        servo->torque = false;
+        servo->cw_limit = CDS_ANGLE_0;
+        servo->ccw_limit = CDS_ANGLE_SET;
+        servo->return_delay = FACTORY_RETURN_DELAY;
+        servo->baud = CDS_BAUD_1M;
+    } else if (servo->return_delay < FACTORY_RETURN_DELAY) {
+        servo->return_delay = FACTORY_RETURN_DELAY;
+    }
+    learn_id(roster, servo, FACTORY_ID, certain);
 }
 
 /* ---- all servos that an instruction packet reaches, and with what ---- */
@@ -153,7 +286,8 @@ static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *serv
 /* A part of a packet: data for one servo, or for all of them. */
 struct part {
     uint8_t id, address, length;
-    bool alone; // it is all of the packet
+    bool alone;      // it is all of the packet
+    bool registered; // of a REG WRITE
     const uint8_t *data;
 };
 
@@ -162,20 +296,26 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
 {
     const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
     uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
-    uint8_t block = (uint8_t)(parameters[1] + 1u);
+    uint16_t block;
 
+    if (count < 2)
+        return false;
     part->address = parameters[0];
+    part->registered = bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE;
     part->alone = bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE;
     if (part->alone) {
         part->id = bytes[CDS_AT_ID];
         part->data = parameters + 1;
         part->length = (uint8_t)(count - 1u);
-        return index == 0 && count > 1;
+        return index == 0;
     }
+    block = parameters[1] + 1u;
+    if ((uint32_t)(index + 1u) * block + 2u > count)
+        return false;
     part->length = parameters[1];
     part->data = parameters + 2 + (uint16_t)index * block;
     part->id = *part->data++;
-    return (uint16_t)(index + 1u) * block + 2u <= count;
+    return true;
 }
 
 /* Torque off, and nothing else: always admitted, and without delay. */
@@ -200,22 +340,54 @@ static bool is_held(const struct cds_roster_servo *servo)
 
 bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
 {
+    bool all = id == CDS_BROADCAST_ID;
+
     for (uint8_t i = 0; i < roster->count; i++) {
         const struct cds_roster_servo *servo = &roster->servos[i];
 
-        if ((id == CDS_BROADCAST_ID || servo->id == id) && is_held(servo))
+        if ((all || servo->id == id || servo->maybe_id == id) &&
+            (is_held(servo) || (!all && servo->presence == CDS_PRESENCE_AWAY)))
             return false;
     }
     return true;
 }
 
-/* Would this write drive the servo, so that it must not go to one that is held? */
-static bool drives(uint8_t address, const uint8_t *data, uint8_t length)
+static bool touches(const struct part *part, uint8_t first, uint8_t last)
 {
-    const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
+    return part->address <= last && part->address + part->length > first;
+}
 
+/* Would this write drive the servo, so that it must not go to one that is held? Another mode does:
+ * what was a speed to reach a goal with turns it endlessly. */
+static bool drives(const struct part *part)
+{
+    const uint8_t *torque;
+
+    if (part->address <= CDS_REG_MOVING_SPEED + 1 &&
+        part->address + part->length > CDS_REG_GOAL_POSITION) // first: what a cycle drops
+        return true;
+    torque = byte_of(CDS_REG_TORQUE_ENABLE, part->address, part->data, part->length);
     return (torque && *torque) ||
-           (address <= CDS_REG_MOVING_SPEED + 1 && address + length > CDS_REG_GOAL_POSITION);
+           touches(part, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
+}
+
+/* May its ID be `id` from now on? Not if there would then be three of them that it may have. */
+static bool may_become(const struct cds_roster_servo *servo, uint8_t id)
+{
+    return servo->maybe_id == NO_ID || id == servo->id || id == servo->maybe_id;
+}
+
+/* Can everybody go on knowing where and how the servo is? Nobody would know when an ACTION that may
+ * not be heard has changed its ID, rate, delay, mode or level. */
+static bool stays_known(const struct cds_roster_servo *servo, const struct part *part)
+{
+    const uint8_t *id = byte_of(CDS_REG_ID, part->address, part->data, part->length);
+
+    if (part->registered &&
+        (touches(part, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
+         touches(part, CDS_REG_STATUS_RETURN_LEVEL, CDS_REG_STATUS_RETURN_LEVEL)))
+        return false;
+    return !id || may_become(servo, *id);
 }
 
 /* Of many servos one that is away stops no other: it does not hear this, and if it is just back,
@@ -224,126 +396,23 @@ static enum cds_result judge(const struct cds_roster_servo *servo, const struct 
 {
     bool away = servo->presence == CDS_PRESENCE_AWAY && part->alone && part->id != CDS_BROADCAST_ID;
 
-    if ((is_held(servo) || away) && drives(part->address, part->data, part->length))
+    if ((is_held(servo) || away) && drives(part))
         return CDS_HELD;
+    if (part->address <= CDS_REG_STATUS_RETURN_LEVEL && !stays_known(servo, part))
+        return CDS_LIMIT;
     return cds_limits_check(servo, part->address, part->data, part->length);
 }
 
-static enum cds_result judge_part(struct cds_roster *roster, const struct part *part)
-{
-    const struct cds_roster_servo *servo;
-    enum cds_result result = CDS_OK;
-
-    if (part->id != CDS_BROADCAST_ID) {
-        servo = cds_roster_find(roster, part->id);
-        return servo ? judge(servo, part) : CDS_OK;
-    }
-    for (uint8_t i = 0; i < roster->count && result == CDS_OK; i++) {
-        roster->refused_id = roster->servos[i].id;
-        result = judge(&roster->servos[i], part);
-    }
-    return result;
-}
-
-static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes)
-{
-    enum cds_result result = CDS_OK;
-    struct part part;
-
-    for (uint8_t i = 0; result == CDS_OK && part_of(bytes, i, &part); i++) {
-        roster->refused_id = part.id;
-        result = judge_part(roster, &part);
-    }
-    return result;
-}
-
-/* ACTION drives whoever has a registered write. */
-static enum cds_result judge_action(struct cds_roster *roster, uint8_t id)
-{
-    for (uint8_t i = 0; i < roster->count; i++) {
-        const struct cds_roster_servo *servo = &roster->servos[i];
-
-        if ((id == CDS_BROADCAST_ID || servo->id == id) && servo->armed && is_held(servo)) {
-            roster->refused_id = servo->id;
-            return CDS_HELD;
-        }
-    }
-    return CDS_OK;
-}
-
-/* What the servo's own settings mean for this exchange. */
-static enum cds_result suit(const struct cds_roster_servo *servo, struct cds_request *request,
-                            uint8_t instruction)
-{
-    if (servo->return_delay != CDS_ROSTER_UNKNOWN)
-        request->return_delay_us = (uint16_t)(2u * servo->return_delay);
-    if (instruction == CDS_READ && servo->status_return_level == LEVEL_PING)
-        return CDS_NO_REPLY_DUE;
-    if (instruction != CDS_PING && instruction != CDS_READ &&
-        servo->status_return_level <= LEVEL_READ)
-        request->reply_parameters = CDS_REPLY_NONE;
-    return CDS_OK;
-}
-
-static enum cds_result judge_packet(struct cds_roster *roster, struct cds_request *request)
-{
-    const uint8_t *bytes = request->packet.bytes;
-    uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION];
-    enum cds_result result = CDS_OK;
-    const struct cds_roster_servo *servo;
-
-    if (writes(instruction) && !is_torque_off(bytes))
-        result = judge_writes(roster, bytes);
-    else if (instruction == CDS_ACTION)
-        result = judge_action(roster, id);
-    servo = id == CDS_BROADCAST_ID ? NULL : cds_roster_find(roster, id);
-    if (result == CDS_OK && servo) {
-        roster->refused_id = id;
-        result = suit(servo, request, instruction);
-    }
-    return result;
-}
-
-/* What only looks, or lets go. */
-static bool drives_nobody(const uint8_t *bytes)
-{
-    return bytes[CDS_AT_INSTRUCTION] == CDS_PING || bytes[CDS_AT_INSTRUCTION] == CDS_READ ||
-           is_torque_off(bytes);
-}
-
-/* What has waited while something changed is judged anew at its turn. */
-static __attribute__((noinline)) enum cds_result judge_anew(struct cds_roster *roster,
-                                                            struct cds_request *request)
-{
-    bool again = request->result == CDS_PENDING, vetted = request->vetted;
-
-    request->vetted = false;
-    if (!roster->bus->request)
-        roster->changed = false; // nobody has waited since
-    if (again ? !roster->changed || drives_nobody(request->packet.bytes) : vetted)
-        return CDS_OK;
-    return judge_packet(roster, request);
-}
-
-static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
-{
-    struct cds_roster *roster = of(observer);
-
-    if (roster->count)
-        return judge_anew(roster, request);
-    request->vetted = false;
-    return CDS_OK;
-}
-
-/* The goal and speed that nobody minds, by the shortest way: a cycle has 50 of them in 4 ms.
- * Whoever is not let through here is judged in full. */
+/* The goal and speed that nobody minds if the servo is not held, by the shortest way: a cycle has
+ * 50 of them in 4 ms. Whoever is not let through here is judged in full. */
 static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *data)
 {
     uint16_t goal = (uint16_t)(data[0] | (uint16_t)data[1] << 8);
     uint16_t speed = (uint16_t)(data[2] | (uint16_t)data[3] << 8);
 
-    return !servo->held && servo->presence != CDS_PRESENCE_BACK && !servo->cw_limit_0 &&
-           goal >= servo->lowest && goal <= servo->highest &&
+    return goal >= servo->lowest && goal <= servo->highest &&
+           ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET ||
+            (servo->lowest == 0 && servo->highest == CDS_VALUE_MAX)) &&
            (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
 }
 
@@ -356,6 +425,18 @@ static __attribute__((noinline)) enum cds_result judge_block(const struct cds_ro
     return judge(servo, &part);
 }
 
+static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster *roster, uint8_t id,
+                                                              uint8_t address, const uint8_t *data,
+                                                              uint8_t length)
+{
+    struct cds_roster_servo *servo = from(roster, id, roster->servos);
+    enum cds_result result = CDS_OK;
+
+    for (; servo && result == CDS_OK; servo = from(roster, id, servo + 1))
+        result = judge_block(servo, address, data, length);
+    return result;
+}
+
 static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
                                    const uint8_t *data, uint8_t length)
 {
@@ -363,14 +444,170 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
     uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
     const struct cds_roster_servo *servo = &roster->servos[next];
 
+    if (roster->ambiguous)
+        return judge_blocks(roster, id, address, data, length);
     if (next < roster->count && servo->id == id)
         roster->last = next;
     else
-        servo = cds_roster_find(roster, id);
-    if (!servo ||
-        (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE && is_harmless(servo, data)))
+        servo = by_id(roster, id);
+    if (!servo)
         return CDS_OK;
+    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) {
+        if (is_held(servo)) // as 50 of them are when all is to stop
+            return CDS_HELD;
+        if (is_harmless(servo, data))
+            return CDS_OK;
+    }
     return judge_block(servo, address, data, length);
+}
+
+static enum cds_result refuse(struct cds_roster *roster, uint8_t id, enum cds_result why)
+{
+    roster->refused_id = id;
+    return why;
+}
+
+/* A part of a packet to all whom its ID means. */
+static enum cds_result judge_part(struct cds_roster *roster, const struct part *part)
+{
+    struct cds_roster_servo *servo = first_of(roster, part->id);
+
+    for (; servo; servo = next_of(roster, part->id, servo)) {
+        enum cds_result result = judge(servo, part);
+
+        if (result != CDS_OK)
+            return refuse(roster, servo->id, result);
+    }
+    return CDS_OK;
+}
+
+/* One servo's part of many: by the short way, as they may be 50. */
+static enum cds_result judge_one(struct cds_roster *roster, const struct part *part)
+{
+    enum cds_result result =
+        admit_block(&roster->observer, part->id, part->address, part->data, part->length);
+
+    return result == CDS_OK ? CDS_OK : refuse(roster, part->id, result);
+}
+
+static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes)
+{
+    struct part part;
+
+    for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
+        enum cds_result result;
+
+        if (part.alone || means_several(roster, part.id))
+            result = judge_part(roster, &part);
+        else
+            result = judge_one(roster, &part);
+        if (result != CDS_OK)
+            return result;
+    }
+    return CDS_OK;
+}
+
+/* ACTION drives whoever has a registered write. */
+static enum cds_result judge_action(struct cds_roster *roster, uint8_t id)
+{
+    struct cds_roster_servo *servo = first_of(roster, id);
+
+    for (; servo; servo = next_of(roster, id, servo)) {
+        if (servo->armed && is_held(servo))
+            return refuse(roster, servo->id, CDS_HELD);
+        if (servo->armed_unjudged && cds_limits_any(servo))
+            return refuse(roster, servo->id, CDS_LIMIT);
+    }
+    return CDS_OK;
+}
+
+static enum cds_result judge_reset(struct cds_roster *roster, uint8_t id)
+{
+    struct cds_roster_servo *servo = first_of(roster, id);
+
+    for (; servo; servo = next_of(roster, id, servo))
+        if (!may_become(servo, FACTORY_ID))
+            return refuse(roster, servo->id, CDS_LIMIT);
+    return CDS_OK;
+}
+
+/* What the servo's own settings mean for this exchange: of several that may have this ID, the
+ * slowest, and the one that says most. */
+static enum cds_result suit(struct cds_roster *roster, struct cds_request *request, uint8_t id,
+                            uint8_t instruction)
+{
+    struct cds_roster_servo *servo = first_of(roster, id);
+    uint16_t delay_us = 0;
+    uint8_t level = LEVEL_PING;
+
+    if (request->vetted & MUTED)
+        request->reply_parameters = 0;
+    request->vetted &= (uint8_t)~MUTED;
+    if (!servo)
+        return CDS_OK;
+    for (; servo; servo = next_of(roster, id, servo)) {
+        uint16_t its_us = roster->bus->return_delay_us;
+
+        if (servo->return_delay != CDS_ROSTER_UNKNOWN)
+            its_us = (uint16_t)(2u * servo->return_delay);
+        if (its_us > delay_us)
+            delay_us = its_us;
+        if (servo->status_return_level > level)
+            level = servo->status_return_level;
+    }
+    request->return_delay_us = delay_us;
+    if (instruction == CDS_READ && level == LEVEL_PING)
+        return CDS_NO_REPLY_DUE;
+    if (instruction != CDS_PING && instruction != CDS_READ && level <= LEVEL_READ &&
+        request->reply_parameters != CDS_REPLY_NONE) {
+        request->reply_parameters = CDS_REPLY_NONE;
+        request->vetted |= MUTED;
+    }
+    return CDS_OK;
+}
+
+static enum cds_result judge_packet(struct cds_roster *roster, struct cds_request *request)
+{
+    const uint8_t *bytes = request->packet.bytes;
+    uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION];
+    enum cds_result result = CDS_OK;
+
+    if (writes(instruction) && !is_torque_off(bytes))
+        result = judge_writes(roster, bytes);
+    else if (instruction == CDS_ACTION)
+        result = judge_action(roster, id);
+    else if (instruction == CDS_RESET)
+        result = judge_reset(roster, id);
+    if (result == CDS_OK && id != CDS_BROADCAST_ID) {
+        result = suit(roster, request, id, instruction);
+        if (result != CDS_OK)
+            roster->refused_id = id;
+    }
+    return result;
+}
+
+/* What has waited while something changed is judged anew at its turn. */
+static __attribute__((noinline)) enum cds_result judge_anew(struct cds_roster *roster,
+                                                            struct cds_request *request)
+{
+    bool again = request->result == CDS_PENDING, vetted = request->vetted & VETTED;
+
+    request->vetted = again ? request->vetted & MUTED : 0;
+    if (!roster->bus->request)
+        roster->changed = false; // nobody has waited since
+    if (again ? !roster->changed : vetted)
+        return CDS_OK;
+    return judge_packet(roster, request);
+}
+
+static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+{
+    struct cds_roster *roster = of(observer);
+
+    if (roster->count)
+        return judge_anew(roster, request);
+    request->vetted = 0;
+    return CDS_OK;
 }
 
 /* ---- what has happened ---- */
@@ -382,10 +619,14 @@ static void note_alarms(struct cds_roster *roster, struct cds_roster_servo *serv
         servo->alarms |= error;
 }
 
-static void answered(struct cds_roster *roster, struct cds_roster_servo *servo)
+/* One that may have either of two IDs has the one it has answered by, if nobody else can have. */
+static void answered(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id)
 {
     servo->counters.ok++;
     servo->silences = 0;
+    servo->baud = roster->bus->baud;
+    if (servo->maybe_id != NO_ID && is_alone(roster, id))
+        learn_id(roster, servo, id, true);
     if (servo->presence == CDS_PRESENCE_AWAY) {
         servo->presence = CDS_PRESENCE_BACK;
         note_change(roster, servo);
@@ -394,9 +635,12 @@ static void answered(struct cds_roster *roster, struct cds_roster_servo *servo)
     }
 }
 
+/* Silence tells something only where the servo is to be heard: at its rate, by its ID. */
 static void not_answered(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
     servo->counters.timeouts++;
+    if (servo->baud != roster->bus->baud || servo->maybe_id != NO_ID)
+        return;
     if (servo->silences < CDS_ROSTER_SILENCES)
         servo->silences++;
     if (servo->silences == CDS_ROSTER_SILENCES && servo->presence != CDS_PRESENCE_AWAY) {
@@ -405,23 +649,24 @@ static void not_answered(struct cds_roster *roster, struct cds_roster_servo *ser
     }
 }
 
-/* Goals of a cycle, which come 250 times a second: what they tell is that a speed within its limit
- * was set. Who is held was not among them. */
+/* Goals of a cycle, which come 250 times a second: nobody answers, so they make nothing known, and
+ * who is beyond his limits was not among them. Endless turn: see cds_limits_learn(). */
 static bool are_old_news(const struct cds_roster *roster, const uint8_t *bytes)
 {
     const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
     const struct cds_roster_servo *servo = roster->servos;
 
-    if (bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE || parameters[0] != CDS_REG_GOAL_POSITION ||
-        parameters[1] != CDS_GOAL_SIZE)
+    if (bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE || bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2 ||
+        parameters[0] != CDS_REG_GOAL_POSITION || parameters[1] != CDS_GOAL_SIZE)
         return false;
     for (uint8_t i = roster->count; i; i--, servo++)
-        if (!servo->speed_known && !servo->held && servo->fastest < CDS_VALUE_MAX)
+        if (servo->fastest < CDS_VALUE_MAX && !servo->speed_0 &&
+            (servo->cw_limit & servo->ccw_limit) == CDS_ANGLE_0)
             return false;
     return true;
 }
 
-static void learn_parts(struct cds_roster *roster, const uint8_t *bytes)
+static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool certain)
 {
     struct cds_roster_servo *servo;
     struct part part;
@@ -434,65 +679,130 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes)
         return;
     }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
-        for (uint8_t k = 0; part.id == CDS_BROADCAST_ID && k < roster->count; k++)
-            learn_written(&roster->servos[k], part.address, part.data, part.length);
-        servo = part.id == CDS_BROADCAST_ID ? NULL : cds_roster_find(roster, part.id);
-        if (servo)
-            learn_written(servo, part.address, part.data, part.length);
+        servo = first_of(roster, part.id);
+        while (servo) { // whose ID changes here must not be met by it again
+            struct cds_roster_servo *next = next_of(roster, part.id, servo);
+
+            learn_written(roster, servo, part.address, part.data, part.length, certain);
+            servo = next;
+        }
     }
 }
 
 /* A write whose reply was lost may have been carried out all the same. Of two possibilities, the
- * careful one: the longer delay; that torque is on; that a write is registered. */
-static void doubt(struct cds_roster_servo *servo, const uint8_t *bytes)
+ * careful one: the longer delay, the level that says more, no rate, both IDs, torque on. */
+static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes)
 {
+    uint8_t return_delay = servo->return_delay, level = servo->status_return_level;
+    bool torque = servo->torque;
     struct part part;
-    const uint8_t *it;
 
     if (!part_of(bytes, 0, &part))
         return;
-    it = byte_of(CDS_REG_RETURN_DELAY, part.address, part.data, part.length);
-    if (it && servo->return_delay != CDS_ROSTER_UNKNOWN && *it > servo->return_delay)
-        servo->return_delay = *it;
-    it = byte_of(CDS_REG_TORQUE_ENABLE, part.address, part.data, part.length);
-    if (it && *it)
-        servo->torque = true;
-    if (byte_of(CDS_REG_MOVING_SPEED, part.address, part.data, part.length))
-        servo->speed_known = false;
+    learn_written(roster, servo, part.address, part.data, part.length, false);
+    if (return_delay > servo->return_delay)
+        servo->return_delay = return_delay;
+    if (level > servo->status_return_level)
+        servo->status_return_level = level;
+    if (byte_of(CDS_REG_BAUD_RATE, part.address, part.data, part.length))
+        servo->baud = CDS_ROSTER_UNKNOWN;
+    servo->torque |= torque;
 }
 
-static void act(struct cds_roster *roster, uint8_t id)
+/* A REG WRITE was heard, or may have been. It was judged when it was sent. */
+static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes,
+                bool certain)
 {
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (id == CDS_BROADCAST_ID || roster->servos[i].id == id)
-            roster->servos[i].armed = false;
+    const uint8_t *torque;
+    struct part part;
+
+    if (!part_of(bytes, 0, &part))
+        return;
+    torque = byte_of(CDS_REG_TORQUE_ENABLE, part.address, part.data, part.length);
+    if (certain)
+        disarm(servo); // the last one counts
+    if (cds_limits_check(servo, part.address, part.data, part.length) != CDS_OK)
+        servo->armed_unjudged = true;
+    if (torque && *torque)
+        servo->armed_torque = true;
+    servo->armed = true;
+    roster->changed = true;
+    cds_limits_learn(servo, part.address, part.data, part.length, false);
 }
 
-/* The packet was carried out, as far as anybody can know. */
-static void carried_out(struct cds_roster *roster, struct cds_roster_servo *servo,
-                        const struct cds_bus_news *news)
+static void act(struct cds_roster_servo *servo, bool certain)
+{
+    if (servo->armed_torque)
+        servo->torque = true;
+    if (certain)
+        disarm(servo);
+}
+
+/* What the packet has done, or may have, to one it was meant for. `lost`: its reply is. */
+static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *servo,
+                         const struct cds_bus_news *news, bool certain, bool lost)
 {
     const uint8_t *bytes = news->request->packet.bytes;
 
     switch (news->instruction) {
     case CDS_WRITE:
-    case CDS_SYNC_WRITE: learn_parts(roster, bytes); break;
-    case CDS_ACTION: act(roster, bytes[CDS_AT_ID]); break;
-    case CDS_REG_WRITE:
-        if (servo)
-            servo->armed = true;
+        if (lost)
+            doubt(roster, servo, bytes);
         break;
+    case CDS_REG_WRITE: arm(roster, servo, bytes, certain); break;
+    case CDS_ACTION: act(servo, certain); break;
+    case CDS_RESET: learn_reset(roster, servo, certain); break;
     case CDS_READ:
-        if (servo)
-            learn_read(roster, servo, news->address, bytes, news->request->length);
-        break;
-    case CDS_RESET:
-        for (uint8_t i = 0; bytes[CDS_AT_ID] == CDS_BROADCAST_ID && i < roster->count; i++)
-            forget(&roster->servos[i]); // which of them is whose ID 1 now, nobody knows
-        if (servo)
-            learn_reset(roster, servo);
+        if (!lost)
+            learn_read(roster, servo, news->address, bytes, news->request->length, certain);
         break;
     default: break;
+    }
+}
+
+/* The packet was carried out, as far as anybody can know; for certain, only if the servo says so
+ * and no other can have said it. `servo`: the first that its ID may mean. */
+static void carried_out(struct cds_roster *roster, struct cds_roster_servo *servo,
+                        const struct cds_bus_news *news, bool due)
+{
+    bool lost = news->result != CDS_OK;
+    bool certain = due && !lost && servo && !next_of(roster, news->id, servo);
+
+    if (!lost && (news->instruction == CDS_WRITE || news->instruction == CDS_SYNC_WRITE)) {
+        learn_parts(roster, news->request->packet.bytes, certain);
+        return;
+    }
+    while (servo) { // as above
+        struct cds_roster_servo *next = next_of(roster, news->id, servo);
+
+        learn_packet(roster, servo, news, certain, lost);
+        servo = next;
+    }
+}
+
+static void count_echo_errors(struct cds_roster *roster, struct cds_roster_servo *servo)
+{
+    uint16_t echo_errors = cds_link_count(&roster->bus->link.echo_errors);
+
+    if (servo)
+        servo->counters.echo_errors =
+            (uint16_t)(servo->counters.echo_errors + (echo_errors - roster->echo_errors));
+    roster->echo_errors = echo_errors;
+}
+
+static void note_presence(struct cds_roster *roster, struct cds_roster_servo *servo,
+                          const struct cds_bus_news *news)
+{
+    while (servo) {
+        struct cds_roster_servo *next = next_of(roster, news->id, servo);
+
+        if (news->result == CDS_OK)
+            answered(roster, servo, news->id);
+        else if (news->result == CDS_TIMEOUT)
+            not_answered(roster, servo);
+        else
+            servo->counters.corrupt++;
+        servo = next;
     }
 }
 
@@ -500,35 +810,21 @@ static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
                   const struct cds_bus_news *news)
 {
     bool due = news->request->reply_parameters != CDS_REPLY_NONE;
-    uint16_t echo_errors = cds_link_count(&roster->bus->link.echo_errors);
+    bool one = news->id != CDS_BROADCAST_ID;
 
-    if (servo)
-        servo->counters.echo_errors =
-            (uint16_t)(servo->counters.echo_errors + (echo_errors - roster->echo_errors));
-    roster->echo_errors = echo_errors;
-    if (servo && due) {
-        if (news->result == CDS_OK)
-            answered(roster, servo);
-        else if (news->result == CDS_TIMEOUT)
-            not_answered(roster, servo);
-        else
-            servo->counters.corrupt++;
-    }
-    if (news->result == CDS_OK && !(news->error & CDS_ERRORS_OF_PACKET))
-        carried_out(roster, servo, news);
-    else if (servo && news->result != CDS_OK && news->instruction == CDS_REG_WRITE)
-        servo->armed = true;
-    else if (servo && news->result != CDS_OK && news->instruction == CDS_WRITE)
-        doubt(servo, news->request->packet.bytes);
+    count_echo_errors(roster, one ? servo : NULL);
+    if (due && one)
+        note_presence(roster, servo, news);
+    if (!(news->error & CDS_ERRORS_OF_PACKET))
+        carried_out(roster, servo, news, due);
 }
 
 static __attribute__((noinline)) void take_news(struct cds_roster *roster,
                                                 const struct cds_bus_news *news)
 {
-    struct cds_roster_servo *servo =
-        news->id == CDS_BROADCAST_ID ? NULL : cds_roster_find(roster, news->id);
+    struct cds_roster_servo *servo = first_of(roster, news->id);
 
-    note_alarms(roster, servo, news->error);
+    note_alarms(roster, news->id == CDS_BROADCAST_ID ? NULL : servo, news->error);
     if (news->event == CDS_BUS_ENDED)
         ended(roster, servo, news);
     else if (servo && news->event == CDS_BUS_LATE)
@@ -552,25 +848,15 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
 
 /* ---- what the caller asks for ---- */
 
-static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
-{
-    for (uint8_t i = 0; i < count; i++) {
-        if (servos[i].id > CDS_ID_MAX)
-            return false;
-        for (uint8_t k = 0; k < i; k++)
-            if (servos[k].id == servos[i].id)
-                return false;
-    }
-    return true;
-}
-
 /* A servo of which nothing is known. */
-static void meet(struct cds_roster_servo *servo, uint8_t id)
+static void meet(struct cds_roster_servo *servo, uint8_t id, uint8_t baud)
 {
     *servo = (struct cds_roster_servo){
         .highest = CDS_VALUE_MAX,
         .fastest = CDS_VALUE_MAX,
         .id = id,
+        .maybe_id = NO_ID,
+        .baud = baud,
         .return_delay = CDS_ROSTER_UNKNOWN,
         .status_return_level = LEVEL_ALL,
     };
@@ -579,13 +865,22 @@ static void meet(struct cds_roster_servo *servo, uint8_t id)
 enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
                                  struct cds_roster_servo *servos, uint8_t count)
 {
+    uint16_t epoch = 0;
+
     if (bus->byte_time_us == 0 || count > CDS_ID_MAX + 1 || !are_distinct(servos, count))
         return CDS_BAD_ARGUMENT;
+    if (bus->observer) // whoever was told something by it is told something else now
+        epoch = (uint16_t)(bus->observer->epoch + 1u);
     for (uint8_t i = 0; i < count; i++)
-        meet(&servos[i], servos[i].id);
+        meet(&servos[i], servos[i].id, bus->baud);
     *roster = (struct cds_roster){
-        .observer = {.admit = admit, .admit_block = admit_block, .on_news = on_news},
+        .observer = {.admit = admit,
+                     .admit_block = admit_block,
+                     .on_news = on_news,
+                     .epoch = epoch,
+                     .changed_id = CDS_BROADCAST_ID},
         .bus = bus,
+        .changed = true,
         .servos = servos,
         .echo_errors = cds_link_count(&bus->link.echo_errors),
         .count = count,
@@ -602,7 +897,7 @@ enum cds_result cds_roster_add(struct cds_roster *roster, uint8_t id, uint8_t ro
         return CDS_NO_ROOM;
     if (roster->count == 0)
         roster->echo_errors = cds_link_count(&roster->bus->link.echo_errors);
-    meet(&roster->servos[roster->count++], id);
+    meet(&roster->servos[roster->count++], id, roster->bus->baud);
     note_change(roster, &roster->servos[roster->count - 1]);
     return CDS_OK;
 }
@@ -614,6 +909,9 @@ enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_rost
         return CDS_BAD_ARGUMENT;
     if (fastest < servo->fastest)
         servo->speed_known = false;
+    if (lowest > servo->lowest || highest < servo->highest)
+        servo->goal_known = false;
+    unsettle(servo);
     servo->lowest = lowest;
     servo->highest = highest;
     servo->fastest = fastest;

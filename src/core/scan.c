@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "operation.h"     // cds_operation_take()
 
 const uint8_t cds_scan_listed_bauds[CDS_SCAN_LISTED_BAUDS] = {1, 3, 7, 16, 34, 103};
 
@@ -22,6 +23,10 @@ enum scan_phase {
 void cds_scan_begin(struct cds_scan *scan, struct cds_bus *bus, struct cds_request *request,
                     struct cds_scan_found *found, uint8_t room)
 {
+    // begun anew while it was under way: still to be given back is what it took then
+    bool took = scan->result == CDS_PENDING && scan->phase != CHECK && scan->bus == bus &&
+                cds_operation_has(bus);
+
     *scan = (struct cds_scan){
         .bus = bus,
         .request = request,
@@ -32,6 +37,9 @@ void cds_scan_begin(struct cds_scan *scan, struct cds_bus *bus, struct cds_reque
         .last_id = CDS_ID_MAX,
         .phase = CHECK,
         .result = CDS_PENDING,
+        .took = took,
+        .own_baud = scan->own_baud,
+        .return_delay_us = scan->return_delay_us,
     };
 }
 
@@ -81,15 +89,19 @@ static enum cds_result check(const struct cds_scan *scan)
 
 static void start(struct cds_scan *scan)
 {
+    uint16_t return_delay_us;
+
     scan->result = (uint8_t)check(scan);
     if (scan->result != CDS_PENDING)
         return;
     scan->id = scan->first_id;
     scan->total = (uint16_t)((uint16_t)(scan->last_id - scan->first_id + 1) * scan->baud_count);
-    scan->own_baud = scan->bus->baud;
-    scan->return_delay_us = scan->bus->return_delay_us;
     // who they are is not known, still less how long they wait
-    cds_bus_set_return_delay(scan->bus, CDS_RETURN_DELAY_MAX_US);
+    return_delay_us = cds_operation_take(scan->bus);
+    if (!scan->took) {
+        scan->own_baud = scan->bus->baud;
+        scan->return_delay_us = return_delay_us;
+    }
     scan->phase = scan->aborted ? GIVE_BACK : TUNE;
 }
 
@@ -118,8 +130,9 @@ static void asked(struct cds_scan *scan)
 {
     uint8_t result = scan->request->result;
 
-    if (result == CDS_CANCELLED) { // by whoever opened the bus anew, and it is theirs
-        scan->result = CDS_CANCELLED;
+    if (result == CDS_CANCELLED) {
+        scan->aborted = 1;
+        scan->phase = GIVE_BACK;
         return;
     }
     if (result == CDS_LINE_BUSY) { // whoever is there cannot be asked
@@ -147,16 +160,27 @@ static void take_details(struct cds_scan *scan)
 
     found->details = (uint8_t)cds_request_byte(scan->request, 0, &found->model);
     cds_request_byte(scan->request, DETAILS - 1, &found->own_baud);
+    if (found->details == CDS_CANCELLED)
+        scan->aborted = 1;
     next(scan);
 }
 
 static void send(struct cds_scan *scan)
 {
-    if (scan->phase == ASK && cds_servo_ping(scan->bus, scan->request, scan->id) == CDS_OK)
-        scan->phase = ASKED;
-    if (scan->phase == READ &&
-        cds_servo_read(scan->bus, scan->request, scan->id, CDS_REG_MODEL_NUMBER, DETAILS) == CDS_OK)
-        scan->phase = READING;
+    struct cds_request *request = scan->request;
+    enum cds_result result = CDS_BUSY;
+
+    if (scan->phase == ASK)
+        result = cds_servo_ping(scan->bus, request, scan->id);
+    else if (scan->phase == READ)
+        result = cds_servo_read(scan->bus, request, scan->id, CDS_REG_MODEL_NUMBER, DETAILS);
+    if (result == CDS_OK) {
+        scan->phase++;               // what it is, in flight
+    } else if (result != CDS_BUSY) { // the bus's observer: not that one, or not that
+        if (scan->phase == READ)
+            scan->found[scan->count - 1].details = (uint8_t)result;
+        next(scan);
+    }
 }
 
 static void give_back(struct cds_scan *scan)
@@ -169,6 +193,8 @@ static void give_back(struct cds_scan *scan)
 
 enum cds_result cds_scan_poll(struct cds_scan *scan)
 {
+    if (scan->result == CDS_PENDING && scan->phase != CHECK && !cds_operation_has(scan->bus))
+        scan->result = CDS_CANCELLED; // the bus is somebody else's
     if (scan->result != CDS_PENDING)
         return (enum cds_result)scan->result;
     if (scan->phase == CHECK)

@@ -1,17 +1,25 @@
 /* One servo's instructions; see servo.h. */
 #include "cds55xx/servo.h"
 
+static bool writes_to(uint8_t address, uint8_t first, uint8_t last)
+{
+    return first <= address && address <= last;
+}
+
 /* May the packet be sent again when nobody knows whether it was carried out? Not if that does
- * something twice, or if the servo may answer under another ID or at another rate by then. */
+ * something twice, if the servo may answer under another ID or at another rate by then, or if it
+ * refuses the second one: a lock is set once (R6). */
 static bool bears_repeating(const uint8_t *bytes)
 {
     uint8_t first = bytes[CDS_AT_PARAMETERS];
-    uint8_t data = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
+    uint8_t last = (uint8_t)(first + bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 2);
 
     switch (bytes[CDS_AT_INSTRUCTION]) {
     case CDS_PING:
     case CDS_READ: return true;
-    case CDS_WRITE: return first > CDS_REG_BAUD_RATE || first + data <= CDS_REG_ID;
+    case CDS_WRITE:
+        return !writes_to(CDS_REG_ID, first, last) && !writes_to(CDS_REG_BAUD_RATE, first, last) &&
+               !writes_to(CDS_REG_LOCK, first, last);
     default: return false;
     }
 }

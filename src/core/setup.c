@@ -4,6 +4,7 @@
 #include <stdbool.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
+#include "operation.h"     // cds_operation_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
 
@@ -74,23 +75,27 @@ static enum cds_result compare(const struct cds_setup *setup)
     return result;
 }
 
-/* What became of the WRITE is for the reading back to say, unless the servo has refused. */
+static bool has_refused(const struct cds_setup *setup)
+{
+    return setup->phase == READ_BACK && setup->error & CDS_ERRORS_OF_PACKET;
+}
+
+/* What became of the WRITE is for the reading back to say. Even if the servo has refused: perhaps
+ * it had carried it out before, and was asked once more. */
 static void written(struct cds_setup *setup)
 {
     setup->reason = setup->request->result;
+    setup->written = !cds_operation_not_sent(setup->reason);
     setup->phase = READ_BACK;
-    if (setup->reason == CDS_OK) {
+    if (setup->reason == CDS_OK)
         setup->reason = CDS_REFUSED; // if it does not hold it then
-        if (setup->error & CDS_ERRORS_OF_PACKET)
-            setup->result = CDS_REFUSED;
-    }
 }
 
 static void exchange_ended(struct cds_setup *setup)
 {
     enum cds_result held;
 
-    if (setup->request->result == CDS_OK)
+    if (setup->request->result == CDS_OK && !has_refused(setup))
         setup->error = setup->request->error;
     if (setup->request->result == CDS_CANCELLED) {
         setup->result = CDS_CANCELLED;
@@ -101,7 +106,9 @@ static void exchange_ended(struct cds_setup *setup)
         return;
     }
     held = compare(setup);
-    if (held != CDS_PENDING)
+    if (held == CDS_OK)
+        setup->error = setup->request->error;
+    if (held != CDS_PENDING && (held == CDS_OK || !has_refused(setup)))
         setup->result = (uint8_t)held;
     else if (setup->phase == COMPARE)
         setup->phase = WRITE;
@@ -114,7 +121,6 @@ static void send(struct cds_setup *setup)
     enum cds_result submitted;
 
     if (setup->phase == WRITE) {
-        setup->written = 1;
         submitted = cds_servo_write(setup->bus, setup->request, setup->id, setup->address,
                                     setup->data, setup->length);
     } else {
@@ -122,6 +128,8 @@ static void send(struct cds_setup *setup)
             cds_servo_read(setup->bus, setup->request, setup->id, setup->address, setup->length);
     }
     setup->in_flight = submitted == CDS_OK;
+    if (setup->in_flight && setup->phase == WRITE)
+        setup->written = 1;
     if (submitted != CDS_OK &&
         submitted != CDS_BUSY) // the bus's observer: it is not for that servo
         setup->result = (uint8_t)submitted;

@@ -59,6 +59,14 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
     return (int32_t)(now_us - time_us) >= 0;
 }
 
+/* Is there never time for this servo? Its return delay may have become known, or longer, since the
+ * watch was set beside the cycle. */
+static bool never_has_room(const struct cds_watch *watch, const struct cds_roster_servo *servo)
+{
+    return watch->cycle && read_us(watch->roster->bus, return_delay_us(watch, servo)) >
+                               cds_cycle_room_us(watch->cycle);
+}
+
 /* Is there time for this servo now? */
 static bool has_room(struct cds_watch *watch, const struct cds_roster_servo *servo, uint32_t now_us)
 {
@@ -71,13 +79,15 @@ static bool has_room(struct cds_watch *watch, const struct cds_roster_servo *ser
     return !bus->request;
 }
 
-/* Asks it what it can tell. False: not now. */
+/* Asks it what it can tell, if it ever can be. False: not now. */
 static bool ask(struct cds_watch *watch, uint8_t index, uint32_t now_us)
 {
     struct cds_roster_servo *servo = &watch->roster->servos[index];
     struct cds_bus *bus = watch->roster->bus;
     enum cds_result result;
 
+    if (never_has_room(watch, servo))
+        return true; // the others must not wait for it
     if (!has_room(watch, servo, now_us))
         return false;
     if (servo->presence == CDS_PRESENCE_AWAY || servo->status_return_level == 0)

@@ -40,6 +40,7 @@ static void begin_roster(void)
     }
     say("roster", cds_roster_begin(&roster, &bus, servos, SERVOS) == CDS_OK);
     for (uint8_t i = 0; i < SERVOS; i++) {
+        servos[i].ccw_limit = CDS_ANGLE_SET; // at their factory values: position mode
         cds_roster_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
     }
 }
@@ -174,10 +175,10 @@ int main(void)
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
-    begin_roster();
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     while (cds_bus_poll(&bus)) {
     }
+    begin_roster();
     say("begun", cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback,
                                  CDS_CYCLE_PERIOD_US) == CDS_OK);
     refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));

@@ -21,6 +21,7 @@ static void say_tally(const char *name, const struct cds_diagnose_tally *tally)
     say("..damaged", tally->damaged);
     say("..silent", tally->silent);
     say("..echoed", tally->echoed);
+    say("..cut", tally->cut);
 }
 
 static void say_found(uint32_t us)

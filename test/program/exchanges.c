@@ -123,7 +123,7 @@ static void exchange(const struct job *job, struct job_outcome *outcome)
 static void scan(const struct job *job, struct job_outcome *outcome)
 {
     struct cds_scan_found found[JOB_FOUND_MAX];
-    struct cds_scan scan;
+    struct cds_scan scan = {0};
 
     cds_scan_begin(&scan, &bus, &request, found, JOB_FOUND_MAX);
     cds_scan_set_ids(&scan, job->id, job->address);

@@ -97,6 +97,9 @@ static void verified_moves(void)
 
 static void soft_limits(void)
 {
+    uint16_t limit = 0;
+
+    say("mode", cds_wait_read_word(&bus, &request, 1, CDS_REG_CCW_ANGLE_LIMIT, &limit));
     say("set", cds_roster_set_limits(&roster, &servos[0], 300, 700, 512));
     write_word("fast", 1, CDS_REG_MOVING_SPEED, 513);
     write_word("speed", 1, CDS_REG_MOVING_SPEED, 512);

@@ -1,9 +1,13 @@
 """The firmware of every board on its own wiring, and three buses at once."""
+import pathlib
 import re
+import subprocess
+import shutil
 import tempfile
 import unittest
 
 from simulator import ROOT, Run, controller
+from test_checks import run as call
 from test_manual import manual_packets
 
 # atmega128 and arduino-mega: test_manual.py, test_firmware.py
@@ -50,6 +54,89 @@ class Boards(unittest.TestCase):
                          ["FF FF FE 04 03 18 01 E1",
                           "FF FF FE 0E 83 1E 04 01 C8 00 00 02 02 20 03 00 02 5C",
                           "FF FF FE 0E 83 1E 04 01 20 03 00 02 02 C8 00 00 02 5C"])
+
+
+class NewBoard(unittest.TestCase):
+    """Mistakes in the two files of a board of one's own: what the first error says."""
+
+    def header(self, board, chip, pattern="", text="", source="usart.c"):
+        """The first error of `source` for `board`, where in board.h `text` is put for `pattern`."""
+        before = (ROOT / f"boards/{board}/board.h").read_text()
+        after = re.sub(pattern, text, before)
+        self.assertTrue(after != before or not pattern, pattern)
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "board.h").write_text(after)
+            status, output = call(
+                "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall",
+                "-Wextra", "-Iinclude", "-Isrc/avr", f"-I{folder}", "-c", f"src/avr/{source}", "-o",
+                "/dev/null", cwd=ROOT)
+        errors = re.findall(r"error: (.*)", output)
+        self.assertEqual(status != 0, bool(errors), output)
+        return errors[0] if errors else ""
+
+    def test_a_good_header_has_no_error(self):
+        for board, chip in [("cm510", "atmega2561"), ("arduino-mega", "atmega2560"),
+                            ("arduino-uno", "atmega328p"), ("arbotix", "atmega644p"),
+                            ("cm510", "atmega1281"), ("arduino-uno", "atmega168")]:
+            for source in ["usart.c", "clock.c"]:
+                self.assertEqual(self.header(board, chip, source=source), "")
+
+    def test_what_is_missing_is_named(self):
+        for board, chip, macros in [
+                ("cm510", "atmega2561", ["BUS_COUNT", "BUS0_USART"] + [
+                    f"BUS0_{pin}_{end}" for pin in ["RXD", "TXD", "TX_ENABLE", "RX_ENABLE"]
+                    for end in ["PORT", "BIT"]]),
+                ("arduino-uno", "atmega328p", ["BUS0_ENABLE_PORT", "BUS0_ENABLE_BIT",
+                                               "CLOCK_TIMER"]),
+                ("arduino-mega", "atmega2560", ["BUS1_USART", "BUS1_RX_ENABLE_PORT", "BUS2_USART",
+                                                "BUS2_TXD_BIT"]),
+                ("arbotix", "atmega644p", ["BUS0_TXD_PORT"])]:
+            for macro in macros:
+                self.assertRegex(self.header(board, chip, rf"#define BOARD_{macro} .*\n"),
+                                 rf"board\.h: .*\bBOARD_{macro}\b")
+
+    def test_what_a_chip_lacks_is_named(self):
+        self.assertIn("this chip is not supported: registers of its USART have no digit",
+                      self.header("arduino-uno", "atmega32"))
+        self.assertIn("BOARD_BUS0_USART is missing, or this chip has no USART of that number",
+                      self.header("cm510", "atmega2561", r"(BUS0_USART +)0", r"\g<1>2"))
+        self.assertIn("there is no such BOARD_BUS0_WIRING",
+                      self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
+        for timer, chip in [("2", "atmega2561"), ("0", "atmega328p"), ("3", "atmega328p")]:
+            self.assertIn("BOARD_CLOCK_TIMER is no 16-bit timer of this chip", self.header(
+                "cm510", chip, r"TIMER 1", f"TIMER {timer}", "clock.c"))
+        self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3", "clock.c"), "")
+
+    def test_a_console_without_a_host_link_is_named(self):
+        self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",
+                      self.header("arduino-uno", "atmega328p", source="serial.c"))
+
+    def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            shutil.copy(ROOT / "Makefile", root)
+            for name in ["boards", "test/boards", "scripts", "src/avr"]:
+                shutil.copytree(ROOT / name, root / name)
+            new = root / "boards/new"
+            (root / "boards/cm510").rename(new)
+            for other in ["atmega128", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
+                shutil.rmtree(root / "boards" / other)
+            text = (new / "board.mk").read_text()
+            make = ["make", "-C", root, "-n", "-s", "--no-print-directory"]
+            status, output = call(*make, "fuses", "BOARD=new")
+            self.assertIn("the fuses of new are right as shipped", output)
+            for field in ["MCU", "F_CPU", "FLASH_MAX", "RAM_MAX", "PROGRAMMER", "PORT"]:
+                for line in ["", f"{field} :=\n"]:
+                    (new / "board.mk").write_text(re.sub(rf"^{field} .*\n", line, text, flags=re.M))
+                    status, output = call(*make, "fuses", "BOARD=new")
+                    self.assertNotEqual(status, 0)
+                    self.assertIn(f"boards/new/board.mk: {field} is missing", output)
+            # an optional one is empty, and not the one of arduino-uno
+            (new / "board.mk").write_text(re.sub(r"^FLASH_(NOTE|FLAGS).*\n", "", text, flags=re.M))
+            self.assertEqual(call(*make, "flash", "BOARD=new", "-o",
+                                  "build/new/controller.hex")[1].split(),
+                             "avrdude -p atmega2561 -c usbasp -P usb -U "
+                             "flash:w:build/new/controller.hex:i".split())
 
 
 class Exchanges(unittest.TestCase):
@@ -167,6 +254,19 @@ class SeveralBuses(unittest.TestCase):
                 self.assert_undisturbed(run, number)
                 self.assertGreater(run.buses[number]["ok"], 500, what)
             self.assertEqual((run.buses[1]["sent"], run.buses[1]["ok"]), (0, 0), what)
+
+    def test_no_handler_can_come_while_the_port_of_the_enables_is_changed(self):
+        """All six are on PORTA: read, changed and written back it would lose what a handler did."""
+        code = subprocess.check_output(
+            ["avr-objdump", "-d", ROOT / "build/arduino-mega/program/three_buses.elf"], text=True)
+        lines = [line.split("\t")[2:] for line in code.splitlines() if line.count("\t") >= 2]
+        written = [at for at, words in enumerate(lines) if words[0].strip() == "out"
+                   and words[1].startswith("0x02,")]
+        self.assertGreater(len(written), 3)
+        for at in written:
+            before = [words[0].strip() for words in lines[at - 6:at]]
+            self.assertIn("cli", before, lines[at - 6:at + 1])
+            self.assertNotIn("sts", before[before.index("cli"):])  # of SREG, or to elsewhere
 
     def test_a_bus_that_flips_bits_fails_alone(self):
         # At the factory's return delay the handlers of one bus may hold up the turnaround of another.

@@ -173,6 +173,21 @@ class Diagnose(unittest.TestCase):
             for servos in ("7,7", "7,7,9"):
                 self.assertEqual(self.twins("d 7\n", servos, f"turnaround 7 {us}"), ["DUPLICATE_ID"], us)
 
+    def test_one_that_answers_before_the_driver_has_let_go(self):
+        for servos, ids in (("1", (1, 254)), ("77", (77,)), ("1,2", (1,))):
+            script = f"w {ids[0]} 5 0\n" + "".join(f"d {id}\n" for id in ids)
+            found = self.runs(script, servos, options=["--rules", "warn"])
+            self.assertEqual(found, ["TOO_QUICK"] * len(ids), servos)
+            self.assertEqual({one["found_id"] for one in self.found}, {ids[0]})
+        self.assertEqual(self.runs("w 1 5 0\nd 1\nw 1 5 1\nd 1\n", options=["--rules", "warn"]),
+                         ["TOO_QUICK", "OK"])
+        self.assertEqual(self.runs("w 1 5 0\nd 1\n", board="arbotix"), ["OK"])
+
+    def test_twins_that_answer_before_the_driver_has_let_go(self):
+        script = "@supply 2 11.5\nw 254 3 7\nw 7 5 0\nd 7\n"
+        found = self.runs(script, "1,2", options=["--allow-duplicates", "--rules", "warn"])
+        self.assertEqual(found, ["DUPLICATE_ID"])
+
     # ---- what a servo says, or does not ----
 
     def test_no_reply_by_level(self):

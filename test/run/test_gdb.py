@@ -37,7 +37,7 @@ class Simulator:
 
     def port(self):
         line = self.process.stderr.readline()
-        return re.fullmatch(r"gdb: waiting; in avr-gdb: target remote :(\d+)\n", line)[1]
+        return re.fullmatch(r"gdb: waiting; in avr-gdb: target remote 127\.0\.0\.1:(\d+)\n", line)[1]
 
     def end(self):
         self.output, self.errors = self.process.communicate(timeout=LIMIT_S)
@@ -57,7 +57,7 @@ class Simulator:
 
 def gdb_command(port, commands, elf=ELF):
     words = ["avr-gdb", "-batch", "-nx", "-ex", "set confirm off", "-ex", "set pagination off",
-             "-ex", f"target remote :{port}"]
+             "-ex", f"target remote 127.0.0.1:{port}"]
     for command in commands:
         words += ["-ex", command]
     return [*words, str(elf)]

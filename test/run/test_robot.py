@@ -74,6 +74,13 @@ class Robot(unittest.TestCase):
                     self.check_lets_go(self.runs("--fault", f"unplug in 1000 0 5 {ms}", "--rules",
                                                  "warn", board=board))
 
+    def test_a_servo_that_loses_its_power_for_good_stops_all(self):
+        for board in BOARDS:
+            with self.subTest(board):
+                run = self.runs("--fault", "unplug in 1000 0 5 60000", "--rules", "warn", board=board)
+                # within two periods of the state check, or a silence or two of its feedback
+                self.assertLess(self.check_lets_go(run), 3.5e3 * CYCLES_MS)
+
     def test_a_missing_servo_is_found_before_anything_moves(self):
         run = self.runs("--fault", "brownout 7 60000")
         self.check_lets_go(run)

@@ -206,6 +206,7 @@ class Safety(unittest.TestCase):
     # in endless turn, where bit 10 of the speed is its direction.
     LIMITED = [
         ("l 1 300 700 200", None), ("l 2 0 1023 200", None),
+        ("y 300 100 900 100", LIMIT), ("t 1 8 2", OK),  # a speed: in which mode?
         ("d 1 30 500", LIMIT),  # its speed was never set
         ("d 1 32 200", OK), ("d 1 32 201", LIMIT), ("d 1 32 0", LIMIT), ("d 1 32 1023", LIMIT),
         ("d 1 30 300", OK), ("d 1 30 700", OK), ("d 1 30 299", LIMIT), ("d 1 30 701", LIMIT),
@@ -214,6 +215,7 @@ class Safety(unittest.TestCase):
         ("y 300 100 900 100", OK), ("y 299 100 900 100", LIMIT), ("y 300 100 900 201", LIMIT),
         ("y 300 0 900 100", LIMIT),
         ("d 1 6 0", OK), ("d 1 8 0", LIMIT),  # endless turn knows no goal
+        ("d 2 6 0", LIMIT), ("d 2 32 200", OK),  # the speed it holds would turn it
         ("d 2 6 0", OK), ("d 2 8 0", OK),
         ("d 2 32 200", OK), ("d 2 32 1224", OK), ("d 2 32 0", OK), ("d 2 32 1024", OK),
         ("d 2 32 201", LIMIT), ("d 2 32 1225", LIMIT), ("d 2 32 2047", LIMIT),
@@ -242,11 +244,11 @@ class Safety(unittest.TestCase):
 
     def test_a_cycle_takes_no_goal_beyond_a_limit(self):
         run = self.run_script([
-            "c 400", f"b {BROADCAST} 24 1", "l 3 0 600 1023", "l 4 0 1023 299", "@wait 50", "n",
+            "c 400", f"b {BROADCAST} 24 1", "t 3 8 2", "l 3 0 600 1023", "l 4 0 1023 299", "@wait 50", "n",
             "g 700", "@wait 1000", "@expect servo 3-4 PRESENT_POSITION 395..405",
             "@expect servo 1-2 PRESENT_POSITION 695..705"])
-        self.assertEqual(run.said[5][0], ("taken", HOSTED["atmega128"] - 2))
-        self.assertEqual(dict(run.said[4])["dropped"], 1)  # servo 4: its speed is beyond the limit
+        self.assertEqual(run.said[6][0], ("taken", HOSTED["atmega128"] - 2))
+        self.assertEqual(dict(run.said[5])["dropped"], 1)  # servo 4: its speed is beyond the limit
         goals = [packet for packet in run.sent if packet.instruction == SYNC_WRITE]
         for packet in goals:
             blocks = [packet.data[1 + at:6 + at] for at in range(0, len(packet.data) - 1, 5)]

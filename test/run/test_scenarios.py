@@ -75,6 +75,17 @@ class Language(unittest.TestCase):
                 self.assertEqual(len(output.splitlines()), 1, output)
                 self.assertIn(f"{path}:2: {what}", output)
 
+    def test_orders_need_no_console(self):
+        text = "@servos 1-3\n@wait 5\n@power 2 off\n@expect servo 2 torque off\n@wait 30\n"
+        for elf, board in [("program/busy.elf", "atmega128"), ("controller.elf", "arduino-uno")]:
+            way = ["firmware", ROOT / f"build/{board}/{elf}", "--board", board]
+            status, output, path = self.run_text(text, way)
+            self.assertEqual(status, 0, output)
+            self.assertIn("time:    0.036", output)
+        status, output, path = self.run_text(text + "ping 1\n", way)
+        self.assertEqual(status, 2, output)
+        self.assertIn(f"{path}:6: there is no console here: only lines that begin with @", output)
+
     def test_one_run_is_as_the_other(self):
         path = ROOT / "test/scenario/alarm_voltage.script"
         runs = {re.sub(r"speed: .*", "", simulate(*firmware("atmega128"), "--servos", "1", "--echo",

@@ -241,8 +241,24 @@ void test_a_firmware_that_never_listens_ends_the_script(void)
 {
     ready = false;
     run("ping 1\n");
-    TEST_ASSERT_EQUAL_STRING("outcome 3 the firmware never listened\nfinished 10000 ms\n",
+    TEST_ASSERT_EQUAL_STRING("outcome 3 the firmware never listened\nfinished 10001 ms\n",
                              log_text);
+}
+
+void test_orders_need_nobody_who_listens(void)
+{
+    ready = false;
+    run("@wait 20\n@fault stuck low 5\n@expect servo 1 ID 1\n@at 12000\n");
+    TEST_ASSERT_EQUAL_STRING("fault stuck low 5 at 21 ms\nfinished 12000 ms\n", log_text);
+}
+
+void test_the_patience_with_a_console_begins_at_the_first_command(void)
+{
+    ready = false;
+    run("@wait 12000\nping 1\n@echo on\n");
+    TEST_ASSERT_EQUAL_STRING("outcome 3 the firmware never listened\nfinished 22001 ms\n",
+                             log_text);
+    TEST_ASSERT_EQUAL_UINT(2, script_line_number(&script));
 }
 
 void test_actions_act_on_the_simulation(void)

@@ -1,0 +1,36 @@
+// A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run by
+// test/run/test_cpp.py.
+#include <cds55xx/cycle.h>
+#include <cds55xx/diagnose.h>
+#include <cds55xx/feedback.h>
+#include <cds55xx/group.h>
+#include <cds55xx/wait.h>
+#include <cds55xx_avr.h>
+
+namespace
+{
+cds_bus bus;
+uint8_t packet[CDS_SYNC_WRITE_SIZE(2, 4)];
+cds_request request = CDS_REQUEST(packet);
+} // namespace
+
+CDS_AVR_BUS(bus, 0)
+CDS_AVR_CLOCK()
+
+int main()
+{
+    uint8_t id = 0;
+
+    cds_avr_clock_open();
+    sei();
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    if (cds_wait_read_byte(&bus, &request, 2, CDS_REG_ID, &id) != CDS_OK)
+        id = CDS_BROADCAST_ID;
+    cds_wait_write_byte(&bus, &request, id, CDS_REG_LED, 1);
+    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    cds_group_sync_add_goal(&request, 1, 700, 512);
+    cds_group_sync_add_goal(&request, id, 300, 512);
+    cds_wait_for(&bus, &request, cds_group_sync_send(&bus, &request));
+    for (;;)
+        cds_bus_poll(&bus);
+}
