@@ -219,6 +219,12 @@ void test_of_a_write_without_answer_the_longer_delay_is_taken(void)
     TEST_ASSERT_EQUAL_UINT8(90, one->return_delay);
 }
 
+void test_of_a_level_without_answer_the_one_that_says_more_is_taken(void)
+{
+    silence(write_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 0));
+    TEST_ASSERT_EQUAL_UINT8(2, one->status_return_level);
+}
+
 void test_level_0_answers_ping_only(void)
 {
     wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 0);
@@ -300,23 +306,34 @@ void test_after_a_broadcast_of_an_id_anybody_may_have_it(void)
     assert_admitted(goal(1, 500));
 }
 
+static void go_unheard(uint8_t id)
+{
+    for (uint8_t i = 0; i < CDS_ROSTER_SILENCES; i++)
+        silence(cds_servo_ping(&bus, &request, id));
+}
+
 /* Whether the new ID holds, the servo's next answer says. */
 void test_a_servo_whose_change_of_id_was_not_answered_counts_by_both(void)
 {
-    cds_roster_hold(&roster, one, CDS_HOLD_LOST);
-    silence(write_byte(1, CDS_REG_ID, 9));
-    assert_refused(CDS_HELD, goal(1, 500));
+    cds_roster_hold(&roster, two, CDS_HOLD_LOST);
+    silence(write_byte(2, CDS_REG_ID, 9));
+    go_unheard(2);
+    TEST_ASSERT_NOT_EQUAL(CDS_PRESENCE_AWAY, two->presence); // it may be the other
+    assert_refused(CDS_HELD, goal(2, 500));
     assert_refused(CDS_HELD, goal(9, 500));
-    TEST_ASSERT_EQUAL_PTR(one, cds_roster_find(&roster, 9));
-    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_ID, 12)); // a third one
-    assert_admitted(write_byte(2, CDS_REG_ID, 3)); // another one's, which has no part in this
-    silence(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL_PTR(two, cds_roster_find(&roster, 9));
+    assert_refused(CDS_LIMIT, write_byte(2, CDS_REG_ID, 12)); // a third one
+    assert_refused(CDS_LIMIT, cds_servo_reset(&bus, &request, 9));
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, 9, CDS_REG_GOAL_POSITION,
+                                                    (const uint8_t[4]){0, 1, 100, 0}, 4));
+    assert_admitted(write_byte(1, CDS_REG_ID, 3)); // another one's, which has no part in this
+    silence(cds_servo_ping(&bus, &request, 2));
     assert_refused(CDS_HELD, goal(9, 500));
     answer(cds_servo_ping(&bus, &request, 9), 9, 0);
-    TEST_ASSERT_EQUAL_UINT8(9, one->id);
-    TEST_ASSERT_NULL(cds_roster_find(&roster, 1));
+    TEST_ASSERT_EQUAL_UINT8(9, two->id);
+    TEST_ASSERT_NULL(cds_roster_find(&roster, 2));
     assert_refused(CDS_HELD, goal(9, 500));
-    assert_admitted(goal(1, 500));
+    assert_admitted(goal(2, 500));
 }
 
 void test_a_change_of_id_that_was_not_heard_is_none(void)
@@ -447,6 +464,8 @@ void test_a_servo_is_looked_for_where_its_new_rate_is(void)
     go_away(2); // or not
     TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, two->presence);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
+    go_away(2);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, two->presence);
     go_away(1);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_AWAY, one->presence);
 }
@@ -759,8 +778,12 @@ void test_a_goal_is_not_repeated_once_its_servo_is_held(void)
 static void see_answered(void)
 {
     for (uint8_t i = 0; i < 20 && bus.request; i++) {
-        const struct cds_request *first = bus.request;
+        const struct cds_request *first;
 
+        port_fake_settle(&bus);
+        if (!bus.in_flight) // the last was refused
+            break;
+        first = bus.request;
         transmit();
         if (first->reply_parameters != CDS_REPLY_NONE)
             port_fake_answer(&bus.link, port_fake.sent[CDS_AT_ID], 0, NULL, 0);
@@ -816,6 +839,21 @@ void test_torque_on_is_judged_by_the_goal_written_before_it(void)
     byte_waits(0, 2, CDS_REG_LED, 1);
     byte_waits(1, 1, CDS_REG_TORQUE_ENABLE, 1);
     cds_roster_set_limits(&roster, one, 501, 1023, 1023);
+    see_answered();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, waiting[1].result);
+}
+
+/* Somebody else has set the goal that a READ finds. */
+void test_torque_on_is_judged_by_the_goal_read_before_it(void)
+{
+    in_position_mode(1);
+    cds_roster_set_limits(&roster, one, 200, 800, 1023);
+    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 1, CDS_REG_GOAL_POSITION, 2));
+    byte_waits(1, 1, CDS_REG_TORQUE_ENABLE, 1);
+    transmit();
+    port_fake_answer(&bus.link, 1, 0, (const uint8_t[]){0xE8, 3}, 2);
+    cds_bus_poll(&bus);
     see_answered();
     TEST_ASSERT_EQUAL(CDS_LIMIT, waiting[1].result);
 }
@@ -1057,6 +1095,56 @@ void test_a_mode_set_by_halves_or_by_a_sync_write_is_not_known(void)
     answer(cds_group_sync_send(&bus, &request), 0, 0);
     cds_roster_set_limits(&roster, two, 200, 800, 1023);
     assert_refused(CDS_LIMIT, speed(2, 500));
+}
+
+/* What a mode is not known after, one may not go to with a speed that suits one of them only. */
+void test_half_a_change_of_mode_needs_a_speed_for_both(void)
+{
+    static const uint8_t set[] = {0, 1, 0, 1};
+
+    endless_turn(1);
+    cds_roster_set_limits(&roster, one, 0, 1023, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 0);
+    TEST_ASSERT_EQUAL_UINT8(CDS_ANGLE_0, one->cw_limit);
+    read_gives(1, CDS_REG_CW_ANGLE_LIMIT, set, 4);
+    read_byte_gives(1, CDS_REG_CW_ANGLE_LIMIT + 1, 0);
+    TEST_ASSERT_EQUAL_UINT8(CDS_ANGLE_UNKNOWN, one->cw_limit); // its low byte was 0, or not
+    read_byte_gives(1, CDS_REG_CCW_ANGLE_LIMIT + 1, 0);
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_CW_ANGLE_LIMIT + 1, 0));
+    wrote_word(1, CDS_REG_MOVING_SPEED, 300);
+    assert_admitted(write_byte(1, CDS_REG_CW_ANGLE_LIMIT + 1, 0));
+}
+
+/* With a speed that was not acknowledged it may be as slow as it was before: 0. */
+void test_a_speed_of_a_sync_write_does_not_let_it_leave_endless_turn(void)
+{
+    static const uint8_t position[] = {0, 0, 0xFF, 3};
+
+    endless_turn(1);
+    cds_roster_set_limits(&roster, one, 0, 1023, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_MOVING_SPEED, 2));
+    cds_group_sync_add(&request, 1, (const uint8_t[]){50, 0});
+    answer(cds_group_sync_send(&bus, &request), 0, 0);
+    assert_refused(CDS_LIMIT,
+                   cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+}
+
+/* A write of all from the angle limits to the speed, in a packet that nobody answers. */
+void test_nothing_unacknowledged_makes_goal_or_speed_known(void)
+{
+    uint8_t data[CDS_REG_MOVING_SPEED + 2 - CDS_REG_CW_ANGLE_LIMIT] = {100, 0, 0xFF, 3};
+
+    data[CDS_REG_GOAL_POSITION + 1 - CDS_REG_CW_ANGLE_LIMIT] = 1; // 256
+    data[CDS_REG_MOVING_SPEED - CDS_REG_CW_ANGLE_LIMIT] = 100;
+    in_position_mode(1);
+    cds_roster_set_limits(&roster, one, 200, 800, 300);
+    silence(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, data, sizeof data));
+    TEST_ASSERT_FALSE(one->goal_known);
+    TEST_ASSERT_FALSE(one->speed_known);
+    assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, data, sizeof data));
+    TEST_ASSERT_TRUE(one->goal_known);
+    TEST_ASSERT_TRUE(one->speed_known);
 }
 
 /* It would go on with what it was told before there was a limit. */

@@ -173,6 +173,17 @@ static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *serv
         unsettle(servo);
 }
 
+/* A goal or speed that may have come, or not. It was admitted, so nothing is known by it, and what
+ * was known is still so; but see cds_limits_learn() of endless turn. */
+static void learn_doubtful_speed(struct cds_roster *roster, struct cds_roster_servo *servo)
+{
+    if (servo->speed_0 || cds_limits_mode(servo) != CDS_MODE_TURN)
+        return;
+    servo->speed_0 = true;
+    roster->changed = true;
+    unsettle(servo);
+}
+
 static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
                            uint8_t address, const uint8_t *data, uint8_t length)
 {
@@ -211,9 +222,15 @@ static void learn(struct cds_roster *roster, struct cds_roster_servo *servo, uin
 
     if (address <= CDS_REG_STATUS_RETURN_LEVEL)
         learn_settings(roster, servo, address, data, length);
-    if ((address <= CDS_REG_CCW_ANGLE_LIMIT + 1 || address + length > CDS_REG_GOAL_POSITION) &&
-        address <= CDS_REG_MOVING_SPEED + 1) // not torque nor feedback, which come often
+    if (address <= CDS_REG_CCW_ANGLE_LIMIT + 1) {
         learn_drive(roster, servo, address, data, length, certain);
+    } else if (address <= CDS_REG_MOVING_SPEED + 1 && address + length > CDS_REG_GOAL_POSITION &&
+               cds_limits_any(servo)) { // without, set_limits() says that they are not known
+        if (certain)
+            learn_drive(roster, servo, address, data, length, true);
+        else if (address + length > CDS_REG_MOVING_SPEED)
+            learn_doubtful_speed(roster, servo);
+    }
     if (registered && certain)
         learn_registered(roster, servo, *registered);
 }
@@ -727,7 +744,7 @@ static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
-    cds_limits_learn(servo, part.address, part.data, part.length, false);
+    learn(roster, servo, part.address, part.data, part.length, false);
 }
 
 static void act(struct cds_roster_servo *servo, bool certain)
