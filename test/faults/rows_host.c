@@ -6,7 +6,8 @@
 
 #define FLOOD     1500 // bytes, at the rate of the line without a gap
 #define TEXT_ROOM 65536
-#define PATIENCE  5 // register 0x05, 10 us: the handlers of the host link hold up the release
+#define PATIENCE  5    // register 0x05, 10 us: the handlers of the host link hold up the release
+#define STOP      0x18 // Ctrl-X: torque off for all, which is no PING
 
 static char text[TEXT_ROOM]; // what the console said
 static unsigned text_size;
@@ -35,8 +36,12 @@ static void wait(struct check *check, unsigned bytes)
 
 static uint32_t random_byte(uint32_t *random)
 {
-    *random = *random * 1664525u + 1013904223u;
-    return *random >> 24;
+    uint32_t byte;
+    do {
+        *random = *random * 1664525u + 1013904223u;
+        byte = *random >> 24;
+    } while (byte == STOP);
+    return byte;
 }
 
 enum flood { COMMANDS, WORDS, ONE_LINE, BINARY, FLOODS };
