@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/packet.h" // CDS_AT_*
+#include "observe.h"        // cds_roster_admit()
 
 /* Status return levels (R3). */
 #define LEVEL_READ 1
@@ -51,7 +52,7 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
     case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
     default: break;
     }
-    return crew->own.admit(observer, request);
+    return cds_roster_admit(observer, request);
 }
 
 static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
@@ -61,7 +62,7 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
 
     if (crew->open || crew->held)
         crew_meet(crew, id);
-    return crew->own.admit_block(observer, id, address, data, length);
+    return cds_roster_admit_block(observer, id, address, data, length);
 }
 
 /* One that answers though it was set not to is another servo with this ID, or was reset by others.
@@ -81,7 +82,7 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
     bool answered;
 
     if (!crew->open && !news->error) { // short: it comes with every exchange
-        crew->own.on_news(observer, news);
+        cds_roster_on_news(observer, news);
         return;
     }
     answered = news->result == CDS_OK && news->request &&
@@ -90,7 +91,7 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
         crew_meet(crew, news->id);
     if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)
         believe(crew, news->id, LEVEL_ALL);
-    crew->own.on_news(observer, news);
+    cds_roster_on_news(observer, news);
     if (answered && news->instruction == CDS_READ)
         believe(crew, news->id, LEVEL_READ); // whatever it says there: it may be of another make
 }
@@ -101,7 +102,6 @@ void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo 
     struct cds_bus_observer *observer = &crew->roster.observer;
 
     cds_roster_begin(&crew->roster, bus, servos, 0);
-    crew->own = *observer;
     observer->admit = admit;
     observer->admit_block = admit_block;
     observer->on_news = on_news;

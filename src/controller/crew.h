@@ -14,11 +14,10 @@
 
 /* Zero it, then crew_begin(). Its fields are to be read only. */
 struct crew {
-    struct cds_roster roster;    // first: the bus knows this much
-    struct cds_bus_observer own; // the roster's functions, which are called behind the crew's
-    uint8_t room;                // servos that there may be
-    bool crowded;                // there was one more: it is neither held nor looked at
-    bool held;                   // whoever is met from now on is held
+    struct cds_roster roster; // first: the bus knows this much
+    uint8_t room;             // servos that there may be
+    bool crowded;             // there was one more: it is neither held nor looked at
+    bool held;                // whoever is met from now on is held
     bool open; // who answers or is written to joins. Else only who has an alarm, or would be held:
                // to know a servo costs the bus 0.1 ms an exchange. The caller sets it
 };

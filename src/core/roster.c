@@ -6,6 +6,7 @@
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "goal.h"                  // CDS_GOAL_SIZE
 #include "limits.h"                // cds_limits_check()
+#include "observe.h"
 
 #define FACTORY_ID           1 // what RESET leaves (R11, R25)
 #define FACTORY_RETURN_DELAY 1
@@ -454,8 +455,8 @@ static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster 
     return result;
 }
 
-static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
-                                   const uint8_t *data, uint8_t length)
+enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_t id,
+                                       uint8_t address, const uint8_t *data, uint8_t length)
 {
     struct cds_roster *roster = of(observer);
     uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
@@ -501,8 +502,8 @@ static enum cds_result judge_part(struct cds_roster *roster, const struct part *
 /* One servo's part of many: by the short way, as they may be 50. */
 static enum cds_result judge_one(struct cds_roster *roster, const struct part *part)
 {
-    enum cds_result result =
-        admit_block(&roster->observer, part->id, part->address, part->data, part->length);
+    enum cds_result result = cds_roster_admit_block(&roster->observer, part->id, part->address,
+                                                    part->data, part->length);
 
     return result == CDS_OK ? CDS_OK : refuse(roster, part->id, result);
 }
@@ -617,7 +618,7 @@ static __attribute__((noinline)) enum cds_result judge_anew(struct cds_roster *r
     return judge_packet(roster, request);
 }
 
-static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
+enum cds_result cds_roster_admit(struct cds_bus_observer *observer, struct cds_request *request)
 {
     struct cds_roster *roster = of(observer);
 
@@ -853,7 +854,7 @@ static __attribute__((noinline)) void take_news(struct cds_roster *roster,
 }
 
 /* Who has asked for nobody does not pay: short, so that few registers are saved. */
-static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+void cds_roster_on_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
 {
     struct cds_roster *roster = of(observer);
 
@@ -891,9 +892,9 @@ enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
     for (uint8_t i = 0; i < count; i++)
         meet(&servos[i], servos[i].id, bus->baud);
     *roster = (struct cds_roster){
-        .observer = {.admit = admit,
-                     .admit_block = admit_block,
-                     .on_news = on_news,
+        .observer = {.admit = cds_roster_admit,
+                     .admit_block = cds_roster_admit_block,
+                     .on_news = cds_roster_on_news,
                      .epoch = epoch,
                      .changed_id = CDS_BROADCAST_ID},
         .bus = bus,
