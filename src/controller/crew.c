@@ -3,8 +3,9 @@
 
 #include <stddef.h>
 
-#include "cds55xx/packet.h" // CDS_AT_*
-#include "observe.h"        // cds_roster_admit()
+#include "cds55xx/control_table.h" // CDS_REG_STATUS_RETURN_LEVEL
+#include "cds55xx/packet.h"        // CDS_AT_*
+#include "observe.h"               // cds_roster_admit()
 
 /* Status return levels (R3). */
 #define LEVEL_READ 1
@@ -40,17 +41,26 @@ static void meet_blocks(struct crew *crew, const uint8_t *bytes)
         crew_meet(crew, parameters[at]);
 }
 
+/* After that one must know how the servo answers, or whether. */
+static bool changes_settings(const uint8_t *bytes)
+{
+    return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE &&
+           bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL;
+}
+
 /* Before it is judged: one that is met now may have to be held. */
 static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
 {
     struct crew *crew = of(observer);
     const uint8_t *bytes = request->packet.bytes;
 
-    switch (crew->open || crew->held ? bytes[CDS_AT_INSTRUCTION] : 0) {
-    case CDS_WRITE:
-    case CDS_REG_WRITE: crew_meet(crew, bytes[CDS_AT_ID]); break;
-    case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
-    default: break;
+    if (crew->open || crew->held || changes_settings(bytes)) {
+        switch (bytes[CDS_AT_INSTRUCTION]) {
+        case CDS_WRITE:
+        case CDS_REG_WRITE: crew_meet(crew, bytes[CDS_AT_ID]); break;
+        case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
+        default: break;
+        }
     }
     return cds_roster_admit(observer, request);
 }

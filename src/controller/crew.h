@@ -1,6 +1,6 @@
-/* The servos that the controller has met: a roster that grows by whoever has an alarm, and, while
- * it is open, by whoever answers and by whom something is written to. What a hold keeps still
- * includes servos that only ever heard a SYNC WRITE.
+/* The servos that the controller has met: a roster that grows by whoever has an alarm or is told
+ * how to answer, and, while it is open, by whoever answers and by whom something is written to.
+ * What a hold keeps still includes servos that only ever heard a SYNC WRITE.
  *
  * Main context.
  */
@@ -18,8 +18,9 @@ struct crew {
     uint8_t room;             // servos that there may be
     bool crowded;             // there was one more: it is neither held nor looked at
     bool held;                // whoever is met from now on is held
-    bool open; // who answers or is written to joins. Else only who has an alarm, or would be held:
-               // to know a servo costs the bus 0.1 ms an exchange. The caller sets it
+    bool open; // who answers or is written to joins. Else only who has an alarm, is told how to
+               // answer, or would be held: to know a servo costs the bus 0.1 ms an exchange. The
+               // caller sets it
 };
 
 /* Begins without a servo, on an open bus. `servos` has room for `room` (1 to 254) of them. Both
