@@ -48,20 +48,24 @@ static bool changes_settings(const uint8_t *bytes)
            bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL;
 }
 
-/* Before it is judged: one that is met now may have to be held. */
+static __attribute__((noinline)) void meet_addressed(struct crew *crew, const uint8_t *bytes)
+{
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_WRITE:
+    case CDS_REG_WRITE: crew_meet(crew, bytes[CDS_AT_ID]); break;
+    case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
+    default: break;
+    }
+}
+
+/* Before it is judged: one that is met now may have to be held. Short: it comes with every
+ * exchange. */
 static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
 {
     struct crew *crew = of(observer);
-    const uint8_t *bytes = request->packet.bytes;
 
-    if (crew->open || crew->held || changes_settings(bytes)) {
-        switch (bytes[CDS_AT_INSTRUCTION]) {
-        case CDS_WRITE:
-        case CDS_REG_WRITE: crew_meet(crew, bytes[CDS_AT_ID]); break;
-        case CDS_SYNC_WRITE: meet_blocks(crew, bytes); break;
-        default: break;
-        }
-    }
+    if (crew->open || crew->held || changes_settings(request->packet.bytes))
+        meet_addressed(crew, request->packet.bytes);
     return cds_roster_admit(observer, request);
 }
 

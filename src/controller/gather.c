@@ -205,12 +205,11 @@ static void give_up(struct gather *gather)
     }
 }
 
-static void go_on(struct gather *gather)
+/* The answer of the first one that was asked. */
+static void await_next(struct gather *gather)
 {
     uint8_t slot = gather->done & 1;
 
-    if (gather->asked < gather->count && gather->asked < gather->done + 2)
-        ask(gather);
     if (gather->sending) {
         send_on(gather);
         return;
@@ -222,6 +221,15 @@ static void go_on(struct gather *gather)
         hand_over(gather, &gather->read[slot]);
     else
         keep(gather, &gather->read[slot]);
+}
+
+/* The next one is asked as soon as there is a place: not when the bus has become free already. */
+static void go_on(struct gather *gather)
+{
+    if (gather->asked > gather->done)
+        await_next(gather);
+    if (gather->asked < gather->count && gather->asked < gather->done + 2)
+        ask(gather);
 }
 
 enum gather_turn gather_poll(struct gather *gather)

@@ -21,7 +21,7 @@
 
 /* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on.
  */
-#define SELDOM 16
+#define SELDOM 40
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -153,6 +153,12 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
+/* A packet leaves: until it has, the bus can wait for the rest of a turn. */
+static bool is_sending(void)
+{
+    return controller.bus.in_flight && controller.bus.link.state != CDS_LINK_LISTENING;
+}
+
 /* The main loop's body. Not inlined: a debugger finds it. */
 __attribute__((noinline)) static void turn(void)
 {
@@ -165,7 +171,7 @@ __attribute__((noinline)) static void turn(void)
         cds_bus_poll(&controller.bus);
         poll_bridge();
         serial_send(&controller.serial);
-    } while (bridge_hurries(&controller.bridge) && --left);
+    } while (bridge_hurries(&controller.bridge) && !is_sending() && --left);
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     host_poll(&controller.host);
