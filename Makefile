@@ -73,11 +73,13 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 
 # Of the controller's firmware: enums of one byte, X used for what it can do, no tables in RAM for a
-# switch; and 3.5 KB less, for cycles in functions that keep many registers.
+# switch; and 3.5 KB less, for cycles in functions that keep many registers, but for QUICK sources,
+# which run between two packets of the bus.
 SMALL := -fshort-enums -mstrict-X -fno-tree-switch-conversion -mcall-prologues \
-	-fno-inline-small-functions -fno-move-loop-invariants -fira-algorithm=priority -fno-tree-sink \
-	-fno-tree-loop-im -fipa-pta -fno-tree-dominator-opts -fno-tree-fre -fno-ipa-sra \
-	-fno-jump-tables -fno-tree-loop-optimize
+	-fira-algorithm=priority -fipa-pta -fno-jump-tables
+SMALLEST := -fno-inline-small-functions -fno-move-loop-invariants -fno-tree-sink \
+	-fno-tree-loop-im -fno-tree-dominator-opts -fno-tree-fre -fno-ipa-sra -fno-tree-loop-optimize
+QUICK := $(addprefix src/core/,bus.c parser.c link.c)
 
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
@@ -99,7 +101,7 @@ $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 $(1)_OWN := $(SMALL)
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_OWN))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_OWN) $$(SMALLEST) $$(QUICK))
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
@@ -111,7 +113,8 @@ build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 build/$(1)/own/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$($(1)_OWN) $$(DEPFILES) -c $$< -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$($(1)_OWN) $$(if $$(filter $$(QUICK),$$<),,$$(SMALLEST)) \
+	  $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
