@@ -666,6 +666,7 @@ void test_what_was_registered_in_another_mode_is_not_set_off(void)
     read_gives(1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4);
     cds_roster_set_limits(&roster, one, 0, 1023, 100);
     assert_admitted(cds_servo_reg_write(&bus, &request, 1, CDS_REG_MOVING_SPEED, zeros, 2));
+    assert_admitted(action(CDS_BROADCAST_ID)); // good as long as it turns
     in_position_mode(1);
     assert_refused(CDS_LIMIT, action(1));
 }
@@ -1003,6 +1004,25 @@ void test_a_new_limit_of_speed_forgets_the_speed_set(void)
     wrote_word(1, CDS_REG_MOVING_SPEED, 300);
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 0, 1023, 200));
     assert_refused(CDS_LIMIT, goal(1, 500));
+}
+
+void test_a_limit_drawn_closer_forgets_what_was_within_it(void)
+{
+    in_position_mode(1);
+    cds_roster_set_limits(&roster, one, 200, 800, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 200);
+    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    cds_roster_set_limits(&roster, one, 200, 800, 300);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1); // the same are no closer
+    cds_roster_set_limits(&roster, one, 501, 800, 300);
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    wrote_word(1, CDS_REG_GOAL_POSITION, 510);
+    cds_roster_set_limits(&roster, one, 501, 509, 300);
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    wrote_word(1, CDS_REG_GOAL_POSITION, 505);
+    assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    cds_roster_set_limits(&roster, one, 501, 509, 199);
+    assert_refused(CDS_LIMIT, goal(1, 505));
 }
 
 static void endless_turn(uint8_t id)

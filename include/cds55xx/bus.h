@@ -73,11 +73,11 @@ struct cds_request {
     bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
                      // says how long one may last
     uint8_t vetted;  // 1: this very packet was judged already. The observer puts it back, and has
-                    // the other bits for itself
-    uint8_t result; // enum cds_result; the fields below hold only if it is CDS_OK
-    uint8_t id;     // who answered (of interest after a broadcast PING)
-    uint8_t error;  // CDS_ERROR_* bits of the reply, 0 if none was due
-    uint8_t length; // parameters received; 0 if the servo refused
+                     // the other bits for itself
+    uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
+    uint8_t id;      // who answered (of interest after a broadcast PING)
+    uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
+    uint8_t length;  // parameters received; 0 if the servo refused
 };
 
 /* A request over `buffer`, an array of the caller's that holds the packet and the reply. */

@@ -736,6 +736,7 @@ static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const
     if (!part_of(bytes, 0, &part))
         return;
     torque = byte_of(CDS_REG_TORQUE_ENABLE, part.address, part.data, part.length);
+    learn(roster, servo, part.address, part.data, part.length, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
     if (cds_limits_check(servo, part.address, part.data, part.length) != CDS_OK)
@@ -744,7 +745,6 @@ static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
-    learn(roster, servo, part.address, part.data, part.length, false);
 }
 
 static void act(struct cds_roster_servo *servo, bool certain)
