@@ -1150,6 +1150,17 @@ void test_a_speed_of_a_sync_write_does_not_let_it_leave_endless_turn(void)
                    cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
 }
 
+void test_a_speed_0_without_an_answer_does_not_let_it_leave_endless_turn(void)
+{
+    static const uint8_t all[CDS_REG_MOVING_SPEED + 2 - CDS_REG_CW_ANGLE_LIMIT];
+
+    endless_turn(1);
+    cds_roster_set_limits(&roster, one, 0, 1023, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    silence(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, all, sizeof all));
+    assert_refused(CDS_LIMIT, write_word(1, CDS_REG_CCW_ANGLE_LIMIT, 1023));
+}
+
 /* A write of all from the angle limits to the speed, in a packet that nobody answers. */
 void test_nothing_unacknowledged_makes_goal_or_speed_known(void)
 {
