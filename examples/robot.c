@@ -30,8 +30,18 @@ static struct cds_watch watch;
 static struct cds_stop stop;
 static uint8_t ids[SERVOS];
 
-/* Is servo `i` there, quick to answer, and within its limits? Its first goal is where it is: the
- * one it holds itself too, as that is where it goes when it is switched on. */
+static bool read_word(uint8_t i, uint8_t address, uint16_t *value)
+{
+    return cds_wait_read_word(&bus, &request, ids[i], address, value) == CDS_OK;
+}
+
+static bool write_word(uint8_t i, uint8_t address, uint16_t value)
+{
+    return cds_wait_write_word(&bus, &request, ids[i], address, value) == CDS_OK;
+}
+
+/* Is servo `i` there, quick to answer, in position mode, and within its limits? Its first goal is
+ * where it is: the one it holds itself too, as that is where it goes when it is switched on. */
 static bool prepare(uint8_t i)
 {
     static struct cds_setup setup;
@@ -41,12 +51,11 @@ static bool prepare(uint8_t i)
         return false;
     while (cds_setup_poll(&setup) == CDS_PENDING)
         cds_bus_poll(&bus);
-    return setup.result == CDS_OK && // the roster is to know that it is in position mode
-           cds_wait_read_word(&bus, &request, ids[i], CDS_REG_CCW_ANGLE_LIMIT, &limit) == CDS_OK &&
-           cds_wait_read_word(&bus, &request, ids[i], CDS_REG_PRESENT_POSITION, &position) ==
-               CDS_OK &&
-           cds_wait_write_word(&bus, &request, ids[i], CDS_REG_MOVING_SPEED, FASTEST) == CDS_OK &&
-           cds_wait_write_word(&bus, &request, ids[i], CDS_REG_GOAL_POSITION, position) == CDS_OK &&
+    return setup.result == CDS_OK &&
+           read_word(i, CDS_REG_CCW_ANGLE_LIMIT, &limit) && // 0: the roster refuses what follows
+           read_word(i, CDS_REG_PRESENT_POSITION, &position) &&
+           write_word(i, CDS_REG_MOVING_SPEED, FASTEST) &&
+           write_word(i, CDS_REG_GOAL_POSITION, position) &&
            cds_cycle_goal(&cycle, i, position, FASTEST) == CDS_OK;
 }
 

@@ -666,6 +666,7 @@ void test_what_was_registered_in_another_mode_is_not_set_off(void)
     read_gives(1, CDS_REG_CW_ANGLE_LIMIT, zeros, 4);
     cds_roster_set_limits(&roster, one, 0, 1023, 100);
     assert_admitted(cds_servo_reg_write(&bus, &request, 1, CDS_REG_MOVING_SPEED, zeros, 2));
+    assert_admitted(action(CDS_BROADCAST_ID)); // good as long as it turns
     in_position_mode(1);
     assert_refused(CDS_LIMIT, action(1));
 }
@@ -1005,6 +1006,25 @@ void test_a_new_limit_of_speed_forgets_the_speed_set(void)
     assert_refused(CDS_LIMIT, goal(1, 500));
 }
 
+void test_a_limit_drawn_closer_forgets_what_was_within_it(void)
+{
+    in_position_mode(1);
+    cds_roster_set_limits(&roster, one, 200, 800, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 200);
+    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    cds_roster_set_limits(&roster, one, 200, 800, 300);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1); // the same are no closer
+    cds_roster_set_limits(&roster, one, 501, 800, 300);
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    wrote_word(1, CDS_REG_GOAL_POSITION, 510);
+    cds_roster_set_limits(&roster, one, 501, 509, 300);
+    assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    wrote_word(1, CDS_REG_GOAL_POSITION, 505);
+    assert_admitted(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    cds_roster_set_limits(&roster, one, 501, 509, 199);
+    assert_refused(CDS_LIMIT, goal(1, 505));
+}
+
 static void endless_turn(uint8_t id)
 {
     static const uint8_t zeros[4];
@@ -1128,6 +1148,17 @@ void test_a_speed_of_a_sync_write_does_not_let_it_leave_endless_turn(void)
     answer(cds_group_sync_send(&bus, &request), 0, 0);
     assert_refused(CDS_LIMIT,
                    cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+}
+
+void test_a_speed_0_without_an_answer_does_not_let_it_leave_endless_turn(void)
+{
+    static const uint8_t all[CDS_REG_MOVING_SPEED + 2 - CDS_REG_CW_ANGLE_LIMIT];
+
+    endless_turn(1);
+    cds_roster_set_limits(&roster, one, 0, 1023, 300);
+    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    silence(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, all, sizeof all));
+    assert_refused(CDS_LIMIT, write_word(1, CDS_REG_CCW_ANGLE_LIMIT, 1023));
 }
 
 /* A write of all from the angle limits to the speed, in a packet that nobody answers. */

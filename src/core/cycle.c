@@ -154,7 +154,8 @@ static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
             *block = NO_SERVO;
     }
     cycle->holes[packet] = dropped;
-    bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
+    if (whole || !dropped) // else it is not sent
+        bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
 }
 
 /* Has the observer admitted every block of this packet, and would say the same again? */

@@ -93,8 +93,6 @@ static void take(struct cds_roster_servo *servo, uint8_t address, const uint8_t 
     }
 }
 
-/* In endless turn a speed that may not have come counts as 0, whatever it is: such speeds come 250
- * times a second, and the second one then tells nothing new. */
 void cds_limits_learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
                       uint8_t length, bool certain)
 {
@@ -109,9 +107,7 @@ void cds_limits_learn(struct cds_roster_servo *servo, uint8_t address, const uin
         servo->ccw_limit = CDS_ANGLE_UNKNOWN;
     servo->goal_known = servo->goal_known && before.goal_known;
     servo->speed_known = servo->speed_known && before.speed_known;
-    servo->speed_0 = servo->speed_0 || before.speed_0 ||
-                     (cds_limits_mode(servo) == CDS_MODE_TURN &&
-                      touches(CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1, address, length));
+    servo->speed_0 = servo->speed_0 || before.speed_0;
 }
 
 /* ---- what may be written ---- */

@@ -175,7 +175,8 @@ static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *serv
 }
 
 /* A goal or speed that may have come, or not. It was admitted, so nothing is known by it, and what
- * was known is still so; but see cds_limits_learn() of endless turn. */
+ * was known is still so. But in endless turn the speed may be 0 now: taken so whatever it is, as it
+ * comes 250 times a second, and the second one then tells nothing new. */
 static void learn_doubtful_speed(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
     if (servo->speed_0 || cds_limits_mode(servo) != CDS_MODE_TURN)
@@ -668,7 +669,7 @@ static void not_answered(struct cds_roster *roster, struct cds_roster_servo *ser
 }
 
 /* Goals of a cycle, which come 250 times a second: nobody answers, so they make nothing known, and
- * who is beyond his limits was not among them. Endless turn: see cds_limits_learn(). */
+ * who is beyond his limits was not among them. Endless turn: see above. */
 static bool are_old_news(const struct cds_roster *roster, const uint8_t *bytes)
 {
     const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
@@ -737,6 +738,7 @@ static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const
     if (!part_of(bytes, 0, &part))
         return;
     torque = byte_of(CDS_REG_TORQUE_ENABLE, part.address, part.data, part.length);
+    learn(roster, servo, part.address, part.data, part.length, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
     if (cds_limits_check(servo, part.address, part.data, part.length) != CDS_OK)
@@ -745,7 +747,6 @@ static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
-    learn(roster, servo, part.address, part.data, part.length, false);
 }
 
 static void act(struct cds_roster_servo *servo, bool certain)
