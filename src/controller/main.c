@@ -21,7 +21,10 @@
 
 /* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on.
  */
-#define SELDOM 40
+#define SELDOM 16
+
+/* And of so many turns, one does all else. */
+#define RARE 4
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -159,33 +162,42 @@ static bool is_sending(void)
     return controller.bus.in_flight && controller.bus.link.state != CDS_LINK_LISTENING;
 }
 
+/* What may wait while servo after servo is read. */
+static void poll_rest(void)
+{
+    if (!bridge_idle(&controller.bridge))
+        robot_yield(&controller.robot);
+    robot_poll(&controller.robot);
+    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
+        console_poll(&controller.console);
+    follow_host_baud();
+}
+
 /* The main loop's body. Not inlined: a debugger finds it. */
 __attribute__((noinline)) static void turn(void)
 {
     uint8_t left = SELDOM;
 
     watchdog_pet();
-    if (++controller.turns % KEPT_TURNS == 0 || !busy(NULL))
-        keep();
+    controller.turns++;
     do {
         cds_bus_poll(&controller.bus);
         poll_bridge();
         serial_send(&controller.serial);
     } while (bridge_hurries(&controller.bridge) && !is_sending() && --left);
-    if (!bridge_idle(&controller.bridge))
-        robot_yield(&controller.robot);
     host_poll(&controller.host);
     if (controller.host.stop) {
         controller.host.stop = false;
         console_stop(&controller.console);
     }
-    robot_poll(&controller.robot);
-    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
-        console_poll(&controller.console);
     if (serial_broken(&controller.serial))
         host_gap(&controller.host);
+    if (bridge_hurries(&controller.bridge) && controller.turns % RARE)
+        return;
+    poll_rest();
     serial_send(&controller.serial);
-    follow_host_baud();
+    if (controller.turns % KEPT_TURNS == 0 || !busy(NULL))
+        keep();
     avr_idle(busy, NULL);
 }
 
