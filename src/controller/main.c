@@ -26,6 +26,9 @@
 /* And of so many turns, one does all else. */
 #define RARE 4
 
+/* Of so many turns one is the console's. */
+#define CONSOLE_TURNS 2
+
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
 
@@ -168,7 +171,8 @@ static void poll_rest(void)
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
+    if (controller.turns % CONSOLE_TURNS == 0 &&
+        !bridge_talks(&controller.bridge)) // a status packet must not be torn by text
         console_poll(&controller.console);
     follow_host_baud();
 }

@@ -35,6 +35,8 @@ static uint16_t counter(const struct values *values, uint8_t reg)
         return cds_link_count(values->gaps);
     if (reg >= DEVICE_HOST_PACKETS)
         return word(&values->host->counters, (uint8_t)(reg - DEVICE_HOST_PACKETS));
+    if (reg < DEVICE_BUS_FRAMING && reg != DEVICE_BUS_STRAY) // a READ of all is not to take long
+        return word(&values->keeper->robot->bus->counters, (uint8_t)(reg - DEVICE_BUS_SENT));
     cds_bus_counters(values->keeper->robot->bus, &counters);
     return word(&counters, (uint8_t)(reg - DEVICE_BUS_SENT));
 }
