@@ -270,11 +270,20 @@ static void work(struct host *host)
     }
 }
 
+/* One mark is enough where nothing was heard since the last: each costs the console a line. */
+static bool mark_lost(struct cds_ring *text)
+{
+    if (cds_ring_count(text) &&
+        text->bytes[(text->head - 1u) & (CDS_RING_SIZE - 1)] == HOST_MARK_LOST)
+        return true;
+    return cds_ring_put(text, HOST_MARK_LOST);
+}
+
 void host_poll(struct host *host)
 {
     uint8_t tail = host->input->tail;
 
-    if (host->lost && cds_ring_put(host->text, HOST_MARK_LOST)) {
+    if (host->lost && mark_lost(host->text)) {
         host->lost = false;
         host->typing = false;
     }

