@@ -159,12 +159,6 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
-/* A packet leaves: until it has, the bus can wait for the rest of a turn. */
-static bool is_sending(void)
-{
-    return controller.bus.in_flight && controller.bus.link.state != CDS_LINK_LISTENING;
-}
-
 /* What may wait while servo after servo is read. */
 static void poll_rest(void)
 {
@@ -188,7 +182,7 @@ __attribute__((noinline)) static void turn(void)
         cds_bus_poll(&controller.bus);
         poll_bridge();
         serial_send(&controller.serial);
-    } while (bridge_hurries(&controller.bridge) && !is_sending() && --left);
+    } while (bridge_hurries(&controller.bridge) && --left);
     host_poll(&controller.host);
     if (controller.host.stop) {
         controller.host.stop = false;
