@@ -228,7 +228,7 @@ static void go_on(struct gather *gather)
 {
     if (gather->asked > gather->done)
         await_next(gather);
-    if (gather->asked < gather->count && gather->asked < gather->done + 2)
+    if (!gather->failed && gather->asked < gather->count && gather->asked < gather->done + 2)
         ask(gather);
 }
 
