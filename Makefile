@@ -76,7 +76,7 @@ AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 # switch; and 3.5 KB less, for cycles in functions that keep many registers, but for QUICK sources,
 # which run between two packets of the bus, or for each character.
 SMALL := -fshort-enums -mstrict-X -fno-tree-switch-conversion -mcall-prologues \
-	-fira-algorithm=priority -fipa-pta -fno-jump-tables
+	-fira-algorithm=priority -fipa-pta -fno-jump-tables -maccumulate-args
 SMALLEST := -fno-inline-small-functions -fno-move-loop-invariants -fno-tree-sink \
 	-fno-tree-loop-im -fno-tree-dominator-opts -fno-tree-fre -fno-ipa-sra -fno-tree-loop-optimize
 QUICK := $(addprefix src/core/,bus.c parser.c) src/controller/writer.c

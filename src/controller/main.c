@@ -26,7 +26,7 @@
 /* And of so many turns, one does all else. */
 #define RARE 4
 
-/* Of so many turns one is the console's. */
+/* Of so many turns one is the console's, while it does not read, which is at the host's pace. */
 #define CONSOLE_TURNS 2
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
@@ -165,7 +165,7 @@ static void poll_rest(void)
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (controller.turns % CONSOLE_TURNS == 0 &&
+    if ((controller.console.state == CONSOLE_READING || controller.turns % CONSOLE_TURNS == 0) &&
         !bridge_talks(&controller.bridge)) // a status packet must not be torn by text
         console_poll(&controller.console);
     follow_host_baud();
