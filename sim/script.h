@@ -64,7 +64,7 @@ struct script {
     struct event step;
     struct event patience;
     struct event knock;
-    uint32_t hush_us; // until the firmware that listens is spoken to
+    uint32_t hush_us;          // until the firmware that listens is spoken to
     bool ready, started, held; // the console listens; and a PC has noticed; a command waits for it
     bool waiting, expecting, echo, done;
     char reply[SCRIPT_REPLY_ROOM];

@@ -40,7 +40,8 @@ bool cds_limits_any(const struct cds_roster_servo *servo)
     return position_limited(servo) || speed_limited(servo);
 }
 
-/* What no servo has is the servo's to refuse if there is no limit: whoever asked hears it say so. */
+/* What no servo has is the servo's to refuse if there is no limit: whoever asked hears it say so.
+ */
 static bool goal_is_good(const struct cds_roster_servo *servo, uint16_t goal)
 {
     return goal >= servo->lowest && (goal <= servo->highest || servo->highest == CDS_VALUE_MAX);
