@@ -239,7 +239,8 @@ static bool parse(struct cds_bus *bus)
         if (broken)
             end = link->broken_at;
         while (looked_to(bus) != end) {
-            left = (uint8_t)(left - skim(bus, end, left));
+            if (bus->parser.seen > CDS_AT_LENGTH)
+                left = (uint8_t)(left - skim(bus, end, left));
             if (left == 0)
                 return false;
             if (looked_to(bus) == end)
