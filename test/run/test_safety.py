@@ -12,7 +12,7 @@ PERIOD_US = 4000
 WATCH_US = 1000000
 BEGIN_MS = 400  # of what is measured
 BOUND_US = 20000  # beyond the period of the state check: it gives way to the cycle
-LATE_US = 300  # goals, when a servo is dropped
+LATE_US = 800  # goals, when a servo is dropped and they waited behind the exchange that told it
 ALL_LATE_US = 1200  # ... when all are judged
 BROADCASTS_US = 2000  # from the first to the third: all that a cycle of 50 drops between them
 
