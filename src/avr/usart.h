@@ -21,6 +21,7 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "board.h"
@@ -116,36 +117,31 @@ enum {
 /* A pin that the wiring lacks is no instruction at all, one that is known here a single one: sbi or
  * cbi. With several buses it may be known at run time only. Then no handler may come between
  * reading and writing the port: it may change another bus's enable there. */
+AVR_INLINE void avr_pin_put(struct avr_pin pin, bool high)
+{
+    bool known = __builtin_constant_p(pin.mask);
+    uint8_t sreg = 0;
+
+    if (!known) {
+        sreg = SREG;
+        cli();
+    }
+    if (pin.mask && high)
+        *pin.port |= pin.mask;
+    else if (pin.mask)
+        *pin.port &= (uint8_t)~pin.mask;
+    if (!known)
+        SREG = sreg;
+}
+
 AVR_INLINE void avr_pin_high(struct avr_pin pin)
 {
-    uint8_t sreg;
-
-    if (__builtin_constant_p(pin.mask)) {
-        if (pin.mask)
-            *pin.port |= pin.mask;
-        return;
-    }
-    sreg = SREG;
-    cli();
-    if (pin.mask)
-        *pin.port |= pin.mask;
-    SREG = sreg;
+    avr_pin_put(pin, true);
 }
 
 AVR_INLINE void avr_pin_low(struct avr_pin pin)
 {
-    uint8_t sreg;
-
-    if (__builtin_constant_p(pin.mask)) {
-        if (pin.mask)
-            *pin.port &= (uint8_t)~pin.mask;
-        return;
-    }
-    sreg = SREG;
-    cli();
-    if (pin.mask)
-        *pin.port &= (uint8_t)~pin.mask;
-    SREG = sreg;
+    avr_pin_put(pin, false);
 }
 
 /* `port` is a bus of the board: 0 to BOARD_BUS_COUNT - 1. */

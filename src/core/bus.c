@@ -239,8 +239,7 @@ static bool parse(struct cds_bus *bus)
         if (broken)
             end = link->broken_at;
         while (looked_to(bus) != end) {
-            if (bus->parser.seen >
-                CDS_AT_LENGTH) // else it is asked in vain, for each byte of babble
+            if (bus->parser.seen > CDS_AT_LENGTH)
                 left = (uint8_t)(left - skim(bus, end, left));
             if (left == 0)
                 return false;

@@ -4,10 +4,10 @@
 #include <string.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
+#include "goal.h"                  // cds_goal_put(), CDS_GOAL_SIZE
 #include "operation.h"             // cds_operation_not_sent()
 
-#define GOAL_SIZE   4                        // position, speed
-#define BLOCK_SIZE  (1u + GOAL_SIZE)         // ID, goal
+#define BLOCK_SIZE  (1u + CDS_GOAL_SIZE)     // ID, goal
 #define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
 #define NO_GOAL     UINT8_MAX                // high byte of a position that was never set
 #define NO_SERVO    CDS_BROADCAST_ID // ID of a dropped servo's block that nobody stands in for
@@ -35,15 +35,15 @@ static void goals_ended(struct cds_request *request)
 /* A whole packet whose goals are still to be set. */
 static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
 {
-    static const uint8_t none[GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
+    static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
 
     request->packet.bytes = bytes;
-    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, GOAL_SIZE);
+    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, CDS_GOAL_SIZE);
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
     request->on_end = goals_ended;
     request->owner = cycle;
-    cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, GOAL_SIZE);
+    cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, CDS_GOAL_SIZE);
     for (uint8_t i = 0; i < cycle->count; i++)
         cds_packet_sync_add(&request->packet, cycle->ids[i], none);
     cds_packet_end(&request->packet);
@@ -67,7 +67,7 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
                                 uint8_t count, uint8_t *packets, struct cds_feedback *feedback,
                                 uint16_t period_us)
 {
-    uint16_t size = (uint16_t)CDS_SYNC_WRITE_SIZE((uint16_t)count, GOAL_SIZE);
+    uint16_t size = (uint16_t)CDS_SYNC_WRITE_SIZE((uint16_t)count, CDS_GOAL_SIZE);
     uint32_t goals_us = (uint32_t)size * bus->byte_time_us;
 
     if (on_its_way(cycle))
@@ -168,8 +168,8 @@ static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
 
 static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
 {
-    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1, GOAL_SIZE) ==
-           CDS_OK;
+    return cds_bus_would_admit(cycle->bus, block[0], CDS_REG_GOAL_POSITION, block + 1,
+                               CDS_GOAL_SIZE) == CDS_OK;
 }
 
 /* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
@@ -224,25 +224,17 @@ static void vet(struct cds_cycle *cycle)
     cycle->epoch[cycle->front] = cycle->observer->epoch;
 }
 
-static void set_goal(uint8_t *goal, uint16_t position, uint16_t speed)
-{
-    goal[0] = (uint8_t)position;
-    goal[1] = (uint8_t)(position >> 8);
-    goal[2] = (uint8_t)speed;
-    goal[3] = (uint8_t)(speed >> 8);
-}
-
 /* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
 static __attribute__((noinline)) enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t index,
                                                             uint16_t position, uint16_t speed)
 {
-    uint8_t goal[GOAL_SIZE];
+    uint8_t goal[CDS_GOAL_SIZE];
     uint8_t *block = block_of(back(cycle), index);
     enum cds_result result;
 
-    set_goal(goal, position, speed);
-    result =
-        cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal, GOAL_SIZE);
+    cds_goal_put(goal, position, speed);
+    result = cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal,
+                                 CDS_GOAL_SIZE);
     if (result == CDS_OK) {
         *block = cycle->ids[index];
     } else if (result == CDS_HELD && block[2] == NO_GOAL) {
@@ -277,7 +269,7 @@ enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t 
     if (cycle->bus->observer)
         result = judge_goal(cycle, index, position, speed);
     if (result == CDS_OK)
-        set_goal(block_of(back(cycle), index) + 1, position, speed);
+        cds_goal_put(block_of(back(cycle), index) + 1, position, speed);
     return result;
 }
 
@@ -422,9 +414,10 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
     if (cycle->refused)
         send_again(cycle);
-    if (cycle->reading &&
-        due)                // its end is at hand; goals queued behind it would count as begun, and
-        return CDS_PENDING; // wait while the application computes the next ones
+    /* The READ's end is at hand: goals queued behind it would count as begun, and wait while the
+     * application computes the next ones. */
+    if (cycle->reading && due)
+        return CDS_PENDING;
     if (due)
         begin_period(cycle);
     else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))

@@ -53,6 +53,11 @@ class Layering(unittest.TestCase):
     def test_avr_port_includes_no_more_of_the_core_than_the_seam(self):
         self.breach("src/avr/usart.c", '#include "cds55xx/bus.h"')
 
+    def test_a_lower_layer_includes_no_higher_one(self):
+        self.breach("src/core/parser.c", '#include "cds55xx/bus.h"')
+        self.breach("include/cds55xx/bus.h", '#include "cds55xx/roster.h"')
+        self.breach("src/core/roster.c", '#include "cds55xx/cycle.h"')
+
     def test_simulator_includes_nothing_of_the_library(self):
         self.breach("sim/codec.c", '#include "cds55xx/packet.h"')
         self.breach("sim/servo.c", '#include "../include/cds55xx/packet.h"')

@@ -12,7 +12,8 @@ PERIOD_US = 4000
 WATCH_US = 1000000
 BEGIN_MS = 400  # of what is measured
 BOUND_US = 20000  # beyond the period of the state check: it gives way to the cycle
-LATE_US = 300  # goals, when a servo is dropped
+# goals, when a servo is dropped; of 50, they may have waited behind the exchange that told it
+LATE_US = {18: 300, 50: 800}
 ALL_LATE_US = 1200  # ... when all are judged
 BROADCASTS_US = 2000  # from the first to the third: all that a cycle of 50 drops between them
 
@@ -147,7 +148,7 @@ class Safety(unittest.TestCase):
         goals = [packet for packet in run.sent if packet.instruction == SYNC_WRITE
                  and BEGIN_MS * 1000 < packet.us < BEGIN_MS * 1000 + counters["periods"] * PERIOD_US]
         self.assertAlmostEqual(len(goals), counters["periods"], delta=1)
-        self.assertLess(self.late_us(goals), LATE_US)
+        self.assertLess(self.late_us(goals), LATE_US[HOSTED[board]])
         self.check_goals(goals, lost_us, HOSTED[board])
 
     @staticmethod
