@@ -95,7 +95,7 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
     struct crew *crew = of(observer);
     bool answered;
 
-    if (!crew->open && !news->error) { // short: it comes with every exchange
+    if (!crew->open && !news->error && news->event == CDS_BUS_ENDED) { // short: it comes every time
         cds_roster_on_news(observer, news);
         return;
     }
