@@ -400,6 +400,11 @@ cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 fuzz: build/host/test/fuzz
 	@$< 10000000 1000000
 
+## session: a first session with the console of an atmega128, as it stands on the terminal
+.PHONY: session
+session: build/host/cds55xx-sim build/atmega128/controller.elf
+	@scripts/console.py --session
+
 ## feedback: 18 servos' feedback over a 1 Mbps host link: one BULK READ against 18 round trips
 .PHONY: feedback
 feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf

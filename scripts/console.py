@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 """docs/console.md from the table of commands in src/controller/commands.h, and from a first session
-with the firmware in the simulator (atmega128, built). Prints the document."""
+with the firmware in the simulator (atmega128, built). Prints the document.
+
+usage: console.py [--session]    --session: only the session, without what README leaves out
+"""
 import pathlib
 import re
 import subprocess
@@ -73,11 +76,20 @@ def session():
     return shown.replace("\r\n", "\n")
 
 
+def shortened(text):
+    """Without `version`, and with the first and last registers of `info` only."""
+    text = re.sub(r"> version\n.*?ok\n", "", text, flags=re.S)
+    return re.sub(r"(> info 1\n(?:0x.*\n){6})(?:0x.*\n)+(0x.*\nok\n)", r"\1...\n\2", text)
+
+
 def escape(text):
     return text.replace("|", "\\|").replace("<", "&lt;")
 
 
-def main():
+def main(arguments):
+    if arguments == ["--session"]:
+        print(shortened(session()), end="")
+        return
     headings = {name: texts(text) for name, text in
                 HEADING.findall(table("src/controller/command.h", "COMMAND_GROUPS"))}
     rows = list(commands())
@@ -126,4 +138,4 @@ The firmware on a simulated ATmega128 with three servos. Lines behind `>` are ty
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))
