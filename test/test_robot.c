@@ -77,6 +77,30 @@ void test_who_only_answers_is_known_and_left_alone(void)
     TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
 }
 
+/* From the PC, who may say anything. */
+void test_a_sync_write_of_blocks_of_256_bytes_names_nobody(void)
+{
+    static const uint8_t parameters[] = {CDS_REG_LED, 255, 1, 2};
+
+    cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    for (uint8_t i = 0; i < sizeof parameters; i++)
+        cds_packet_put(&request.packet, parameters[i]);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    request.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+}
+
+void test_one_who_answers_though_set_not_to_is_asked_again(void)
+{
+    robot.crew.open = false;
+    TEST_ASSERT_TRUE(robot_add(&robot, 1));
+    cds_roster_find(&robot.crew.roster, 1)->status_return_level = 0;
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    run(100);
+    TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
+}
+
 void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void)
 {
     robot.crew.open = false;
