@@ -124,6 +124,15 @@ void test_a_line_that_was_begun_is_not_replaced(void)
     assert_line("");
 }
 
+void test_the_end_of_a_line_ends_an_escape_sequence(void)
+{
+    TEST_ASSERT_EQUAL(EDITOR_END, type("x\x1B[\r"));
+    type("\x1B[");
+    editor_end(&editor); // dropped, as by a packet
+    type("ping 1");
+    assert_line("ping 1");
+}
+
 void test_other_escape_sequences_are_for_nobody(void)
 {
     type("a\x1B[Bb\x1B[3~c\x1B[1;5Dd\x1BOPe");

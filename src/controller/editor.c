@@ -67,7 +67,7 @@ static bool is_escape(struct editor *editor, char key)
         editor->escape = 2;
         return true;
     }
-    if (editor->escape != 2) {
+    if (editor->escape != 2 || key < ' ') { // the end of a line ends that, too
         editor->escape = 0;
         return false;
     }
@@ -126,5 +126,6 @@ void editor_end(struct editor *editor)
     editor->length = 0;
     editor->shown = 0;
     editor->locked = 0;
+    editor->escape = 0;
     editor->longer = false;
 }
