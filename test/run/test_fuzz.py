@@ -8,7 +8,7 @@ from simulator import ROOT
 class Fuzz(unittest.TestCase):
     def test_noise_and_damage(self):
         for seed in ("11", "12"):
-            done = subprocess.run([ROOT / "build/host/test/fuzz", "300000", "30000", seed],
+            done = subprocess.run([ROOT / "build/host/test/fuzz", "1000000", "100000", seed],
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                   timeout=200)
             self.assertEqual(done.returncode, 0, done.stdout)
