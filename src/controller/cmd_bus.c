@@ -83,7 +83,7 @@ bool scan_poll(struct console *console)
 {
     struct robot *robot = console->robot;
     const struct cds_scan *scan = &robot->work.scan.scan;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
     bool over = robot->operation != ROBOT_SCAN;
 
     if (!over && console_key(console))
@@ -150,7 +150,7 @@ static bool tell_counter(struct writer *writer, const CDS_FLASH char *names, con
 bool counters_poll(struct console *console)
 {
     struct cds_counters counters;
-    uint8_t index = console->job.progress.index++;
+    uint8_t index = console->index++;
 
     if (console->line.id != CDS_BROADCAST_ID)
         return tell_counter(

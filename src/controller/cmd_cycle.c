@@ -45,7 +45,7 @@ static uint8_t start(struct console *console)
         return error;
     memset(work, 0, sizeof *work);
     console->phase = CYCLE_LOOK;
-    console->job.progress.since_us = cds_port_now_us();
+    console->job.since_us = cds_port_now_us();
     return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
                                               robot->group_count, work->cycle.packets,
                                               work->cycle.feedback, us));
@@ -82,7 +82,7 @@ static bool look_poll(struct console *console)
     for (uint8_t i = 0; i < robot->group_count; i++) {
         if (robot->work.cycle.feedback[i].known)
             continue;
-        if (cds_port_now_us() - console->job.progress.since_us > KNOWN_US) {
+        if (cds_port_now_us() - console->job.since_us > KNOWN_US) {
             console->error = robot->work.cycle.feedback[i].result;
             robot_abort(robot);
             console->phase = CYCLE_END;
@@ -96,7 +96,7 @@ static bool look_poll(struct console *console)
 static bool goals_poll(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     for (; *index < robot->group_count; (*index)++)
         if (cds_cycle_goal(&robot->work.cycle.cycle, *index,
@@ -183,6 +183,6 @@ bool cycle_poll(struct console *console)
             return false;
         console->phase = CYCLE_TELL;
         return true;
-    default: return tell_line(console, console->job.progress.index++);
+    default: return tell_line(console, console->index++);
     }
 }

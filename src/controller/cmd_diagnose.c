@@ -101,5 +101,5 @@ bool diagnose_poll(struct console *console)
         console->error = robot->result == CDS_CANCELLED ? ERROR_KEY : robot->result;
         return false;
     }
-    return tell(console, console->job.progress.index++);
+    return tell(console, console->index++);
 }

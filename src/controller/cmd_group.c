@@ -48,7 +48,7 @@ uint8_t group_begin(struct console *console)
 bool group_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     if (*index == 0)
         WRITER_TEXT(&console->writer, "group");
@@ -142,7 +142,7 @@ uint8_t pose_begin(struct console *console)
 static bool cycle_poll_goals(struct console *console)
 {
     struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
     enum cds_result result = CDS_OK;
 
     if (console->robot->operation != ROBOT_CYCLE) {
@@ -168,7 +168,7 @@ static bool cycle_poll_goals(struct console *console)
 static bool action_poll(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     if (robot->operation == ROBOT_MOVE)
         return true;

@@ -35,7 +35,7 @@ uint8_t help_begin(struct console *console)
 /* A heading, or the next command below it; `index`: the row to be looked at next, from 1 on. */
 static bool list_poll(struct console *console)
 {
-    uint8_t *group = &console->job.progress.group, *index = &console->job.progress.index;
+    uint8_t *group = &console->part, *index = &console->index;
 
     if (*index == 0) {
         writer_text_line(&console->writer, headings[*group]);

@@ -65,7 +65,7 @@ static void value_line(struct console *console, uint8_t width)
 bool read_poll(struct console *console)
 {
     const struct cds_request *request = console->line.request;
-    uint8_t *line = &console->job.progress.index;
+    uint8_t *line = &console->index;
     struct cds_register at;
 
     if (console_waits(console))

@@ -108,7 +108,7 @@ uint8_t info_begin(struct console *console)
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */
 bool info_poll(struct console *console)
 {
-    uint8_t *address = &console->job.progress.index;
+    uint8_t *address = &console->index;
     struct cds_register at;
 
     if (console_waits(console))

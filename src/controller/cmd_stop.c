@@ -30,7 +30,7 @@ static void tell_outcome(struct writer *writer, uint8_t outcome)
 bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     if (robot_is_stopping(robot))
         return true;
@@ -158,8 +158,8 @@ static void servo_part(struct console *console, const struct cds_roster_servo *s
 bool servos_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
-    uint8_t *part = &console->job.progress.group;
+    uint8_t *index = &console->index;
+    uint8_t *part = &console->part;
 
     if (robot->crew.roster.count == 0) {
         writer_text_line(&console->writer, sentences[SENTENCE_NOBODY]);

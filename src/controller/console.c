@@ -85,16 +85,23 @@ static void conclude(struct console *console, uint8_t error)
     console->state = CONSOLE_CLOSING;
 }
 
+static void begin_command(struct console *console)
+{
+    memset(&console->job, 0, sizeof console->job);
+    console->step = 0;
+    console->phase = 0;
+    console->index = 0;
+    console->part = 0;
+    console->state = CONSOLE_RUNNING;
+}
+
 /* The command that console->line is. */
 static void run(struct console *console)
 {
     const CDS_FLASH struct command *command = &commands[console->line.kind];
     uint8_t error = 0;
 
-    memset(&console->job, 0, sizeof console->job);
-    console->step = 0;
-    console->phase = 0;
-    console->state = CONSOLE_RUNNING;
+    begin_command(console);
     if (command->begin)
         error = command->begin(console);
     if (error || command->poll == NULL)
@@ -301,10 +308,7 @@ static void answer_stop(struct console *console)
     console->stop_asked = false;
     command_begin(&console->line);
     console->line.kind = COMMAND_stop;
-    memset(&console->job, 0, sizeof console->job);
-    console->step = 0;
-    console->phase = 0;
-    console->state = CONSOLE_RUNNING;
+    begin_command(console);
 }
 
 void console_poll(struct console *console)

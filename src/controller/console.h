@@ -50,20 +50,19 @@ union console_job {
         uint8_t value; // of it, being told
         bool begun;    // something stands in the line
     } monitor;
-    struct {
-        uint32_t since_us;
-        uint8_t group;
-        uint8_t index; // of a list that is being told
-    } progress;
+    uint32_t since_us;
 };
 
 struct console {
+    struct writer writer; // first: an AVR needs no address of its own for it
     struct cds_bus *bus;
     struct robot *robot;
     struct keeper *keeper;
     uint8_t state;       // enum console_state
     uint8_t step;        // calls of the command's poll so far, 255 at most
     uint8_t phase;       // the command's own, 0 when it begins
+    uint8_t index;       // likewise: of a list that is being told
+    uint8_t part;        // likewise: of what is told of one of them
     uint8_t error;       // number of the error the reply ends with, 0 for ok
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
     bool closed;         // the reply's last line is written
@@ -74,7 +73,6 @@ struct console {
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
     uint16_t characters; // of the line so far
     struct cds_ring *input;
-    struct writer writer;
     struct command_line line; // an AVR reaches 64 bytes of a struct easily: what is large is last
     union console_job job;
     struct token token;
