@@ -5,6 +5,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 #define PERIOD_MIN_MS 2
 #define PERIOD_MAX_MS 65
@@ -108,66 +109,61 @@ static bool goals_poll(struct console *console)
 
 /* ---- telling ---- */
 
-static void tell(struct writer *writer, uint32_t value)
-{
-    writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
-}
-
 /* "servo 1: 150.147deg 0rpm 12V 32C" */
 static void tell_servo(struct console *console, uint8_t index)
 {
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
-    struct writer *writer = &console->writer;
+    uint16_t *value = console->writer.values;
 
-    WRITER_TEXT(writer, "servo ");
-    tell(writer, robot->group[index]);
-    WRITER_TEXT(writer, ": ");
+    *value++ = robot->group[index];
+    *value++ = feedback->known ? TEXT_FEEDBACK : TEXT_NOTHING;
     if (feedback->known) {
-        number_write(writer, CDS_UNIT_MDEG, feedback->position);
-        writer_char(writer, ' ');
-        number_write(writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
-        writer_char(writer, ' ');
-        number_write(writer, CDS_UNIT_MV, feedback->voltage);
-        writer_char(writer, ' ');
-        number_write(writer, CDS_UNIT_CELSIUS, feedback->temperature);
+        *value++ = feedback->position;
+        *value++ = feedback->speed;
+        *value++ = feedback->voltage;
+        *value++ = feedback->temperature;
     }
-    if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
-        WRITER_TEXT(writer, " held");
-    writer_end_of_line(writer);
+    *value = cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? TEXT_HELD : TEXT_NOTHING;
+    writer_line(&console->writer, TEXT_CYCLE_SERVO);
 }
 
-/* Lines 0 to 2 are of all; false when there are no more. */
-static bool tell_line(struct console *console, uint8_t line)
+/* In the order of the sentences; the last two of each line are in one. */
+enum { COUNTERS = 6 };
+
+/* A counter, words of the writer's values. */
+static void tell_counter(struct console *console, uint8_t index)
+{
+    const struct cds_cycle_counters *counters = &console->robot->work.cycle.cycle.counters;
+    const uint32_t *of[COUNTERS] = {&counters->periods, &counters->missed, &counters->unsent,
+                                    &counters->reads,   &counters->failed, &counters->oldest_us};
+    uint16_t text = writer_text_at(TEXT_CYCLE_PERIODS, index);
+
+    memcpy(console->writer.values, of[index], sizeof *of[index]);
+    if (index == 2 || index == 4) // the last ones of their lines
+        writer_line(&console->writer, text);
+    else
+        writer_text(&console->writer, text);
+}
+
+/* Counters, the share of the bus, then a servo a line; false when there are no more. */
+static bool tell(struct console *console, uint8_t index)
 {
     const struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
     struct writer *writer = &console->writer;
 
-    switch (line) {
-    case 0:
-        WRITER_TEXT(writer, "periods ");
-        tell(writer, cycle->counters.periods);
-        WRITER_TEXT(writer, ", missed ");
-        tell(writer, cycle->counters.missed);
-        WRITER_TEXT(writer, ", unsent ");
-        tell(writer, cycle->counters.unsent);
-        break;
-    case 1:
-        WRITER_TEXT(writer, "reads ");
-        tell(writer, cycle->counters.reads);
-        WRITER_TEXT(writer, ", failed ");
-        tell(writer, cycle->counters.failed);
-        break;
-    case 2:
-        WRITER_TEXT(writer, "oldest us ");
-        tell(writer, cycle->counters.oldest_us);
-        WRITER_TEXT(writer, ", bus ");
+    if (index < COUNTERS) {
+        tell_counter(console, index);
+    } else if (index == COUNTERS) {
+        writer_text(writer, TEXT_CYCLE_BUS);
+    } else if (index == COUNTERS + 1) {
         writer_fixed(writer, cds_cycle_utilisation_permille(cycle), 1);
         writer_char(writer, '%');
-        break;
-    default: tell_servo(console, (uint8_t)(line - 3)); return line - 2 < cycle->count;
+        writer_end_of_line(writer);
+    } else {
+        tell_servo(console, (uint8_t)(index - COUNTERS - 2));
+        return index - COUNTERS - 1 < cycle->count;
     }
-    writer_end_of_line(writer);
     return true;
 }
 
@@ -183,6 +179,6 @@ bool cycle_poll(struct console *console)
             return false;
         console->phase = CYCLE_TELL;
         return true;
-    default: return tell_line(console, console->index++);
+    default: return tell(console, console->index++);
     }
 }

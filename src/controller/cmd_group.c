@@ -5,6 +5,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 /* 20 RPM, if nobody says how fast: gentle. */
 #define POSE_SPEED 330
@@ -50,19 +51,14 @@ bool group_poll(struct console *console)
     const struct robot *robot = console->robot;
     uint8_t *index = &console->index;
 
-    if (*index == 0)
-        WRITER_TEXT(&console->writer, "group");
-    if (*index < robot->group_count) {
-        writer_char(&console->writer, ' ');
-        writer_decimal(&console->writer, robot->group[(*index)++]);
-        return true;
+    if (*index == robot->group_count) {
+        writer_line(&console->writer, robot->group_acts ? TEXT_BY_ACTION : TEXT_BY_SYNC);
+        return false;
     }
-    if (robot->group_acts)
-        WRITER_TEXT(&console->writer, " action");
-    else
-        WRITER_TEXT(&console->writer, " sync");
-    writer_end_of_line(&console->writer);
-    return false;
+    console->writer.values[0] = robot->group[*index];
+    writer_text(&console->writer, *index ? TEXT_ONE_MORE : TEXT_GROUP);
+    (*index)++;
+    return true;
 }
 
 /* ---- pose ---- */
@@ -178,12 +174,10 @@ static bool action_poll(struct console *console)
 
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
-        WRITER_TEXT(&console->writer, "servo ");
-        writer_decimal(&console->writer, goal->id);
-        if (goal->armed)
-            WRITER_TEXT(&console->writer, ", may be armed still");
-        WRITER_TEXT(&console->writer, ": ");
-        writer_text_line(&console->writer, error_text(goal->result));
+        console->writer.values[0] = goal->id;
+        console->writer.values[1] = goal->armed ? TEXT_ARMED : TEXT_NOTHING;
+        console->writer.values[2] = error_text(goal->result);
+        writer_line(&console->writer, TEXT_SERVO_FAILED);
         return true;
     }
     return false;

@@ -6,6 +6,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 #define PERIOD_MS     100
 #define PERIOD_MIN_MS 10
@@ -38,45 +39,36 @@ uint8_t monitor_begin(struct console *console)
     return 0;
 }
 
-/* Before each label: "1" or ",1" */
-static struct writer *label(struct console *console)
-{
-    if (console->job.monitor.begun)
-        writer_char(&console->writer, ',');
-    console->job.monitor.begun = true;
-    writer_decimal(&console->writer, console->job.monitor.ids[console->job.monitor.index]);
-    return &console->writer;
-}
+/* Told of each servo, one a turn: a conversion takes 100 us. */
+static const CDS_FLASH struct {
+    char label[5];
+    uint8_t unit;   // enum cds_unit
+    uint8_t offset; // in struct cds_feedback, in bytes
+    uint8_t bytes;
+} values[] = {
+    {"deg:", CDS_UNIT_MDEG, offsetof(struct cds_feedback, position), 2},
+    {"rpm:", CDS_UNIT_SIGNED_MRPM, offsetof(struct cds_feedback, speed), 2},
+    {"%:", CDS_UNIT_SIGNED_CPCT, offsetof(struct cds_feedback, load), 2},
+    {"V:", CDS_UNIT_MV, offsetof(struct cds_feedback, voltage), 1},
+    {"C:", CDS_UNIT_CELSIUS, offsetof(struct cds_feedback, temperature), 1},
+};
 
-#define VALUES 5 // told of each servo, one a turn: a conversion takes 100 us
+#define VALUES (sizeof values / sizeof values[0])
 
+/* "1deg:150.147", behind the first one with a comma before it */
 static void tell(struct console *console, uint8_t value)
 {
-    const struct cds_feedback *feedback = &console->job.monitor.feedback;
-    struct writer *writer = label(console);
+    struct writer *writer = &console->writer;
+    uint16_t raw = 0;
 
-    switch (value) {
-    case 0:
-        WRITER_TEXT(writer, "deg:");
-        number_write_bare(writer, CDS_UNIT_MDEG, feedback->position);
-        break;
-    case 1:
-        WRITER_TEXT(writer, "rpm:");
-        number_write_bare(writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
-        break;
-    case 2:
-        WRITER_TEXT(writer, "%:");
-        number_write_bare(writer, CDS_UNIT_SIGNED_CPCT, feedback->load);
-        break;
-    case 3:
-        WRITER_TEXT(writer, "V:");
-        number_write_bare(writer, CDS_UNIT_MV, feedback->voltage);
-        break;
-    default:
-        WRITER_TEXT(writer, "C:");
-        number_write_bare(writer, CDS_UNIT_CELSIUS, feedback->temperature);
-        break;
-    }
+    if (console->job.monitor.begun)
+        writer_char(writer, ',');
+    console->job.monitor.begun = true;
+    writer_decimal(writer, console->job.monitor.ids[console->job.monitor.index]);
+    writer_flash(writer, values[value].label);
+    memcpy(&raw, (const uint8_t *)&console->job.monitor.feedback + values[value].offset,
+           values[value].bytes); // low byte first, on an AVR and on the host
+    number_write_bare(writer, (enum cds_unit)values[value].unit, raw);
 }
 
 static void end_of_line(struct console *console)
@@ -130,11 +122,9 @@ static bool sum_up(struct console *console)
         writer_end_of_line(&console->writer);
         return true;
     }
-    writer_decimal(&console->writer, console->job.monitor.lines);
-    WRITER_TEXT(&console->writer, " lines, ");
-    writer_decimal(&console->writer, console->job.monitor.failed);
-    WRITER_TEXT(&console->writer, " answers missing");
-    writer_end_of_line(&console->writer);
+    console->writer.values[0] = console->job.monitor.lines;
+    console->writer.values[1] = console->job.monitor.failed;
+    writer_line(&console->writer, TEXT_LINES);
     return false;
 }
 

@@ -68,7 +68,7 @@ static void look(struct console *console)
         return;
     }
     if (bytes[LOOK_SIZE - 1] == 0)
-        writer_text_line(&console->writer, sentences[SENTENCE_TORQUE_IS_OFF]);
+        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
     console->error = (uint8_t)write_goal(console);
 }
 
@@ -110,7 +110,7 @@ bool turn_poll(struct console *console)
     if (console->error)
         return false;
     if (setup->written)
-        writer_text_line(&console->writer, sentences[SENTENCE_LIMITS_ARE_OFF]);
+        writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
     console->phase = 1;
     console->error = (uint8_t)cds_servo_write_word(
         console->bus, line->request, line->id, CDS_REG_MOVING_SPEED,

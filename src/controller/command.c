@@ -7,21 +7,15 @@
 #include "cds55xx/control_table.h"
 #include "errors.h"
 #include "handlers.h"
-#include "texts.h" // PACKED_...
 
-#define STRINGS(name, group, takes, instruction, begin, poll, arguments, what, details, example)   \
-    static const CDS_FLASH char name_##name[] = #name;                                             \
-    static const CDS_FLASH char takes_##name[] = takes;                                            \
-    static const CDS_FLASH char usage_##name[] = PACKED_usage_##name;                              \
-    static const CDS_FLASH char details_##name[] = PACKED_details_##name;                          \
-    static const CDS_FLASH char example_##name[] = PACKED_example_##name;
-COMMANDS(STRINGS)
-#undef STRINGS
+#define WORDS(name, group, takes, instruction, begin, poll, arguments, what, details, example)     \
+    static const CDS_FLASH char words_##name[] = #name "\0" takes;
+COMMANDS(WORDS)
+#undef WORDS
 
 const CDS_FLASH struct command commands[COMMAND_COUNT] = {
 #define ROW(name, group, takes, instruction, begin, poll, arguments, what, details, example)       \
-    {name_##name, takes_##name, usage_##name, details_##name,       example_##name,                \
-     begin,       poll,         instruction,  COMMAND_GROUP_##group},
+    {words_##name, begin, poll, instruction},
     COMMANDS(ROW)
 #undef ROW
 };
@@ -68,7 +62,7 @@ uint8_t command_named(const struct token *token)
     uint8_t kind = 0;
 
     for (char first = token->text[0]; kind < COMMAND_COUNT; kind++, row++)
-        if (*row->name == first && is_word(token, row->name))
+        if (*row->words == first && is_word(token, row->words))
             break;
     return kind;
 }
@@ -82,7 +76,7 @@ static void take_name(struct command_line *line, const struct token *token)
         return;
     }
     line->kind = kind;
-    line->takes = commands[kind].takes;
+    line->takes = commands[kind].words + token->length + 1;
 }
 
 /* A number from 0 to `highest`; anything else is an error of the line. */

@@ -31,11 +31,7 @@ struct console;
  *   p  angles                       -> words there, low byte first; line.values of them
  * ?  what follows may be left out */
 struct command {
-    const CDS_FLASH char *name;
-    const CDS_FLASH char *takes;
-    const CDS_FLASH char *usage;   // "name ARGUMENTS: what it does", packed
-    const CDS_FLASH char *details; // ranges, and what is good to know, packed
-    const CDS_FLASH char *example; // packed
+    const CDS_FLASH char *words; // name, NUL, what it takes, NUL
     /* Starts the command: 0, or the number of the error that it ends with at once: an enum
      * cds_result or a CONSOLE_ERRORS. NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);
@@ -45,7 +41,6 @@ struct command {
      */
     bool (*poll)(struct console *console);
     uint8_t instruction; // of the packet that the line is, or 0
-    uint8_t group;       // enum command_group
 };
 
 /* X(name, heading in the list) */

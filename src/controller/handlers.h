@@ -79,7 +79,6 @@ bool diagnose_poll(struct console *console);
 
 /* cmd_keeper.c */
 bool status_poll(struct console *console);
-uint8_t alarms_begin(struct console *console);
 bool alarms_poll(struct console *console);
 uint8_t clear_begin(struct console *console);
 uint8_t settings_begin(struct console *console);

@@ -3,6 +3,7 @@
 
 #include <stdbool.h>
 
+#include "cds55xx/control_table.h" // cds_register_name()
 #include "errors.h"
 
 struct unit_name {
@@ -246,4 +247,13 @@ void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw)
     number_write_bare(writer, unit, raw);
     for (const CDS_FLASH char *text = shown[unit].text; *text; text++)
         writer_char(writer, *text);
+}
+
+void number_write_name(struct writer *writer, uint8_t address)
+{
+    char name[CDS_REGISTER_NAME_SIZE];
+
+    cds_register_name(address, name, sizeof name);
+    writer_string(writer, name);
+    writer_equals(writer);
 }

@@ -54,4 +54,7 @@ void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw);
 /* The same without the unit's name, for machines. */
 void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw);
 
+/* Writes "GOAL_POSITION = ", at most 25 characters, of the register at `address`. */
+void number_write_name(struct writer *writer, uint8_t address);
+
 #endif
