@@ -102,8 +102,7 @@ bool scan_poll(struct console *console)
     if (console->line.choice != SCAN_HERE && scan->total && scan->baud_index == console->phase) {
         console->writer.values[0] = scan->asked;
         console->writer.values[1] = scan->total;
-        console->writer.values[2] =
-            scan->bauds ? scan->bauds[scan->baud_index] : scan->baud_index;
+        console->writer.values[2] = scan->bauds ? scan->bauds[scan->baud_index] : scan->baud_index;
         writer_line(&console->writer, TEXT_ASKED);
         console->phase++;
     }

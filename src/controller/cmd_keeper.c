@@ -10,8 +10,7 @@
 
 static void say_origin(struct console *console)
 {
-    writer_line(&console->writer,
-                writer_text_at(TEXT_ORIGIN_NONE, console->keeper->store->origin));
+    writer_line(&console->writer, writer_text_at(TEXT_ORIGIN_NONE, console->keeper->store->origin));
 }
 
 /* "link_loss_ms = 500 ms" */
@@ -190,13 +189,19 @@ static uint16_t stop_text(const struct robot *robot)
 /* "servos: 18, held 0, away 1" */
 static void tell_servos(struct writer *writer, const struct crew *crew)
 {
+    const struct cds_roster_servo *servo = crew->roster.servos;
+    uint8_t held = 0, away = 0;
+
+    for (uint8_t left = crew->roster.count; left; left--, servo++) {
+        if (servo->held)
+            held++;
+        if (servo->presence == CDS_PRESENCE_AWAY)
+            away++;
+    }
     writer->values[0] = crew->roster.count;
     writer->values[1] = crew->crowded ? TEXT_AND_MORE : TEXT_NOTHING;
-    writer->values[2] = writer->values[3] = 0;
-    for (uint8_t i = 0; i < crew->roster.count; i++) {
-        writer->values[2] += crew->roster.servos[i].held != 0;
-        writer->values[3] += crew->roster.servos[i].presence == CDS_PRESENCE_AWAY;
-    }
+    writer->values[2] = held;
+    writer->values[3] = away;
     writer_line(writer, TEXT_SERVOS);
 }
 

@@ -126,7 +126,7 @@
     /* cmd_keeper.c */                                                                             \
     X(status, KEEPER, "", 0, NULL, status_poll, "", "how the controller is",                       \
       "Last reset, settings, host link, torque off, bus, servos, stack", "status")                 \
-    X(alarms, KEEPER, "", 0, NULL, alarms_poll, "", "alarms of servos since clear",        \
+    X(alarms, KEEPER, "", 0, NULL, alarms_poll, "", "alarms of servos since clear",                \
       "Whatever a reply said, whoever asked. Told at once if alarm_report is set", "alarms")       \
     X(clear, KEEPER, "", 0, clear_begin, NULL, "", "alarms and a lost host link are seen to",      \
       "Servos held for that or by stop may be driven again; nothing moves", "clear")               \

@@ -22,9 +22,8 @@ static bool warning(struct console *console)
 
     if (conditions == 0)
         return false;
-    console->servo_error =
-        (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
-                  reply_condition(conditions, &console->writer.values[0]));
+    console->servo_error = (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
+                                     reply_condition(conditions, &console->writer.values[0]));
     writer_line(&console->writer, TEXT_WARNING);
     return true;
 }

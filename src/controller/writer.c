@@ -7,8 +7,8 @@
 #include "number.h" // number_write()
 #include "texts.h"  // TEXTS
 
-#define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
-#define ROOM                14 // for what a code stands for: a number with its unit
+#define CHARACTERS_PER_CALL 4  // the bus must not wait for a text
+#define ROOM                16 // for a number with its unit, and the end of a line
 
 static const CDS_FLASH char plain[TEXT_MARK] = TEXT_PLAIN;
 static const CDS_FLASH uint8_t pairs[][2] = TEXT_PAIRS;
@@ -57,13 +57,17 @@ void writer_line(struct writer *writer, uint16_t text)
     writer->ends = true;
 }
 
-static void end_text(struct writer *writer)
+/* Ends what is written. True: there is more to write. */
+static bool goes_on(struct writer *writer)
 {
-    writer->text = writer->outer;
-    writer->left = writer->outer_left;
-    writer->outer = NULL;
-    if (!writer->text && writer->ends)
-        writer_end_of_line(writer);
+    while (writer->text && !writer->depth && !writer->left) {
+        writer->text = writer->outer;
+        writer->left = writer->outer_left;
+        writer->outer = NULL;
+        if (!writer->text && writer->ends)
+            writer_end_of_line(writer);
+    }
+    return writer->text != NULL;
 }
 
 static void write_long(struct writer *writer)
@@ -91,9 +95,7 @@ static void write_value(struct writer *writer, uint8_t mark)
         writer->outer_left = writer->left;
         begin_text(writer, value);
         break;
-    default:
-        number_write(writer, (enum cds_unit)units[mark - MARK_UNIT], value);
-        break;
+    default: number_write(writer, (enum cds_unit)units[mark - MARK_UNIT], value); break;
     }
 }
 
@@ -104,12 +106,9 @@ static void write_code(struct writer *writer)
 
     if (writer->depth) {
         code = writer->rest[--writer->depth];
-    } else if (writer->left) {
+    } else {
         code = *writer->text++;
         writer->left--;
-    } else {
-        end_text(writer);
-        return;
     }
     for (; code >= TEXT_PAIR; code = pairs[code - TEXT_PAIR][0])
         writer->rest[writer->depth++] = pairs[code - TEXT_PAIR][1];
@@ -121,7 +120,7 @@ static void write_code(struct writer *writer)
 
 bool writer_ready(struct writer *writer)
 {
-    for (uint8_t left = CHARACTERS_PER_CALL; writer->text; left--) {
+    for (uint8_t left = CHARACTERS_PER_CALL; goes_on(writer); left--) {
         if (left == 0 || cds_ring_count(writer->ring) > CDS_RING_SIZE - ROOM)
             return false;
         write_code(writer);
