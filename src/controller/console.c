@@ -311,27 +311,38 @@ static void answer_stop(struct console *console)
     begin_command(console);
 }
 
+static void read_line(struct console *console)
+{
+    if (console->stop_asked)
+        answer_stop(console);
+    else if (!alarm_tell(console))
+        read_input(console);
+}
+
+static void go_on(struct console *console)
+{
+    if (console->stop_asked && console->line.kind != COMMAND_stop)
+        interrupt(console);
+    else
+        poll_command(console);
+}
+
+static void close_reply(struct console *console)
+{
+    if (writer_ready(&console->writer) && !reply_piece(console))
+        begin_line(console);
+}
+
 void console_poll(struct console *console)
 {
+    static void (*const CDS_FLASH states[])(struct console *) = {
+        [CONSOLE_READING] = read_line,
+        [CONSOLE_RUNNING] = go_on,
+        [CONSOLE_CLOSING] = close_reply,
+    };
+
     look_for_stop(console);
-    switch (console->state) {
-    case CONSOLE_READING:
-        if (console->stop_asked)
-            answer_stop(console);
-        else if (!alarm_tell(console))
-            read_input(console);
-        break;
-    case CONSOLE_RUNNING:
-        if (console->stop_asked && console->line.kind != COMMAND_stop)
-            interrupt(console);
-        else
-            poll_command(console);
-        break;
-    default:
-        if (writer_ready(&console->writer) && !reply_piece(console))
-            begin_line(console);
-        break;
-    }
+    states[console->state](console);
 }
 
 bool console_idle(const struct console *console)
