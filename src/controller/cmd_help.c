@@ -2,7 +2,6 @@
 #include "cds55xx/version.h"
 #include "commands.h"
 #include "console.h"
-#include "errors.h"
 #include "handlers.h"
 #include "sentences.h"
 
@@ -14,16 +13,6 @@ static const CDS_FLASH char version_text[] = "cds55xx " CDS_VERSION " " BOARD_NA
 
 /* Rows before which a heading stands. */
 static const CDS_FLASH uint8_t first_of_group[COMMAND_GROUP_COUNT] = TEXT_FIRST_OF_GROUP;
-
-uint8_t help_begin(struct console *console)
-{
-    struct command_line *line = &console->line;
-
-    if (line->word.length == 0)
-        return 0;
-    line->to = command_named(&line->word);
-    return line->to < COMMAND_COUNT ? 0 : ERROR_UNKNOWN_COMMAND;
-}
 
 /* The next command, or the heading before it. */
 static bool list_poll(struct console *console)
@@ -43,7 +32,7 @@ bool help_poll(struct console *console)
 {
     uint8_t row = console->line.to;
 
-    if (console->line.word.length == 0)
+    if (console->line.words == 1)
         return list_poll(console);
     if (console->step == 0) {
         writer_line(&console->writer, writer_text_at(TEXT_USAGE, row));

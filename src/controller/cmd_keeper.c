@@ -35,17 +35,10 @@ uint8_t settings_begin(struct console *console)
     uint16_t value = 0;
     uint8_t error;
 
-    if (line->words == 1)
-        return 0;
-    line->next = SETTINGS_COUNT;
-    if (line->word.length <= TOKEN_MAX)
-        line->next = settings_named(line->word.text, line->word.length);
-    if (line->next == SETTINGS_COUNT)
-        return ERROR_UNKNOWN_SETTING;
-    if (line->words == 2)
+    if (line->numbers == 0)
         return 0;
     error = number_register(&line->number[0], CDS_UNIT_NUMBER, &value);
-    if (error == 0 && !settings_set(console->keeper->settings, line->next, value))
+    if (error == 0 && !settings_set(console->keeper->settings, line->to, value))
         error = ERROR_SETTING_RANGE;
     if (error == 0)
         keeper_follow(console->keeper);
@@ -65,7 +58,7 @@ bool settings_poll(struct console *console)
     if (console->line.kind == COMMAND_defaults || console->line.words == 3)
         return console->keeper->unsettled; // in force with the ok
     if (console->line.words == 2) {
-        setting_line(console, console->line.next);
+        setting_line(console, console->line.to);
         return false;
     }
     if (console->step < SETTINGS_COUNT) {

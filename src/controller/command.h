@@ -23,7 +23,8 @@ struct console;
  *   r  register, by name or address -> line.address, line.length (of the register, in bytes)
  *   n  number of bytes              -> line.length
  *   u  number, with a unit or none  -> line.number[0], then [1], [2]
- *   w  any word                     -> line.word
+ *   c  command                      -> line.to: its row
+ *   k  setting                      -> line.to: its row
  *   (one|two)  one of these words   -> line.choice: 1, 2, ...; 0 if it is left out
  * and these, which take one word or more, up to a word that begins with a letter:
  *   v  values of registers, s  blocks ID:BYTE,BYTE,...: straight into the packet
@@ -79,7 +80,6 @@ struct command_line {
     bool named;        // the register was given by its name
     uint8_t remaining; // bytes still due in a block of SYNC WRITE
     struct number number[3];
-    struct token word;
 };
 
 /* The row of the command named by `token`, or COMMAND_COUNT of commands.h. */

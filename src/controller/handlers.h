@@ -8,7 +8,6 @@
 struct console;
 
 /* cmd_help.c */
-uint8_t help_begin(struct console *console);
 bool help_poll(struct console *console);
 bool version_poll(struct console *console);
 uint8_t echo_begin(struct console *console);

@@ -54,9 +54,14 @@ static uint8_t digit_value(char c, uint8_t base)
 /* A digit more; false when that exceeds 31 bits. */
 static bool append(int32_t *digits, uint8_t base, uint8_t digit)
 {
-    if (*digits > (INT32_MAX - digit) / base)
+    uint32_t value;
+
+    if (*digits > INT32_MAX / 10) // of any base; up to this 32 bits hold what comes of it
         return false;
-    *digits = *digits * base + digit;
+    value = (uint32_t)*digits * base + digit;
+    if (value > INT32_MAX)
+        return false;
+    *digits = (int32_t)value;
     return true;
 }
 
@@ -182,32 +187,21 @@ static bool is_near(int32_t bps)
            error >= -CDS_BAUD_ERROR_MAX_PERMILLE;
 }
 
-/* A raw value, or one of a register without a unit. */
-static uint8_t raw_register(const struct number *number, uint16_t *raw)
-{
-    int32_t value;
-    uint8_t error = scaled(number, 0, &value);
-
-    if (number->kind != NUMBER_RAW && number->kind != NUMBER_BARE)
-        return ERROR_UNIT;
-    if (error)
-        return error;
-    if (value < 0 || value > UINT16_MAX)
-        return ERROR_OUT_OF_RANGE;
-    *raw = (uint16_t)value;
-    return 0;
-}
-
 uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw)
 {
+    bool is_raw = number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE;
     int32_t value;
-    uint8_t error;
+    uint8_t error = is_raw ? value_of(number, NUMBER_RAW, 0, &value)
+                           : value_of(number, shown[unit].kind, shown[unit].exponent, &value);
 
-    if (number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE)
-        return raw_register(number, raw);
-    error = value_of(number, shown[unit].kind, shown[unit].exponent, &value);
     if (error)
         return error;
+    if (is_raw) {
+        if (value < 0 || value > UINT16_MAX)
+            return ERROR_OUT_OF_RANGE;
+        *raw = (uint16_t)value;
+        return 0;
+    }
     if (unit == CDS_UNIT_BPS && !is_near(value))
         return ERROR_OUT_OF_RANGE;
     return cds_units_to_register(&cds_profile_cds55xx, unit, value, raw) == CDS_OK
@@ -245,8 +239,7 @@ void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw)
 void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw)
 {
     number_write_bare(writer, unit, raw);
-    for (const CDS_FLASH char *text = shown[unit].text; *text; text++)
-        writer_char(writer, *text);
+    writer_flash(writer, shown[unit].text);
 }
 
 void number_write_name(struct writer *writer, uint8_t address)
