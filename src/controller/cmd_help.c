@@ -24,6 +24,7 @@ static bool list_poll(struct console *console)
         return true;
     }
     console->writer.values[0] = writer_text_at(TEXT_USAGE, (*index)++);
+    writer_char(&console->writer, ' '); // and a second one
     writer_line(&console->writer, TEXT_LISTED);
     return *index < COMMAND_COUNT;
 }

@@ -28,7 +28,7 @@
     X(CONDITION_OVERLOAD, "overload")                                                              \
     X(CONDITION_INSTRUCTION, "instruction")                                                        \
     /* cmd_help.c */                                                                               \
-    X(LISTED, "  $")                                                                               \
+    X(LISTED, " $")                                                                                \
     X(EXAMPLE_IS, "Example: $")                                                                    \
     /* cmd_raw.c */                                                                                \
     X(ID, "id #")                                                                                  \

@@ -16,7 +16,7 @@
 /* Pairs within pairs of a packed text: scripts/texts.py. */
 #define WRITER_DEPTH 6
 
-#define WRITER_VALUES 6 // for the marks of a text
+#define WRITER_VALUES 7 // for the marks of a text, and of those that stand in it
 
 struct writer {
     struct cds_ring *ring;
