@@ -65,20 +65,20 @@ enum command_group {
 /* A line being read. */
 struct command_line {
     struct cds_request *request; // the packet grows in its buffer
+    uint8_t id;
+    uint8_t to;
+    uint8_t address;             // of the register named first
+    uint8_t length;              // bytes to read, or for each servo
+    uint8_t choice;              // which of several words, from 1 on
+    uint8_t numbers;             // taken of `number`
+    uint8_t values;              // words taken by a letter that repeats
     uint8_t words;               // so far, the command's name included
     uint8_t kind;                // row of the command
     uint8_t error;               // number of the first error, 0 if none so far
+    uint8_t next;                // register the next value goes to
+    bool named;                  // the register was given by its name
+    uint8_t remaining;           // bytes still due in a block of SYNC WRITE
     const CDS_FLASH char *takes; // letter of the next word
-    uint8_t values;              // words taken by a letter that repeats
-    uint8_t id;
-    uint8_t to;
-    uint8_t address;   // of the register named first
-    uint8_t length;    // bytes to read, or for each servo
-    uint8_t next;      // register the next value goes to
-    uint8_t choice;    // which of several words, from 1 on
-    uint8_t numbers;   // taken of `number`
-    bool named;        // the register was given by its name
-    uint8_t remaining; // bytes still due in a block of SYNC WRITE
     struct number number[3];
 };
 

@@ -9,7 +9,7 @@
  * The order within a group is that of the list. */
 #define COMMANDS(X)                                                                                \
     /* cmd_help.c */                                                                               \
-    X(help, CONSOLE, "?c", 0, NULL, help_poll, " [COMMAND]", "this list, or one command",    \
+    X(help, CONSOLE, "?c", 0, NULL, help_poll, " [COMMAND]", "this list, or one command",          \
       "COMMAND: a name out of the list", "help move")                                              \
     X(version, CONSOLE, "", 0, NULL, version_poll, "", "version and board", "Of this firmware.",   \
       "version")                                                                                   \

@@ -53,28 +53,29 @@ union console_job {
     uint32_t since_us;
 };
 
+/* What commands use is first: an AVR reaches 64 bytes of a struct easily. */
 struct console {
-    struct writer writer; // first: an AVR needs no address of its own for it
+    struct writer writer;
     struct cds_bus *bus;
     struct robot *robot;
     struct keeper *keeper;
-    uint8_t state;       // enum console_state
     uint8_t step;        // calls of the command's poll so far, 255 at most
     uint8_t phase;       // the command's own, 0 when it begins
     uint8_t index;       // likewise: of a list that is being told
     uint8_t part;        // likewise: of what is told of one of them
     uint8_t error;       // number of the error the reply ends with, 0 for ok
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
+    struct command_line line;
+    union console_job job;
+    struct cds_ring *input;
+    uint16_t characters; // of the line so far
+    uint8_t state;       // enum console_state
     bool closed;         // the reply's last line is written
     bool skipping;       // the rest of this line counts for nothing but its end
     bool stop_asked;     // by Ctrl-X, and not answered yet
     bool ending;         // what is locked of the text is all of the line
     uint8_t fed;         // characters of what is locked that the parser has
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
-    uint16_t characters; // of the line so far
-    struct cds_ring *input;
-    struct command_line line; // an AVR reaches 64 bytes of a struct easily: what is large is last
-    union console_job job;
     struct token token;
     struct editor editor;
 };
