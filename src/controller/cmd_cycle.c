@@ -1,4 +1,5 @@
 /* cycle: goals and feedback of the group at a fixed rate. */
+#include <stddef.h>
 #include <string.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()
@@ -128,22 +129,20 @@ static void tell_servo(struct console *console, uint8_t index)
     writer_line(&console->writer, TEXT_CYCLE_SERVO);
 }
 
-/* In the order of the sentences; the last two of each line are in one. */
-enum { COUNTERS = 6 };
+/* In the order of the sentences. */
+static const CDS_FLASH uint8_t counters[] = {
+    offsetof(struct cds_cycle_counters, periods), offsetof(struct cds_cycle_counters, missed),
+    offsetof(struct cds_cycle_counters, unsent),  offsetof(struct cds_cycle_counters, reads),
+    offsetof(struct cds_cycle_counters, failed),  offsetof(struct cds_cycle_counters, oldest_us),
+};
 
-/* A counter, words of the writer's values. */
-static void tell_counter(struct console *console, uint8_t index)
+#define COUNTERS (sizeof counters)
+
+static void tell_counter(struct writer *writer, const struct cds_cycle *cycle, uint8_t index)
 {
-    const struct cds_cycle_counters *counters = &console->robot->work.cycle.cycle.counters;
-    const uint32_t *of[COUNTERS] = {&counters->periods, &counters->missed, &counters->unsent,
-                                    &counters->reads,   &counters->failed, &counters->oldest_us};
-    uint16_t text = writer_text_at(TEXT_CYCLE_PERIODS, index);
-
-    memcpy(console->writer.values, of[index], sizeof *of[index]);
-    if (index == 2 || index == 4) // the last ones of their lines
-        writer_line(&console->writer, text);
-    else
-        writer_text(&console->writer, text);
+    memcpy(writer->values, (const uint8_t *)&cycle->counters + counters[index], sizeof(uint32_t));
+    writer_line(writer, writer_text_at(TEXT_CYCLE_PERIODS, index));
+    writer->ends = index == 2 || index == 4; // the last ones of their lines
 }
 
 /* Counters, the share of the bus, then a servo a line; false when there are no more. */
@@ -153,7 +152,7 @@ static bool tell(struct console *console, uint8_t index)
     struct writer *writer = &console->writer;
 
     if (index < COUNTERS) {
-        tell_counter(console, index);
+        tell_counter(writer, cycle, index);
     } else if (index == COUNTERS) {
         writer_text(writer, TEXT_CYCLE_BUS);
     } else if (index == COUNTERS + 1) {

@@ -32,24 +32,26 @@ enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING };
 /* Servos that monitor draws. */
 #define MONITOR_SERVOS 8
 
+struct monitor {
+    uint32_t next_us; // when the next line begins
+    uint32_t period_us;
+    struct cds_feedback feedback;
+    uint16_t lines;
+    uint16_t failed;
+    uint8_t ids[MONITOR_SERVOS];
+    uint8_t count;
+    uint8_t index; // servo being read
+    uint8_t value; // of it, being told
+    bool begun;    // something stands in the line
+};
+
 /* What a command remembers from one poll to the next; one runs at a time. Zero when it begins. */
 union console_job {
     struct {
         struct cds_setup setup;
         uint8_t data[2]; // what it writes
     } set;
-    struct {
-        uint32_t next_us; // when the next line begins
-        uint32_t period_us;
-        struct cds_feedback feedback;
-        uint16_t lines;
-        uint16_t failed;
-        uint8_t ids[MONITOR_SERVOS];
-        uint8_t count;
-        uint8_t index; // servo being read
-        uint8_t value; // of it, being told
-        bool begun;    // something stands in the line
-    } monitor;
+    struct monitor monitor;
     uint32_t since_us;
 };
 
