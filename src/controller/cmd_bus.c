@@ -162,9 +162,7 @@ uint8_t bus_begin(struct console *console)
         return 0;
     if (console->robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
-    error = number_register(&line->number[0], CDS_UNIT_BPS, &raw);
-    if (error == 0 && raw > CDS_BAUD_MAX)
-        error = ERROR_OUT_OF_RANGE;
+    error = number_within(&line->number[0], CDS_UNIT_BPS, &raw);
     line->to = (uint8_t)raw;
     return error;
 }

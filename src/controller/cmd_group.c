@@ -115,12 +115,10 @@ uint8_t pose_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     uint16_t speed = POSE_SPEED;
-    uint8_t error = line->numbers ? number_register(&line->number[0], CDS_UNIT_MRPM, &speed) : 0;
+    uint8_t error = line->numbers ? number_within(&line->number[0], CDS_UNIT_MRPM, &speed) : 0;
 
     if (error)
         return error;
-    if (speed > CDS_VALUE_MAX)
-        return ERROR_OUT_OF_RANGE;
     if (console->robot->group_count == 0)
         return ERROR_NO_GROUP;
     if (line->values != console->robot->group_count)

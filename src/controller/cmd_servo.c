@@ -11,14 +11,12 @@
 
 enum move_phase { MOVE_LOOK, MOVE_WRITE };
 
-/* A number of the line as a register value, up to `highest`; an error goes into the console's. */
-static uint16_t raw_of(struct console *console, uint8_t index, enum cds_unit unit, uint16_t highest)
+/* A number of the line as a register value; an error goes into the console's. */
+static uint16_t raw_of(struct console *console, uint8_t index, enum cds_unit unit)
 {
     uint16_t raw = 0;
-    uint8_t error = number_register(&console->line.number[index], unit, &raw);
+    uint8_t error = number_within(&console->line.number[index], unit, &raw);
 
-    if (error == 0 && raw > highest)
-        error = ERROR_OUT_OF_RANGE;
     if (console->error == 0)
         console->error = error;
     return raw;
@@ -27,12 +25,12 @@ static uint16_t raw_of(struct console *console, uint8_t index, enum cds_unit uni
 static enum cds_result write_goal(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint16_t goal = raw_of(console, 0, CDS_UNIT_MDEG, CDS_VALUE_MAX);
+    uint16_t goal = raw_of(console, 0, CDS_UNIT_MDEG);
     uint16_t speed = 0;
     uint8_t data[4];
 
     if (line->numbers == 2)
-        speed = raw_of(console, 1, CDS_UNIT_MRPM, CDS_VALUE_MAX);
+        speed = raw_of(console, 1, CDS_UNIT_MRPM);
     data[0] = (uint8_t)goal;
     data[1] = (uint8_t)(goal >> 8);
     data[2] = (uint8_t)speed;
@@ -47,9 +45,9 @@ uint8_t move_begin(struct console *console)
     struct command_line *line = &console->line;
     enum cds_result result;
 
-    raw_of(console, 0, CDS_UNIT_MDEG, CDS_VALUE_MAX);
+    raw_of(console, 0, CDS_UNIT_MDEG);
     if (line->numbers == 2)
-        raw_of(console, 1, CDS_UNIT_MRPM, CDS_VALUE_MAX);
+        raw_of(console, 1, CDS_UNIT_MRPM);
     if (console->error)
         return console->error;
     if (line->id == CDS_BROADCAST_ID)
@@ -88,7 +86,7 @@ uint8_t turn_begin(struct console *console)
     static const uint8_t no_limits[4];
     struct command_line *line = &console->line;
 
-    raw_of(console, 0, CDS_UNIT_SIGNED_MRPM, 2 * CDS_VALUE_MAX + 1);
+    raw_of(console, 0, CDS_UNIT_SIGNED_MRPM);
     if (console->error)
         return console->error;
     return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
@@ -114,11 +112,11 @@ bool turn_poll(struct console *console)
     console->phase = 1;
     console->error = (uint8_t)cds_servo_write_word(
         console->bus, line->request, line->id, CDS_REG_MOVING_SPEED,
-        raw_of(console, 0, CDS_UNIT_SIGNED_MRPM, 2 * CDS_VALUE_MAX + 1));
+        raw_of(console, 0, CDS_UNIT_SIGNED_MRPM));
     return console->error == 0;
 }
 
-static uint8_t write_switch(struct console *console, uint8_t address)
+__attribute__((noinline)) static uint8_t write_switch(struct console *console, uint8_t address)
 {
     struct command_line *line = &console->line;
 

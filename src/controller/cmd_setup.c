@@ -22,10 +22,8 @@ uint8_t baud_begin(struct console *console)
 {
     struct robot *robot = console->robot;
     uint16_t raw = 0;
-    uint8_t error = number_register(&console->line.number[0], CDS_UNIT_BPS, &raw);
+    uint8_t error = number_within(&console->line.number[0], CDS_UNIT_BPS, &raw);
 
-    if (error == 0 && raw > CDS_BAUD_MAX)
-        error = ERROR_OUT_OF_RANGE;
     if (error == 0)
         error = robot_claim(robot, ROBOT_IDENTITY);
     if (error)

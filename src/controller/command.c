@@ -198,9 +198,7 @@ static uint8_t take_angle(struct command_line *line, const struct token *token)
         return ERROR_TOO_MANY;
     error = number_parse(token, &number);
     if (error == 0)
-        error = number_register(&number, CDS_UNIT_MDEG, &raw);
-    if (error == 0 && raw > CDS_VALUE_MAX)
-        error = ERROR_OUT_OF_RANGE;
+        error = number_within(&number, CDS_UNIT_MDEG, &raw);
     word[0] = (uint8_t)raw;
     word[1] = (uint8_t)(raw >> 8);
     line->values++;

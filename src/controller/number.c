@@ -209,6 +209,16 @@ uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_
                : ERROR_OUT_OF_RANGE;
 }
 
+uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t *raw)
+{
+    int32_t value;
+    uint8_t error = number_register(number, unit, raw);
+
+    if (error == 0 && cds_units_from_register(&cds_profile_cds55xx, unit, *raw, &value) != CDS_OK)
+        error = ERROR_OUT_OF_RANGE;
+    return error;
+}
+
 uint8_t number_ms(const struct number *number, uint16_t *ms)
 {
     int32_t us;
