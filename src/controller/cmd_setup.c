@@ -91,7 +91,7 @@ uint8_t lock_begin(struct console *console)
                                          console->line.request, console->line.id);
 }
 
-bool setup_poll(struct console *console)
+bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &console->job.set.setup;
 
@@ -99,7 +99,15 @@ bool setup_poll(struct console *console)
         return true;
     console->error = setup->result;
     console->servo_error = setup->error;
+    return false;
+}
+
+bool setup_poll(struct console *console)
+{
+    if (setup_waits(console))
+        return true;
     if (console->error == 0)
-        writer_line(&console->writer, setup->written ? TEXT_WRITTEN : TEXT_UNCHANGED);
+        writer_line(&console->writer,
+                    console->job.set.setup.written ? TEXT_WRITTEN : TEXT_UNCHANGED);
     return false;
 }

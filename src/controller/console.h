@@ -49,7 +49,7 @@ struct monitor {
 union console_job {
     struct {
         struct cds_setup setup;
-        uint8_t data[2]; // what it writes
+        uint8_t data[4]; // what it writes
     } set;
     struct monitor monitor;
     uint32_t since_us;

@@ -62,7 +62,8 @@ uint8_t baud_begin(struct console *console);
 uint8_t factory_begin(struct console *console);
 bool identity_poll(struct console *console);
 uint8_t lock_begin(struct console *console);
-bool setup_poll(struct console *console); // of any command with a setup in console->job
+bool setup_waits(struct console *console); // console_waits() of a setup in console->job
+bool setup_poll(struct console *console);  // of any command with a setup in console->job
 
 /* cmd_bus.c */
 uint8_t scan_begin(struct console *console);
