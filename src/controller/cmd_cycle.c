@@ -76,16 +76,17 @@ uint8_t cycle_begin(struct console *console)
 static bool look_poll(struct console *console)
 {
     struct robot *robot = console->robot;
+    const struct cds_feedback *feedback = robot->work.cycle.feedback;
 
     if (robot->operation != ROBOT_CYCLE) {
         console->error = ERROR_STOPPED;
         return false;
     }
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        if (robot->work.cycle.feedback[i].known)
+    for (uint8_t left = robot->group_count; left; left--, feedback++) {
+        if (feedback->known)
             continue;
         if (cds_port_now_us() - console->job.since_us > KNOWN_US) {
-            console->error = robot->work.cycle.feedback[i].result;
+            console->error = feedback->result;
             robot_abort(robot);
             console->phase = CYCLE_END;
         }

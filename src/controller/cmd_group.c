@@ -15,8 +15,8 @@ static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
     uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->crew.roster.count);
 
-    for (uint8_t i = 0; i < count; i++) {
-        if (cds_roster_find(&robot->crew.roster, ids[i]))
+    for (; count; count--) {
+        if (cds_roster_find(&robot->crew.roster, *ids++))
             continue;
         if (room == 0)
             return false;
@@ -76,23 +76,22 @@ static uint16_t angle_of(const struct console *console, uint8_t index)
 static void keep_goals(struct console *console, uint16_t speed)
 {
     struct robot *robot = console->robot;
+    struct cds_goal *goal = robot->work.move.goals;
 
     for (uint8_t i = 0; i < robot->group_count; i++)
-        robot->work.move.goals[i] = (struct cds_goal){
+        *goal++ = (struct cds_goal){
             .id = robot->group[i], .position = angle_of(console, i), .speed = speed};
 }
 
 static uint8_t sync(struct console *console)
 {
     const struct robot *robot = console->robot;
+    const struct cds_goal *goal = robot->work.move.goals;
     struct cds_request *request = console->line.request;
 
     cds_group_sync_begin(request, CDS_REG_GOAL_POSITION, 4);
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        const struct cds_goal *goal = &robot->work.move.goals[i];
-
+    for (uint8_t left = robot->group_count; left; left--, goal++)
         cds_group_sync_add_goal(request, goal->id, goal->position, goal->speed);
-    }
     return (uint8_t)cds_group_sync_send(console->bus, request);
 }
 

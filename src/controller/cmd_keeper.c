@@ -106,12 +106,13 @@ static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
 /* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
 static uint8_t alarms_of(const struct cds_roster *roster, uint8_t index)
 {
+    const struct cds_roster_servo *servo = roster->servos;
     uint8_t others = roster->alarms;
 
     if (index < roster->count)
-        return roster->servos[index].alarms;
-    for (uint8_t i = 0; i < roster->count; i++)
-        others = (uint8_t)(others & ~roster->servos[i].alarms);
+        return servo[index].alarms;
+    for (uint8_t left = roster->count; left; left--, servo++)
+        others = (uint8_t)(others & ~servo->alarms);
     return others;
 }
 

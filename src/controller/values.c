@@ -48,9 +48,11 @@ static uint16_t saving(const struct settings_store *store)
 /* The first servo that has an alarm; UINT8_MAX: none that is known. */
 static uint16_t alarm_id(const struct cds_roster *roster)
 {
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (roster->servos[i].alarms)
-            return roster->servos[i].id;
+    const struct cds_roster_servo *servo = roster->servos;
+
+    for (uint8_t left = roster->count; left; left--, servo++)
+        if (servo->alarms)
+            return servo->id;
     return UINT8_MAX;
 }
 
