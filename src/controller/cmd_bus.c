@@ -146,7 +146,7 @@ bool counters_poll(struct console *console)
         cds_bus_counters(console->bus, &counters);
     }
     memcpy(console->writer.values, (const uint8_t *)words + 2 * index, 2);
-    writer_line(&console->writer, writer_text_at(TEXT_COUNTER_SENT, name));
+    writer_line_at(&console->writer, TEXT_COUNTER_SENT, name);
     return console->index < count;
 }
 
@@ -173,6 +173,6 @@ bool bus_poll(struct console *console)
     if (console->line.numbers && cds_bus_set_baud(console->bus, console->line.to) == CDS_BUSY)
         return true;
     console->writer.values[0] = console->bus->baud;
-    writer_line(&console->writer, writer_text_at(TEXT_BUS_IS_OK, cds_bus_state(console->bus)));
+    writer_line_at(&console->writer, TEXT_BUS_IS_OK, cds_bus_state(console->bus));
     return false;
 }

@@ -116,18 +116,22 @@ static void tell_servo(struct console *console, uint8_t index)
 {
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
-    uint16_t *value = console->writer.values;
+    struct writer *writer = &console->writer;
+    uint16_t held =
+        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? TEXT_HELD : TEXT_NOTHING;
 
-    *value++ = robot->group[index];
-    *value++ = feedback->known ? TEXT_FEEDBACK : TEXT_NOTHING;
-    if (feedback->known) {
-        *value++ = feedback->position;
-        *value++ = feedback->speed;
-        *value++ = feedback->voltage;
-        *value++ = feedback->temperature;
+    writer->values[0] = robot->group[index];
+    writer->values[1] = held;
+    if (!feedback->known) {
+        writer_line(writer, TEXT_CYCLE_SERVO);
+        return;
     }
-    *value = cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? TEXT_HELD : TEXT_NOTHING;
-    writer_line(&console->writer, TEXT_CYCLE_SERVO);
+    writer->values[1] = feedback->position;
+    writer->values[2] = feedback->speed;
+    writer->values[3] = feedback->voltage;
+    writer->values[4] = feedback->temperature;
+    writer->values[5] = held;
+    writer_line(writer, TEXT_CYCLE_SERVO_KNOWN);
 }
 
 /* In the order of the sentences. */
@@ -142,7 +146,7 @@ static const CDS_FLASH uint8_t counters[] = {
 static void tell_counter(struct writer *writer, const struct cds_cycle *cycle, uint8_t index)
 {
     memcpy(writer->values, (const uint8_t *)&cycle->counters + counters[index], sizeof(uint32_t));
-    writer_line(writer, writer_text_at(TEXT_CYCLE_PERIODS, index));
+    writer_line_at(writer, TEXT_CYCLE_PERIODS, index);
     writer->ends = index == 2 || index == 4; // the last ones of their lines
 }
 

@@ -20,7 +20,7 @@ static bool list_poll(struct console *console)
     uint8_t *group = &console->part, *index = &console->index;
 
     if (*group < COMMAND_GROUP_COUNT && *index == first_of_group[*group]) {
-        writer_line(&console->writer, writer_text_at(TEXT_HEADING, (*group)++));
+        writer_line_at(&console->writer, TEXT_HEADING, (*group)++);
         return true;
     }
     console->writer.values[0] = writer_text_at(TEXT_USAGE, (*index)++);
@@ -36,9 +36,9 @@ bool help_poll(struct console *console)
     if (console->line.words == 1)
         return list_poll(console);
     if (console->step == 0) {
-        writer_line(&console->writer, writer_text_at(TEXT_USAGE, row));
+        writer_line_at(&console->writer, TEXT_USAGE, row);
     } else if (console->step == 1) {
-        writer_line(&console->writer, writer_text_at(TEXT_DETAILS, row));
+        writer_line_at(&console->writer, TEXT_DETAILS, row);
     } else {
         console->writer.values[0] = writer_text_at(TEXT_EXAMPLE, row);
         writer_line(&console->writer, TEXT_EXAMPLE_IS);

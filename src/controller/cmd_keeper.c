@@ -10,7 +10,7 @@
 
 static void say_origin(struct console *console)
 {
-    writer_line(&console->writer, writer_text_at(TEXT_ORIGIN_NONE, console->keeper->store->origin));
+    writer_line_at(&console->writer, TEXT_ORIGIN_NONE, console->keeper->store->origin);
 }
 
 /* "link_loss_ms = 500 ms" */
@@ -215,9 +215,7 @@ bool status_poll(struct console *console)
     case 1: say_origin(console); return true;
     case 2: writer_line(writer, link_text(console->keeper)); return true;
     case 3: writer_line(writer, stop_text(console->robot)); return true;
-    case 4:
-        writer_line(writer, writer_text_at(TEXT_BUS_OK, cds_bus_state(console->bus)));
-        return true;
+    case 4: writer_line_at(writer, TEXT_BUS_OK, cds_bus_state(console->bus)); return true;
     case 5: tell_servos(writer, &console->robot->crew); return true;
     default: tell_stack(writer, console->keeper); return false;
     }

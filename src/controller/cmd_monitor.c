@@ -139,8 +139,8 @@ static bool sum_up(struct console *console)
 static void ask(struct console *console)
 {
     struct monitor *monitor = &console->job.monitor;
-    enum cds_result result = cds_feedback_read(
-        console->bus, console->line.request, monitor->ids[monitor->index]);
+    enum cds_result result =
+        cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
 
     console->error = (uint8_t)result;
     console->phase = result == CDS_OK ? TAKE : SUM_UP;

@@ -43,8 +43,8 @@ uint8_t move_begin(struct console *console)
     if (result)
         return result;
     if (line->id != CDS_BROADCAST_ID)
-        result = (uint8_t)cds_servo_read(console->bus, line->request, line->id, LOOK_FROM,
-                                         LOOK_SIZE);
+        result =
+            (uint8_t)cds_servo_read(console->bus, line->request, line->id, LOOK_FROM, LOOK_SIZE);
     if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
         result = write_raw(console, CDS_REG_GOAL_POSITION);
     return result;

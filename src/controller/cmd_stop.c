@@ -31,7 +31,7 @@ bool stop_poll(struct console *console)
         if (robot->outcomes[at] == CDS_STOP_OFF)
             continue;
         console->writer.values[0] = robot->servos[at].id;
-        writer_line(&console->writer, writer_text_at(TEXT_STOP_UNKNOWN, robot->outcomes[at]));
+        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, robot->outcomes[at]);
         return true;
     }
     return false;

@@ -61,8 +61,8 @@
     X(CYCLE_FAILED, ", failed <long>")                                                             \
     X(CYCLE_OLDEST, "oldest us <long>")                                                            \
     X(CYCLE_BUS, ", bus ")                                                                         \
-    X(CYCLE_SERVO, "servo #: $$")                                                                  \
-    X(FEEDBACK, "<deg> <rpm> <V> <C>")                                                             \
+    X(CYCLE_SERVO, "servo #: $")                                                                   \
+    X(CYCLE_SERVO_KNOWN, "servo #: <deg> <rpm> <V> <C>$")                                          \
     X(HELD, " held")                                                                               \
     /* cmd_stop.c */                                                                               \
     X(STOP_UNKNOWN, "servo #: not looked at")                                                      \

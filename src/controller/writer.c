@@ -57,6 +57,11 @@ void writer_line(struct writer *writer, uint16_t text)
     writer->ends = true;
 }
 
+void writer_line_at(struct writer *writer, uint16_t text, uint8_t index)
+{
+    writer_line(writer, writer_text_at(text, index));
+}
+
 /* Ends what is written. True: there is more to write. */
 static bool goes_on(struct writer *writer)
 {
@@ -158,20 +163,17 @@ void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
 
     if (value < 0)
         writer_char(writer, '-');
-    for (uint8_t i = 0; i < DIGITS; i++) {
-        uint8_t after = (uint8_t)(DIGITS - 1 - i); // digits that follow
+    for (uint8_t left = DIGITS; left; left--) {
+        uint32_t power = powers[DIGITS - left];
         char digit = '0';
 
-        if (after + 1u == decimals) { // the point is here
-            if (rest == 0)
-                return;
-            writer_char(writer, '.');
-        } else if (after < decimals && rest == 0) {
+        if (left <= decimals && rest == 0)
             return;
-        }
-        for (; rest >= powers[i]; rest -= powers[i])
+        if (left == decimals)
+            writer_char(writer, '.');
+        for (; rest >= power; rest -= power)
             digit++;
-        begun = begun || digit != '0' || after <= decimals;
+        begun = begun || digit != '0' || left <= decimals + 1;
         if (begun)
             writer_char(writer, digit);
     }

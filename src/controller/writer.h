@@ -16,7 +16,7 @@
 /* Pairs within pairs of a packed text: scripts/texts.py. */
 #define WRITER_DEPTH 6
 
-#define WRITER_VALUES 7 // for the marks of a text, and of those that stand in it
+#define WRITER_VALUES 6 // for the marks of a text, and of those that stand in it
 
 struct writer {
     struct cds_ring *ring;
@@ -57,7 +57,8 @@ void writer_end_of_line(struct writer *writer);
 void writer_text(struct writer *writer, uint16_t text);
 void writer_line(struct writer *writer, uint16_t text);
 
-/* The text `index` places behind `text`. */
+/* The text `index` places behind `text`, and that as a line. */
 uint16_t writer_text_at(uint16_t text, uint8_t index);
+void writer_line_at(struct writer *writer, uint16_t text, uint8_t index);
 
 #endif
