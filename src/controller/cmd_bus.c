@@ -2,6 +2,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -29,7 +30,7 @@ uint8_t scan_begin(struct console *console)
 }
 
 /* What else is to be said of it, if it does not simply belong to the robot from now on. */
-static uint16_t remark(struct console *console, const struct cds_scan_found *found)
+APART static uint16_t remark(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
         return TEXT_FOUND_DAMAGED;
@@ -41,7 +42,7 @@ static uint16_t remark(struct console *console, const struct cds_scan_found *fou
 }
 
 /* "id 5 model 1 at 57600bps" */
-static void tell_found(struct console *console, const struct cds_scan_found *found)
+APART static void tell_found(struct console *console, const struct cds_scan_found *found)
 {
     uint16_t *value = console->writer.values;
 

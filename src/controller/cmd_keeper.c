@@ -1,4 +1,5 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
+#include "apart.h"    // APART
 #include "commands.h" // COMMAND_defaults
 #include "console.h"
 #include "errors.h"
@@ -88,7 +89,7 @@ bool save_poll(struct console *console)
 /* ---- alarms ---- */
 
 /* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
-static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
+APART static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
 {
     uint16_t *value = writer->values;
 

@@ -1,4 +1,5 @@
 /* move, turn, torque, led. */
+#include "apart.h"         // APART
 #include "cds55xx/servo.h" // cds_servo_write()
 #include "console.h"
 #include "errors.h"
@@ -102,7 +103,7 @@ bool turn_poll(struct console *console)
     return console->error == 0;
 }
 
-__attribute__((noinline)) static uint8_t write_switch(struct console *console, uint8_t address)
+APART static uint8_t write_switch(struct console *console, uint8_t address)
 {
     struct command_line *line = &console->line;
 

@@ -1,4 +1,5 @@
 /* id, baud, factory, lock: what a servo keeps. */
+#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -91,7 +92,7 @@ uint8_t lock_begin(struct console *console)
                                          console->line.request, console->line.id);
 }
 
-bool setup_waits(struct console *console)
+APART bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &console->job.set.setup;
 

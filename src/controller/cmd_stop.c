@@ -1,6 +1,7 @@
 /* stop, release, limits, servos: who is held, and why. */
 #include <stddef.h>
 
+#include "apart.h"                 // APART
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "console.h"
 #include "errors.h"
@@ -115,7 +116,8 @@ static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
 }
 
 /* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-static void servo_part(struct writer *writer, const struct cds_roster_servo *servo, uint8_t part)
+APART static void servo_part(struct writer *writer, const struct cds_roster_servo *servo,
+                             uint8_t part)
 {
     switch (part) {
     case PART_STATE:

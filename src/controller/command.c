@@ -1,4 +1,5 @@
 /* From the words of a line to what its command takes; see command.h. */
+#include "apart.h" // APART
 #include "commands.h"
 
 #include <string.h>
@@ -22,7 +23,7 @@ const CDS_FLASH struct command commands[COMMAND_COUNT] = {
 
 static const CDS_FLASH char takes_nothing[] = "";
 
-void command_begin(struct command_line *line)
+APART void command_begin(struct command_line *line)
 {
     struct cds_request *request = line->request;
 

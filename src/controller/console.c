@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "apart.h" // APART
 #include "commands.h"
 #include "errors.h"
 #include "handlers.h" // alarm_tell()
@@ -77,7 +78,7 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-static void conclude(struct console *console, uint8_t error)
+APART static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
@@ -85,7 +86,7 @@ static void conclude(struct console *console, uint8_t error)
     console->state = CONSOLE_CLOSING;
 }
 
-static void begin_command(struct console *console)
+APART static void begin_command(struct console *console)
 {
     memset(&console->job, 0, sizeof console->job);
     console->step = 0;
@@ -158,7 +159,7 @@ static bool is_mark(uint8_t byte)
 }
 
 /* The host link says that the line so far is gone. */
-static void take_mark(struct console *console, uint8_t mark)
+APART static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
     if (mark == HOST_MARK_LOST)
@@ -274,7 +275,7 @@ bool console_waits(struct console *console)
     return false;
 }
 
-bool console_answered(const struct console *console)
+APART bool console_answered(const struct console *console)
 {
     return console->error == 0 && !(console->servo_error & CDS_ERRORS_OF_PACKET);
 }

@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "apart.h"  // APART
 #include "number.h" // number_write()
 #include "texts.h"  // TEXTS
 
@@ -38,7 +39,7 @@ uint16_t writer_text_at(uint16_t text, uint8_t index)
     return text;
 }
 
-static void begin_text(struct writer *writer, uint16_t text)
+APART static void begin_text(struct writer *writer, uint16_t text)
 {
     writer->left = texts[text];
     writer->text = &texts[text + 1];
