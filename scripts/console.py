@@ -42,10 +42,10 @@ def commands():
 
 
 def numbered(path, name):
-    """(name, text, remedy) of each row of a table of numbered texts."""
-    row = re.compile(rf"X\((\w+), \d+, ((?:{STRING}\s*)+), ((?:{STRING}\s*)+)\)")
-    for found, text, remedy in row.findall(table(path, name)):
-        yield found, texts(text), texts(remedy)
+    """(number, text, remedy) of each row of a table of numbered texts."""
+    row = re.compile(rf"X\(\w+, (\d+), ((?:{STRING}\s*)+), ((?:{STRING}\s*)+)\)")
+    for number, text, remedy in row.findall(table(path, name)):
+        yield int(number), texts(text), texts(remedy)
 
 
 def program():

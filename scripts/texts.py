@@ -1,37 +1,58 @@
 #!/usr/bin/env python3
-"""The console's texts, packed, as a header: they take half the flash that way. A byte of 0x80 and
-above, or below 0x20, stands for two others, which may be such bytes again: the pairs that are worth most, found one
-after the other in all texts of the tables.
+"""The console's texts, packed, as a header: they take half the flash that way. In one array of bytes
+stands text after text, each behind its length. A byte is a character, a mark for a value, or a pair:
+two others, which may be such bytes again.
 
 usage: texts.py > texts.h     from the root of the project
 """
 import collections
+import re
 
 import console
 
-CODES = [*range(0x80, 0x100), *range(0x01, 0x20)]  # 0x00 ends a text
 DEPTH = 6  # pairs within pairs: WRITER_DEPTH of writer.h
+MARKS = ["#", "$", "<long>", "<deg>", "<rpm>", "<V>", "<C>", "<bps>"]  # enum mark of writer.c
+
+
+def by_number(*tables):
+    """The texts of tables of numbered ones, in their order from 0 on; a number that none has: ""."""
+    found = {number: f"{text}; {remedy}" for table in tables
+             for number, text, remedy in console.numbered(*table)}
+    return [found.get(number, "") for number in range(max(found) + 1)]
+
+
+def headings():
+    """(name, heading, number of the first command) of each group."""
+    groups = [group for group, *_ in console.commands()]
+    names = console.HEADING.findall(console.table("src/controller/command.h", "COMMAND_GROUPS"))
+    if list(dict.fromkeys(groups)) != [name for name, _ in names] or groups != sorted(
+            groups, key=groups.index):
+        raise SystemExit("commands.h: the rows do not stand in the order of COMMAND_GROUPS")
+    return [(name, console.texts(text), groups.index(name)) for name, text in names]
 
 
 def tables():
-    """(name of the text, text) of each."""
-    for _, name, arguments, what, details, example in console.commands():
-        yield f"usage_{name}", f"{name}{arguments}: {what}"
-        yield f"details_{name}", details
-        yield f"example_{name}", example
-    for path, table, kind, end in [("src/controller/command.h", "COMMAND_GROUPS", "heading", ":"),
-                                   ("src/controller/sentences.h", "SENTENCES", "sentence", "")]:
-        for name, text in console.HEADING.findall(console.table(path, table)):
-            yield f"{kind}_{name}", console.texts(text) + end
-    for path, table, kind in [("include/cds55xx/result.h", "CDS_RESULTS", "error"),
-                              ("src/controller/errors.h", "CONSOLE_ERRORS", "error"),
-                              ("include/cds55xx/diagnose.h", "CDS_FINDINGS", "finding")]:
-        for name, text, remedy in console.numbered(path, table):
-            yield f"{kind}_{name}", f"{text}; {remedy}"
+    """(name of the first one, texts) of each table."""
+    rows = list(console.commands())
+    yield "USAGE", [f"{name}{arguments}: {what}" for _, name, arguments, what, _, _ in rows]
+    yield "DETAILS", [details for *_, details, _ in rows]
+    yield "EXAMPLE", [example for *_, example in rows]
+    yield "HEADING", [f"{heading}:" for _, heading, _ in headings()]
+    yield "ERROR", by_number(("include/cds55xx/result.h", "CDS_RESULTS"),
+                             ("src/controller/errors.h", "CONSOLE_ERRORS"))
+    yield "FINDING", by_number(("include/cds55xx/diagnose.h", "CDS_FINDINGS"))
+    for name, text in console.HEADING.findall(console.table("src/controller/sentences.h",
+                                                            "SENTENCES")):
+        yield name, [console.texts(text)]
+
+
+def symbols(text):
+    """The marks and characters of a text."""
+    return re.findall("|".join(map(re.escape, MARKS)) + "|.", text)
 
 
 def best_pair(packed, depth):
-    """The pair that occurs most often; of two, the one of lower codes. None: it is not worth it."""
+    """The pair that occurs most often; of two, the first one. None: it is not worth it."""
     count = collections.Counter()
     for codes in packed:
         last = None
@@ -40,15 +61,16 @@ def best_pair(packed, depth):
                 count[pair] += 1
             last = pair if pair != last else None
     worth = [(-n, pair) for pair, n in count.items()
-             if n > 3 and 1 + max(depth[code] for code in pair) <= DEPTH]
+             if n > 3 and not {*pair} & {*MARKS}  # a mark stands alone: writer.c
+             and 1 + max(depth[code] for code in pair) <= DEPTH]
     return min(worth)[1] if worth else None
 
 
-def replace(codes, pair, code):
+def replace(codes, pair):
     out, at = [], 0
     while at < len(codes):
         if tuple(codes[at:at + 2]) == pair:
-            out.append(code)
+            out.append("".join(pair))
             at += 2
         else:
             out.append(codes[at])
@@ -56,33 +78,53 @@ def replace(codes, pair, code):
     return out
 
 
+def shortest(codes, words):
+    """A text as the fewest of `words`, each a tuple of its symbols."""
+    best = [(0, None)]  # how many for so many symbols, and the last of them
+    for end in range(1, len(codes) + 1):
+        best.append(min((best[end - len(word)][0] + 1, word) for word in words
+                        if tuple(codes[max(end - len(word), 0):end]) == word))
+    out, end = [], len(codes)
+    while end:
+        out.insert(0, "".join(best[end][1]))
+        end -= len(best[end][1])
+    return out
+
+
 def pack(texts):
-    """(pairs, packed texts)"""
-    packed = [list(text.encode("ascii")) for text in texts]
-    depth = collections.Counter()  # plain characters: 0
-    pairs = []
-    for code in CODES:
+    """(plain characters, pairs, packed texts): what stands for more than a symbol is its string."""
+    split = [symbols(text) for text in texts]
+    plain = sorted({code for codes in split for code in codes} - {*MARKS})
+    packed, pairs, depth = split, [], collections.Counter()  # of the depth of a character: 0
+    while len(plain) + len(MARKS) + len(pairs) < 256:
         pair = best_pair(packed, depth)
         if pair is None:
             break
         pairs.append(pair)
-        depth[code] = 1 + max(depth[part] for part in pair)
-        packed = [replace(codes, pair, code) for codes in packed]
-    return pairs, packed
-
-
-def literal(codes):
-    return '"' + "".join(f"\\{code:03o}" if code < 0x20 or code > 0x7E or chr(code) in '"\\?'
-                         else chr(code) for code in codes) + '"'
+        depth["".join(pair)] = 1 + max(depth[part] for part in pair)
+        packed = [replace(codes, pair) for codes in packed]
+    words = [(code,) for code in plain + MARKS] + [tuple("".join(pair)) for pair in pairs]
+    return plain, pairs, [shortest(codes, words) for codes in split]
 
 
 def main():
     named = list(tables())
-    pairs, packed = pack([text for _, text in named])
+    plain, pairs, packed = pack([text for _, texts in named for text in texts])
+    codes = [*plain, *MARKS, *("".join(pair) for pair in pairs)]
+    code = {word: number for number, word in enumerate(codes)}
     print("/* Written by scripts/texts.py. */")
-    print("#define PACKED_PAIRS {" + ", ".join(f"{{{a}, {b}}}" for a, b in pairs) + "}")
-    for (name, _), codes in zip(named, packed):
-        print(f"#define PACKED_{name} {literal(codes)}")
+    print('#define TEXT_PLAIN "' + re.sub(r'(["\\])', r"\\\1", "".join(plain)) + '"')
+    print(f"#define TEXT_MARK {len(plain)}")
+    print(f"#define TEXT_PAIR {len(plain) + len(MARKS)}")
+    print("#define TEXT_PAIRS {" + ", ".join(f"{{{code[a]}, {code[b]}}}" for a, b in pairs) + "}")
+    print("#define TEXT_FIRST_OF_GROUP {" + ", ".join(str(first) for *_, first in headings()) + "}")
+    written = []
+    for name, texts in named:
+        print(f"#define TEXT_{name} {len(written)}")
+        for _ in texts:
+            text = [code[word] for word in packed.pop(0)]
+            written += [len(text), *text]
+    print("#define TEXTS {" + ", ".join(map(str, written)) + "}")
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "errors.h"
+#include "texts.h"
 #include "writer.h"
 #include "unity.h"
 
@@ -50,7 +51,7 @@ static uint8_t read_example(uint8_t row)
     char text[80];
     uint8_t length = 0;
 
-    writer_text_line(&writer, commands[row].example);
+    writer_line(&writer, writer_text_at(TEXT_EXAMPLE, row));
     while (writer.text || cds_ring_count(&ring)) {
         writer_ready(&writer);
         for (; cds_ring_count(&ring) && length < sizeof text; cds_ring_drop(&ring, 1))
@@ -69,15 +70,20 @@ static uint8_t length_of(const CDS_FLASH char *text)
     return length;
 }
 
+static uint16_t packed_length(uint16_t text, uint8_t index)
+{
+    text = writer_text_at(text, index);
+    return (uint16_t)(writer_text_at(text, 1) - text - 1);
+}
+
 void test_every_row_is_whole(void)
 {
     for (uint8_t i = 0; i < COMMAND_COUNT; i++) {
         const CDS_FLASH struct command *command = &commands[i];
 
-        TEST_ASSERT_LESS_THAN(TOKEN_MAX, length_of(command->name));
-        TEST_ASSERT_GREATER_THAN(3, length_of(command->usage));
-        TEST_ASSERT_GREATER_THAN(3, length_of(command->details));
-        TEST_ASSERT_LESS_THAN(COMMAND_GROUP_COUNT, command->group);
+        TEST_ASSERT_LESS_THAN(TOKEN_MAX, length_of(command->words));
+        TEST_ASSERT_GREATER_THAN(3, packed_length(TEXT_USAGE, i));
+        TEST_ASSERT_GREATER_THAN(3, packed_length(TEXT_DETAILS, i));
         TEST_ASSERT_TRUE_MESSAGE(command->begin || command->poll, "it does nothing");
     }
 }
@@ -87,7 +93,7 @@ void test_every_name_finds_its_row(void)
     for (uint8_t i = 0; i < COMMAND_COUNT; i++) {
         struct token token = {0};
 
-        for (const CDS_FLASH char *c = commands[i].name; *c; c++)
+        for (const CDS_FLASH char *c = commands[i].words; *c; c++)
             token_add(&token, *c);
         TEST_ASSERT_EQUAL_UINT8(i, command_named(&token));
         token_add(&token, 'x');

@@ -2,9 +2,11 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 /* ---- scan ---- */
 
@@ -27,32 +29,38 @@ uint8_t scan_begin(struct console *console)
     return 0;
 }
 
-static void tell_rate(struct console *console, uint8_t baud)
+/* What else is to be said of it, if it does not simply belong to the robot from now on. */
+APART static uint16_t remark(struct console *console, const struct cds_scan_found *found)
 {
-    WRITER_TEXT(&console->writer, " at ");
-    number_write(&console->writer, CDS_UNIT_BPS, baud);
+    if (found->result != CDS_OK)
+        return TEXT_FOUND_DAMAGED;
+    if (found->details == CDS_OK && found->own_baud != found->baud)
+        return TEXT_FOUND_NEIGHBOUR;
+    if (found->baud == console->robot->baud && !robot_add(console->robot, found->id))
+        return TEXT_FOUND_TOO_MANY;
+    return TEXT_NOTHING;
 }
 
 /* "id 5 model 1 at 57600bps" */
-static void tell_found(struct console *console, const struct cds_scan_found *found)
+APART static void tell_found(struct console *console, const struct cds_scan_found *found)
 {
-    struct writer *writer = &console->writer;
+    uint16_t *value = console->writer.values;
 
-    WRITER_TEXT(writer, "id ");
-    writer_decimal(writer, found->id);
+    *value++ = found->id;
     if (found->details == CDS_OK) {
-        WRITER_TEXT(writer, " model ");
-        writer_decimal(writer, found->model);
+        *value++ = TEXT_FOUND_MODEL;
+        *value++ = found->model;
+    } else {
+        *value++ = TEXT_NOTHING;
     }
-    if (console->line.choice != SCAN_HERE)
-        tell_rate(console, found->baud);
-    if (found->result != CDS_OK)
-        WRITER_TEXT(writer, ": damaged, two of one ID?");
-    else if (found->details == CDS_OK && found->own_baud != found->baud)
-        WRITER_TEXT(writer, ", a neighbour");
-    else if (found->baud == console->robot->baud && !robot_add(console->robot, found->id))
-        WRITER_TEXT(writer, ": too many to know");
-    writer_end_of_line(writer);
+    if (console->line.choice != SCAN_HERE) {
+        *value++ = TEXT_FOUND_RATE;
+        *value++ = found->baud;
+    } else {
+        *value++ = TEXT_NOTHING;
+    }
+    *value = remark(console, found);
+    writer_line(&console->writer, TEXT_FOUND);
 }
 
 /* Is all known of what was found as number `index`? */
@@ -69,11 +77,9 @@ static bool sum_up(struct console *console)
     const struct robot *robot = console->robot;
     const struct cds_scan *scan = &robot->work.scan.scan;
 
-    writer_decimal(&console->writer, scan->count);
-    WRITER_TEXT(&console->writer, " found, ");
-    writer_fixed(&console->writer, scan->asked, 0);
-    WRITER_TEXT(&console->writer, " asked");
-    writer_end_of_line(&console->writer);
+    console->writer.values[0] = scan->count;
+    console->writer.values[1] = scan->asked;
+    writer_line(&console->writer, TEXT_FOUND_IN_ALL);
     console->error = robot->result == CDS_CANCELLED ? ERROR_KEY : robot->result;
     return false;
 }
@@ -83,7 +89,7 @@ bool scan_poll(struct console *console)
 {
     struct robot *robot = console->robot;
     const struct cds_scan *scan = &robot->work.scan.scan;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
     bool over = robot->operation != ROBOT_SCAN;
 
     if (!over && console_key(console))
@@ -95,12 +101,10 @@ bool scan_poll(struct console *console)
     if (over)
         return sum_up(console);
     if (console->line.choice != SCAN_HERE && scan->total && scan->baud_index == console->phase) {
-        writer_decimal(&console->writer, scan->asked);
-        WRITER_TEXT(&console->writer, " of ");
-        writer_decimal(&console->writer, scan->total);
-        WRITER_TEXT(&console->writer, " asked, now");
-        tell_rate(console, scan->bauds ? scan->bauds[scan->baud_index] : scan->baud_index);
-        writer_end_of_line(&console->writer);
+        console->writer.values[0] = scan->asked;
+        console->writer.values[1] = scan->total;
+        console->writer.values[2] = scan->bauds ? scan->bauds[scan->baud_index] : scan->baud_index;
+        writer_line(&console->writer, TEXT_ASKED);
         console->phase++;
     }
     return true;
@@ -108,12 +112,13 @@ bool scan_poll(struct console *console)
 
 /* ---- counters ---- */
 
-/* In the order of the structs. */
-static const CDS_FLASH char bus_names[] = "sent\0repeated\0ok\0timeouts\0corrupt\0unsent\0refuted\0"
-                                          "stray\0late\0extra\0foreign\0framing errors\0"
-                                          "overruns\0ring overflows\0echo errors\0";
-static const CDS_FLASH char servo_names[] =
-    "ok\0timeouts\0corrupt\0late\0extra\0foreign\0echo errors\0";
+/* Those of a servo, in the order of their struct: which of the bus's they are called like. */
+static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
+
+#define SERVO_COUNTERS (sizeof servo_counters)
+#define BUS_COUNTERS   (sizeof(struct cds_counters) / sizeof(uint16_t))
+
+_Static_assert(sizeof(struct cds_roster_counters) == 2 * SERVO_COUNTERS, "each has a name");
 
 uint8_t counters_begin(struct console *console)
 {
@@ -125,39 +130,25 @@ uint8_t counters_begin(struct console *console)
     return 0;
 }
 
-/* A line: the name number `index` and its counter, the words of a struct. False: it was the last.
- */
-static bool tell_counter(struct writer *writer, const CDS_FLASH char *names, const void *counters,
-                         uint8_t index)
-{
-    uint16_t value;
-
-    memcpy(&value, (const uint8_t *)counters + index * sizeof value, sizeof value);
-    for (; index; index--) {
-        while (*names)
-            names++;
-        names++;
-    }
-    writer_flash(writer, names);
-    writer_char(writer, ' ');
-    writer_decimal(writer, value);
-    writer_end_of_line(writer);
-    while (*names)
-        names++;
-    return names[1] != '\0';
-}
-
+/* A line a call: number `index`. */
 bool counters_poll(struct console *console)
 {
     struct cds_counters counters;
-    uint8_t index = console->job.progress.index++;
+    const struct cds_roster_servo *servo;
+    uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
+    const void *words = &counters;
 
-    if (console->line.id != CDS_BROADCAST_ID)
-        return tell_counter(
-            &console->writer, servo_names,
-            &cds_roster_find(&console->robot->crew.roster, console->line.id)->counters, index);
-    cds_bus_counters(console->bus, &counters);
-    return tell_counter(&console->writer, bus_names, &counters, index);
+    if (console->line.id != CDS_BROADCAST_ID) {
+        servo = cds_roster_find(&console->robot->crew.roster, console->line.id);
+        words = &servo->counters;
+        name = servo_counters[index];
+        count = SERVO_COUNTERS;
+    } else {
+        cds_bus_counters(console->bus, &counters);
+    }
+    memcpy(console->writer.values, (const uint8_t *)words + 2 * index, 2);
+    writer_line_at(&console->writer, TEXT_COUNTER_SENT, name);
+    return console->index < count;
 }
 
 /* ---- bus ---- */
@@ -172,20 +163,9 @@ uint8_t bus_begin(struct console *console)
         return 0;
     if (console->robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
-    error = number_register(&line->number[0], CDS_UNIT_BPS, &raw);
-    if (error == 0 && raw > CDS_BAUD_MAX)
-        error = ERROR_OUT_OF_RANGE;
+    error = number_within(&line->number[0], CDS_UNIT_BPS, &raw);
     line->to = (uint8_t)raw;
     return error;
-}
-
-static void tell_state(struct writer *writer, enum cds_bus_state state)
-{
-    switch (state) {
-    case CDS_BUS_OK: WRITER_TEXT(writer, "bus ok"); break;
-    case CDS_BUS_BUSY: WRITER_TEXT(writer, "bus busy: others use it"); break;
-    default: WRITER_TEXT(writer, "bus held low"); break;
-    }
 }
 
 /* A request of the state check may be on its way: it changes when that is over. */
@@ -193,8 +173,7 @@ bool bus_poll(struct console *console)
 {
     if (console->line.numbers && cds_bus_set_baud(console->bus, console->line.to) == CDS_BUSY)
         return true;
-    tell_state(&console->writer, cds_bus_state(console->bus));
-    tell_rate(console, console->bus->baud);
-    writer_end_of_line(&console->writer);
+    console->writer.values[0] = console->bus->baud;
+    writer_line_at(&console->writer, TEXT_BUS_IS_OK, cds_bus_state(console->bus));
     return false;
 }

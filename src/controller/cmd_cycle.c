@@ -1,10 +1,12 @@
 /* cycle: goals and feedback of the group at a fixed rate. */
+#include <stddef.h>
 #include <string.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 #define PERIOD_MIN_MS 2
 #define PERIOD_MAX_MS 65
@@ -45,7 +47,7 @@ static uint8_t start(struct console *console)
         return error;
     memset(work, 0, sizeof *work);
     console->phase = CYCLE_LOOK;
-    console->job.progress.since_us = cds_port_now_us();
+    console->job.since_us = cds_port_now_us();
     return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
                                               robot->group_count, work->cycle.packets,
                                               work->cycle.feedback, us));
@@ -74,16 +76,17 @@ uint8_t cycle_begin(struct console *console)
 static bool look_poll(struct console *console)
 {
     struct robot *robot = console->robot;
+    const struct cds_feedback *feedback = robot->work.cycle.feedback;
 
     if (robot->operation != ROBOT_CYCLE) {
         console->error = ERROR_STOPPED;
         return false;
     }
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        if (robot->work.cycle.feedback[i].known)
+    for (uint8_t left = robot->group_count; left; left--, feedback++) {
+        if (feedback->known)
             continue;
-        if (cds_port_now_us() - console->job.progress.since_us > KNOWN_US) {
-            console->error = robot->work.cycle.feedback[i].result;
+        if (cds_port_now_us() - console->job.since_us > KNOWN_US) {
+            console->error = feedback->result;
             robot_abort(robot);
             console->phase = CYCLE_END;
         }
@@ -96,7 +99,7 @@ static bool look_poll(struct console *console)
 static bool goals_poll(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     for (; *index < robot->group_count; (*index)++)
         if (cds_cycle_goal(&robot->work.cycle.cycle, *index,
@@ -108,66 +111,63 @@ static bool goals_poll(struct console *console)
 
 /* ---- telling ---- */
 
-static void tell(struct writer *writer, uint32_t value)
-{
-    writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
-}
-
 /* "servo 1: 150.147deg 0rpm 12V 32C" */
 static void tell_servo(struct console *console, uint8_t index)
 {
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
     struct writer *writer = &console->writer;
+    uint16_t held =
+        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? TEXT_HELD : TEXT_NOTHING;
 
-    WRITER_TEXT(writer, "servo ");
-    tell(writer, robot->group[index]);
-    WRITER_TEXT(writer, ": ");
-    if (feedback->known) {
-        number_write(writer, CDS_UNIT_MDEG, feedback->position);
-        writer_char(writer, ' ');
-        number_write(writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
-        writer_char(writer, ' ');
-        number_write(writer, CDS_UNIT_MV, feedback->voltage);
-        writer_char(writer, ' ');
-        number_write(writer, CDS_UNIT_CELSIUS, feedback->temperature);
+    writer->values[0] = robot->group[index];
+    writer->values[1] = held;
+    if (!feedback->known) {
+        writer_line(writer, TEXT_CYCLE_SERVO);
+        return;
     }
-    if (cds_cycle_is_dropped(&robot->work.cycle.cycle, index))
-        WRITER_TEXT(writer, " held");
-    writer_end_of_line(writer);
+    writer->values[1] = feedback->position;
+    writer->values[2] = feedback->speed;
+    writer->values[3] = feedback->voltage;
+    writer->values[4] = feedback->temperature;
+    writer->values[5] = held;
+    writer_line(writer, TEXT_CYCLE_SERVO_KNOWN);
 }
 
-/* Lines 0 to 2 are of all; false when there are no more. */
-static bool tell_line(struct console *console, uint8_t line)
+/* In the order of the sentences. */
+static const CDS_FLASH uint8_t counters[] = {
+    offsetof(struct cds_cycle_counters, periods), offsetof(struct cds_cycle_counters, missed),
+    offsetof(struct cds_cycle_counters, unsent),  offsetof(struct cds_cycle_counters, reads),
+    offsetof(struct cds_cycle_counters, failed),  offsetof(struct cds_cycle_counters, oldest_us),
+};
+
+#define COUNTERS (sizeof counters)
+
+static void tell_counter(struct writer *writer, const struct cds_cycle *cycle, uint8_t index)
+{
+    memcpy(writer->values, (const uint8_t *)&cycle->counters + counters[index], sizeof(uint32_t));
+    writer_line_at(writer, TEXT_CYCLE_PERIODS, index);
+    writer->ends = index == 2 || index == 4; // the last ones of their lines
+}
+
+/* Counters, the share of the bus, then a servo a line; false when there are no more. */
+static bool tell(struct console *console, uint8_t index)
 {
     const struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
     struct writer *writer = &console->writer;
 
-    switch (line) {
-    case 0:
-        WRITER_TEXT(writer, "periods ");
-        tell(writer, cycle->counters.periods);
-        WRITER_TEXT(writer, ", missed ");
-        tell(writer, cycle->counters.missed);
-        WRITER_TEXT(writer, ", unsent ");
-        tell(writer, cycle->counters.unsent);
-        break;
-    case 1:
-        WRITER_TEXT(writer, "reads ");
-        tell(writer, cycle->counters.reads);
-        WRITER_TEXT(writer, ", failed ");
-        tell(writer, cycle->counters.failed);
-        break;
-    case 2:
-        WRITER_TEXT(writer, "oldest us ");
-        tell(writer, cycle->counters.oldest_us);
-        WRITER_TEXT(writer, ", bus ");
+    if (index < COUNTERS) {
+        tell_counter(writer, cycle, index);
+    } else if (index == COUNTERS) {
+        writer_text(writer, TEXT_CYCLE_BUS);
+    } else if (index == COUNTERS + 1) {
         writer_fixed(writer, cds_cycle_utilisation_permille(cycle), 1);
         writer_char(writer, '%');
-        break;
-    default: tell_servo(console, (uint8_t)(line - 3)); return line - 2 < cycle->count;
+        writer_end_of_line(writer);
+    } else {
+        tell_servo(console, (uint8_t)(index - COUNTERS - 2));
+        return index - COUNTERS - 1 < cycle->count;
     }
-    writer_end_of_line(writer);
     return true;
 }
 
@@ -183,6 +183,6 @@ bool cycle_poll(struct console *console)
             return false;
         console->phase = CYCLE_TELL;
         return true;
-    default: return tell_line(console, console->job.progress.index++);
+    default: return tell(console, console->index++);
     }
 }

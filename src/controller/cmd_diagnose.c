@@ -2,18 +2,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
-#include "texts.h" // PACKED_...
-
-#define TEXT(name, number, text, remedy)                                                           \
-    static const CDS_FLASH char text_##name[] = PACKED_finding_##name;
-CDS_FINDINGS(TEXT)
-#undef TEXT
-
-static const CDS_FLASH char *const CDS_FLASH texts[] = {
-#define TEXT(name, number, text, remedy) [number] = text_##name,
-    CDS_FINDINGS(TEXT)
-#undef TEXT
-};
+#include "sentences.h"
 
 uint8_t diagnose_begin(struct console *console)
 {
@@ -26,65 +15,47 @@ uint8_t diagnose_begin(struct console *console)
                                                  console->line.request, console->line.id));
 }
 
-/* "ID 5 at 57600bps: 12V": whom it is about, and the value that the finding has. */
-static void tell_who(struct console *console, const struct cds_diagnose *diagnose)
+/* What the value of the finding is. */
+static uint16_t value_text(uint8_t finding)
 {
-    struct writer *writer = &console->writer;
-
-    WRITER_TEXT(writer, "ID ");
-    writer_decimal(writer, diagnose->found_id);
-    WRITER_TEXT(writer, " at ");
-    number_write(writer, CDS_UNIT_BPS, diagnose->found_baud);
-    switch (diagnose->finding) {
-    case CDS_FINDING_SLOW:
-        WRITER_TEXT(writer, ", waits us ");
-        writer_decimal(writer, diagnose->value);
-        break;
+    switch (finding) {
+    case CDS_FINDING_SLOW: return TEXT_WAITS;
     case CDS_FINDING_LOW_SUPPLY:
-    case CDS_FINDING_HIGH_SUPPLY:
-        WRITER_TEXT(writer, ", supply mV ");
-        writer_decimal(writer, diagnose->value);
-        break;
-    case CDS_FINDING_OVERHEATED:
-        WRITER_TEXT(writer, ", hot C ");
-        writer_decimal(writer, diagnose->value);
-        break;
-    default: break;
+    case CDS_FINDING_HIGH_SUPPLY: return TEXT_SUPPLY;
+    case CDS_FINDING_OVERHEATED: return TEXT_HOT;
+    default: return TEXT_NOTHING;
     }
-    writer_end_of_line(writer);
 }
 
-/* "asked 20, answered 20, damaged 0, silent 0" */
-static void tell_tally(struct console *console, const struct cds_diagnose *diagnose)
+/* Whom it is about, and the value that the finding has. */
+static void tell_who(struct writer *writer, const struct cds_diagnose *diagnose)
 {
-    struct writer *writer = &console->writer;
-
-    WRITER_TEXT(writer, "asked ");
-    writer_decimal(writer, diagnose->total.asked);
-    WRITER_TEXT(writer, ", answered ");
-    writer_decimal(writer, diagnose->total.answered);
-    WRITER_TEXT(writer, ", damaged ");
-    writer_decimal(writer, diagnose->total.damaged);
-    WRITER_TEXT(writer, ", silent ");
-    writer_decimal(writer, diagnose->total.silent);
-    writer_end_of_line(writer);
+    writer->values[0] = diagnose->found_id;
+    writer->values[1] = diagnose->found_baud;
+    writer->values[2] = value_text(diagnose->finding);
+    writer->values[3] = diagnose->value;
+    writer_line(writer, TEXT_PLACE);
 }
 
-static bool tell(struct console *console, uint8_t line)
+static void tell_tally(struct writer *writer, const struct cds_diagnose *diagnose)
 {
-    const struct cds_diagnose *diagnose = &console->robot->work.diagnose;
-    uint8_t finding = diagnose->finding;
+    writer->values[0] = diagnose->total.asked;
+    writer->values[1] = diagnose->total.answered;
+    writer->values[2] = diagnose->total.damaged;
+    writer->values[3] = diagnose->total.silent;
+    writer_line(writer, TEXT_TALLY);
+}
 
+static bool tell(struct writer *writer, const struct cds_diagnose *diagnose, uint8_t line)
+{
     switch (line) {
     case 0:
-        WRITER_TEXT(&console->writer, "finding ");
-        writer_decimal(&console->writer, finding);
-        WRITER_TEXT(&console->writer, ": ");
-        writer_text_line(&console->writer,
-                         texts[finding < sizeof texts / sizeof texts[0] ? finding : 0]);
+        writer->values[0] = diagnose->finding;
+        writer->values[1] = writer_text_at(TEXT_FINDING, diagnose->finding);
+        writer_line(writer, TEXT_FINDING_IS);
         return true;
-    case 1: tell_tally(console, diagnose); return diagnose->found_id != CDS_DIAGNOSE_NOBODY;
-    default: tell_who(console, diagnose); return false;
+    case 1: tell_tally(writer, diagnose); return diagnose->found_id != CDS_DIAGNOSE_NOBODY;
+    default: tell_who(writer, diagnose); return false;
     }
 }
 
@@ -101,5 +72,5 @@ bool diagnose_poll(struct console *console)
         console->error = robot->result == CDS_CANCELLED ? ERROR_KEY : robot->result;
         return false;
     }
-    return tell(console, console->job.progress.index++);
+    return tell(&console->writer, &robot->work.diagnose, console->index++);
 }

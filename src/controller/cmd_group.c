@@ -5,6 +5,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 /* 20 RPM, if nobody says how fast: gentle. */
 #define POSE_SPEED 330
@@ -14,8 +15,8 @@ static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
     uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->crew.roster.count);
 
-    for (uint8_t i = 0; i < count; i++) {
-        if (cds_roster_find(&robot->crew.roster, ids[i]))
+    for (; count; count--) {
+        if (cds_roster_find(&robot->crew.roster, *ids++))
             continue;
         if (room == 0)
             return false;
@@ -48,21 +49,16 @@ uint8_t group_begin(struct console *console)
 bool group_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
-    if (*index == 0)
-        WRITER_TEXT(&console->writer, "group");
-    if (*index < robot->group_count) {
-        writer_char(&console->writer, ' ');
-        writer_decimal(&console->writer, robot->group[(*index)++]);
-        return true;
+    if (*index == robot->group_count) {
+        writer_line(&console->writer, robot->group_acts ? TEXT_BY_ACTION : TEXT_BY_SYNC);
+        return false;
     }
-    if (robot->group_acts)
-        WRITER_TEXT(&console->writer, " action");
-    else
-        WRITER_TEXT(&console->writer, " sync");
-    writer_end_of_line(&console->writer);
-    return false;
+    console->writer.values[0] = robot->group[*index];
+    writer_text(&console->writer, *index ? TEXT_ONE_MORE : TEXT_GROUP);
+    (*index)++;
+    return true;
 }
 
 /* ---- pose ---- */
@@ -80,23 +76,22 @@ static uint16_t angle_of(const struct console *console, uint8_t index)
 static void keep_goals(struct console *console, uint16_t speed)
 {
     struct robot *robot = console->robot;
+    struct cds_goal *goal = robot->work.move.goals;
 
     for (uint8_t i = 0; i < robot->group_count; i++)
-        robot->work.move.goals[i] = (struct cds_goal){
+        *goal++ = (struct cds_goal){
             .id = robot->group[i], .position = angle_of(console, i), .speed = speed};
 }
 
 static uint8_t sync(struct console *console)
 {
     const struct robot *robot = console->robot;
+    const struct cds_goal *goal = robot->work.move.goals;
     struct cds_request *request = console->line.request;
 
     cds_group_sync_begin(request, CDS_REG_GOAL_POSITION, 4);
-    for (uint8_t i = 0; i < robot->group_count; i++) {
-        const struct cds_goal *goal = &robot->work.move.goals[i];
-
+    for (uint8_t left = robot->group_count; left; left--, goal++)
         cds_group_sync_add_goal(request, goal->id, goal->position, goal->speed);
-    }
     return (uint8_t)cds_group_sync_send(console->bus, request);
 }
 
@@ -119,12 +114,10 @@ uint8_t pose_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     uint16_t speed = POSE_SPEED;
-    uint8_t error = line->numbers ? number_register(&line->number[0], CDS_UNIT_MRPM, &speed) : 0;
+    uint8_t error = line->numbers ? number_within(&line->number[0], CDS_UNIT_MRPM, &speed) : 0;
 
     if (error)
         return error;
-    if (speed > CDS_VALUE_MAX)
-        return ERROR_OUT_OF_RANGE;
     if (console->robot->group_count == 0)
         return ERROR_NO_GROUP;
     if (line->values != console->robot->group_count)
@@ -142,7 +135,7 @@ uint8_t pose_begin(struct console *console)
 static bool cycle_poll_goals(struct console *console)
 {
     struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
     enum cds_result result = CDS_OK;
 
     if (console->robot->operation != ROBOT_CYCLE) {
@@ -168,7 +161,7 @@ static bool cycle_poll_goals(struct console *console)
 static bool action_poll(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     if (robot->operation == ROBOT_MOVE)
         return true;
@@ -178,12 +171,10 @@ static bool action_poll(struct console *console)
 
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
-        WRITER_TEXT(&console->writer, "servo ");
-        writer_decimal(&console->writer, goal->id);
-        if (goal->armed)
-            WRITER_TEXT(&console->writer, ", may be armed still");
-        WRITER_TEXT(&console->writer, ": ");
-        writer_text_line(&console->writer, error_text(goal->result));
+        console->writer.values[0] = goal->id;
+        console->writer.values[1] = goal->armed ? TEXT_ARMED : TEXT_NOTHING;
+        console->writer.values[2] = error_text(goal->result);
+        writer_line(&console->writer, TEXT_SERVO_FAILED);
         return true;
     }
     return false;

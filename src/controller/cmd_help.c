@@ -2,9 +2,8 @@
 #include "cds55xx/version.h"
 #include "commands.h"
 #include "console.h"
-#include "errors.h"
 #include "handlers.h"
-#include "texts.h" // PACKED_...
+#include "sentences.h"
 
 #ifndef BOARD_NAME
 #define BOARD_NAME "host"
@@ -12,69 +11,45 @@
 
 static const CDS_FLASH char version_text[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 
-#define HEADING(name, heading) static const CDS_FLASH char heading_##name[] = PACKED_heading_##name;
-COMMAND_GROUPS(HEADING)
-#undef HEADING
+/* Rows before which a heading stands. */
+static const CDS_FLASH uint8_t first_of_group[COMMAND_GROUP_COUNT] = TEXT_FIRST_OF_GROUP;
 
-static const CDS_FLASH char *const CDS_FLASH headings[COMMAND_GROUP_COUNT] = {
-#define HEADING(name, heading) heading_##name,
-    COMMAND_GROUPS(HEADING)
-#undef HEADING
-};
-
-uint8_t help_begin(struct console *console)
-{
-    struct command_line *line = &console->line;
-
-    if (line->word.length == 0)
-        return 0;
-    line->to = command_named(&line->word);
-    return line->to < COMMAND_COUNT ? 0 : ERROR_UNKNOWN_COMMAND;
-}
-
-/* A heading, or the next command below it; `index`: the row to be looked at next, from 1 on. */
+/* The next command, or the heading before it. */
 static bool list_poll(struct console *console)
 {
-    uint8_t *group = &console->job.progress.group, *index = &console->job.progress.index;
+    uint8_t *group = &console->part, *index = &console->index;
 
-    if (*index == 0) {
-        writer_text_line(&console->writer, headings[*group]);
-        *index = 1;
+    if (*group < COMMAND_GROUP_COUNT && *index == first_of_group[*group]) {
+        writer_line_at(&console->writer, TEXT_HEADING, (*group)++);
         return true;
     }
-    while (*index <= COMMAND_COUNT && commands[*index - 1].group != *group)
-        (*index)++;
-    if (*index <= COMMAND_COUNT) {
-        WRITER_TEXT(&console->writer, "  ");
-        writer_text_line(&console->writer, commands[*index - 1].usage);
-        (*index)++;
-        return true;
-    }
-    *index = 0;
-    (*group)++;
-    return *group < COMMAND_GROUP_COUNT;
+    console->writer.values[0] = writer_text_at(TEXT_USAGE, (*index)++);
+    writer_char(&console->writer, ' '); // and a second one
+    writer_line(&console->writer, TEXT_LISTED);
+    return *index < COMMAND_COUNT;
 }
 
 bool help_poll(struct console *console)
 {
-    const CDS_FLASH struct command *command = &commands[console->line.to];
+    uint8_t row = console->line.to;
 
-    if (console->line.word.length == 0)
+    if (console->line.words == 1)
         return list_poll(console);
     if (console->step == 0) {
-        writer_text_line(&console->writer, command->usage);
+        writer_line_at(&console->writer, TEXT_USAGE, row);
     } else if (console->step == 1) {
-        writer_text_line(&console->writer, command->details);
+        writer_line_at(&console->writer, TEXT_DETAILS, row);
     } else {
-        WRITER_TEXT(&console->writer, "Example: ");
-        writer_text_line(&console->writer, command->example);
+        console->writer.values[0] = writer_text_at(TEXT_EXAMPLE, row);
+        writer_line(&console->writer, TEXT_EXAMPLE_IS);
     }
     return console->step < 2;
 }
 
 bool version_poll(struct console *console)
 {
-    writer_text_line(&console->writer, version_text);
+    writer_flash(&console->writer, version_text);
+    writer_end_of_line(&console->writer);
     return false;
 }
 

@@ -1,4 +1,5 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
+#include "apart.h"    // APART
 #include "commands.h" // COMMAND_defaults
 #include "console.h"
 #include "errors.h"
@@ -8,14 +9,9 @@
 
 /* ---- settings, save, defaults ---- */
 
-static void say(struct console *console, uint8_t sentence)
-{
-    writer_text_line(&console->writer, sentences[sentence]);
-}
-
 static void say_origin(struct console *console)
 {
-    say(console, (uint8_t)(SENTENCE_ORIGIN_NONE + console->keeper->store->origin));
+    writer_line_at(&console->writer, TEXT_ORIGIN_NONE, console->keeper->store->origin);
 }
 
 /* "link_loss_ms = 500 ms" */
@@ -25,7 +21,7 @@ static void setting_line(struct console *console, uint8_t index)
     struct writer *writer = &console->writer;
 
     writer_flash(writer, row->name);
-    WRITER_TEXT(writer, " = ");
+    writer_equals(writer);
     writer_decimal(writer, settings_get(console->keeper->settings, index));
     if (*row->unit != '-') {
         writer_char(writer, ' ');
@@ -40,17 +36,10 @@ uint8_t settings_begin(struct console *console)
     uint16_t value = 0;
     uint8_t error;
 
-    if (line->words == 1)
-        return 0;
-    line->next = SETTINGS_COUNT;
-    if (line->word.length <= TOKEN_MAX)
-        line->next = settings_named(line->word.text, line->word.length);
-    if (line->next == SETTINGS_COUNT)
-        return ERROR_UNKNOWN_SETTING;
-    if (line->words == 2)
+    if (line->numbers == 0)
         return 0;
     error = number_register(&line->number[0], CDS_UNIT_NUMBER, &value);
-    if (error == 0 && !settings_set(console->keeper->settings, line->next, value))
+    if (error == 0 && !settings_set(console->keeper->settings, line->to, value))
         error = ERROR_SETTING_RANGE;
     if (error == 0)
         keeper_follow(console->keeper);
@@ -70,7 +59,7 @@ bool settings_poll(struct console *console)
     if (console->line.kind == COMMAND_defaults || console->line.words == 3)
         return console->keeper->unsettled; // in force with the ok
     if (console->line.words == 2) {
-        setting_line(console, console->line.next);
+        setting_line(console, console->line.to);
         return false;
     }
     if (console->step < SETTINGS_COUNT) {
@@ -100,57 +89,50 @@ bool save_poll(struct console *console)
 /* ---- alarms ---- */
 
 /* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
-static uint8_t alarm_line(struct console *console, uint8_t id, uint8_t bits)
+APART static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
 {
-    struct writer *writer = &console->writer;
+    uint16_t *value = writer->values;
 
-    WRITER_TEXT(writer, "alarm ");
-    if (id == CDS_BROADCAST_ID)
-        WRITER_TEXT(writer, "of others");
-    else
-        writer_decimal(writer, id);
-    WRITER_TEXT(writer, ": ");
-    bits = reply_condition(writer, bits);
-    writer_end_of_line(writer);
+    if (id == CDS_BROADCAST_ID) {
+        *value++ = TEXT_OF_OTHERS;
+    } else {
+        *value++ = TEXT_DECIMAL;
+        *value++ = id;
+    }
+    bits = reply_condition(bits, value);
+    writer_line(writer, TEXT_ALARM);
     return bits;
 }
 
 /* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
 static uint8_t alarms_of(const struct cds_roster *roster, uint8_t index)
 {
+    const struct cds_roster_servo *servo = roster->servos;
     uint8_t others = roster->alarms;
 
     if (index < roster->count)
-        return roster->servos[index].alarms;
-    for (uint8_t i = 0; i < roster->count; i++)
-        others = (uint8_t)(others & ~roster->servos[i].alarms);
+        return servo[index].alarms;
+    for (uint8_t left = roster->count; left; left--, servo++)
+        others = (uint8_t)(others & ~servo->alarms);
     return others;
 }
 
-uint8_t alarms_begin(struct console *console)
-{
-    console->line.next = console->line.length = 0;
-    return 0;
-}
-
-/* A line a call: line.next is the servo, line.length what was told of it. */
+/* A line a call: `part` is what was told of servo `index`. */
 bool alarms_poll(struct console *console)
 {
     const struct cds_roster *roster = &console->robot->crew.roster;
-    struct command_line *line = &console->line;
-    uint8_t left = 0;
+    uint8_t *index = &console->index, left = 0;
 
-    while (line->next <= roster->count &&
-           (left = (uint8_t)(alarms_of(roster, line->next) & ~line->length)) == 0) {
-        line->next++;
-        line->length = 0;
+    while (*index <= roster->count &&
+           (left = (uint8_t)(alarms_of(roster, *index) & ~console->part)) == 0) {
+        (*index)++;
+        console->part = 0;
     }
     if (left == 0)
         return false;
-    left ^= alarm_line(
-        console, line->next < roster->count ? roster->servos[line->next].id : CDS_BROADCAST_ID,
-        left);
-    line->length |= left;
+    left ^= alarm_line(&console->writer,
+                       *index < roster->count ? roster->servos[*index].id : CDS_BROADCAST_ID, left);
+    console->part |= left;
     return true;
 }
 
@@ -163,94 +145,79 @@ bool alarm_tell(struct console *console)
 {
     struct keeper *keeper = console->keeper;
 
-    if (!keeper->alarm || console->editor.length)
+    if (!console->writer.text && (!keeper->alarm || console->editor.length))
         return false;
-    if (writer_ready(&console->writer))
-        keeper->alarm = alarm_line(console, keeper->alarm_id, keeper->alarm);
+    if (writer_ready(&console->writer) && keeper->alarm)
+        keeper->alarm = alarm_line(&console->writer, keeper->alarm_id, keeper->alarm);
     return true;
 }
 
 /* ---- status ---- */
 
-static void reset_line(struct console *console)
+static void tell_reset(struct writer *writer, uint8_t causes)
 {
-    static const struct {
-        uint8_t bit;
-        char text[11];
-    } CDS_FLASH causes[] = {
-        {KEEPER_RESET_POWER, " power"},         {KEEPER_RESET_EXTERNAL, " external"},
-        {KEEPER_RESET_BROWN_OUT, " brown-out"}, {KEEPER_RESET_WATCHDOG, " watchdog"},
-        {KEEPER_RESET_JTAG, " JTAG"},
-    };
-
-    WRITER_TEXT(&console->writer, "reset by");
-    for (uint8_t i = 0; i < sizeof causes / sizeof causes[0]; i++)
-        if (console->keeper->reset_cause & causes[i].bit)
-            writer_flash(&console->writer, causes[i].text);
-    writer_end_of_line(&console->writer);
+    for (uint8_t i = 0; i < 5; i++, causes >>= 1)
+        writer->values[i] = causes & 1 ? writer_text_at(TEXT_RESET_POWER, i) : TEXT_NOTHING;
+    writer_line(writer, TEXT_RESET);
 }
 
-static uint8_t link_sentence(const struct keeper *keeper)
+static uint16_t link_text(const struct keeper *keeper)
 {
     if (keeper->link_lost)
-        return SENTENCE_LINK_LOST;
-    return keeper->settings->link_loss_ms ? SENTENCE_LINK_ON : SENTENCE_LINK_OFF;
+        return TEXT_LINK_LOST;
+    return keeper->settings->link_loss_ms ? TEXT_LINK_ON : TEXT_LINK_OFF;
 }
 
-static uint8_t stop_sentence(const struct robot *robot)
+static uint16_t stop_text(const struct robot *robot)
 {
     if (robot_is_stopping(robot))
-        return SENTENCE_STOP_PENDING;
+        return TEXT_TORQUE_PENDING;
     if (!robot->stop.roster)
-        return SENTENCE_STOP_NEVER;
+        return TEXT_TORQUE_NEVER;
     switch (robot->stop.result) {
-    case CDS_OK: return SENTENCE_STOP_ALL;
-    case CDS_REFUSED: return SENTENCE_STOP_SOME_ON;
-    default: return SENTENCE_STOP_UNKNOWN;
+    case CDS_OK: return TEXT_TORQUE_ALL;
+    case CDS_REFUSED: return TEXT_TORQUE_SOME_ON;
+    default: return TEXT_TORQUE_UNKNOWN;
     }
 }
 
 /* "servos: 18, held 0, away 1" */
-static void servos_line(struct console *console)
+static void tell_servos(struct writer *writer, const struct crew *crew)
 {
-    const struct crew *crew = &console->robot->crew;
+    const struct cds_roster_servo *servo = crew->roster.servos;
     uint8_t held = 0, away = 0;
 
-    for (uint8_t i = 0; i < crew->roster.count; i++) {
-        held = (uint8_t)(held + (crew->roster.servos[i].held != 0));
-        away = (uint8_t)(away + (crew->roster.servos[i].presence == CDS_PRESENCE_AWAY));
+    for (uint8_t left = crew->roster.count; left; left--, servo++) {
+        if (servo->held)
+            held++;
+        if (servo->presence == CDS_PRESENCE_AWAY)
+            away++;
     }
-    WRITER_TEXT(&console->writer, "servos: ");
-    writer_decimal(&console->writer, crew->roster.count);
-    if (crew->crowded)
-        WRITER_TEXT(&console->writer, " and more");
-    WRITER_TEXT(&console->writer, ", held ");
-    writer_decimal(&console->writer, held);
-    WRITER_TEXT(&console->writer, ", away ");
-    writer_decimal(&console->writer, away);
-    writer_end_of_line(&console->writer);
+    writer->values[0] = crew->roster.count;
+    writer->values[1] = crew->crowded ? TEXT_AND_MORE : TEXT_NOTHING;
+    writer->values[2] = held;
+    writer->values[3] = away;
+    writer_line(writer, TEXT_SERVOS);
 }
 
-/* "stack: 812 of 1290 bytes never used" */
-static void ram_line(struct console *console)
+static void tell_stack(struct writer *writer, const struct keeper *keeper)
 {
-    WRITER_TEXT(&console->writer, "stack: ");
-    writer_decimal(&console->writer, console->keeper->spare_bytes);
-    WRITER_TEXT(&console->writer, " of ");
-    writer_decimal(&console->writer, console->keeper->room_bytes);
-    WRITER_TEXT(&console->writer, " bytes never used");
-    writer_end_of_line(&console->writer);
+    writer->values[0] = keeper->spare_bytes;
+    writer->values[1] = keeper->room_bytes;
+    writer_line(writer, TEXT_STACK);
 }
 
 bool status_poll(struct console *console)
 {
+    struct writer *writer = &console->writer;
+
     switch (console->step) {
-    case 0: reset_line(console); return true;
+    case 0: tell_reset(writer, console->keeper->reset_cause); return true;
     case 1: say_origin(console); return true;
-    case 2: say(console, link_sentence(console->keeper)); return true;
-    case 3: say(console, stop_sentence(console->robot)); return true;
-    case 4: say(console, (uint8_t)(SENTENCE_BUS_OK + cds_bus_state(console->bus))); return true;
-    case 5: servos_line(console); return true;
-    default: ram_line(console); return false;
+    case 2: writer_line(writer, link_text(console->keeper)); return true;
+    case 3: writer_line(writer, stop_text(console->robot)); return true;
+    case 4: writer_line_at(writer, TEXT_BUS_OK, cds_bus_state(console->bus)); return true;
+    case 5: tell_servos(writer, &console->robot->crew); return true;
+    default: tell_stack(writer, console->keeper); return false;
     }
 }

@@ -6,6 +6,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 #define PERIOD_MS     100
 #define PERIOD_MIN_MS 10
@@ -21,6 +22,7 @@ enum monitor_phase {
 
 uint8_t monitor_begin(struct console *console)
 {
+    struct monitor *monitor = &console->job.monitor;
     const struct command_line *line = &console->line;
     uint16_t ms = PERIOD_MS;
     uint8_t error = line->numbers ? number_ms(&line->number[0], &ms) : 0;
@@ -31,74 +33,69 @@ uint8_t monitor_begin(struct console *console)
         return ERROR_OUT_OF_RANGE;
     if (line->values > MONITOR_SERVOS)
         return ERROR_TOO_MANY;
-    memcpy(console->job.monitor.ids, line->request->packet.bytes, line->values);
-    console->job.monitor.count = line->values;
-    console->job.monitor.period_us = ms * 1000ul;
-    console->job.monitor.next_us = cds_port_now_us();
+    memcpy(monitor->ids, line->request->packet.bytes, line->values);
+    monitor->count = line->values;
+    monitor->period_us = ms * 1000ul;
+    monitor->next_us = cds_port_now_us();
     return 0;
 }
 
-/* Before each label: "1" or ",1" */
-static struct writer *label(struct console *console)
-{
-    if (console->job.monitor.begun)
-        writer_char(&console->writer, ',');
-    console->job.monitor.begun = true;
-    writer_decimal(&console->writer, console->job.monitor.ids[console->job.monitor.index]);
-    return &console->writer;
-}
+/* Told of each servo, one a turn: a conversion takes 100 us. */
+static const CDS_FLASH struct {
+    char label[5];
+    uint8_t unit;   // enum cds_unit
+    uint8_t offset; // in struct cds_feedback, in bytes
+    uint8_t bytes;
+} values[] = {
+    {"deg:", CDS_UNIT_MDEG, offsetof(struct cds_feedback, position), 2},
+    {"rpm:", CDS_UNIT_SIGNED_MRPM, offsetof(struct cds_feedback, speed), 2},
+    {"%:", CDS_UNIT_SIGNED_CPCT, offsetof(struct cds_feedback, load), 2},
+    {"V:", CDS_UNIT_MV, offsetof(struct cds_feedback, voltage), 1},
+    {"C:", CDS_UNIT_CELSIUS, offsetof(struct cds_feedback, temperature), 1},
+};
 
-#define VALUES 5 // told of each servo, one a turn: a conversion takes 100 us
+#define VALUES (sizeof values / sizeof values[0])
 
+/* "1deg:150.147", behind the first one with a comma before it */
 static void tell(struct console *console, uint8_t value)
 {
-    const struct cds_feedback *feedback = &console->job.monitor.feedback;
-    struct writer *writer = label(console);
+    struct monitor *monitor = &console->job.monitor;
+    struct writer *writer = &console->writer;
+    uint16_t raw = 0;
 
-    switch (value) {
-    case 0:
-        WRITER_TEXT(writer, "deg:");
-        number_write_bare(writer, CDS_UNIT_MDEG, feedback->position);
-        break;
-    case 1:
-        WRITER_TEXT(writer, "rpm:");
-        number_write_bare(writer, CDS_UNIT_SIGNED_MRPM, feedback->speed);
-        break;
-    case 2:
-        WRITER_TEXT(writer, "%:");
-        number_write_bare(writer, CDS_UNIT_SIGNED_CPCT, feedback->load);
-        break;
-    case 3:
-        WRITER_TEXT(writer, "V:");
-        number_write_bare(writer, CDS_UNIT_MV, feedback->voltage);
-        break;
-    default:
-        WRITER_TEXT(writer, "C:");
-        number_write_bare(writer, CDS_UNIT_CELSIUS, feedback->temperature);
-        break;
-    }
+    if (monitor->begun)
+        writer_char(writer, ',');
+    monitor->begun = true;
+    writer_decimal(writer, monitor->ids[monitor->index]);
+    writer_flash(writer, values[value].label);
+    memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
+           values[value].bytes); // low byte first, on an AVR and on the host
+    number_write_bare(writer, (enum cds_unit)values[value].unit, raw);
 }
 
 static void end_of_line(struct console *console)
 {
+    struct monitor *monitor = &console->job.monitor;
     uint32_t now_us = cds_port_now_us();
 
-    if (console->job.monitor.begun)
+    if (monitor->begun)
         writer_end_of_line(&console->writer);
-    if (console->job.monitor.lines < UINT16_MAX)
-        console->job.monitor.lines++;
-    console->job.monitor.next_us += console->job.monitor.period_us;
-    if ((int32_t)(now_us - console->job.monitor.next_us) > 0)
-        console->job.monitor.next_us = now_us; // it takes longer than that
-    console->job.monitor.begun = false;
-    console->job.monitor.index = 0;
+    if (monitor->lines < UINT16_MAX)
+        monitor->lines++;
+    monitor->next_us += monitor->period_us;
+    if ((int32_t)(now_us - monitor->next_us) > 0)
+        monitor->next_us = now_us; // it takes longer than that
+    monitor->begun = false;
+    monitor->index = 0;
     console->phase = PAUSE;
 }
 
 static void next(struct console *console)
 {
-    console->job.monitor.index++;
-    if (console->job.monitor.index < console->job.monitor.count)
+    struct monitor *monitor = &console->job.monitor;
+
+    monitor->index++;
+    if (monitor->index < monitor->count)
         console->phase = ASK;
     else
         end_of_line(console);
@@ -107,18 +104,19 @@ static void next(struct console *console)
 /* One that fails is left out of the line; in the first one it ends all. */
 static void take(struct console *console)
 {
-    struct cds_feedback *feedback = &console->job.monitor.feedback;
+    struct monitor *monitor = &console->job.monitor;
+    struct cds_feedback *feedback = &monitor->feedback;
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
-        console->job.monitor.value = 0;
+        monitor->value = 0;
         console->phase = TELL;
-    } else if (console->job.monitor.lines == 0) {
+    } else if (monitor->lines == 0) {
         console->error = console->line.request->result;
         console->servo_error = feedback->error;
         console->phase = SUM_UP;
     } else {
-        if (console->job.monitor.failed < UINT16_MAX)
-            console->job.monitor.failed++;
+        if (monitor->failed < UINT16_MAX)
+            monitor->failed++;
         next(console);
     }
 }
@@ -126,22 +124,23 @@ static void take(struct console *console)
 /* "42 lines, 0 answers missing" */
 static bool sum_up(struct console *console)
 {
+    struct monitor *monitor = &console->job.monitor;
+
     if (console->writer.within) {
         writer_end_of_line(&console->writer);
         return true;
     }
-    writer_decimal(&console->writer, console->job.monitor.lines);
-    WRITER_TEXT(&console->writer, " lines, ");
-    writer_decimal(&console->writer, console->job.monitor.failed);
-    WRITER_TEXT(&console->writer, " answers missing");
-    writer_end_of_line(&console->writer);
+    console->writer.values[0] = monitor->lines;
+    console->writer.values[1] = monitor->failed;
+    writer_line(&console->writer, TEXT_LINES);
     return false;
 }
 
 static void ask(struct console *console)
 {
-    enum cds_result result = cds_feedback_read(
-        console->bus, console->line.request, console->job.monitor.ids[console->job.monitor.index]);
+    struct monitor *monitor = &console->job.monitor;
+    enum cds_result result =
+        cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
 
     console->error = (uint8_t)result;
     console->phase = result == CDS_OK ? TAKE : SUM_UP;
@@ -149,6 +148,7 @@ static void ask(struct console *console)
 
 bool monitor_poll(struct console *console)
 {
+    struct monitor *monitor = &console->job.monitor;
     bool asked = console->phase == TAKE;
 
     if (asked && console->line.request->result == CDS_PENDING)
@@ -157,14 +157,14 @@ bool monitor_poll(struct console *console)
         console->phase = SUM_UP;
     switch (console->phase) {
     case PAUSE:
-        if ((int32_t)(cds_port_now_us() - console->job.monitor.next_us) >= 0)
+        if ((int32_t)(cds_port_now_us() - monitor->next_us) >= 0)
             console->phase = ASK;
         return true;
     case ASK: ask(console); return true;
     case TAKE: take(console); return true;
     case TELL:
-        tell(console, console->job.monitor.value++);
-        if (console->job.monitor.value == VALUES)
+        tell(console, monitor->value++);
+        if (monitor->value == VALUES)
             next(console);
         return true;
     default: return sum_up(console);

@@ -2,6 +2,7 @@
 #include "cds55xx/control_table.h"
 #include "console.h"
 #include "handlers.h"
+#include "sentences.h"
 
 #define BYTES_IN_LINE 8
 
@@ -21,9 +22,8 @@ bool ping_poll(struct console *console)
     if (console_waits(console))
         return true;
     if (console->error == 0 && console->line.id == CDS_BROADCAST_ID) {
-        WRITER_TEXT(&console->writer, "id ");
-        writer_decimal(&console->writer, console->line.request->id);
-        writer_end_of_line(&console->writer);
+        console->writer.values[0] = console->line.request->id;
+        writer_line(&console->writer, TEXT_ID);
     }
     return false;
 }
@@ -33,8 +33,7 @@ static void dump_line(struct console *console, uint8_t first)
 {
     const struct cds_request *request = console->line.request;
 
-    WRITER_TEXT(&console->writer, "0x");
-    writer_hex(&console->writer, (uint8_t)(console->line.address + first));
+    writer_address(&console->writer, (uint8_t)(console->line.address + first));
     writer_char(&console->writer, ':');
     for (uint8_t i = first; i < request->length && i < first + BYTES_IN_LINE; i++) {
         writer_char(&console->writer, ' ');
@@ -43,21 +42,15 @@ static void dump_line(struct console *console, uint8_t first)
     writer_end_of_line(&console->writer);
 }
 
-/* "GOAL_POSITION = 512" */
-static void value_line(struct console *console, uint8_t width)
+/* "GOAL_POSITION = 512", of a register that was read whole */
+static void value_line(struct console *console)
 {
-    char name[CDS_REGISTER_NAME_SIZE];
-    uint8_t byte = 0;
-    uint16_t value = 0;
+    const struct cds_request *request = console->line.request;
+    const uint8_t *bytes = request->packet.bytes;
 
-    if (width == 2)
-        cds_request_word(console->line.request, 0, &value);
-    else if (cds_request_byte(console->line.request, 0, &byte) == CDS_OK)
-        value = byte;
-    cds_register_name(console->line.address, name, sizeof name);
-    writer_string(&console->writer, name);
-    WRITER_TEXT(&console->writer, " = ");
-    writer_decimal(&console->writer, value);
+    number_write_name(&console->writer, console->line.address);
+    writer_decimal(&console->writer,
+                   (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
     writer_end_of_line(&console->writer);
 }
 
@@ -65,7 +58,7 @@ static void value_line(struct console *console, uint8_t width)
 bool read_poll(struct console *console)
 {
     const struct cds_request *request = console->line.request;
-    uint8_t *line = &console->job.progress.index;
+    uint8_t *line = &console->index;
     struct cds_register at;
 
     if (console_waits(console))
@@ -79,6 +72,6 @@ bool read_poll(struct console *console)
     }
     if (console->line.named && cds_register_at(console->line.address, &at) &&
         at.width == request->length)
-        value_line(console, at.width);
+        value_line(console);
     return false;
 }

@@ -4,6 +4,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 /* In endless turn MOVING_SPEED has a direction (R16), which no speed of position mode has. */
 static enum cds_unit unit_of(uint8_t address, uint16_t raw)
@@ -16,15 +17,13 @@ static enum cds_unit unit_of(uint8_t address, uint16_t raw)
 /* "GOAL_POSITION = 150.147deg (512)": at most 44 characters. */
 static void write_register(struct writer *writer, uint8_t address, uint16_t raw)
 {
-    char name[CDS_REGISTER_NAME_SIZE];
     enum cds_unit unit = unit_of(address, raw);
 
-    cds_register_name(address, name, sizeof name);
-    writer_string(writer, name);
-    WRITER_TEXT(writer, " = ");
+    number_write_name(writer, address);
     number_write(writer, unit, raw);
     if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
-        WRITER_TEXT(writer, " (");
+        writer_char(writer, ' ');
+        writer_char(writer, '(');
         writer_decimal(writer, raw);
         writer_char(writer, ')');
     }
@@ -108,23 +107,18 @@ uint8_t info_begin(struct console *console)
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */
 bool info_poll(struct console *console)
 {
-    uint8_t *address = &console->job.progress.index;
+    uint8_t *address = &console->index;
     struct cds_register at;
 
     if (console_waits(console))
         return true;
     if (!console_answered(console) || !cds_register_at(*address, &at))
         return false;
-    WRITER_TEXT(&console->writer, "0x");
-    writer_hex(&console->writer, at.address);
+    writer_address(&console->writer, at.address);
     writer_char(&console->writer, ' ');
     write_register(&console->writer, at.address,
                    raw_at(console->line.request->packet.bytes + at.address, at.width));
-    if (at.area == CDS_AREA_EEPROM)
-        WRITER_TEXT(&console->writer, " EEPROM");
-    else
-        WRITER_TEXT(&console->writer, " RAM");
-    writer_end_of_line(&console->writer);
+    writer_line(&console->writer, at.area == CDS_AREA_EEPROM ? TEXT_IN_EEPROM : TEXT_IN_RAM);
     *address = (uint8_t)(at.address + at.width);
     return *address < CDS_TABLE_SIZE;
 }

@@ -1,4 +1,5 @@
 /* move, turn, torque, led. */
+#include "apart.h"         // APART
 #include "cds55xx/servo.h" // cds_servo_write()
 #include "console.h"
 #include "errors.h"
@@ -9,53 +10,45 @@
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-enum move_phase { MOVE_LOOK, MOVE_WRITE };
+enum phase { LOOK, WRITE };
 
-/* A number of the line as a register value, up to `highest`; an error goes into the console's. */
-static uint16_t raw_of(struct console *console, uint8_t index, enum cds_unit unit, uint16_t highest)
+/* Number `index` of the line as what is written; its error, or 0. */
+static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
+    uint8_t *data = &console->job.set.data[2 * index];
     uint16_t raw = 0;
-    uint8_t error = number_register(&console->line.number[index], unit, &raw);
+    uint8_t error = number_within(&console->line.number[index], unit, &raw);
 
-    if (error == 0 && raw > highest)
-        error = ERROR_OUT_OF_RANGE;
-    if (console->error == 0)
-        console->error = error;
-    return raw;
+    data[0] = (uint8_t)raw;
+    data[1] = (uint8_t)(raw >> 8);
+    return error;
 }
 
-static enum cds_result write_goal(struct console *console)
+/* As many words as the line has numbers. */
+static uint8_t write_raw(struct console *console, uint8_t address)
 {
-    struct command_line *line = &console->line;
-    uint16_t goal = raw_of(console, 0, CDS_UNIT_MDEG, CDS_VALUE_MAX);
-    uint16_t speed = 0;
-    uint8_t data[4];
+    const struct command_line *line = &console->line;
 
-    if (line->numbers == 2)
-        speed = raw_of(console, 1, CDS_UNIT_MRPM, CDS_VALUE_MAX);
-    data[0] = (uint8_t)goal;
-    data[1] = (uint8_t)(goal >> 8);
-    data[2] = (uint8_t)speed;
-    data[3] = (uint8_t)(speed >> 8);
-    console->phase = MOVE_WRITE;
-    return cds_servo_write(console->bus, line->request, line->id, CDS_REG_GOAL_POSITION, data,
-                           line->numbers == 2 ? 4 : 2);
+    console->phase = WRITE;
+    return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
+                                    console->job.set.data, (uint8_t)(2 * line->numbers));
 }
 
 uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    enum cds_result result;
+    uint8_t result = take_raw(console, 0, CDS_UNIT_MDEG);
 
-    raw_of(console, 0, CDS_UNIT_MDEG, CDS_VALUE_MAX);
-    if (line->numbers == 2)
-        raw_of(console, 1, CDS_UNIT_MRPM, CDS_VALUE_MAX);
-    if (console->error)
-        return console->error;
-    if (line->id == CDS_BROADCAST_ID)
-        return (uint8_t)write_goal(console);
-    result = cds_servo_read(console->bus, line->request, line->id, LOOK_FROM, LOOK_SIZE);
-    return (uint8_t)(result == CDS_NO_REPLY_DUE ? write_goal(console) : result);
+    if (result == 0 && line->numbers == 2)
+        result = take_raw(console, 1, CDS_UNIT_MRPM);
+    if (result)
+        return result;
+    if (line->id != CDS_BROADCAST_ID)
+        result =
+            (uint8_t)cds_servo_read(console->bus, line->request, line->id, LOOK_FROM, LOOK_SIZE);
+    if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
+        result = write_raw(console, CDS_REG_GOAL_POSITION);
+    return result;
 }
 
 /* A servo that could not do it says nothing by itself. */
@@ -68,15 +61,15 @@ static void look(struct console *console)
         return;
     }
     if (bytes[LOOK_SIZE - 1] == 0)
-        writer_text_line(&console->writer, sentences[SENTENCE_TORQUE_IS_OFF]);
-    console->error = (uint8_t)write_goal(console);
+        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
+    console->error = write_raw(console, CDS_REG_GOAL_POSITION);
 }
 
 bool move_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
-    if (console->phase == MOVE_WRITE || !console_answered(console))
+    if (console->phase == WRITE || !console_answered(console))
         return false;
     look(console);
     return console->error == 0;
@@ -87,10 +80,10 @@ uint8_t turn_begin(struct console *console)
 {
     static const uint8_t no_limits[4];
     struct command_line *line = &console->line;
+    uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
-    raw_of(console, 0, CDS_UNIT_SIGNED_MRPM, 2 * CDS_VALUE_MAX + 1);
-    if (console->error)
-        return console->error;
+    if (error)
+        return error;
     return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
                                           line->id, CDS_REG_CW_ANGLE_LIMIT, no_limits,
                                           sizeof no_limits);
@@ -98,27 +91,19 @@ uint8_t turn_begin(struct console *console)
 
 bool turn_poll(struct console *console)
 {
-    struct cds_setup *setup = &console->job.set.setup;
-    struct command_line *line = &console->line;
-
-    if (console->phase)
+    if (console->phase == WRITE)
         return console_waits(console);
-    if (cds_setup_poll(setup) == CDS_PENDING)
+    if (setup_waits(console))
         return true;
-    console->error = setup->result;
-    console->servo_error = setup->error;
     if (console->error)
         return false;
-    if (setup->written)
-        writer_text_line(&console->writer, sentences[SENTENCE_LIMITS_ARE_OFF]);
-    console->phase = 1;
-    console->error = (uint8_t)cds_servo_write_word(
-        console->bus, line->request, line->id, CDS_REG_MOVING_SPEED,
-        raw_of(console, 0, CDS_UNIT_SIGNED_MRPM, 2 * CDS_VALUE_MAX + 1));
+    if (console->job.set.setup.written)
+        writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
+    console->error = write_raw(console, CDS_REG_MOVING_SPEED);
     return console->error == 0;
 }
 
-static uint8_t write_switch(struct console *console, uint8_t address)
+APART static uint8_t write_switch(struct console *console, uint8_t address)
 {
     struct command_line *line = &console->line;
 

@@ -1,7 +1,9 @@
 /* id, baud, factory, lock: what a servo keeps. */
+#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "sentences.h"
 
 /* ---- ID, baud rate, factory values: a transaction ---- */
 
@@ -21,10 +23,8 @@ uint8_t baud_begin(struct console *console)
 {
     struct robot *robot = console->robot;
     uint16_t raw = 0;
-    uint8_t error = number_register(&console->line.number[0], CDS_UNIT_BPS, &raw);
+    uint8_t error = number_within(&console->line.number[0], CDS_UNIT_BPS, &raw);
 
-    if (error == 0 && raw > CDS_BAUD_MAX)
-        error = ERROR_OUT_OF_RANGE;
     if (error == 0)
         error = robot_claim(robot, ROBOT_IDENTITY);
     if (error)
@@ -49,13 +49,15 @@ uint8_t factory_begin(struct console *console)
                    : cds_identity_reset_begin(identity, console->bus, line->request, line->id));
 }
 
-/* "ID 5 at 1000000bps": where it answers. */
-static void tell_place(struct console *console, const struct cds_identity_place *place)
+/* Where it answers, as `sentence` says it. */
+static void tell_place(struct console *console, uint16_t sentence,
+                       const struct cds_identity_place *place)
 {
-    WRITER_TEXT(&console->writer, "ID ");
-    writer_decimal(&console->writer, place->id);
-    WRITER_TEXT(&console->writer, " at ");
-    number_write(&console->writer, CDS_UNIT_BPS, place->baud);
+    console->writer.values[0] = place->id;
+    console->writer.values[1] = place->baud;
+    console->writer.values[2] =
+        cds_units_baud_is_kept(place->baud) ? TEXT_NOTHING : TEXT_UNTIL_POWER_OFF;
+    writer_line(&console->writer, sentence);
 }
 
 static bool conclude(struct console *console)
@@ -64,12 +66,7 @@ static bool conclude(struct console *console)
 
     console->servo_error = identity->error;
     switch (identity->state) {
-    case CDS_IDENTITY_CHANGED:
-        tell_place(console, &identity->to);
-        if (!cds_units_baud_is_kept(identity->to.baud))
-            WRITER_TEXT(&console->writer, ", until power-off");
-        writer_end_of_line(&console->writer);
-        return false;
+    case CDS_IDENTITY_CHANGED: tell_place(console, TEXT_PLACE, &identity->to); return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
     case CDS_IDENTITY_LOST: // or it was never there
         console->error = identity->written ? (uint8_t)ERROR_LOST : identity->result;
@@ -77,11 +74,8 @@ static bool conclude(struct console *console)
     case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
     default: console->error = identity->result; break;
     }
-    if (identity->state == CDS_IDENTITY_UNCHANGED) {
-        WRITER_TEXT(&console->writer, "unchanged: ");
-        tell_place(console, &identity->from);
-        writer_end_of_line(&console->writer);
-    }
+    if (identity->state == CDS_IDENTITY_UNCHANGED)
+        tell_place(console, TEXT_UNCHANGED_PLACE, &identity->from);
     return false;
 }
 
@@ -98,7 +92,7 @@ uint8_t lock_begin(struct console *console)
                                          console->line.request, console->line.id);
 }
 
-bool setup_poll(struct console *console)
+APART bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &console->job.set.setup;
 
@@ -106,12 +100,15 @@ bool setup_poll(struct console *console)
         return true;
     console->error = setup->result;
     console->servo_error = setup->error;
-    if (console->error == 0) {
-        if (setup->written)
-            WRITER_TEXT(&console->writer, "written");
-        else
-            WRITER_TEXT(&console->writer, "unchanged");
-        writer_end_of_line(&console->writer);
-    }
+    return false;
+}
+
+bool setup_poll(struct console *console)
+{
+    if (setup_waits(console))
+        return true;
+    if (console->error == 0)
+        writer_line(&console->writer,
+                    console->job.set.setup.written ? TEXT_WRITTEN : TEXT_UNCHANGED);
     return false;
 }

@@ -1,6 +1,7 @@
 /* stop, release, limits, servos: who is held, and why. */
 #include <stddef.h>
 
+#include "apart.h"                 // APART
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "console.h"
 #include "errors.h"
@@ -16,21 +17,11 @@ uint8_t stop_begin(struct console *console)
     return 0;
 }
 
-static void tell_outcome(struct writer *writer, uint8_t outcome)
-{
-    switch (outcome) {
-    case CDS_STOP_ON: WRITER_TEXT(writer, ": torque is on still"); break;
-    case CDS_STOP_SILENT: WRITER_TEXT(writer, ": no answer"); break;
-    case CDS_STOP_MUTE: WRITER_TEXT(writer, ": told, but set not to answer"); break;
-    default: WRITER_TEXT(writer, ": not looked at"); break;
-    }
-}
-
 /* Waits until it is over, whoever began it, then tells of those that are not known to be off. */
 bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
+    uint8_t *index = &console->index;
 
     if (robot_is_stopping(robot))
         return true;
@@ -40,10 +31,8 @@ bool stop_poll(struct console *console)
 
         if (robot->outcomes[at] == CDS_STOP_OFF)
             continue;
-        WRITER_TEXT(&console->writer, "servo ");
-        writer_decimal(&console->writer, robot->servos[at].id);
-        tell_outcome(&console->writer, robot->outcomes[at]);
-        writer_end_of_line(&console->writer);
+        console->writer.values[0] = robot->servos[at].id;
+        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, robot->outcomes[at]);
         return true;
     }
     return false;
@@ -92,7 +81,14 @@ uint8_t limits_begin(struct console *console)
 
 /* ---- servos ---- */
 
-enum servos_part { PART_STATE, PART_LOST, PART_STOPPED, PART_ALARMS, PART_END, PARTS };
+enum servos_part {
+    PART_STATE,
+    PART_LOST,
+    PART_STOPPED,
+    PART_ALARMS, // and on: a part for each bit
+    PART_END = PART_ALARMS + 7,
+    PARTS,
+};
 
 uint8_t servos_begin(struct console *console)
 {
@@ -108,64 +104,53 @@ uint8_t servos_begin(struct console *console)
     return 0;
 }
 
-static void tell_presence(struct writer *writer, uint8_t presence)
+/* Of the conditions in `alarms`, number `index`, if it is one. */
+static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
 {
-    switch (presence) {
-    case CDS_PRESENCE_HERE: WRITER_TEXT(writer, ": here"); break;
-    case CDS_PRESENCE_AWAY: WRITER_TEXT(writer, ": away"); break;
-    case CDS_PRESENCE_BACK: WRITER_TEXT(writer, ": back, being looked at"); break;
-    default: WRITER_TEXT(writer, ": not asked yet"); break;
-    }
+    uint8_t bit = (uint8_t)(1u << index);
+
+    if (!(alarms & bit))
+        return;
+    writer->values[0] = writer_text_at(TEXT_CONDITION_VOLTAGE, index);
+    writer_text(writer, alarms & (bit - 1) ? TEXT_ALARMS_MORE : TEXT_ALARMS);
 }
 
 /* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-static void servo_part(struct console *console, const struct cds_roster_servo *servo, uint8_t part)
+APART static void servo_part(struct writer *writer, const struct cds_roster_servo *servo,
+                             uint8_t part)
 {
-    struct writer *writer = &console->writer;
-    uint8_t alarms = servo->alarms & CDS_ERRORS_OF_CONDITION;
-
     switch (part) {
     case PART_STATE:
-        WRITER_TEXT(writer, "servo ");
-        writer_decimal(writer, servo->id);
-        tell_presence(writer, servo->presence);
-        if (servo->torque)
-            WRITER_TEXT(writer, ", torque on");
-        else
-            WRITER_TEXT(writer, ", torque off");
+        writer->values[0] = servo->id;
+        writer->values[1] = servo->torque ? TEXT_ON : TEXT_OFF;
+        writer_text(writer, writer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
         break;
     case PART_LOST:
         if (servo->held & CDS_HOLD_LOST)
-            WRITER_TEXT(writer, ", held: lost its state, torque went off");
+            writer_text(writer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:
         if (servo->held & CDS_HOLD_STOPPED)
-            WRITER_TEXT(writer, ", held: stopped");
+            writer_text(writer, TEXT_HELD_STOPPED);
         break;
-    case PART_ALARMS:
-        while (alarms) {
-            if (alarms == (servo->alarms & CDS_ERRORS_OF_CONDITION))
-                WRITER_TEXT(writer, ", alarms: ");
-            else
-                WRITER_TEXT(writer, " + ");
-            alarms = reply_condition(writer, alarms);
-        }
+    case PART_END: writer_end_of_line(writer); break;
+    default:
+        tell_alarm(writer, servo->alarms & CDS_ERRORS_OF_CONDITION, (uint8_t)(part - PART_ALARMS));
         break;
-    default: writer_end_of_line(writer); break;
     }
 }
 
 bool servos_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
-    uint8_t *index = &console->job.progress.index;
-    uint8_t *part = &console->job.progress.group;
+    uint8_t *index = &console->index;
+    uint8_t *part = &console->part;
 
     if (robot->crew.roster.count == 0) {
-        writer_text_line(&console->writer, sentences[SENTENCE_NOBODY]);
+        writer_line(&console->writer, TEXT_NOBODY);
         return false;
     }
-    servo_part(console, &robot->servos[*index], (*part)++);
+    servo_part(&console->writer, &robot->servos[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
         (*index)++;

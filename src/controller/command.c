@@ -1,48 +1,36 @@
 /* From the words of a line to what its command takes; see command.h. */
+#include "apart.h" // APART
 #include "commands.h"
 
-#include <stddef.h>
 #include <string.h>
 
 #include "cds55xx/control_table.h"
 #include "errors.h"
 #include "handlers.h"
-#include "texts.h" // PACKED_...
+#include "settings.h" // settings_named()
 
-#define STRINGS(name, group, takes, instruction, begin, poll, arguments, what, details, example)   \
-    static const CDS_FLASH char name_##name[] = #name;                                             \
-    static const CDS_FLASH char takes_##name[] = takes;                                            \
-    static const CDS_FLASH char usage_##name[] = PACKED_usage_##name;                              \
-    static const CDS_FLASH char details_##name[] = PACKED_details_##name;                          \
-    static const CDS_FLASH char example_##name[] = PACKED_example_##name;
-COMMANDS(STRINGS)
-#undef STRINGS
+#define WORDS(name, group, takes, instruction, begin, poll, arguments, what, details, example)     \
+    static const CDS_FLASH char words_##name[] = #name "\0" takes;
+COMMANDS(WORDS)
+#undef WORDS
 
 const CDS_FLASH struct command commands[COMMAND_COUNT] = {
 #define ROW(name, group, takes, instruction, begin, poll, arguments, what, details, example)       \
-    {name_##name, takes_##name, usage_##name, details_##name,       example_##name,                \
-     begin,       poll,         instruction,  COMMAND_GROUP_##group},
+    {words_##name, begin, poll, instruction},
     COMMANDS(ROW)
 #undef ROW
 };
 
 static const CDS_FLASH char takes_nothing[] = "";
 
-void command_begin(struct command_line *line)
+APART void command_begin(struct command_line *line)
 {
     struct cds_request *request = line->request;
 
-    memset(line, 0, offsetof(struct command_line, number));
-    line->word.length = 0;
+    memset(line, 0, sizeof *line);
     line->request = request;
     line->takes = takes_nothing;
     line->id = CDS_BROADCAST_ID;
-}
-
-static void fail(struct command_line *line, uint8_t error)
-{
-    if (line->error == 0)
-        line->error = error;
 }
 
 static bool ends(char c)
@@ -68,30 +56,32 @@ uint8_t command_named(const struct token *token)
     uint8_t kind = 0;
 
     for (char first = token->text[0]; kind < COMMAND_COUNT; kind++, row++)
-        if (*row->name == first && is_word(token, row->name))
+        if (*row->words == first && is_word(token, row->words))
             break;
     return kind;
 }
 
-static void take_name(struct command_line *line, const struct token *token)
+/* The functions below return the error of the line that the word is, or 0. */
+
+static uint8_t take_name(struct command_line *line, const struct token *token)
 {
     uint8_t kind = command_named(token);
 
-    if (kind == COMMAND_COUNT) {
-        fail(line, ERROR_UNKNOWN_COMMAND);
-        return;
-    }
+    if (kind == COMMAND_COUNT)
+        return ERROR_UNKNOWN_COMMAND;
     line->kind = kind;
-    line->takes = commands[kind].takes;
+    line->takes = commands[kind].words + token->length + 1;
+    return 0;
 }
 
-/* A number from 0 to `highest`; anything else is an error of the line. */
-static uint16_t whole(struct command_line *line, const struct token *token, uint16_t highest)
+/* A number from 0 to `highest`; *byte is 0 if it is none. */
+static uint8_t take_byte(const struct token *token, uint8_t highest, uint8_t *byte)
 {
     uint16_t value = 0;
+    uint8_t error = number_whole(token, highest, &value);
 
-    fail(line, number_whole(token, highest, &value));
-    return value;
+    *byte = (uint8_t)value;
+    return error;
 }
 
 /* The register is known: the packet can begin, unless it is a READ, which is built at the end. */
@@ -110,116 +100,114 @@ static bool is_letter(char c)
     return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
 }
 
-static void take_register(struct command_line *line, const struct token *token)
+static uint8_t take_register(struct command_line *line, const struct token *token)
 {
     struct cds_register found;
-    uint16_t address;
+    uint8_t error = 0;
 
     if (token->length == 0 || !is_letter(token->text[0])) {
-        address = whole(line, token, CDS_TABLE_SIZE - 1);
+        error = take_byte(token, CDS_TABLE_SIZE - 1, &line->address);
         line->length = 1;
     } else if (token->length <= TOKEN_MAX &&
                cds_register_named(token->text, token->length, &found)) {
-        address = found.address;
+        line->address = found.address;
         line->length = found.width;
         line->named = true;
     } else {
-        fail(line, ERROR_UNKNOWN_REGISTER);
-        return;
+        return ERROR_UNKNOWN_REGISTER;
     }
-    line->address = line->next = (uint8_t)address;
+    line->next = line->address;
     begin_packet(line);
+    return error;
 }
 
 /* A value for the register `next`: a byte, or, where registers go by name, as wide as it is. */
-static void take_value(struct command_line *line, const struct token *token)
+static uint8_t take_value(struct command_line *line, const struct token *token)
 {
     struct cds_packet *packet = &line->request->packet;
-    struct cds_register at = {.width = 1, .highest = 255};
-    uint16_t value;
+    struct cds_register at;
+    uint16_t value = 0;
+    uint8_t error;
 
-    if (!cds_register_at(line->next, &at)) {
-        fail(line, ERROR_OUT_OF_RANGE);
-        return;
-    }
+    if (!cds_register_at(line->next, &at))
+        return ERROR_OUT_OF_RANGE;
     if (!line->named) {
         at.width = 1;
         at.highest = 255;
     }
-    value = whole(line, token, at.highest);
+    error = number_whole(token, at.highest, &value);
     cds_packet_put(packet, (uint8_t)value);
     if (at.width == 2)
         cds_packet_put(packet, (uint8_t)(value >> 8));
     line->next = (uint8_t)(line->next + at.width);
     line->values++;
+    return error;
 }
 
 /* LENGTH of a READ, or of a SYNC WRITE, whose packet says it after the address. */
-static void take_length(struct command_line *line, const struct token *token)
+static uint8_t take_length(struct command_line *line, const struct token *token)
 {
-    line->length = (uint8_t)whole(line, token, (uint16_t)(CDS_TABLE_SIZE - line->address));
-    if (line->length == 0)
-        fail(line, ERROR_OUT_OF_RANGE);
+    uint8_t error = take_byte(token, (uint8_t)(CDS_TABLE_SIZE - line->address), &line->length);
+
     cds_packet_put(&line->request->packet, line->length);
+    return error == 0 && line->length == 0 ? (uint8_t)ERROR_OUT_OF_RANGE : error;
 }
 
 /* A word of a block: the ID, ended by ':', or a byte, ended by ',' or, the last one, by a space. */
-static void take_block(struct command_line *line, const struct token *token, char separator)
+static uint8_t take_block(struct command_line *line, const struct token *token, char separator)
 {
     bool is_id = line->remaining == 0;
-    char due;
+    uint8_t byte;
+    uint8_t error = take_byte(token, is_id ? CDS_ID_MAX : 255, &byte);
+    char due = ':';
 
-    if (is_id) {
+    if (is_id)
         line->remaining = line->length;
-        due = ':';
-    } else {
+    else
         due = --line->remaining ? ',' : ' ';
-    }
-    if (separator != due)
-        fail(line, ERROR_BLOCK);
-    cds_packet_put(&line->request->packet, (uint8_t)whole(line, token, is_id ? CDS_ID_MAX : 255));
+    cds_packet_put(&line->request->packet, byte);
     line->values = 1;
+    return separator == due ? error : (uint8_t)ERROR_BLOCK;
 }
 
 /* An ID of a list, kept in the request's buffer. */
-static void take_id(struct command_line *line, const struct token *token)
+static uint8_t take_id(struct command_line *line, const struct token *token)
 {
     uint8_t *ids = line->request->packet.bytes;
-    uint8_t id = (uint8_t)whole(line, token, CDS_ID_MAX);
+    uint8_t id;
+    uint8_t error = take_byte(token, CDS_ID_MAX, &id);
 
-    if (line->values == COMMAND_LIST_MAX) {
-        fail(line, ERROR_TOO_MANY);
-        return;
-    }
-    for (uint8_t i = 0; i < line->values; i++)
-        if (ids[i] == id)
-            fail(line, ERROR_TWICE);
+    if (error)
+        return error;
+    if (line->values == COMMAND_LIST_MAX)
+        return ERROR_TOO_MANY;
+    if (memchr(ids, id, line->values))
+        return ERROR_TWICE;
     ids[line->values++] = id;
+    return 0;
 }
 
 /* An angle of a list, kept there as a word. */
-static void take_angle(struct command_line *line, const struct token *token)
+static uint8_t take_angle(struct command_line *line, const struct token *token)
 {
-    uint8_t *words = line->request->packet.bytes;
+    uint8_t *word = line->request->packet.bytes + 2 * line->values;
     struct number number;
     uint16_t raw = 0;
+    uint8_t error;
 
-    if (line->values == COMMAND_LIST_MAX) {
-        fail(line, ERROR_TOO_MANY);
-        return;
-    }
-    fail(line, number_parse(token, &number));
-    if (line->error == 0)
-        fail(line, number_register(&number, CDS_UNIT_MDEG, &raw));
-    if (raw > CDS_VALUE_MAX)
-        fail(line, ERROR_OUT_OF_RANGE);
-    words[2 * line->values] = (uint8_t)raw;
-    words[2 * line->values + 1] = (uint8_t)(raw >> 8);
+    if (line->values == COMMAND_LIST_MAX)
+        return ERROR_TOO_MANY;
+    error = number_parse(token, &number);
+    if (error == 0)
+        error = number_within(&number, CDS_UNIT_MDEG, &raw);
+    word[0] = (uint8_t)raw;
+    word[1] = (uint8_t)(raw >> 8);
     line->values++;
+    return error;
 }
 
 /* One of the words between '(' and ')'; `takes` ends up at the ')'. */
-static void take_choice(struct command_line *line, const struct token *token)
+static uint8_t take_choice(struct command_line *line, const struct token *token)
 {
     uint8_t index = 1;
 
@@ -230,8 +218,21 @@ static void take_choice(struct command_line *line, const struct token *token)
             line->choice = index;
         index++;
     }
-    if (line->choice == 0)
-        fail(line, ERROR_UNKNOWN_WORD);
+    return line->choice ? 0 : ERROR_UNKNOWN_WORD;
+}
+
+static uint8_t take_command(struct command_line *line, const struct token *token)
+{
+    line->to = command_named(token);
+    return line->to < COMMAND_COUNT ? 0 : ERROR_UNKNOWN_COMMAND;
+}
+
+static uint8_t take_setting(struct command_line *line, const struct token *token)
+{
+    line->to = SETTINGS_COUNT;
+    if (token->length <= TOKEN_MAX)
+        line->to = settings_named(token->text, token->length);
+    return line->to < SETTINGS_COUNT ? 0 : ERROR_UNKNOWN_SETTING;
 }
 
 static bool repeats(char letter)
@@ -250,36 +251,38 @@ static void find_letter(struct command_line *line, const struct token *token)
         line->takes++;
 }
 
-static void take_argument(struct command_line *line, const struct token *token, char separator)
+static uint8_t take_letter(struct command_line *line, const struct token *token, char separator)
 {
-    find_letter(line, token);
     switch (*line->takes) {
-    case 'i': line->id = (uint8_t)whole(line, token, CDS_ID_MAX); break;
-    case 'b': line->id = (uint8_t)whole(line, token, CDS_BROADCAST_ID); break;
-    case 'j': line->to = (uint8_t)whole(line, token, CDS_ID_MAX); break;
-    case 'r': take_register(line, token); break;
-    case 'n': take_length(line, token); break;
-    case 'u': fail(line, number_parse(token, &line->number[line->numbers++])); break;
-    case 'w': line->word = *token; break;
-    case '(': take_choice(line, token); break;
-    case 'v': take_value(line, token); break;
-    case 's': take_block(line, token, separator); break;
-    case 'l': take_id(line, token); break;
-    case 'p': take_angle(line, token); break;
-    default: fail(line, ERROR_COUNT); return;
+    case 'i': return take_byte(token, CDS_ID_MAX, &line->id);
+    case 'b': return take_byte(token, CDS_BROADCAST_ID, &line->id);
+    case 'j': return take_byte(token, CDS_ID_MAX, &line->to);
+    case 'r': return take_register(line, token);
+    case 'n': return take_length(line, token);
+    case 'u': return number_parse(token, &line->number[line->numbers++]);
+    case 'c': return take_command(line, token);
+    case 'k': return take_setting(line, token);
+    case '(': return take_choice(line, token);
+    case 'v': return take_value(line, token);
+    case 's': return take_block(line, token, separator);
+    case 'l': return take_id(line, token);
+    case 'p': return take_angle(line, token);
+    default: return ERROR_COUNT;
     }
-    if (!repeats(*line->takes))
-        line->takes++;
 }
 
 void command_word(struct command_line *line, const struct token *token, char separator)
 {
     if (line->error)
         return;
-    if (line->words == 0)
-        take_name(line, token);
-    else
-        take_argument(line, token, separator);
+    if (line->words == 0) {
+        line->error = take_name(line, token);
+    } else {
+        find_letter(line, token);
+        line->error = take_letter(line, token, separator);
+        if (*line->takes && !repeats(*line->takes))
+            line->takes++;
+    }
     if (line->words < UINT8_MAX)
         line->words++;
 }
@@ -319,13 +322,13 @@ uint8_t command_end(struct command_line *line)
     uint8_t instruction = commands[line->kind].instruction;
     char letter = *line->takes;
 
-    if (line->error == 0) {
-        if (letter && letter != '?' && !(repeats(letter) && line->values))
-            fail(line, ERROR_COUNT);
-        else if (line->remaining)
-            fail(line, ERROR_BLOCK);
-    }
-    if (line->error == 0 && instruction)
+    if (line->error)
+        return line->error;
+    if (letter && letter != '?' && !(repeats(letter) && line->values))
+        line->error = ERROR_COUNT;
+    else if (line->remaining)
+        line->error = ERROR_BLOCK;
+    else if (instruction)
         line->error = (uint8_t)finish_packet(line, instruction);
     return line->error;
 }

@@ -23,7 +23,8 @@ struct console;
  *   r  register, by name or address -> line.address, line.length (of the register, in bytes)
  *   n  number of bytes              -> line.length
  *   u  number, with a unit or none  -> line.number[0], then [1], [2]
- *   w  any word                     -> line.word
+ *   c  command                      -> line.to: its row
+ *   k  setting                      -> line.to: its row
  *   (one|two)  one of these words   -> line.choice: 1, 2, ...; 0 if it is left out
  * and these, which take one word or more, up to a word that begins with a letter:
  *   v  values of registers, s  blocks ID:BYTE,BYTE,...: straight into the packet
@@ -31,11 +32,7 @@ struct console;
  *   p  angles                       -> words there, low byte first; line.values of them
  * ?  what follows may be left out */
 struct command {
-    const CDS_FLASH char *name;
-    const CDS_FLASH char *takes;
-    const CDS_FLASH char *usage;   // "name ARGUMENTS: what it does", packed
-    const CDS_FLASH char *details; // ranges, and what is good to know, packed
-    const CDS_FLASH char *example; // packed
+    const CDS_FLASH char *words; // name, NUL, what it takes, NUL
     /* Starts the command: 0, or the number of the error that it ends with at once: an enum
      * cds_result or a CONSOLE_ERRORS. NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);
@@ -45,7 +42,6 @@ struct command {
      */
     bool (*poll)(struct console *console);
     uint8_t instruction; // of the packet that the line is, or 0
-    uint8_t group;       // enum command_group
 };
 
 /* X(name, heading in the list) */
@@ -69,22 +65,21 @@ enum command_group {
 /* A line being read. */
 struct command_line {
     struct cds_request *request; // the packet grows in its buffer
+    uint8_t id;
+    uint8_t to;
+    uint8_t address;             // of the register named first
+    uint8_t length;              // bytes to read, or for each servo
+    uint8_t choice;              // which of several words, from 1 on
+    uint8_t numbers;             // taken of `number`
+    uint8_t values;              // words taken by a letter that repeats
     uint8_t words;               // so far, the command's name included
     uint8_t kind;                // row of the command
     uint8_t error;               // number of the first error, 0 if none so far
+    uint8_t next;                // register the next value goes to
+    bool named;                  // the register was given by its name
+    uint8_t remaining;           // bytes still due in a block of SYNC WRITE
     const CDS_FLASH char *takes; // letter of the next word
-    uint8_t values;              // words taken by a letter that repeats
-    uint8_t id;
-    uint8_t to;
-    uint8_t address;   // of the register named first
-    uint8_t length;    // bytes to read, or for each servo
-    uint8_t next;      // register the next value goes to
-    uint8_t choice;    // which of several words, from 1 on
-    uint8_t numbers;   // taken of `number`
-    bool named;        // the register was given by its name
-    uint8_t remaining; // bytes still due in a block of SYNC WRITE
     struct number number[3];
-    struct token word;
 };
 
 /* The row of the command named by `token`, or COMMAND_COUNT of commands.h. */

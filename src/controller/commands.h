@@ -9,7 +9,7 @@
  * The order within a group is that of the list. */
 #define COMMANDS(X)                                                                                \
     /* cmd_help.c */                                                                               \
-    X(help, CONSOLE, "?w", 0, help_begin, help_poll, " [COMMAND]", "this list, or one command",    \
+    X(help, CONSOLE, "?c", 0, NULL, help_poll, " [COMMAND]", "this list, or one command",          \
       "COMMAND: a name out of the list", "help move")                                              \
     X(version, CONSOLE, "", 0, NULL, version_poll, "", "version and board", "Of this firmware.",   \
       "version")                                                                                   \
@@ -126,11 +126,11 @@
     /* cmd_keeper.c */                                                                             \
     X(status, KEEPER, "", 0, NULL, status_poll, "", "how the controller is",                       \
       "Last reset, settings, host link, torque off, bus, servos, stack", "status")                 \
-    X(alarms, KEEPER, "", 0, alarms_begin, alarms_poll, "", "alarms of servos since clear",        \
+    X(alarms, KEEPER, "", 0, NULL, alarms_poll, "", "alarms of servos since clear",                \
       "Whatever a reply said, whoever asked. Told at once if alarm_report is set", "alarms")       \
     X(clear, KEEPER, "", 0, clear_begin, NULL, "", "alarms and a lost host link are seen to",      \
       "Servos held for that or by stop may be driven again; nothing moves", "clear")               \
-    X(settings, KEEPER, "?w?u", 0, settings_begin, settings_poll, " [NAME [VALUE]]",               \
+    X(settings, KEEPER, "?k?u", 0, settings_begin, settings_poll, " [NAME [VALUE]]",               \
       "the controller's settings, or one of them",                                                 \
       "As in docs/settings.md. A value counts at once, and until power-off unless saved",          \
       "settings link_loss_ms 500")                                                                 \

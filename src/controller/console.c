@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "apart.h" // APART
 #include "commands.h"
 #include "errors.h"
 #include "handlers.h" // alarm_tell()
@@ -77,12 +78,22 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-static void conclude(struct console *console, uint8_t error)
+APART static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
     console->closed = false;
     console->state = CONSOLE_CLOSING;
+}
+
+APART static void begin_command(struct console *console)
+{
+    memset(&console->job, 0, sizeof console->job);
+    console->step = 0;
+    console->phase = 0;
+    console->index = 0;
+    console->part = 0;
+    console->state = CONSOLE_RUNNING;
 }
 
 /* The command that console->line is. */
@@ -91,10 +102,7 @@ static void run(struct console *console)
     const CDS_FLASH struct command *command = &commands[console->line.kind];
     uint8_t error = 0;
 
-    memset(&console->job, 0, sizeof console->job);
-    console->step = 0;
-    console->phase = 0;
-    console->state = CONSOLE_RUNNING;
+    begin_command(console);
     if (command->begin)
         error = command->begin(console);
     if (error || command->poll == NULL)
@@ -151,7 +159,7 @@ static bool is_mark(uint8_t byte)
 }
 
 /* The host link says that the line so far is gone. */
-static void take_mark(struct console *console, uint8_t mark)
+APART static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
     if (mark == HOST_MARK_LOST)
@@ -267,7 +275,7 @@ bool console_waits(struct console *console)
     return false;
 }
 
-bool console_answered(const struct console *console)
+APART bool console_answered(const struct console *console)
 {
     return console->error == 0 && !(console->servo_error & CDS_ERRORS_OF_PACKET);
 }
@@ -301,33 +309,41 @@ static void answer_stop(struct console *console)
     console->stop_asked = false;
     command_begin(&console->line);
     console->line.kind = COMMAND_stop;
-    memset(&console->job, 0, sizeof console->job);
-    console->step = 0;
-    console->phase = 0;
-    console->state = CONSOLE_RUNNING;
+    begin_command(console);
+}
+
+static void read_line(struct console *console)
+{
+    if (console->stop_asked)
+        answer_stop(console);
+    else if (!alarm_tell(console))
+        read_input(console);
+}
+
+static void go_on(struct console *console)
+{
+    if (console->stop_asked && console->line.kind != COMMAND_stop)
+        interrupt(console);
+    else
+        poll_command(console);
+}
+
+static void close_reply(struct console *console)
+{
+    if (writer_ready(&console->writer) && !reply_piece(console))
+        begin_line(console);
 }
 
 void console_poll(struct console *console)
 {
+    static void (*const CDS_FLASH states[])(struct console *) = {
+        [CONSOLE_READING] = read_line,
+        [CONSOLE_RUNNING] = go_on,
+        [CONSOLE_CLOSING] = close_reply,
+    };
+
     look_for_stop(console);
-    switch (console->state) {
-    case CONSOLE_READING:
-        if (console->stop_asked)
-            answer_stop(console);
-        else if (!alarm_tell(console))
-            read_input(console);
-        break;
-    case CONSOLE_RUNNING:
-        if (console->stop_asked && console->line.kind != COMMAND_stop)
-            interrupt(console);
-        else
-            poll_command(console);
-        break;
-    default:
-        if (writer_ready(&console->writer) && !reply_piece(console))
-            begin_line(console);
-        break;
-    }
+    states[console->state](console);
 }
 
 bool console_idle(const struct console *console)

@@ -32,51 +32,52 @@ enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING };
 /* Servos that monitor draws. */
 #define MONITOR_SERVOS 8
 
+struct monitor {
+    uint32_t next_us; // when the next line begins
+    uint32_t period_us;
+    struct cds_feedback feedback;
+    uint16_t lines;
+    uint16_t failed;
+    uint8_t ids[MONITOR_SERVOS];
+    uint8_t count;
+    uint8_t index; // servo being read
+    uint8_t value; // of it, being told
+    bool begun;    // something stands in the line
+};
+
 /* What a command remembers from one poll to the next; one runs at a time. Zero when it begins. */
 union console_job {
     struct {
         struct cds_setup setup;
-        uint8_t data[2]; // what it writes
+        uint8_t data[4]; // what it writes
     } set;
-    struct {
-        uint32_t next_us; // when the next line begins
-        uint32_t period_us;
-        struct cds_feedback feedback;
-        uint16_t lines;
-        uint16_t failed;
-        uint8_t ids[MONITOR_SERVOS];
-        uint8_t count;
-        uint8_t index; // servo being read
-        uint8_t value; // of it, being told
-        bool begun;    // something stands in the line
-    } monitor;
-    struct {
-        uint32_t since_us;
-        uint8_t group;
-        uint8_t index; // of a list that is being told
-    } progress;
+    struct monitor monitor;
+    uint32_t since_us;
 };
 
+/* What commands use is first: an AVR reaches 64 bytes of a struct easily. */
 struct console {
+    struct writer writer;
     struct cds_bus *bus;
     struct robot *robot;
     struct keeper *keeper;
-    uint8_t state;       // enum console_state
     uint8_t step;        // calls of the command's poll so far, 255 at most
     uint8_t phase;       // the command's own, 0 when it begins
+    uint8_t index;       // likewise: of a list that is being told
+    uint8_t part;        // likewise: of what is told of one of them
     uint8_t error;       // number of the error the reply ends with, 0 for ok
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
+    struct command_line line;
+    union console_job job;
+    struct cds_ring *input;
+    uint16_t characters; // of the line so far
+    uint8_t state;       // enum console_state
     bool closed;         // the reply's last line is written
     bool skipping;       // the rest of this line counts for nothing but its end
     bool stop_asked;     // by Ctrl-X, and not answered yet
     bool ending;         // what is locked of the text is all of the line
     uint8_t fed;         // characters of what is locked that the parser has
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
-    uint16_t characters; // of the line so far
-    struct cds_ring *input;
-    struct writer writer;
-    struct command_line line; // an AVR reaches 64 bytes of a struct easily: what is large is last
-    union console_job job;
     struct token token;
     struct editor editor;
 };

@@ -2,28 +2,12 @@
 #include "errors.h"
 
 #include "cds55xx/packet.h" // CDS_ERROR_*
-#include "texts.h"          // PACKED_...
+#include "texts.h"          // TEXT_ERROR
+#include "writer.h"         // writer_text_at()
 
-#define TEXT(name, number, text, remedy)                                                           \
-    static const CDS_FLASH char text_##name[] = PACKED_error_##name;
-CDS_RESULTS(TEXT)
-CONSOLE_ERRORS(TEXT)
-#undef TEXT
-
-static const CDS_FLASH char text_unknown[] = "unknown error";
-
-/* By number, which is quick: the bus must not wait for it. */
-static const CDS_FLASH char *const CDS_FLASH texts[] = {
-#define ROW(name, number, text, remedy) [number] = text_##name,
-    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW)
-#undef ROW
-};
-
-const CDS_FLASH char *error_text(uint8_t number)
+uint16_t error_text(uint8_t number)
 {
-    if (number < sizeof texts / sizeof texts[0] && texts[number])
-        return texts[number];
-    return text_unknown;
+    return writer_text_at(TEXT_ERROR, number);
 }
 
 uint8_t error_of_servo(uint8_t *bits)

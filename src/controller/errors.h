@@ -70,9 +70,8 @@ enum console_error {
 #undef CONSOLE_ERROR_ENUM_
 };
 
-/* "text; remedy", packed, of an error of either table, in flash. Any other number: "unknown error".
- */
-const CDS_FLASH char *error_text(uint8_t number);
+/* "text; remedy" of an error of either table, for the writer. */
+uint16_t error_text(uint8_t number);
 
 /* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if
  * several are set), or 0 if none is; clears that bit in *bits. */

@@ -8,7 +8,6 @@
 struct console;
 
 /* cmd_help.c */
-uint8_t help_begin(struct console *console);
 bool help_poll(struct console *console);
 bool version_poll(struct console *console);
 uint8_t echo_begin(struct console *console);
@@ -63,7 +62,8 @@ uint8_t baud_begin(struct console *console);
 uint8_t factory_begin(struct console *console);
 bool identity_poll(struct console *console);
 uint8_t lock_begin(struct console *console);
-bool setup_poll(struct console *console); // of any command with a setup in console->job
+bool setup_waits(struct console *console); // console_waits() of a setup in console->job
+bool setup_poll(struct console *console);  // of any command with a setup in console->job
 
 /* cmd_bus.c */
 uint8_t scan_begin(struct console *console);
@@ -79,7 +79,6 @@ bool diagnose_poll(struct console *console);
 
 /* cmd_keeper.c */
 bool status_poll(struct console *console);
-uint8_t alarms_begin(struct console *console);
 bool alarms_poll(struct console *console);
 uint8_t clear_begin(struct console *console);
 uint8_t settings_begin(struct console *console);

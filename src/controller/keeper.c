@@ -97,13 +97,14 @@ void keeper_poll(struct keeper *keeper)
 bool keeper_clear(struct keeper *keeper)
 {
     struct cds_roster *roster = &keeper->robot->crew.roster;
+    struct cds_roster_servo *servo = roster->servos;
 
     if (robot_is_stopping(keeper->robot))
         return false;
     crew_unhold(&keeper->robot->crew);
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (roster->servos[i].held == CDS_HOLD_STOPPED)
-            cds_roster_release(roster, &roster->servos[i]);
+    for (uint8_t left = roster->count; left; left--, servo++)
+        if (servo->held == CDS_HOLD_STOPPED)
+            cds_roster_release(roster, servo);
     cds_roster_acknowledge(roster, NULL);
     keeper->link_lost = false;
     keeper->watching = false;

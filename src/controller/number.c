@@ -3,6 +3,8 @@
 
 #include <stdbool.h>
 
+#include "apart.h"                 // APART
+#include "cds55xx/control_table.h" // cds_register_name()
 #include "errors.h"
 
 struct unit_name {
@@ -39,7 +41,7 @@ static const CDS_FLASH struct unit_shown shown[] = {
 /* ---- reading ---- */
 
 /* The value of a digit in `base`, or `base` if it is none. */
-static uint8_t digit_value(char c, uint8_t base)
+APART static uint8_t digit_value(char c, uint8_t base)
 {
     uint8_t value = base;
 
@@ -53,16 +55,21 @@ static uint8_t digit_value(char c, uint8_t base)
 /* A digit more; false when that exceeds 31 bits. */
 static bool append(int32_t *digits, uint8_t base, uint8_t digit)
 {
-    if (*digits > (INT32_MAX - digit) / base)
+    uint32_t value;
+
+    if (*digits > INT32_MAX / 10) // of any base; up to this 32 bits hold what comes of it
         return false;
-    *digits = *digits * base + digit;
+    value = (uint32_t)*digits * base + digit;
+    if (value > INT32_MAX)
+        return false;
+    *digits = (int32_t)value;
     return true;
 }
 
-static bool is_unit(const struct token *token, uint8_t from, const CDS_FLASH char *name)
+static bool is_unit(const char *from, const char *end, const CDS_FLASH char *name)
 {
-    for (; from < token->length; from++, name++) {
-        char c = token->text[from];
+    for (; from < end; from++, name++) {
+        char c = *from;
 
         if (c >= 'A' && c <= 'Z')
             c = (char)(c | 0x20);
@@ -72,59 +79,61 @@ static bool is_unit(const struct token *token, uint8_t from, const CDS_FLASH cha
     return *name == '\0';
 }
 
-/* The unit that the rest of the word, from `from` on, is. */
-static uint8_t take_unit(const struct token *token, uint8_t from, struct number *number)
+/* The unit that the rest of the word is, if there is a rest. */
+static uint8_t take_unit(const char *from, const char *end, struct number *number)
 {
-    if (from == token->length)
+    const CDS_FLASH struct unit_name *name = names;
+
+    if (from == end)
         return 0;
-    for (uint8_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (is_unit(token, from, names[i].text)) {
-            number->kind = names[i].kind;
-            number->exponent = names[i].exponent;
+    for (uint8_t left = sizeof names / sizeof names[0]; left; left--, name++) {
+        if (is_unit(from, end, name->text)) {
+            number->kind = name->kind;
+            number->exponent = name->exponent;
             return 0;
         }
     }
     return ERROR_UNIT;
 }
 
-/* Digits and at most one point, from *at on; 0, or an error. */
-static uint8_t take_digits(const struct token *token, uint8_t *at, uint8_t base,
-                           struct number *number)
+/* Digits and at most one point, and where they end; *error: 0, or why it is no number. */
+static const char *take_digits(const char *at, const char *end, uint8_t base, struct number *number,
+                               uint8_t *error)
 {
-    uint8_t begin = *at;
-    bool point = false, too_large = false;
+    const char *begin = at;
+    bool point = false;
 
-    for (; *at < token->length; (*at)++) {
-        uint8_t digit = digit_value(token->text[*at], base);
+    *error = 0;
+    for (; at < end; at++) {
+        uint8_t digit = digit_value(*at, base);
 
-        if (token->text[*at] == '.' && base == 10 && !point && *at > begin)
+        if (*at == '.' && base == 10 && !point && at > begin)
             point = true;
         else if (digit == base)
             break;
         else if (!append(&number->digits, base, digit))
-            too_large = true;
+            *error = ERROR_OUT_OF_RANGE;
         else
             number->decimals = (uint8_t)(number->decimals + point);
     }
-    if (*at == begin || token->text[*at - 1] == '.')
-        return ERROR_NOT_A_NUMBER;
-    return too_large ? ERROR_OUT_OF_RANGE : 0;
+    if (at == begin || at[-1] == '.')
+        *error = ERROR_NOT_A_NUMBER;
+    return at;
 }
 
 uint8_t number_parse(const struct token *token, struct number *number)
 {
-    bool minus = token->length && token->text[0] == '-';
-    uint8_t at = minus;
-    bool hex = token->length > 2 && token->text[0] == '0' && (token->text[1] | 0x20) == 'x';
+    const char *at = token->text, *end;
+    bool minus = token->length && *at == '-';
+    bool hex = token->length > 2 && *at == '0' && (at[1] | 0x20) == 'x';
     uint8_t error, unit_error;
 
     *number = (struct number){.kind = NUMBER_BARE};
     if (token->length > TOKEN_MAX)
         return ERROR_NOT_A_NUMBER;
-    if (hex)
-        at = 2;
-    error = take_digits(token, &at, hex ? 16 : 10, number);
-    unit_error = take_unit(token, at, number);
+    end = at + token->length;
+    at = take_digits(at + (hex ? 2 : minus), end, hex ? 16 : 10, number, &error);
+    unit_error = take_unit(at, end, number);
     if (minus)
         number->digits = -number->digits;
     if (error == ERROR_NOT_A_NUMBER || (hex && unit_error))
@@ -181,37 +190,36 @@ static bool is_near(int32_t bps)
            error >= -CDS_BAUD_ERROR_MAX_PERMILLE;
 }
 
-/* A raw value, or one of a register without a unit. */
-static uint8_t raw_register(const struct number *number, uint16_t *raw)
-{
-    int32_t value;
-    uint8_t error = scaled(number, 0, &value);
-
-    if (number->kind != NUMBER_RAW && number->kind != NUMBER_BARE)
-        return ERROR_UNIT;
-    if (error)
-        return error;
-    if (value < 0 || value > UINT16_MAX)
-        return ERROR_OUT_OF_RANGE;
-    *raw = (uint16_t)value;
-    return 0;
-}
-
 uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw)
 {
+    bool is_raw = number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE;
     int32_t value;
-    uint8_t error;
+    uint8_t error = is_raw ? value_of(number, NUMBER_RAW, 0, &value)
+                           : value_of(number, shown[unit].kind, shown[unit].exponent, &value);
 
-    if (number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE)
-        return raw_register(number, raw);
-    error = value_of(number, shown[unit].kind, shown[unit].exponent, &value);
     if (error)
         return error;
+    if (is_raw) {
+        if (value < 0 || value > UINT16_MAX)
+            return ERROR_OUT_OF_RANGE;
+        *raw = (uint16_t)value;
+        return 0;
+    }
     if (unit == CDS_UNIT_BPS && !is_near(value))
         return ERROR_OUT_OF_RANGE;
     return cds_units_to_register(&cds_profile_cds55xx, unit, value, raw) == CDS_OK
                ? 0
                : ERROR_OUT_OF_RANGE;
+}
+
+uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t *raw)
+{
+    int32_t value;
+    uint8_t error = number_register(number, unit, raw);
+
+    if (error == 0 && cds_units_from_register(&cds_profile_cds55xx, unit, *raw, &value) != CDS_OK)
+        error = ERROR_OUT_OF_RANGE;
+    return error;
 }
 
 uint8_t number_ms(const struct number *number, uint16_t *ms)
@@ -244,6 +252,14 @@ void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw)
 void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw)
 {
     number_write_bare(writer, unit, raw);
-    for (const CDS_FLASH char *text = shown[unit].text; *text; text++)
-        writer_char(writer, *text);
+    writer_flash(writer, shown[unit].text);
+}
+
+void number_write_name(struct writer *writer, uint8_t address)
+{
+    char name[CDS_REGISTER_NAME_SIZE];
+
+    cds_register_name(address, name, sizeof name);
+    writer_string(writer, name);
+    writer_equals(writer);
 }

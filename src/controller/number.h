@@ -44,6 +44,9 @@ uint8_t number_whole(const struct token *token, uint16_t highest, uint16_t *valu
  * the unit has; ERROR_OUT_OF_RANGE. */
 uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw);
 
+/* The same, but a raw value that no register of that unit holds is ERROR_OUT_OF_RANGE, too. */
+uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t *raw);
+
 /* A time in milliseconds, which a bare number is: 0 and *ms; else as number_register(). */
 uint8_t number_ms(const struct number *number, uint16_t *ms);
 
@@ -53,5 +56,8 @@ void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw);
 
 /* The same without the unit's name, for machines. */
 void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw);
+
+/* Writes "GOAL_POSITION = ", at most 25 characters, of the register at `address`. */
+void number_write_name(struct writer *writer, uint8_t address);
 
 #endif

@@ -6,13 +6,12 @@
 #include <stdint.h>
 
 struct console;
-struct writer;
 
 /* Writes the next piece of it; the writer must be ready. False when the reply is complete. */
 bool reply_piece(struct console *console);
 
-/* The conditions among the CDS_ERROR_* bits `bits`, a name at a time: writes that of one, as part
- * of a line, and returns the bits that are left; 0 and nothing if there is none. */
-uint8_t reply_condition(struct writer *writer, uint8_t bits);
+/* The CDS_ERROR_* bits `bits` (not 0), a name at a time: that of the lowest one, for the writer,
+ * into *text; returns the bits that are left. */
+uint8_t reply_condition(uint8_t bits, uint16_t *text);
 
 #endif

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "../avr/eeprom.h" // by its path: the simulator has an eeprom.h too
+#include "apart.h"         // APART
 #include "crc.h"
 
 #define ERASED UINT8_MAX // as version: no record
@@ -48,7 +49,7 @@ uint8_t settings_named(const char *name, uint8_t length)
     return index;
 }
 
-uint16_t settings_get(const struct settings *settings, uint8_t index)
+APART uint16_t settings_get(const struct settings *settings, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
     const uint8_t *field = (const uint8_t *)settings + row->offset;

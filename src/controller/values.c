@@ -15,30 +15,29 @@ static void reset(void *owner)
     settings_default(values->keeper->settings);
 }
 
-/* Word `index` of a struct of counters. */
-static uint16_t word(const void *counters, uint8_t index)
-{
-    uint16_t value;
-
-    memcpy(&value, (const uint8_t *)counters + index * sizeof value, sizeof value);
-    return value;
-}
-
 /* The registers stand in the order of the structs. */
 static uint16_t counter(const struct values *values, uint8_t reg)
 {
-    struct cds_counters counters;
+    const struct cds_bus *bus = values->keeper->robot->bus;
+    struct cds_counters copy;
+    const void *counters = &bus->counters;
+    uint8_t first = DEVICE_BUS_SENT;
+    uint16_t value;
 
-    if (reg >= DEVICE_BRIDGE_PASSED)
-        return word(&values->bridge->counters, (uint8_t)(reg - DEVICE_BRIDGE_PASSED));
     if (reg == DEVICE_HOST_OVERFLOWS)
         return cds_link_count(values->gaps);
-    if (reg >= DEVICE_HOST_PACKETS)
-        return word(&values->host->counters, (uint8_t)(reg - DEVICE_HOST_PACKETS));
-    if (reg < DEVICE_BUS_FRAMING && reg != DEVICE_BUS_STRAY) // a READ of all is not to take long
-        return word(&values->keeper->robot->bus->counters, (uint8_t)(reg - DEVICE_BUS_SENT));
-    cds_bus_counters(values->keeper->robot->bus, &counters);
-    return word(&counters, (uint8_t)(reg - DEVICE_BUS_SENT));
+    if (reg >= DEVICE_BRIDGE_PASSED) {
+        counters = &values->bridge->counters;
+        first = DEVICE_BRIDGE_PASSED;
+    } else if (reg >= DEVICE_HOST_PACKETS) {
+        counters = &values->host->counters;
+        first = DEVICE_HOST_PACKETS;
+    } else if (reg >= DEVICE_BUS_FRAMING || reg == DEVICE_BUS_STRAY) { // else it took long
+        cds_bus_counters(bus, &copy);
+        counters = &copy;
+    }
+    memcpy(&value, (const uint8_t *)counters + (uint8_t)(reg - first) * sizeof value, sizeof value);
+    return value;
 }
 
 static uint16_t saving(const struct settings_store *store)
@@ -49,9 +48,11 @@ static uint16_t saving(const struct settings_store *store)
 /* The first servo that has an alarm; UINT8_MAX: none that is known. */
 static uint16_t alarm_id(const struct cds_roster *roster)
 {
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (roster->servos[i].alarms)
-            return roster->servos[i].id;
+    const struct cds_roster_servo *servo = roster->servos;
+
+    for (uint8_t left = roster->count; left; left--, servo++)
+        if (servo->alarms)
+            return servo->id;
     return UINT8_MAX;
 }
 

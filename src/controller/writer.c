@@ -2,10 +2,29 @@
 #include "writer.h"
 
 #include <stddef.h>
+#include <string.h>
 
-#include "texts.h" // PACKED_PAIRS
+#include "apart.h"  // APART
+#include "number.h" // number_write()
+#include "texts.h"  // TEXTS
 
-#define CHARACTERS_PER_CALL 4 // the bus must not wait for a text
+#define CHARACTERS_PER_CALL 4  // the bus must not wait for a text
+#define ROOM                16 // for a number with its unit, and the end of a line
+
+static const CDS_FLASH char plain[TEXT_MARK] = TEXT_PLAIN;
+static const CDS_FLASH uint8_t pairs[][2] = TEXT_PAIRS;
+static const CDS_FLASH uint8_t texts[] = TEXTS;
+
+/* What a mark stands for: MARKS of scripts/texts.py. */
+enum mark {
+    MARK_DECIMAL,
+    MARK_TEXT, // its values, if it has marks, are the next ones
+    MARK_LONG, // two values: 32 bits, of which 31 are shown
+    MARK_UNIT, // of `units`, and so are those behind it
+};
+
+static const CDS_FLASH uint8_t units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
+                                          CDS_UNIT_CELSIUS, CDS_UNIT_BPS};
 
 void writer_end_of_line(struct writer *writer)
 {
@@ -13,50 +32,104 @@ void writer_end_of_line(struct writer *writer)
     writer_char(writer, '\n');
 }
 
-void writer_text_line(struct writer *writer, const CDS_FLASH char *text)
+uint16_t writer_text_at(uint16_t text, uint8_t index)
 {
-    writer->text = text;
+    for (; index; index--)
+        text = (uint16_t)(text + texts[text] + 1);
+    return text;
 }
 
-static const CDS_FLASH uint8_t pairs[][2] = PACKED_PAIRS;
-
-/* The pair that a byte stands for, 0x80 to 0xFF and on from 0x01 to 0x1F; or more than there are.
- */
-static uint8_t pair_of(uint8_t byte)
+APART static void begin_text(struct writer *writer, uint16_t text)
 {
-    return byte ? (uint8_t)((byte ^ 0x80) - (byte < 0x80)) : UINT8_MAX;
+    writer->left = texts[text];
+    writer->text = &texts[text + 1];
 }
 
-/* The next character of the text, '\0' at its end. */
-static char next_character(struct writer *writer)
+void writer_text(struct writer *writer, uint16_t text)
 {
-    uint8_t byte, pair;
+    begin_text(writer, text);
+    writer->next = 0;
+    writer->ends = false;
+}
 
-    if (writer->depth)
-        byte = writer->rest[--writer->depth];
-    else if ((byte = (uint8_t)*writer->text) != '\0')
-        writer->text++;
-    while ((pair = pair_of(byte)) < sizeof pairs / sizeof pairs[0]) {
-        writer->rest[writer->depth++] = pairs[pair][1];
-        byte = pairs[pair][0];
+void writer_line(struct writer *writer, uint16_t text)
+{
+    writer_text(writer, text);
+    writer->ends = true;
+}
+
+void writer_line_at(struct writer *writer, uint16_t text, uint8_t index)
+{
+    writer_line(writer, writer_text_at(text, index));
+}
+
+/* Ends what is written. True: there is more to write. */
+static bool goes_on(struct writer *writer)
+{
+    while (writer->text && !writer->depth && !writer->left) {
+        writer->text = writer->outer;
+        writer->left = writer->outer_left;
+        writer->outer = NULL;
+        if (!writer->text && writer->ends)
+            writer_end_of_line(writer);
     }
-    return (char)byte;
+    return writer->text != NULL;
+}
+
+static void write_long(struct writer *writer)
+{
+    uint32_t value;
+
+    memcpy(&value, &writer->values[writer->next], sizeof value);
+    writer->next = (uint8_t)(writer->next + 2);
+    writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
+}
+
+static void write_value(struct writer *writer, uint8_t mark)
+{
+    uint16_t value = writer->values[writer->next];
+
+    if (mark == MARK_LONG) {
+        write_long(writer);
+        return;
+    }
+    writer->next++;
+    switch (mark) {
+    case MARK_DECIMAL: writer_decimal(writer, value); break;
+    case MARK_TEXT:
+        writer->outer = writer->text;
+        writer->outer_left = writer->left;
+        begin_text(writer, value);
+        break;
+    default: number_write(writer, (enum cds_unit)units[mark - MARK_UNIT], value); break;
+    }
+}
+
+/* What the next code of the text stands for: a character, or a value. */
+static void write_code(struct writer *writer)
+{
+    uint8_t code;
+
+    if (writer->depth) {
+        code = writer->rest[--writer->depth];
+    } else {
+        code = *writer->text++;
+        writer->left--;
+    }
+    for (; code >= TEXT_PAIR; code = pairs[code - TEXT_PAIR][0])
+        writer->rest[writer->depth++] = pairs[code - TEXT_PAIR][1];
+    if (code >= TEXT_MARK)
+        write_value(writer, (uint8_t)(code - TEXT_MARK));
+    else
+        writer_char(writer, plain[code]);
 }
 
 bool writer_ready(struct writer *writer)
 {
-    for (uint8_t left = CHARACTERS_PER_CALL; writer->text; left--) {
-        char c;
-
-        if (left == 0 || cds_ring_count(writer->ring) > CDS_RING_SIZE - 2)
-            return false; // an end of line is two
-        c = next_character(writer);
-        if (c) {
-            cds_ring_put(writer->ring, (uint8_t)c);
-        } else {
-            writer_end_of_line(writer);
-            writer->text = NULL;
-        }
+    for (uint8_t left = CHARACTERS_PER_CALL; goes_on(writer); left--) {
+        if (left == 0 || cds_ring_count(writer->ring) > CDS_RING_SIZE - ROOM)
+            return false;
+        write_code(writer);
     }
     return cds_ring_count(writer->ring) <= CDS_RING_SIZE - WRITER_PIECE;
 }
@@ -91,20 +164,17 @@ void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
 
     if (value < 0)
         writer_char(writer, '-');
-    for (uint8_t i = 0; i < DIGITS; i++) {
-        uint8_t after = (uint8_t)(DIGITS - 1 - i); // digits that follow
+    for (uint8_t left = DIGITS; left; left--) {
+        uint32_t power = powers[DIGITS - left];
         char digit = '0';
 
-        if (after + 1u == decimals) { // the point is here
-            if (rest == 0)
-                return;
-            writer_char(writer, '.');
-        } else if (after < decimals && rest == 0) {
+        if (left <= decimals && rest == 0)
             return;
-        }
-        for (; rest >= powers[i]; rest -= powers[i])
+        if (left == decimals)
+            writer_char(writer, '.');
+        for (; rest >= power; rest -= power)
             digit++;
-        begun = begun || digit != '0' || after <= decimals;
+        begun = begun || digit != '0' || left <= decimals + 1;
         if (begun)
             writer_char(writer, digit);
     }
@@ -135,4 +205,18 @@ void writer_hex(struct writer *writer, uint8_t byte)
 {
     writer_char(writer, hex_digit(byte >> 4));
     writer_char(writer, hex_digit(byte & 0x0F));
+}
+
+void writer_address(struct writer *writer, uint8_t address)
+{
+    writer_char(writer, '0');
+    writer_char(writer, 'x');
+    writer_hex(writer, address);
+}
+
+void writer_equals(struct writer *writer)
+{
+    static const CDS_FLASH char text[] = " = ";
+
+    writer_flash(writer, text);
 }
