@@ -7,6 +7,7 @@
 #include "cds55xx/scan.h"  // cds_scan_listed_bauds
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
 #include "operation.h"     // cds_operation_take()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
@@ -83,7 +84,7 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose)
     diagnose->aborted = 1;
 }
 
-static void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
+static CDS_APART void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
 {
     diagnose->since_us = cds_port_now_us();
     diagnose->pause_us = us + (uint32_t)bytes * diagnose->bus->byte_time_us;
@@ -165,7 +166,7 @@ static void ask(struct cds_diagnose *diagnose)
 /* ---- one answer ---- */
 
 /* Byte `index` of those heard since the question. */
-static uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
+static CDS_APART uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
 {
     const struct cds_ring *rx = &diagnose->bus->link.rx;
 
@@ -203,7 +204,7 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
 /* Is all that was heard the reply that was due, but for the first of its bytes? Checksum and
  * LENGTH say so: noise, or two servos at once, do not leave them right. With ERROR gone nothing
  * could be told. */
-static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+static CDS_APART bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
 {
     uint8_t parameters = diagnose->request->reply_parameters, id = target_of(diagnose);
     uint8_t size = (uint8_t)CDS_PACKET_SIZE(parameters), lost = (uint8_t)(size - heard);
@@ -297,7 +298,7 @@ static void gather(struct cds_diagnose *diagnose)
 
 /* What makes every further question idle, or NONE. Whole echoes of PING pass for answers, so twice
  * is judged by READ. */
-static enum cds_finding trouble(const struct cds_diagnose *diagnose)
+static CDS_APART enum cds_finding trouble(const struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
     uint8_t phase = diagnose->phase;
@@ -674,8 +675,9 @@ static void poll_in_turn(struct cds_diagnose *diagnose)
         go_on(diagnose);
 }
 
-enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
+CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
+    CDS_OPAQUE(diagnose);
     if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
         !cds_operation_has(diagnose->bus))
         diagnose->result = CDS_CANCELLED; // the bus is somebody else's
