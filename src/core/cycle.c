@@ -5,6 +5,7 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
 #include "goal.h"                  // cds_goal_put(), CDS_GOAL_SIZE
+#include "opaque.h"                // CDS_OPAQUE(), CDS_APART
 #include "operation.h"             // cds_operation_not_sent()
 
 #define BLOCK_SIZE  (1u + CDS_GOAL_SIZE)     // ID, goal
@@ -15,6 +16,11 @@
 #define SUBMIT_US   20          // from our look at the clock to the bus's own, at 16 MHz
 #define CATCH_UP    32          // periods passed over in one poll, however late it is
 #define HALVE_AT_US (1ul << 30) // both times of the utilisation, so that neither wraps
+
+static CDS_APART void count(uint32_t *counter)
+{
+    ++*counter;
+}
 
 static bool on_its_way(const struct cds_cycle *cycle)
 {
@@ -29,7 +35,7 @@ static void goals_ended(struct cds_request *request)
 
     cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
     if (request->result != CDS_OK && !cycle->refused)
-        cycle->counters.unsent++;
+        count(&cycle->counters.unsent);
 }
 
 /* A whole packet whose goals are still to be set. */
@@ -298,7 +304,21 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 
 /* ---- period after period ---- */
 
-static void pass_period(struct cds_cycle *cycle)
+/* Until the next period begins; 0 if it is due. */
+static CDS_APART uint16_t left_us(const struct cds_cycle *cycle, uint32_t now_us)
+{
+    int32_t left_us = (int32_t)(cycle->next_us - now_us);
+
+    return left_us > 0 ? (uint16_t)left_us : 0;
+}
+
+/* The wire was in use for so long. */
+static CDS_APART void add_wire(struct cds_cycle *cycle, uint16_t us)
+{
+    cycle->wire_us += us;
+}
+
+static CDS_APART void pass_period(struct cds_cycle *cycle)
 {
     cycle->next_us += cycle->period_us;
     cycle->elapsed_us += cycle->period_us;
@@ -317,7 +337,7 @@ static void begin_period(struct cds_cycle *cycle)
     late_us = (int32_t)(cds_port_now_us() - cycle->next_us); // that may have taken a while
     for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
         if (cycle->committed)
-            cycle->counters.missed++;
+            count(&cycle->counters.missed);
         pass_period(cycle);
         late_us -= cycle->period_us;
     }
@@ -327,11 +347,12 @@ static void begin_period(struct cds_cycle *cycle)
         front(cycle)->vetted = is_vetted(cycle, cycle->front);
         if (cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
             return; // still waiting in the queue since the last period
-        cycle->wire_us += cycle->goals_us;
+        add_wire(cycle, cycle->goals_us);
     }
     if (cycle->committed) {
-        cycle->counters.periods++;
-        cycle->counters.unsent += is_empty(front(cycle));
+        count(&cycle->counters.periods);
+        if (is_empty(front(cycle)))
+            count(&cycle->counters.unsent);
     }
     cycle->giving_way = false;
     pass_period(cycle);
@@ -344,9 +365,9 @@ static void send_again(struct cds_cycle *cycle)
     cycle->refused = false;
     vet(cycle);
     front(cycle)->vetted = is_vetted(cycle, cycle->front);
-    if ((int32_t)(cycle->next_us - cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
+    if (left_us(cycle, cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
         is_empty(front(cycle)) || cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
-        cycle->counters.unsent++;
+        count(&cycle->counters.unsent);
 }
 
 /* The longest a feedback READ may take. */
@@ -363,10 +384,10 @@ static void next_turn(struct cds_cycle *cycle)
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_bus *bus = cycle->bus;
-    uint32_t by_us = now_us + read_us(bus, bus->return_delay_us) + SUBMIT_US;
+    uint16_t us = (uint16_t)(read_us(bus, bus->return_delay_us) + SUBMIT_US);
     enum cds_result result;
 
-    if ((int32_t)(cycle->next_us - by_us) < 0 ||
+    if (left_us(cycle, now_us) < us ||
         cds_bus_may_answer_late(bus, cycle->ids[cycle->turn], now_us))
         return;
     result = cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]);
@@ -378,7 +399,7 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
         return;
     cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
     cycle->read_at_us = now_us;
-    cycle->read_by_us = by_us;
+    cycle->read_us = us;
     cycle->reading = true;
 }
 
@@ -386,39 +407,46 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
-    uint32_t time_us = (int32_t)(now_us - cycle->read_by_us) > 0 ? cycle->read_by_us : now_us;
-    uint32_t between_us = feedback->known ? time_us - feedback->time_us : 0;
+    uint32_t taken_us = now_us - cycle->read_at_us;
+    uint32_t time_us, between_us;
 
+    if (taken_us > cycle->read_us)
+        taken_us = cycle->read_us;
+    time_us = cycle->read_at_us + taken_us;
+    between_us = feedback->known ? time_us - feedback->time_us : 0;
     cycle->reading = false;
     next_turn(cycle);
-    cycle->counters.reads++;
+    count(&cycle->counters.reads);
     if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
-        cycle->wire_us += READ_BYTES * cycle->bus->byte_time_us;
+        add_wire(cycle, (uint16_t)(READ_BYTES * cycle->bus->byte_time_us));
         if (between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
         if (!cds_operation_not_sent(cycle->read.result))
-            cycle->wire_us += time_us - cycle->read_at_us;
-        cycle->counters.failed++;
+            add_wire(cycle, (uint16_t)taken_us);
+        count(&cycle->counters.failed);
     }
 }
 
-enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+/* While a READ is on its way nothing begins, goals neither: queued behind it they would count as
+ * begun, and wait while the application computes the next ones. */
+CDS_APART enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
-    uint32_t now_us = cds_port_now_us();
-    bool due = (int32_t)(now_us - cycle->next_us) >= 0;
+    uint32_t now_us;
 
+    CDS_OPAQUE(cycle);
+    if (cycle->reading && cycle->read.result == CDS_PENDING && !cycle->refused)
+        return CDS_PENDING;
+    now_us = cds_port_now_us();
     if (cycle->reading && cycle->read.result != CDS_PENDING)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
     if (cycle->refused)
         send_again(cycle);
-    /* The READ's end is at hand: goals queued behind it would count as begun, and wait while the
-     * application computes the next ones. */
-    if (cycle->reading && due)
+    if (cycle->reading)
         return CDS_PENDING;
-    if (due)
+    if (left_us(cycle, now_us) == 0)
         begin_period(cycle);
     else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
         vet(cycle); // rather than when goals are due
@@ -444,8 +472,8 @@ uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
 
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 {
-    uint32_t by_us = cds_port_now_us() + us + SUBMIT_US;
-    bool room = !cycle->bus->request && (int32_t)(cycle->next_us - by_us) >= 0;
+    uint16_t left = left_us(cycle, cds_port_now_us());
+    bool room = !cycle->bus->request && left >= SUBMIT_US && left - SUBMIT_US >= us;
 
     if (cycle->stopping)
         return !cycle->bus->request;
