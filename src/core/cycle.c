@@ -101,12 +101,12 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     return CDS_OK;
 }
 
-static struct cds_request *front(struct cds_cycle *cycle)
+static CDS_APART struct cds_request *front(struct cds_cycle *cycle)
 {
     return &cycle->goals[cycle->front];
 }
 
-static struct cds_request *back(struct cds_cycle *cycle)
+static CDS_APART struct cds_request *back(struct cds_cycle *cycle)
 {
     return &cycle->goals[!cycle->front];
 }
@@ -141,22 +141,23 @@ static bool is_empty(struct cds_request *request)
 static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
 {
     struct cds_request *request = &cycle->goals[packet];
-    uint8_t *bytes = request->packet.bytes;
+    uint8_t *bytes = request->packet.bytes, *block = block_of(request, 0);
     const uint8_t *whole = NULL;
     bool dropped = false;
 
-    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++) {
-        if (is_dropped(cycle, request, i))
+    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++, block += BLOCK_SIZE) {
+        if (*block != cycle->ids[i])
             dropped = true;
         else
-            whole = block_of(request, i);
+            whole = block;
     }
-    for (uint8_t i = 0; dropped && i < cycle->count; i++) {
-        uint8_t *block = block_of(request, i);
-
-        if (is_dropped(cycle, request, i) && whole)
+    for (uint8_t i = cycle->count; dropped && i-- > 0;) {
+        block -= BLOCK_SIZE;
+        if (*block == cycle->ids[i])
+            continue;
+        if (whole)
             memcpy(block, whole, BLOCK_SIZE);
-        else if (!whole)
+        else
             *block = NO_SERVO;
     }
     cycle->holes[packet] = dropped;
@@ -215,13 +216,12 @@ static void vet(struct cds_cycle *cycle)
     for (uint8_t i = 0; i < cycle->count; i++) {
         if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
             continue;
-        if (!is_dropped(cycle, front(cycle), i)) {
-            if (!drop(cycle, cycle->front, i))
-                continue;
+        if (drop(cycle, cycle->front, i)) {
             dropped = true;
             cycle->counters.dropped++;
         }
-        if (cycle->filling) // perhaps with a goal that was to bring it back
+        if (cycle->filling &&
+            is_dropped(cycle, front(cycle), i)) // perhaps with a goal that was to bring it back
             drop(cycle, !cycle->front, i);
     }
     if (dropped)
@@ -231,18 +231,16 @@ static void vet(struct cds_cycle *cycle)
 }
 
 /* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
-static __attribute__((noinline)) enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t index,
-                                                            uint16_t position, uint16_t speed)
+static CDS_APART enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t *block, uint8_t id,
+                                            uint16_t position, uint16_t speed)
 {
     uint8_t goal[CDS_GOAL_SIZE];
-    uint8_t *block = block_of(back(cycle), index);
     enum cds_result result;
 
     cds_goal_put(goal, position, speed);
-    result = cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal,
-                                 CDS_GOAL_SIZE);
+    result = cds_bus_would_admit(cycle->bus, id, CDS_REG_GOAL_POSITION, goal, CDS_GOAL_SIZE);
     if (result == CDS_OK) {
-        *block = cycle->ids[index];
+        *block = id;
     } else if (result == CDS_HELD && block[2] == NO_GOAL) {
         *block = NO_SERVO; // the others need not wait for it
         cycle->holes[!cycle->front] = true;
@@ -264,18 +262,21 @@ static void follow_front(struct cds_cycle *cycle)
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
+    struct cds_request *request = back(cycle);
     enum cds_result result = CDS_OK;
+    uint8_t *block;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
-    if (back(cycle)->result == CDS_PENDING)
+    if (request->result == CDS_PENDING)
         return CDS_BUSY;
     if (!cycle->filling)
         follow_front(cycle);
+    block = block_of(request, index);
     if (cycle->bus->observer)
-        result = judge_goal(cycle, index, position, speed);
+        result = judge_goal(cycle, block, cycle->ids[index], position, speed);
     if (result == CDS_OK)
-        cds_goal_put(block_of(back(cycle), index) + 1, position, speed);
+        cds_goal_put(block + 1, position, speed);
     return result;
 }
 
@@ -376,7 +377,7 @@ static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
     return (uint16_t)(READ_BYTES * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
-static void next_turn(struct cds_cycle *cycle)
+static CDS_APART void next_turn(struct cds_cycle *cycle)
 {
     cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
 }
@@ -404,7 +405,7 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 }
 
 /* The READ has ended. If this poll is late, its reply was there all the same by its deadline. */
-static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
+static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
     uint32_t taken_us = now_us - cycle->read_at_us;
