@@ -3,6 +3,7 @@
 
 #include "cds55xx/servo.h" // cds_servo_reg_write(), cds_servo_read() ...
 #include "goal.h"          // cds_goal_put()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
 /* What is read after ACTION: the goal, and whether it is still registered. */
 #define OUTCOME_SIZE (CDS_REG_REGISTERED_INSTRUCTION - CDS_REG_GOAL_POSITION + 1)
@@ -240,6 +241,7 @@ static void send_next(struct cds_group_move *move)
 
 enum cds_result cds_group_move_poll(struct cds_group_move *move)
 {
+    CDS_OPAQUE(move);
     if (move->phase == CHECK)
         check(move);
     if (move->sent && move->request->result != CDS_PENDING) {

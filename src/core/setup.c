@@ -4,13 +4,15 @@
 #include <stdbool.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
+#include "opaque.h"        // CDS_APART
 #include "operation.h"     // cds_operation_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
 
-enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
-                                      struct cds_request *request, uint8_t id, uint8_t address,
-                                      const uint8_t *data, uint8_t length)
+CDS_APART enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
+                                                struct cds_request *request, uint8_t id,
+                                                uint8_t address, const uint8_t *data,
+                                                uint8_t length)
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
