@@ -55,12 +55,6 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     cds_packet_end(&request->packet);
 }
 
-/* The epoch of an observer's word that was never given. */
-static uint16_t no_epoch(const struct cds_bus *bus)
-{
-    return bus->observer ? (uint16_t)(bus->observer->epoch - 1u) : 0;
-}
-
 static bool are_ids(const uint8_t *ids, uint8_t count)
 {
     for (uint8_t i = 0; i < count; i++)
@@ -81,19 +75,12 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     if (bus->byte_time_us == 0 || count == 0 || count > CDS_CYCLE_SERVOS_MAX ||
         !are_ids(ids, count) || goals_us + CDS_REPLY_MARGIN_US > period_us)
         return CDS_BAD_ARGUMENT;
-    *cycle = (struct cds_cycle){
-        .bus = bus,
-        .ids = ids,
-        .feedback = feedback,
-        .next_us = cds_port_now_us(),
-        .period_us = period_us,
-        .goals_us = (uint16_t)goals_us,
-        .latest_us = (uint16_t)(period_us - goals_us - CDS_REPLY_MARGIN_US),
-        .observer = bus->observer,
-        .epoch = {no_epoch(bus), no_epoch(bus)},
-        .count = count,
-        .filling = true,
-    };
+    *cycle = (struct cds_cycle){.bus = bus, .ids = ids, .feedback = feedback, .count = count};
+    cycle->filling = true;
+    cycle->period_us = period_us;
+    cycle->goals_us = (uint16_t)goals_us;
+    cycle->latest_us = (uint16_t)(period_us - cycle->goals_us - CDS_REPLY_MARGIN_US);
+    cycle->next_us = cds_port_now_us();
     build_goals(cycle, &cycle->goals[0], packets);
     build_goals(cycle, &cycle->goals[1], packets + size);
     cycle->read.packet.bytes = cycle->buffer;
