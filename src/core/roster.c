@@ -134,13 +134,6 @@ static void learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, 
 
 /* ---- what is learnt ---- */
 
-/* Does a transfer of `length` bytes from `address` on hold this register of one byte? Then where.
- */
-static const uint8_t *byte_of(uint8_t reg, uint8_t address, const uint8_t *data, uint8_t length)
-{
-    return reg >= address && reg - address < length ? data + (reg - address) : NULL;
-}
-
 static void disarm(struct cds_roster_servo *servo)
 {
     servo->armed = false;
@@ -151,26 +144,44 @@ static void disarm(struct cds_roster_servo *servo)
 /* What is registered was judged by what is known no more. */
 static void unsettle(struct cds_roster_servo *servo)
 {
-    servo->armed_unjudged = servo->armed;
+    if (servo->armed)
+        servo->armed_unjudged = true;
+}
+
+/* Not `certain`: it may hold this, or what it held before. */
+static void stay_careful(struct cds_roster_servo *servo, const struct cds_roster_servo *before)
+{
+    if (servo->cw_limit != before->cw_limit)
+        servo->cw_limit = CDS_ANGLE_UNKNOWN;
+    if (servo->ccw_limit != before->ccw_limit)
+        servo->ccw_limit = CDS_ANGLE_UNKNOWN;
+    if (!before->goal_known)
+        servo->goal_known = false;
+    if (!before->speed_known)
+        servo->speed_known = false;
+    if (before->speed_0)
+        servo->speed_0 = true;
 }
 
 /* Mode, goal and speed. What waits is judged anew; goals of a cycle, which bring their speed, only
  * if the mode is another one. */
-static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                        const uint8_t *data, uint8_t length, bool certain)
+static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *servo,
+                        const struct cds_span *span, bool certain)
 {
     struct cds_roster_servo before = *servo;
     bool mode;
 
-    cds_limits_learn(servo, address, data, length, certain);
+    cds_limits_take(servo, span);
+    if (!certain)
+        stay_careful(servo, &before);
     mode = servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit;
     if (mode)
         note_change(roster, servo);
     if (servo->goal_known != before.goal_known || servo->speed_known != before.speed_known ||
         servo->speed_0 != before.speed_0)
         roster->changed = true;
-    if (mode || servo->goal_known < before.goal_known || servo->speed_known < before.speed_known ||
-        servo->speed_0 > before.speed_0)
+    if (mode || (before.goal_known && !servo->goal_known) ||
+        (before.speed_known && !servo->speed_known) || (servo->speed_0 && !before.speed_0))
         unsettle(servo);
 }
 
@@ -186,19 +197,24 @@ static void learn_doubtful_speed(struct cds_roster *roster, struct cds_roster_se
     unsettle(servo);
 }
 
-static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
-                           uint8_t address, const uint8_t *data, uint8_t length)
+/* A setting, if it is there. True: it was another one. */
+static bool learn_byte(uint8_t *setting, const struct cds_span *span, uint8_t reg)
 {
-    uint8_t return_delay = servo->return_delay, level = servo->status_return_level;
-    const uint8_t *it;
+    const uint8_t *byte = cds_span_byte(span, reg);
+    bool changed = byte && *byte != *setting;
 
-    if ((it = byte_of(CDS_REG_BAUD_RATE, address, data, length)))
-        servo->baud = *it;
-    if ((it = byte_of(CDS_REG_RETURN_DELAY, address, data, length)))
-        servo->return_delay = *it;
-    if ((it = byte_of(CDS_REG_STATUS_RETURN_LEVEL, address, data, length)))
-        servo->status_return_level = *it;
-    if (servo->return_delay != return_delay || servo->status_return_level != level)
+    if (changed)
+        *setting = *byte;
+    return changed;
+}
+
+static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
+                           const struct cds_span *span)
+{
+    learn_byte(&servo->baud, span, CDS_REG_BAUD_RATE);
+    if (learn_byte(&servo->return_delay, span, CDS_REG_RETURN_DELAY))
+        roster->changed = true;
+    if (learn_byte(&servo->status_return_level, span, CDS_REG_STATUS_RETURN_LEVEL))
         roster->changed = true;
 }
 
@@ -215,22 +231,22 @@ static void learn_registered(struct cds_roster *roster, struct cds_roster_servo 
     }
 }
 
-/* The servo holds these bytes from `address` on: read, or written and acknowledged, or, not
- * `certain`, written as far as anybody can know. */
-static void learn(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                  const uint8_t *data, uint8_t length, bool certain)
+/* The servo holds this: it was read, or written and acknowledged, or, not `certain`, written as far
+ * as anybody can know. */
+static void learn(struct cds_roster *roster, struct cds_roster_servo *servo,
+                  const struct cds_span *span, bool certain)
 {
-    const uint8_t *registered = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length);
+    const uint8_t *registered = cds_span_byte(span, CDS_REG_REGISTERED_INSTRUCTION);
 
-    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
-        learn_settings(roster, servo, address, data, length);
-    if (address <= CDS_REG_CCW_ANGLE_LIMIT + 1) {
-        learn_drive(roster, servo, address, data, length, certain);
-    } else if (address <= CDS_REG_MOVING_SPEED + 1 && address + length > CDS_REG_GOAL_POSITION &&
+    if (span->address <= CDS_REG_STATUS_RETURN_LEVEL)
+        learn_settings(roster, servo, span);
+    if (span->address <= CDS_REG_CCW_ANGLE_LIMIT + 1) {
+        learn_drive(roster, servo, span, certain);
+    } else if (cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1) &&
                cds_limits_any(servo)) { // without, set_limits() says that they are not known
         if (certain)
-            learn_drive(roster, servo, address, data, length, true);
-        else if (address + length > CDS_REG_MOVING_SPEED)
+            learn_drive(roster, servo, span, true);
+        else if (cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1))
             learn_doubtful_speed(roster, servo);
     }
     if (registered && certain)
@@ -238,12 +254,12 @@ static void learn(struct cds_roster *roster, struct cds_roster_servo *servo, uin
 }
 
 static void learn_written(struct cds_roster *roster, struct cds_roster_servo *servo,
-                          uint8_t address, const uint8_t *data, uint8_t length, bool certain)
+                          const struct cds_span *span, bool certain)
 {
-    const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
-    const uint8_t *id = byte_of(CDS_REG_ID, address, data, length);
+    const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
+    const uint8_t *id = cds_span_byte(span, CDS_REG_ID);
 
-    learn(roster, servo, address, data, length, certain);
+    learn(roster, servo, span, certain);
     if (torque)
         servo->torque = *torque;
     if (id)
@@ -260,10 +276,10 @@ static void forget(struct cds_roster *roster, struct cds_roster_servo *servo)
 }
 
 /* Torque that is off where it was on: power was gone for a moment, or an alarm has shut it down. */
-static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                       const uint8_t *data, uint8_t length, bool certain)
+static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo,
+                       const struct cds_span *span, bool certain)
 {
-    const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
+    const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
 
     if (torque) {
         bool lost = servo->torque && !*torque;
@@ -277,7 +293,7 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
     }
-    learn(roster, servo, address, data, length, certain);
+    learn(roster, servo, span, certain);
 }
 
 /* Not `certain`: it may be what it was, under the ID it had. */
@@ -304,10 +320,10 @@ static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *serv
 
 /* A part of a packet: data for one servo, or for all of them. */
 struct part {
-    uint8_t id, address, length;
+    struct cds_span span;
+    uint8_t id;
     bool alone;      // it is all of the packet
     bool registered; // of a REG WRITE
-    const uint8_t *data;
 };
 
 /* Part `index` of the packet `bytes`, a WRITE, REG WRITE or SYNC WRITE; false if there is none. */
@@ -319,21 +335,21 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
 
     if (count < 2)
         return false;
-    part->address = parameters[0];
+    part->span.address = parameters[0];
     part->registered = bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE;
     part->alone = bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE;
     if (part->alone) {
         part->id = bytes[CDS_AT_ID];
-        part->data = parameters + 1;
-        part->length = (uint8_t)(count - 1u);
+        part->span.data = parameters + 1;
+        part->span.length = (uint8_t)(count - 1u);
         return index == 0;
     }
     block = parameters[1] + 1u;
     if ((uint32_t)(index + 1u) * block + 2u > count)
         return false;
-    part->length = parameters[1];
-    part->data = parameters + 2 + (uint16_t)index * block;
-    part->id = *part->data++;
+    part->span.length = parameters[1];
+    part->span.data = parameters + 2 + (uint16_t)index * block;
+    part->id = *part->span.data++;
     return true;
 }
 
@@ -371,23 +387,17 @@ bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
     return true;
 }
 
-static bool touches(const struct part *part, uint8_t first, uint8_t last)
-{
-    return part->address <= last && part->address + part->length > first;
-}
-
 /* Would this write drive the servo, so that it must not go to one that is held? Another mode does:
  * what was a speed to reach a goal with turns it endlessly. */
-static bool drives(const struct part *part)
+static bool drives(const struct cds_span *span)
 {
     const uint8_t *torque;
 
-    if (part->address <= CDS_REG_MOVING_SPEED + 1 &&
-        part->address + part->length > CDS_REG_GOAL_POSITION) // first: what a cycle drops
-        return true;
-    torque = byte_of(CDS_REG_TORQUE_ENABLE, part->address, part->data, part->length);
+    if (cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1))
+        return true; // first: what a cycle drops
+    torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
     return (torque && *torque) ||
-           touches(part, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
+           cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
 }
 
 /* May its ID be `id` from now on? Not if there would then be three of them that it may have. */
@@ -400,11 +410,11 @@ static bool may_become(const struct cds_roster_servo *servo, uint8_t id)
  * not be heard has changed its ID, rate, delay, mode or level. */
 static bool stays_known(const struct cds_roster_servo *servo, const struct part *part)
 {
-    const uint8_t *id = byte_of(CDS_REG_ID, part->address, part->data, part->length);
+    const uint8_t *id = cds_span_byte(&part->span, CDS_REG_ID);
 
     if (part->registered &&
-        (touches(part, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
-         touches(part, CDS_REG_STATUS_RETURN_LEVEL, CDS_REG_STATUS_RETURN_LEVEL)))
+        (cds_span_touches(&part->span, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
+         cds_span_byte(&part->span, CDS_REG_STATUS_RETURN_LEVEL)))
         return false;
     return !id || may_become(servo, *id);
 }
@@ -415,31 +425,18 @@ static enum cds_result judge(const struct cds_roster_servo *servo, const struct 
 {
     bool away = servo->presence == CDS_PRESENCE_AWAY && part->alone && part->id != CDS_BROADCAST_ID;
 
-    if ((is_held(servo) || away) && drives(part))
+    if ((is_held(servo) || away) && drives(&part->span))
         return CDS_HELD;
-    if (part->address <= CDS_REG_STATUS_RETURN_LEVEL && !stays_known(servo, part))
+    if (!stays_known(servo, part))
         return CDS_LIMIT;
-    return cds_limits_check(servo, part->address, part->data, part->length);
-}
-
-/* The goal and speed that nobody minds if the servo is not held, by the shortest way: a cycle has
- * 50 of them in 4 ms. Whoever is not let through here is judged in full. */
-static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *data)
-{
-    uint16_t goal = (uint16_t)(data[0] | (uint16_t)data[1] << 8);
-    uint16_t speed = (uint16_t)(data[2] | (uint16_t)data[3] << 8);
-
-    return goal >= servo->lowest && goal <= servo->highest &&
-           ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET ||
-            (servo->lowest == 0 && servo->highest == CDS_VALUE_MAX)) &&
-           (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
+    return cds_limits_check(servo, &part->span);
 }
 
 static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
                                                              uint8_t address, const uint8_t *data,
                                                              uint8_t length)
 {
-    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
+    struct part part = {.span = {data, address, length}, .id = servo->id};
 
     return judge(servo, &part);
 }
@@ -471,12 +468,8 @@ enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_
         servo = by_id(roster, id);
     if (!servo)
         return CDS_OK;
-    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) {
-        if (is_held(servo)) // as 50 of them are when all is to stop
-            return CDS_HELD;
-        if (is_harmless(servo, data))
-            return CDS_OK;
-    }
+    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) // 50 of them in 4 ms
+        return is_held(servo) ? CDS_HELD : cds_limits_check_goal(servo, data);
     return judge_block(servo, address, data, length);
 }
 
@@ -503,8 +496,9 @@ static enum cds_result judge_part(struct cds_roster *roster, const struct part *
 /* One servo's part of many: by the short way, as they may be 50. */
 static enum cds_result judge_one(struct cds_roster *roster, const struct part *part)
 {
-    enum cds_result result = cds_roster_admit_block(&roster->observer, part->id, part->address,
-                                                    part->data, part->length);
+    const struct cds_span *span = &part->span;
+    enum cds_result result = cds_roster_admit_block(&roster->observer, part->id, span->address,
+                                                    span->data, span->length);
 
     return result == CDS_OK ? CDS_OK : refuse(roster, part->id, result);
 }
@@ -702,7 +696,7 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
         while (servo) { // whose ID changes here must not be met by it again
             struct cds_roster_servo *next = next_of(roster, part.id, servo);
 
-            learn_written(roster, servo, part.address, part.data, part.length, certain);
+            learn_written(roster, servo, &part.span, certain);
             servo = next;
         }
     }
@@ -718,12 +712,12 @@ static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, con
 
     if (!part_of(bytes, 0, &part))
         return;
-    learn_written(roster, servo, part.address, part.data, part.length, false);
+    learn_written(roster, servo, &part.span, false);
     if (return_delay > servo->return_delay)
         servo->return_delay = return_delay;
     if (level > servo->status_return_level)
         servo->status_return_level = level;
-    if (byte_of(CDS_REG_BAUD_RATE, part.address, part.data, part.length))
+    if (cds_span_byte(&part.span, CDS_REG_BAUD_RATE))
         servo->baud = CDS_ROSTER_UNKNOWN;
     servo->torque |= torque;
 }
@@ -737,11 +731,11 @@ static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const
 
     if (!part_of(bytes, 0, &part))
         return;
-    torque = byte_of(CDS_REG_TORQUE_ENABLE, part.address, part.data, part.length);
-    learn(roster, servo, part.address, part.data, part.length, false); // ACTION is to come
+    torque = cds_span_byte(&part.span, CDS_REG_TORQUE_ENABLE);
+    learn(roster, servo, &part.span, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
-    if (cds_limits_check(servo, part.address, part.data, part.length) != CDS_OK)
+    if (cds_limits_check(servo, &part.span) != CDS_OK)
         servo->armed_unjudged = true;
     if (torque && *torque)
         servo->armed_torque = true;
@@ -762,6 +756,7 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
                          const struct cds_bus_news *news, bool certain, bool lost)
 {
     const uint8_t *bytes = news->request->packet.bytes;
+    const struct cds_span read = {bytes, news->address, news->request->length};
 
     switch (news->instruction) {
     case CDS_WRITE:
@@ -773,7 +768,7 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
     case CDS_RESET: learn_reset(roster, servo, certain); break;
     case CDS_READ:
         if (!lost)
-            learn_read(roster, servo, news->address, bytes, news->request->length, certain);
+            learn_read(roster, servo, &read, certain);
         break;
     default: break;
     }
