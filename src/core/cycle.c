@@ -55,6 +55,14 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     cds_packet_end(&request->packet);
 }
 
+/* All of this packet is judged, as the observer is now. */
+static CDS_APART void note_vetted(struct cds_cycle *cycle, uint8_t packet)
+{
+    cycle->observer = cycle->bus->observer;
+    if (cycle->observer)
+        cycle->epoch[packet] = cycle->observer->epoch;
+}
+
 static bool are_ids(const uint8_t *ids, uint8_t count)
 {
     for (uint8_t i = 0; i < count; i++)
@@ -81,6 +89,7 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->goals_us = (uint16_t)goals_us;
     cycle->latest_us = (uint16_t)(period_us - cycle->goals_us - CDS_REPLY_MARGIN_US);
     cycle->next_us = cds_port_now_us();
+    note_vetted(cycle, !cycle->front); // goals are judged when they are set
     build_goals(cycle, &cycle->goals[0], packets);
     build_goals(cycle, &cycle->goals[1], packets + size);
     cycle->read.packet.bytes = cycle->buffer;
@@ -213,8 +222,7 @@ static void vet(struct cds_cycle *cycle)
     }
     if (dropped)
         finish_goals(cycle, cycle->front);
-    cycle->observer = cycle->bus->observer;
-    cycle->epoch[cycle->front] = cycle->observer->epoch;
+    note_vetted(cycle, cycle->front);
 }
 
 /* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
