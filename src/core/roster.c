@@ -98,11 +98,13 @@ static void note_change(struct cds_roster *roster, const struct cds_roster_servo
 
 static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
 {
-    for (uint8_t i = 0; i < count; i++) {
-        if (servos[i].id > CDS_ID_MAX)
+    const struct cds_roster_servo *end = servos + count, *other;
+
+    for (; servos < end; servos++) {
+        if (servos->id > CDS_ID_MAX)
             return false;
-        for (uint8_t k = 0; k < i; k++)
-            if (servos[k].id == servos[i].id)
+        for (other = servos + 1; other < end; other++)
+            if (other->id == servos->id)
                 return false;
     }
     return true;
@@ -118,8 +120,8 @@ static bool is_ambiguous(const struct cds_roster *roster)
 }
 
 /* `servo` has another ID, or may have: goals to any of them are judged anew. */
-static void learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id,
-                     bool certain)
+static __attribute__((noinline)) void
+learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id, bool certain)
 {
     if (certain) {
         servo->id = id;
@@ -149,7 +151,8 @@ static void unsettle(struct cds_roster_servo *servo)
 }
 
 /* Not `certain`: it may hold this, or what it held before. */
-static void stay_careful(struct cds_roster_servo *servo, const struct cds_roster_servo *before)
+static __attribute__((noinline)) void stay_careful(struct cds_roster_servo *servo,
+                                                   const struct cds_roster_servo *before)
 {
     if (servo->cw_limit != before->cw_limit)
         servo->cw_limit = CDS_ANGLE_UNKNOWN;
@@ -331,7 +334,7 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
 {
     const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
     uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
-    uint16_t block;
+    uint16_t block, end;
 
     if (count < 2)
         return false;
@@ -345,11 +348,12 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
         return index == 0;
     }
     block = parameters[1] + 1u;
-    if ((uint32_t)(index + 1u) * block + 2u > count)
+    end = (uint16_t)((index + 1u) * block + 2u); // fits: the one before was within the packet
+    if (end > count)
         return false;
     part->span.length = parameters[1];
-    part->span.data = parameters + 2 + (uint16_t)index * block;
-    part->id = *part->span.data++;
+    part->span.data = parameters + end - parameters[1];
+    part->id = part->span.data[-1];
     return true;
 }
 
@@ -937,27 +941,36 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 {
     uint8_t alarms = servo ? servo->alarms : roster->alarms;
 
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (!servo || servo == &roster->servos[i])
-            roster->servos[i].alarms = 0;
     roster->alarms = 0;
-    for (uint8_t i = 0; servo && i < roster->count; i++)
-        roster->alarms |= roster->servos[i].alarms;
+    for (uint8_t i = 0; i < roster->count; i++) {
+        struct cds_roster_servo *each = &roster->servos[i];
+
+        if (!servo || servo == each)
+            each->alarms = 0;
+        roster->alarms |= each->alarms;
+    }
     return alarms;
+}
+
+/* Of `servo`, or of all, the bits `why` are set, and of the others those of `keep` stay. */
+static __attribute__((noinline)) void
+set_held(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t keep, uint8_t why)
+{
+    note_change(roster, servo);
+    for (uint8_t i = 0; i < roster->count; i++) {
+        struct cds_roster_servo *each = &roster->servos[i];
+
+        if (!servo || servo == each)
+            each->held = (each->held & keep) | why;
+    }
 }
 
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why)
 {
-    note_change(roster, servo);
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (!servo || servo == &roster->servos[i])
-            roster->servos[i].held |= why;
+    set_held(roster, servo, UINT8_MAX, why);
 }
 
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
-    note_change(roster, servo);
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (!servo || servo == &roster->servos[i])
-            roster->servos[i].held = 0;
+    set_held(roster, servo, 0, 0);
 }
