@@ -140,19 +140,18 @@ static bool stays_slow(const struct outcome *it)
 enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const struct cds_span *span)
 {
     const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
-    struct outcome it = {
-        .next = *servo,
-        .before = cds_limits_mode(servo),
-        .mode_set = cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1),
-        .goal_set = cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1),
-        .speed_set = cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1),
-        .torque_on = torque && *torque,
-    };
+    struct outcome it;
 
     if (!cds_limits_any(servo))
         return CDS_OK;
+    it.next = *servo;
     cds_limits_take(&it.next, span);
+    it.before = cds_limits_mode(servo);
     it.mode = cds_limits_mode(&it.next);
+    it.mode_set = cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
+    it.goal_set = cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1);
+    it.speed_set = cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1);
+    it.torque_on = torque && *torque;
     if (position_limited(servo) && !stays_in_place(&it))
         return CDS_LIMIT;
     return speed_limited(servo) && !stays_slow(&it) ? CDS_LIMIT : CDS_OK;
