@@ -22,6 +22,11 @@ static CDS_APART void count(uint32_t *counter)
     ++*counter;
 }
 
+static CDS_APART void add(uint32_t *sum_us, uint16_t us)
+{
+    *sum_us += us;
+}
+
 static bool on_its_way(const struct cds_cycle *cycle)
 {
     return cycle->goals[0].result == CDS_PENDING || cycle->goals[1].result == CDS_PENDING ||
@@ -126,39 +131,34 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
     return index < cycle->count && is_dropped(cycle, &cycle->goals[cycle->front], index);
 }
 
-/* Is there nobody left to send this to? */
-static bool is_empty(struct cds_request *request)
-{
-    return *block_of(request, 0) == NO_SERVO;
-}
-
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
 static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
 {
-    struct cds_request *request = &cycle->goals[packet];
-    uint8_t *bytes = request->packet.bytes, *block = block_of(request, 0);
-    const uint8_t *whole = NULL;
-    bool dropped = false;
+    const struct cds_packet *it = &cycle->goals[packet].packet;
+    uint8_t *block = it->bytes + BLOCKS_AT;
+    const uint8_t *whole = NULL, *id = cycle->ids;
+    bool *holes = &cycle->holes[packet], dropped = false;
+    uint8_t left = *holes ? cycle->count : 0;
 
-    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++, block += BLOCK_SIZE) {
-        if (*block != cycle->ids[i])
-            dropped = true;
-        else
+    for (uint8_t i = left; i; i--, block += BLOCK_SIZE) {
+        if (*block == *id++)
             whole = block;
+        else
+            dropped = true;
     }
-    for (uint8_t i = cycle->count; dropped && i-- > 0;) {
+    for (; left; left--) {
         block -= BLOCK_SIZE;
-        if (*block == cycle->ids[i])
+        if (*block == *--id)
             continue;
         if (whole)
             memcpy(block, whole, BLOCK_SIZE);
         else
             *block = NO_SERVO;
     }
-    cycle->holes[packet] = dropped;
+    *holes = dropped;
     if (whole || !dropped) // else it is not sent
-        bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
+        it->bytes[it->size - 1u] = cds_packet_checksum(it->bytes);
 }
 
 /* Has the observer admitted every block of this packet, and would say the same again? */
@@ -308,20 +308,29 @@ static CDS_APART uint16_t left_us(const struct cds_cycle *cycle, uint32_t now_us
     return left_us > 0 ? (uint16_t)left_us : 0;
 }
 
-/* The wire was in use for so long. */
-static CDS_APART void add_wire(struct cds_cycle *cycle, uint16_t us)
-{
-    cycle->wire_us += us;
-}
-
 static CDS_APART void pass_period(struct cds_cycle *cycle)
 {
-    cycle->next_us += cycle->period_us;
-    cycle->elapsed_us += cycle->period_us;
-    if (cycle->elapsed_us >= HALVE_AT_US) {
+    add(&cycle->next_us, cycle->period_us);
+    add(&cycle->elapsed_us, cycle->period_us);
+    if (cycle->elapsed_us & HALVE_AT_US) {
         cycle->elapsed_us >>= 1;
         cycle->wire_us >>= 1;
     }
+}
+
+/* Is there nobody left to send the goals in front to? */
+static bool is_empty(struct cds_cycle *cycle)
+{
+    return *block_of(front(cycle), 0) == NO_SERVO;
+}
+
+/* False: not sent. */
+static CDS_APART bool send_goals(struct cds_cycle *cycle)
+{
+    struct cds_request *request = front(cycle);
+
+    request->vetted = is_vetted(cycle, cycle->front);
+    return cds_bus_submit(cycle->bus, request) == CDS_OK;
 }
 
 /* The next period has begun, or more than one. */
@@ -339,16 +348,14 @@ static void begin_period(struct cds_cycle *cycle)
     }
     if (late_us < 0 || late_us > (int32_t)cycle->latest_us)
         return;
-    if (cycle->committed && !is_empty(front(cycle))) {
-        front(cycle)->vetted = is_vetted(cycle, cycle->front);
-        if (cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
-            return; // still waiting in the queue since the last period
-        add_wire(cycle, cycle->goals_us);
-    }
     if (cycle->committed) {
-        count(&cycle->counters.periods);
-        if (is_empty(front(cycle)))
+        if (is_empty(cycle))
             count(&cycle->counters.unsent);
+        else if (send_goals(cycle))
+            add(&cycle->wire_us, cycle->goals_us);
+        else
+            return; // still waiting in the queue since the last period
+        count(&cycle->counters.periods);
     }
     cycle->giving_way = false;
     pass_period(cycle);
@@ -360,9 +367,8 @@ static void send_again(struct cds_cycle *cycle)
 {
     cycle->refused = false;
     vet(cycle);
-    front(cycle)->vetted = is_vetted(cycle, cycle->front);
     if (left_us(cycle, cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
-        is_empty(front(cycle)) || cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
+        is_empty(cycle) || !send_goals(cycle))
         count(&cycle->counters.unsent);
 }
 
@@ -414,12 +420,12 @@ static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
     next_turn(cycle);
     count(&cycle->counters.reads);
     if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
-        add_wire(cycle, (uint16_t)(READ_BYTES * cycle->bus->byte_time_us));
+        add(&cycle->wire_us, (uint16_t)(READ_BYTES * cycle->bus->byte_time_us));
         if (between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
         if (!cds_operation_not_sent(cycle->read.result))
-            add_wire(cycle, (uint16_t)taken_us);
+            add(&cycle->wire_us, (uint16_t)taken_us);
         count(&cycle->counters.failed);
     }
 }
