@@ -29,10 +29,10 @@ void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
         .phase = CHECK,
         .result = CDS_PENDING,
     };
-    for (uint8_t i = 0; i < count; i++) {
-        goals[i].result = CDS_PENDING;
-        goals[i].error = 0;
-        goals[i].armed = CDS_ARMED_NO;
+    for (; count; count--, goals++) {
+        goals->result = CDS_PENDING;
+        goals->error = 0;
+        goals->armed = CDS_ARMED_NO;
     }
 }
 
@@ -57,9 +57,7 @@ static void check(struct cds_group_move *move)
         move->result = CDS_NO_ROOM;
     if (move->count == 0)
         move->result = CDS_BAD_ARGUMENT;
-    for (uint8_t i = 0; i < move->count; i++) {
-        struct cds_goal *goal = &move->goals[i];
-
+    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
         if (goal->id > CDS_ID_MAX || goal->position > CDS_VALUE_MAX || goal->speed > CDS_VALUE_MAX)
             move->result = goal->result = CDS_BAD_ARGUMENT;
     }
