@@ -4,7 +4,7 @@
 #include <stdbool.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
-#include "opaque.h"        // CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 #include "operation.h"     // cds_operation_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
@@ -137,8 +137,9 @@ static void send(struct cds_setup *setup)
         setup->result = (uint8_t)submitted;
 }
 
-enum cds_result cds_setup_poll(struct cds_setup *setup)
+CDS_APART enum cds_result cds_setup_poll(struct cds_setup *setup)
 {
+    CDS_OPAQUE(setup);
     if (setup->in_flight) {
         if (setup->request->result == CDS_PENDING)
             return CDS_PENDING;
