@@ -6,6 +6,7 @@
 
 #include "cds55xx/scan.h"  // cds_scan_listed_bauds
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "flash.h"         // CDS_FLASH
 #include "operation.h"     // cds_operation_take()
 #include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
@@ -40,20 +41,15 @@ enum diagnose_phase {
 /* What the candidate is wanted for. */
 enum diagnose_purpose { TO_EXAMINE, TO_TELL, TO_COMPARE };
 
-/* Exchanges of a series, from KNOCK on. */
-static uint8_t wanted(uint8_t phase)
-{
-    switch (phase) {
-    case KNOCK: return 4;
-    case SAME:
-    case DIFFERING: return 6;
-    case SEEK: return 1;
-    case WAKE: return 43; // of 6 bytes: more than any LENGTH
-    case ELSEWHERE:
-    case ELSEWHERE_ANYONE: return 2;
-    default: return 3;
-    }
-}
+/* Exchanges of a series. */
+static const CDS_FLASH uint8_t wanted[] = {
+    [KNOCK] = 4,     [SAME] = 6,
+    [DIFFERING] = 6, [LIMITS] = 3,
+    [HASTE] = 3,     [ANYONE] = 3,
+    [SEEK] = 1,      [NAME] = 3,
+    [WAKE] = 43, // of 6 bytes: more than any LENGTH
+    [ELSEWHERE] = 2, [ELSEWHERE_ANYONE] = 2,
+};
 
 enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose, struct cds_bus *bus,
                                    struct cds_request *request, uint8_t id)
@@ -276,6 +272,11 @@ static void exchange_ended(struct cds_diagnose *diagnose)
 
 /* ---- what a series tells ---- */
 
+static CDS_APART void add(uint16_t *sum, uint16_t now, uint16_t base)
+{
+    *sum = (uint16_t)(*sum + now - base);
+}
+
 /* Adds what the counters have moved since the series began. */
 static void gather(struct cds_diagnose *diagnose)
 {
@@ -283,16 +284,15 @@ static void gather(struct cds_diagnose *diagnose)
     struct cds_counters now;
 
     cds_bus_counters(diagnose->bus, &now);
-    diagnose->foreign = (uint16_t)(diagnose->foreign + now.foreign - base->foreign);
-    diagnose->echo_errors = (uint16_t)(diagnose->echo_errors + now.echo_errors - base->echo_errors);
-    diagnose->overruns = (uint16_t)(diagnose->overruns + now.overruns - base->overruns);
+    add(&diagnose->foreign, now.foreign, base->foreign);
+    add(&diagnose->echo_errors, now.echo_errors, base->echo_errors);
+    add(&diagnose->overruns, now.overruns, base->overruns);
     if (diagnose->bus->last_id != CDS_BROADCAST_ID) { // that one may be answered by several
-        diagnose->extra = (uint16_t)(diagnose->extra + now.extra - base->extra);
-        diagnose->late = (uint16_t)(diagnose->late + now.late - base->late);
+        add(&diagnose->extra, now.extra, base->extra);
+        add(&diagnose->late, now.late, base->late);
     }
     if (diagnose->phase == LISTEN) // bytes that were damaged are counted, not stored
-        diagnose->unasked =
-            (uint16_t)(diagnose->unasked + now.framing_errors - base->framing_errors);
+        add(&diagnose->unasked, now.framing_errors, base->framing_errors);
     diagnose->base = now;
 }
 
@@ -421,8 +421,10 @@ static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
 
 static void knocked(struct cds_diagnose *diagnose)
 {
-    diagnose->ping = diagnose->series;
-    if (diagnose->ping.answered + diagnose->ping.damaged) {
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    diagnose->ping = *series;
+    if (series->answered + series->damaged) {
         diagnose->found_id = diagnose->target;
         enter(diagnose, SAME);
     } else if (diagnose->late) {
@@ -438,7 +440,7 @@ static void knocked(struct cds_diagnose *diagnose)
 
 /* Are answers damaged, and most of those whole but for their beginning? Then it answers before the
  * driver has let go. */
-static bool is_too_quick(const struct cds_diagnose_tally *tally)
+static CDS_APART bool is_too_quick(const struct cds_diagnose_tally *tally)
 {
     return tally->cut >= FEW && tally->cut >= tally->asked / 4 &&
            3 * (tally->damaged - tally->cut) <= tally->cut;
@@ -446,8 +448,10 @@ static bool is_too_quick(const struct cds_diagnose_tally *tally)
 
 static void read_the_same(struct cds_diagnose *diagnose)
 {
-    diagnose->same = diagnose->series;
-    if (diagnose->same.silent < diagnose->same.asked || diagnose->ping.silent >= FEW)
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    diagnose->same = *series;
+    if (series->silent < series->asked || diagnose->ping.silent >= FEW)
         enter(diagnose, DIFFERING);
     else if (is_too_quick(&diagnose->ping))
         find(diagnose, CDS_FINDING_TOO_QUICK);
@@ -457,18 +461,17 @@ static void read_the_same(struct cds_diagnose *diagnose)
 
 static void read_what_differs(struct cds_diagnose *diagnose)
 {
-    const struct cds_diagnose_tally *total = &diagnose->total;
+    const struct cds_diagnose_tally *total = &diagnose->total, *series = &diagnose->series;
     uint8_t bad = (uint8_t)(total->asked - total->answered);
-    uint8_t of_them, same;
+    uint8_t of_them = (uint8_t)(series->damaged - series->cut);
+    uint8_t same = (uint8_t)(bad - (series->asked - series->answered));
 
-    diagnose->differing = diagnose->series;
-    of_them = (uint8_t)(diagnose->differing.damaged - diagnose->differing.cut);
-    same = (uint8_t)(bad - (diagnose->differing.asked - diagnose->differing.answered));
+    diagnose->differing = *series;
     if (bad < FEW) {
         enter(diagnose, LIMITS);
     } else if (is_too_quick(total)) {
         find(diagnose, CDS_FINDING_TOO_QUICK);
-    } else if (same <= FEW && of_them + 1 >= diagnose->differing.asked) {
+    } else if (same <= FEW && of_them + 1 >= series->asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
         diagnose->purpose = TO_COMPARE;
@@ -651,7 +654,7 @@ static void go_on(struct cds_diagnose *diagnose)
         break;
     case GIVE_BACK: give_back(diagnose); break;
     default:
-        if (series->asked == wanted(diagnose->phase) || series->busy >= FEW ||
+        if (series->asked == wanted[diagnose->phase] || series->busy >= FEW ||
             (until_answered && series->answered))
             series_ended(diagnose);
         else if (tuned(diagnose))
