@@ -380,7 +380,9 @@ static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
 
 static CDS_APART void next_turn(struct cds_cycle *cycle)
 {
-    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+    cycle->turn++;
+    if (cycle->turn >= cycle->count)
+        cycle->turn = 0;
 }
 
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
@@ -475,12 +477,16 @@ uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 {
     uint16_t left = left_us(cycle, cds_port_now_us());
-    bool room = !cycle->bus->request && left >= SUBMIT_US && left - SUBMIT_US >= us;
+    bool idle = !cycle->bus->request;
 
     if (cycle->stopping)
-        return !cycle->bus->request;
-    cycle->giving_way = !room && us <= cds_cycle_room_us(cycle); // else nothing is worth it
-    return room;
+        return idle;
+    cycle->giving_way = false;
+    if (idle && left >= SUBMIT_US && left - SUBMIT_US >= us)
+        return true;
+    if (us <= cds_cycle_room_us(cycle)) // else nothing is worth it
+        cycle->giving_way = true;
+    return false;
 }
 
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)

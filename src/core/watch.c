@@ -23,9 +23,7 @@ enum cds_result cds_watch_begin(struct cds_watch *watch, struct cds_roster *rost
         .step_us = roster->count ? period_us / roster->count : period_us,
         .look_us = now_us,
         .seek_us = now_us,
-        .back_us = now_us,
-        .epoch = (uint16_t)(roster->observer.epoch - 1u),
-        .back = roster->count,
+        .epoch = (uint16_t)(roster->observer.epoch - 1u), // who is back is looked for first
     };
     watch->request.packet.bytes = watch->buffer;
     watch->request.packet.room = sizeof watch->buffer;
@@ -119,7 +117,9 @@ static uint8_t next_away(const struct cds_watch *watch)
     uint8_t at = watch->seeker;
 
     for (uint8_t i = 0; i < roster->count; i++) {
-        at = at + 1u < roster->count ? (uint8_t)(at + 1u) : 0;
+        at++;
+        if (at >= roster->count)
+            at = 0;
         if (roster->servos[at].presence == CDS_PRESENCE_AWAY)
             return at;
     }
@@ -142,7 +142,9 @@ static void look(struct cds_watch *watch, uint32_t now_us)
 {
     if (!ask(watch, watch->turn, now_us))
         return;
-    watch->turn = watch->turn + 1u < watch->roster->count ? (uint8_t)(watch->turn + 1u) : 0;
+    watch->turn++;
+    if (watch->turn >= watch->roster->count)
+        watch->turn = 0;
     watch->look_us += watch->step_us;
     if (is_due(watch->look_us, now_us)) // it was held up: no burst to make up for that
         watch->look_us = now_us + watch->step_us;
