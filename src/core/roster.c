@@ -61,29 +61,27 @@ static bool means_several(const struct cds_roster *roster, uint8_t id)
     return id == CDS_BROADCAST_ID || roster->ambiguous;
 }
 
-/* All that `id` may mean, one after the other; one at the most, mostly, and found soon. */
-static struct cds_roster_servo *first_of(struct cds_roster *roster, uint8_t id)
-{
-    return means_several(roster, id) ? from(roster, id, roster->servos) : by_id(roster, id);
-}
-
+/* All that `id` may mean, one after the other, the first one behind NULL; one at the most, mostly,
+ * and found soon. */
 static struct cds_roster_servo *next_of(struct cds_roster *roster, uint8_t id,
                                         struct cds_roster_servo *servo)
 {
-    return means_several(roster, id) ? from(roster, id, servo + 1) : NULL;
+    if (means_several(roster, id))
+        return from(roster, id, servo ? servo + 1 : roster->servos);
+    return servo ? NULL : by_id(roster, id);
 }
 
 struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
 {
     struct cds_roster_servo *servo = by_id(roster, id);
 
-    return servo || id == CDS_BROADCAST_ID ? servo : first_of(roster, id);
+    return servo || id == CDS_BROADCAST_ID ? servo : next_of(roster, id, NULL);
 }
 
 /* Can nobody else have sent what came from `id`? */
 static bool is_alone(struct cds_roster *roster, uint8_t id)
 {
-    struct cds_roster_servo *servo = first_of(roster, id);
+    struct cds_roster_servo *servo = next_of(roster, id, NULL);
 
     return servo && !next_of(roster, id, servo);
 }
@@ -324,9 +322,7 @@ static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *serv
 /* A part of a packet: data for one servo, or for all of them. */
 struct part {
     struct cds_span span;
-    uint8_t id;
-    bool alone;      // it is all of the packet
-    bool registered; // of a REG WRITE
+    uint8_t id, instruction;
 };
 
 /* Part `index` of the packet `bytes`, a WRITE, REG WRITE or SYNC WRITE; false if there is none. */
@@ -339,9 +335,8 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
     if (count < 2)
         return false;
     part->span.address = parameters[0];
-    part->registered = bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE;
-    part->alone = bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE;
-    if (part->alone) {
+    part->instruction = bytes[CDS_AT_INSTRUCTION];
+    if (part->instruction != CDS_SYNC_WRITE) {
         part->id = bytes[CDS_AT_ID];
         part->span.data = parameters + 1;
         part->span.length = (uint8_t)(count - 1u);
@@ -416,19 +411,32 @@ static bool stays_known(const struct cds_roster_servo *servo, const struct part 
 {
     const uint8_t *id = cds_span_byte(&part->span, CDS_REG_ID);
 
-    if (part->registered &&
+    if (part->instruction == CDS_REG_WRITE &&
         (cds_span_touches(&part->span, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
          cds_span_byte(&part->span, CDS_REG_STATUS_RETURN_LEVEL)))
         return false;
     return !id || may_become(servo, *id);
 }
 
+/* ACTION drives whoever has a registered write. */
+static enum cds_result judge_action(const struct cds_roster_servo *servo)
+{
+    if (servo->armed && is_held(servo))
+        return CDS_HELD;
+    return servo->armed_unjudged && cds_limits_any(servo) ? CDS_LIMIT : CDS_OK;
+}
+
 /* Of many servos one that is away stops no other: it does not hear this, and if it is just back,
  * its torque is off. */
 static enum cds_result judge(const struct cds_roster_servo *servo, const struct part *part)
 {
-    bool away = servo->presence == CDS_PRESENCE_AWAY && part->alone && part->id != CDS_BROADCAST_ID;
+    bool away = servo->presence == CDS_PRESENCE_AWAY && part->instruction != CDS_SYNC_WRITE &&
+                part->id != CDS_BROADCAST_ID;
 
+    if (part->instruction == CDS_ACTION)
+        return judge_action(servo);
+    if (part->instruction == CDS_RESET)
+        return may_become(servo, FACTORY_ID) ? CDS_OK : CDS_LIMIT;
     if ((is_held(servo) || away) && drives(&part->span))
         return CDS_HELD;
     if (!stays_known(servo, part))
@@ -440,7 +448,7 @@ static __attribute__((noinline)) enum cds_result judge_block(const struct cds_ro
                                                              uint8_t address, const uint8_t *data,
                                                              uint8_t length)
 {
-    struct part part = {.span = {data, address, length}, .id = servo->id};
+    struct part part = {{data, address, length}, servo->id, CDS_SYNC_WRITE};
 
     return judge(servo, &part);
 }
@@ -486,9 +494,9 @@ static enum cds_result refuse(struct cds_roster *roster, uint8_t id, enum cds_re
 /* A part of a packet to all whom its ID means. */
 static enum cds_result judge_part(struct cds_roster *roster, const struct part *part)
 {
-    struct cds_roster_servo *servo = first_of(roster, part->id);
+    struct cds_roster_servo *servo = NULL;
 
-    for (; servo; servo = next_of(roster, part->id, servo)) {
+    while ((servo = next_of(roster, part->id, servo))) {
         enum cds_result result = judge(servo, part);
 
         if (result != CDS_OK)
@@ -514,7 +522,7 @@ static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *by
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
         enum cds_result result;
 
-        if (part.alone || means_several(roster, part.id))
+        if (part.instruction != CDS_SYNC_WRITE || means_several(roster, part.id))
             result = judge_part(roster, &part);
         else
             result = judge_one(roster, &part);
@@ -524,36 +532,12 @@ static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *by
     return CDS_OK;
 }
 
-/* ACTION drives whoever has a registered write. */
-static enum cds_result judge_action(struct cds_roster *roster, uint8_t id)
-{
-    struct cds_roster_servo *servo = first_of(roster, id);
-
-    for (; servo; servo = next_of(roster, id, servo)) {
-        if (servo->armed && is_held(servo))
-            return refuse(roster, servo->id, CDS_HELD);
-        if (servo->armed_unjudged && cds_limits_any(servo))
-            return refuse(roster, servo->id, CDS_LIMIT);
-    }
-    return CDS_OK;
-}
-
-static enum cds_result judge_reset(struct cds_roster *roster, uint8_t id)
-{
-    struct cds_roster_servo *servo = first_of(roster, id);
-
-    for (; servo; servo = next_of(roster, id, servo))
-        if (!may_become(servo, FACTORY_ID))
-            return refuse(roster, servo->id, CDS_LIMIT);
-    return CDS_OK;
-}
-
 /* What the servo's own settings mean for this exchange: of several that may have this ID, the
  * slowest, and the one that says most. */
 static enum cds_result suit(struct cds_roster *roster, struct cds_request *request, uint8_t id,
                             uint8_t instruction)
 {
-    struct cds_roster_servo *servo = first_of(roster, id);
+    struct cds_roster_servo *servo = next_of(roster, id, NULL);
     uint16_t delay_us = 0;
     uint8_t level = LEVEL_PING;
 
@@ -591,10 +575,8 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
 
     if (writes(instruction) && !is_torque_off(bytes))
         result = judge_writes(roster, bytes);
-    else if (instruction == CDS_ACTION)
-        result = judge_action(roster, id);
-    else if (instruction == CDS_RESET)
-        result = judge_reset(roster, id);
+    else if (instruction == CDS_ACTION || instruction == CDS_RESET)
+        result = judge_part(roster, &(struct part){.id = id, .instruction = instruction});
     if (result == CDS_OK && id != CDS_BROADCAST_ID) {
         result = suit(roster, request, id, instruction);
         if (result != CDS_OK)
@@ -696,7 +678,7 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
         return;
     }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
-        servo = first_of(roster, part.id);
+        servo = next_of(roster, part.id, NULL);
         while (servo) { // whose ID changes here must not be met by it again
             struct cds_roster_servo *next = next_of(roster, part.id, servo);
 
@@ -840,7 +822,7 @@ static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
 static __attribute__((noinline)) void take_news(struct cds_roster *roster,
                                                 const struct cds_bus_news *news)
 {
-    struct cds_roster_servo *servo = first_of(roster, news->id);
+    struct cds_roster_servo *servo = next_of(roster, news->id, NULL);
 
     note_alarms(roster, news->id == CDS_BROADCAST_ID ? NULL : servo, news->error);
     if (news->event == CDS_BUS_ENDED)
