@@ -107,7 +107,7 @@ static void start(struct cds_scan *scan)
 }
 
 /* The bus at this rate; false while it is busy. */
-static bool tuned(struct cds_scan *scan, uint8_t baud)
+static CDS_APART bool tuned(struct cds_scan *scan, uint8_t baud)
 {
     return scan->bus->baud == baud || cds_bus_set_baud(scan->bus, baud) == CDS_OK;
 }
