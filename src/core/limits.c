@@ -13,6 +13,13 @@ const uint8_t *cds_span_byte(const struct cds_span *span, uint8_t reg)
     return reg >= span->address && index < span->length ? span->data + index : NULL;
 }
 
+uint8_t cds_span_value(const struct cds_span *span, uint8_t reg, uint8_t otherwise)
+{
+    const uint8_t *byte = cds_span_byte(span, reg);
+
+    return byte ? *byte : otherwise;
+}
+
 bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last)
 {
     return span->address <= last && span->address + span->length > first;
@@ -139,7 +146,6 @@ static bool stays_slow(const struct outcome *it)
 
 enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const struct cds_span *span)
 {
-    const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
     struct outcome it;
 
     if (!cds_limits_any(servo))
@@ -151,7 +157,7 @@ enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const str
     it.mode_set = cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
     it.goal_set = cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1);
     it.speed_set = cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1);
-    it.torque_on = torque && *torque;
+    it.torque_on = cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0);
     if (position_limited(servo) && !stays_in_place(&it))
         return CDS_LIMIT;
     return speed_limited(servo) && !stays_slow(&it) ? CDS_LIMIT : CDS_OK;

@@ -14,6 +14,9 @@ struct cds_span {
 /* The register `reg` of one byte; NULL if it is not among them. */
 const uint8_t *cds_span_byte(const struct cds_span *span, uint8_t reg);
 
+/* Its value, or `otherwise` if it is not among them. */
+uint8_t cds_span_value(const struct cds_span *span, uint8_t reg, uint8_t otherwise);
+
 /* Is any of the registers `first` to `last` among them? */
 bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last);
 

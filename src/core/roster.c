@@ -201,12 +201,10 @@ static void learn_doubtful_speed(struct cds_roster *roster, struct cds_roster_se
 /* A setting, if it is there. True: it was another one. */
 static bool learn_byte(uint8_t *setting, const struct cds_span *span, uint8_t reg)
 {
-    const uint8_t *byte = cds_span_byte(span, reg);
-    bool changed = byte && *byte != *setting;
+    uint8_t before = *setting;
 
-    if (changed)
-        *setting = *byte;
-    return changed;
+    *setting = cds_span_value(span, reg, before);
+    return *setting != before;
 }
 
 static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
@@ -237,7 +235,7 @@ static void learn_registered(struct cds_roster *roster, struct cds_roster_servo 
 static void learn(struct cds_roster *roster, struct cds_roster_servo *servo,
                   const struct cds_span *span, bool certain)
 {
-    const uint8_t *registered = cds_span_byte(span, CDS_REG_REGISTERED_INSTRUCTION);
+    const uint8_t *registered;
 
     if (span->address <= CDS_REG_STATUS_RETURN_LEVEL)
         learn_settings(roster, servo, span);
@@ -250,6 +248,7 @@ static void learn(struct cds_roster *roster, struct cds_roster_servo *servo,
         else if (cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1))
             learn_doubtful_speed(roster, servo);
     }
+    registered = cds_span_byte(span, CDS_REG_REGISTERED_INSTRUCTION);
     if (registered && certain)
         learn_registered(roster, servo, *registered);
 }
@@ -257,14 +256,13 @@ static void learn(struct cds_roster *roster, struct cds_roster_servo *servo,
 static void learn_written(struct cds_roster *roster, struct cds_roster_servo *servo,
                           const struct cds_span *span, bool certain)
 {
-    const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
-    const uint8_t *id = cds_span_byte(span, CDS_REG_ID);
+    const uint8_t *byte;
 
     learn(roster, servo, span, certain);
-    if (torque)
-        servo->torque = *torque;
-    if (id)
-        learn_id(roster, servo, *id, certain);
+    if ((byte = cds_span_byte(span, CDS_REG_TORQUE_ENABLE)))
+        servo->torque = *byte;
+    if ((byte = cds_span_byte(span, CDS_REG_ID)))
+        learn_id(roster, servo, *byte, certain);
 }
 
 /* What it holds is not known any more. */
@@ -390,12 +388,8 @@ bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
  * what was a speed to reach a goal with turns it endlessly. */
 static bool drives(const struct cds_span *span)
 {
-    const uint8_t *torque;
-
-    if (cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1))
-        return true; // first: what a cycle drops
-    torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
-    return (torque && *torque) ||
+    return cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1) ||
+           cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0) ||
            cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
 }
 
@@ -409,13 +403,11 @@ static bool may_become(const struct cds_roster_servo *servo, uint8_t id)
  * not be heard has changed its ID, rate, delay, mode or level. */
 static bool stays_known(const struct cds_roster_servo *servo, const struct part *part)
 {
-    const uint8_t *id = cds_span_byte(&part->span, CDS_REG_ID);
-
     if (part->instruction == CDS_REG_WRITE &&
         (cds_span_touches(&part->span, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
          cds_span_byte(&part->span, CDS_REG_STATUS_RETURN_LEVEL)))
         return false;
-    return !id || may_become(servo, *id);
+    return may_become(servo, cds_span_value(&part->span, CDS_REG_ID, servo->id));
 }
 
 /* ACTION drives whoever has a registered write. */
@@ -469,9 +461,12 @@ enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_
                                        uint8_t address, const uint8_t *data, uint8_t length)
 {
     struct cds_roster *roster = of(observer);
-    uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
-    const struct cds_roster_servo *servo = &roster->servos[next];
+    uint8_t next = (uint8_t)(roster->last + 1u);
+    const struct cds_roster_servo *servo;
 
+    if (next >= roster->count)
+        next = 0;
+    servo = &roster->servos[next];
     if (roster->ambiguous)
         return judge_blocks(roster, id, address, data, length);
     if (next < roster->count && servo->id == id)
@@ -712,18 +707,16 @@ static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, con
 static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes,
                 bool certain)
 {
-    const uint8_t *torque;
     struct part part;
 
     if (!part_of(bytes, 0, &part))
         return;
-    torque = cds_span_byte(&part.span, CDS_REG_TORQUE_ENABLE);
     learn(roster, servo, &part.span, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
     if (cds_limits_check(servo, &part.span) != CDS_OK)
         servo->armed_unjudged = true;
-    if (torque && *torque)
+    if (cds_span_value(&part.span, CDS_REG_TORQUE_ENABLE, 0))
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
