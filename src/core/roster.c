@@ -436,25 +436,30 @@ static enum cds_result judge(const struct cds_roster_servo *servo, const struct 
     return cds_limits_check(servo, &part->span);
 }
 
-static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
+/* A part of a packet to all whom its ID means. `refused_id`: whom it must not go to. */
+static enum cds_result judge_part(struct cds_roster *roster, const struct part *part,
+                                  uint8_t *refused_id)
+{
+    struct cds_roster_servo *servo = NULL;
+
+    while ((servo = next_of(roster, part->id, servo))) {
+        enum cds_result result = judge(servo, part);
+
+        if (result != CDS_OK) {
+            *refused_id = servo->id;
+            return result;
+        }
+    }
+    return CDS_OK;
+}
+
+static __attribute__((noinline)) enum cds_result judge_block(struct cds_roster *roster, uint8_t id,
                                                              uint8_t address, const uint8_t *data,
                                                              uint8_t length)
 {
-    struct part part = {{data, address, length}, servo->id, CDS_SYNC_WRITE};
+    struct part part = {{data, address, length}, id, CDS_SYNC_WRITE};
 
-    return judge(servo, &part);
-}
-
-static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster *roster, uint8_t id,
-                                                              uint8_t address, const uint8_t *data,
-                                                              uint8_t length)
-{
-    struct cds_roster_servo *servo = from(roster, id, roster->servos);
-    enum cds_result result = CDS_OK;
-
-    for (; servo && result == CDS_OK; servo = from(roster, id, servo + 1))
-        result = judge_block(servo, address, data, length);
-    return result;
+    return judge_part(roster, &part, &id);
 }
 
 enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_t id,
@@ -464,67 +469,38 @@ enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_
     uint8_t next = (uint8_t)(roster->last + 1u);
     const struct cds_roster_servo *servo;
 
-    if (next >= roster->count)
+    if (roster->ambiguous || address != CDS_REG_GOAL_POSITION || length != CDS_GOAL_SIZE)
+        return judge_block(roster, id, address, data, length);
+    if (next >= roster->count) // by the short way: 50 of them in 4 ms
         next = 0;
     servo = &roster->servos[next];
-    if (roster->ambiguous)
-        return judge_blocks(roster, id, address, data, length);
     if (next < roster->count && servo->id == id)
         roster->last = next;
     else
         servo = by_id(roster, id);
     if (!servo)
         return CDS_OK;
-    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) // 50 of them in 4 ms
-        return is_held(servo) ? CDS_HELD : cds_limits_check_goal(servo, data);
-    return judge_block(servo, address, data, length);
+    return is_held(servo) ? CDS_HELD : cds_limits_check_goal(servo, data);
 }
 
-static enum cds_result refuse(struct cds_roster *roster, uint8_t id, enum cds_result why)
+/* One servo's part of many goes by the short way. */
+static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes,
+                                    uint8_t *refused_id)
 {
-    roster->refused_id = id;
-    return why;
-}
-
-/* A part of a packet to all whom its ID means. */
-static enum cds_result judge_part(struct cds_roster *roster, const struct part *part)
-{
-    struct cds_roster_servo *servo = NULL;
-
-    while ((servo = next_of(roster, part->id, servo))) {
-        enum cds_result result = judge(servo, part);
-
-        if (result != CDS_OK)
-            return refuse(roster, servo->id, result);
-    }
-    return CDS_OK;
-}
-
-/* One servo's part of many: by the short way, as they may be 50. */
-static enum cds_result judge_one(struct cds_roster *roster, const struct part *part)
-{
-    const struct cds_span *span = &part->span;
-    enum cds_result result = cds_roster_admit_block(&roster->observer, part->id, span->address,
-                                                    span->data, span->length);
-
-    return result == CDS_OK ? CDS_OK : refuse(roster, part->id, result);
-}
-
-static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes)
-{
+    const struct cds_span *span;
     struct part part;
+    enum cds_result result = CDS_OK;
 
-    for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
-        enum cds_result result;
-
+    for (uint8_t i = 0; result == CDS_OK && part_of(bytes, i, &part); i++) {
+        span = &part.span;
+        *refused_id = part.id;
         if (part.instruction != CDS_SYNC_WRITE || means_several(roster, part.id))
-            result = judge_part(roster, &part);
+            result = judge_part(roster, &part, refused_id);
         else
-            result = judge_one(roster, &part);
-        if (result != CDS_OK)
-            return result;
+            result = cds_roster_admit_block(&roster->observer, part.id, span->address, span->data,
+                                            span->length);
     }
-    return CDS_OK;
+    return result;
 }
 
 /* What the servo's own settings mean for this exchange: of several that may have this ID, the
@@ -565,18 +541,18 @@ static enum cds_result suit(struct cds_roster *roster, struct cds_request *reque
 static enum cds_result judge_packet(struct cds_roster *roster, struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
-    uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION];
+    uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION], refused_id = id;
     enum cds_result result = CDS_OK;
 
     if (writes(instruction) && !is_torque_off(bytes))
-        result = judge_writes(roster, bytes);
+        result = judge_writes(roster, bytes, &refused_id);
     else if (instruction == CDS_ACTION || instruction == CDS_RESET)
-        result = judge_part(roster, &(struct part){.id = id, .instruction = instruction});
-    if (result == CDS_OK && id != CDS_BROADCAST_ID) {
+        result =
+            judge_part(roster, &(struct part){.id = id, .instruction = instruction}, &refused_id);
+    if (result == CDS_OK && id != CDS_BROADCAST_ID)
         result = suit(roster, request, id, instruction);
-        if (result != CDS_OK)
-            roster->refused_id = id;
-    }
+    if (result != CDS_OK)
+        roster->refused_id = refused_id;
     return result;
 }
 
