@@ -113,52 +113,45 @@ enum cds_result cds_limits_check_goal(const struct cds_roster_servo *servo, cons
                                                                                    : CDS_LIMIT;
 }
 
-/* What a write sets, and what the servo is with it. */
-struct outcome {
-    struct cds_roster_servo next;
-    enum cds_mode before, mode;
-    bool mode_set, goal_set, speed_set, torque_on;
-};
-
-/* Would it stay within the limits of its goal, with its torque on? Switched to position mode, or
- * on, it goes to the goal it holds. Of a speed only 0 is good in any mode. */
-static bool stays_in_place(const struct outcome *it)
-{
-    const struct cds_roster_servo *next = &it->next;
-    bool begins = it->torque_on || (it->mode_set && it->before != CDS_MODE_POSITION);
-    bool moves = it->speed_set && !(next->speed_known && next->speed_0);
-
-    if ((begins || it->goal_set) && !next->goal_known)
-        return false;
-    return it->mode == CDS_MODE_POSITION || !(it->mode_set || it->torque_on || moves);
-}
-
-/* ... and below the limit of its speed, going where it is told? */
-static bool stays_slow(const struct outcome *it)
-{
-    bool goes = it->goal_set && it->mode != CDS_MODE_TURN;
-    bool other = it->mode_set && (it->mode == CDS_MODE_UNKNOWN || it->mode != it->before);
-
-    if (!(it->speed_set || goes || it->torque_on || other))
-        return true;
-    return it->next.speed_known && (it->mode == CDS_MODE_TURN || !it->next.speed_0);
-}
-
+/* Would it go beyond a limit? `next` is what it is with this write. Switched to position mode, or
+ * on, it goes to the goal it holds; of a speed only 0 is good in any mode. */
 enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const struct cds_span *span)
 {
-    struct outcome it;
+    bool mode_set, goal_set, speed_set, goal_counts, mode_counts, speed_counts;
+    enum cds_mode before = cds_limits_mode(servo), mode;
+    struct cds_roster_servo next;
 
     if (!cds_limits_any(servo))
         return CDS_OK;
-    it.next = *servo;
-    cds_limits_take(&it.next, span);
-    it.before = cds_limits_mode(servo);
-    it.mode = cds_limits_mode(&it.next);
-    it.mode_set = cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
-    it.goal_set = cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1);
-    it.speed_set = cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1);
-    it.torque_on = cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0);
-    if (position_limited(servo) && !stays_in_place(&it))
+    next = *servo;
+    cds_limits_take(&next, span);
+    mode = cds_limits_mode(&next);
+    mode_set = cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
+    goal_set = cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1);
+    speed_set = cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1);
+    goal_counts = mode_counts = speed_counts = cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0);
+    if (goal_set) {
+        goal_counts = true;
+        if (mode != CDS_MODE_TURN) // else it goes nowhere
+            speed_counts = true;
+    }
+    if (speed_set) {
+        speed_counts = true;
+        if (!next.speed_known || !next.speed_0)
+            mode_counts = true;
+    }
+    if (mode_set) {
+        mode_counts = true;
+        if (before != CDS_MODE_POSITION)
+            goal_counts = true;
+        if (mode == CDS_MODE_UNKNOWN || mode != before)
+            speed_counts = true;
+    }
+    if (position_limited(servo) &&
+        ((goal_counts && !next.goal_known) || (mode_counts && mode != CDS_MODE_POSITION)))
         return CDS_LIMIT;
-    return speed_limited(servo) && !stays_slow(&it) ? CDS_LIMIT : CDS_OK;
+    if (speed_limited(servo) && speed_counts &&
+        (!next.speed_known || (next.speed_0 && mode != CDS_MODE_TURN)))
+        return CDS_LIMIT;
+    return CDS_OK;
 }
