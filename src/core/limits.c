@@ -4,8 +4,6 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 
-enum found { NONE, HALF, WHOLE };
-
 const uint8_t *cds_span_byte(const struct cds_span *span, uint8_t reg)
 {
     uint8_t index = (uint8_t)(reg - span->address);
@@ -30,16 +28,10 @@ static uint16_t word_at(const uint8_t *data)
     return (uint16_t)(data[0] | (uint16_t)data[1] << 8);
 }
 
-/* The word at `reg`, low byte first (R28), if it is there. */
-static enum found word_of(const struct cds_span *span, uint8_t reg, uint16_t *word)
+/* The word at `reg`, low byte first (R28); NULL if one of its bytes is missing. */
+static const uint8_t *word_of(const struct cds_span *span, uint8_t reg)
 {
-    const uint8_t *low = cds_span_byte(span, reg);
-    const uint8_t *high = cds_span_byte(span, (uint8_t)(reg + 1));
-
-    if (!low || !high)
-        return low || high ? HALF : NONE;
-    *word = word_at(low);
-    return WHOLE;
+    return cds_span_byte(span, (uint8_t)(reg + 1)) ? cds_span_byte(span, reg) : NULL;
 }
 
 static bool position_limited(const struct cds_roster_servo *servo)
@@ -69,30 +61,28 @@ static bool goal_is_good(const struct cds_roster_servo *servo, uint16_t goal)
 /* The angle limit at `reg`, of which `known` was known. */
 static uint8_t angle_limit(uint8_t known, const struct cds_span *span, uint8_t reg)
 {
-    const uint8_t *low = cds_span_byte(span, reg);
-    const uint8_t *high = cds_span_byte(span, (uint8_t)(reg + 1));
-
-    if (!low && !high)
+    if (!cds_span_touches(span, reg, (uint8_t)(reg + 1)))
         return known;
-    if ((low && *low) || (high && *high))
+    if (cds_span_value(span, reg, 0) || cds_span_value(span, (uint8_t)(reg + 1), 0))
         return CDS_ANGLE_SET;
-    return (low && high) || known == CDS_ANGLE_0 ? CDS_ANGLE_0 : CDS_ANGLE_UNKNOWN;
+    return word_of(span, reg) || known == CDS_ANGLE_0 ? CDS_ANGLE_0 : CDS_ANGLE_UNKNOWN;
 }
 
 void cds_limits_take(struct cds_roster_servo *servo, const struct cds_span *span)
 {
-    uint16_t word = 0;
-    enum found found = word_of(span, CDS_REG_GOAL_POSITION, &word);
+    const uint8_t *word = word_of(span, CDS_REG_GOAL_POSITION);
+    uint16_t magnitude = 0;
 
     servo->cw_limit = angle_limit(servo->cw_limit, span, CDS_REG_CW_ANGLE_LIMIT);
     servo->ccw_limit = angle_limit(servo->ccw_limit, span, CDS_REG_CCW_ANGLE_LIMIT);
-    if (found != NONE)
-        servo->goal_known = found == WHOLE && goal_is_good(servo, word);
-    found = word_of(span, CDS_REG_MOVING_SPEED, &word);
-    if (found != NONE) {
-        word &= CDS_VALUE_MAX;
-        servo->speed_known = found == WHOLE && word <= servo->fastest;
-        servo->speed_0 = found == HALF || word == 0;
+    if (cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1))
+        servo->goal_known = word && goal_is_good(servo, word_at(word));
+    if (cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1)) {
+        word = word_of(span, CDS_REG_MOVING_SPEED);
+        if (word)
+            magnitude = word_at(word) & CDS_VALUE_MAX;
+        servo->speed_known = word && magnitude <= servo->fastest;
+        servo->speed_0 = magnitude == 0;
     }
 }
 
