@@ -65,33 +65,33 @@ struct cds_cycle_counters {
 
 /* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). */
 struct cds_cycle {
-    struct cds_cycle_counters counters;
     struct cds_bus *bus;
-    const uint8_t *ids;                // the caller's
-    struct cds_feedback *feedback;     // the caller's, one for each of `ids`
-    uint32_t next_us;                  // when the next period begins
-    uint32_t read_at_us;               // when the READ in flight was begun,
-    uint32_t read_by_us;               // and when it has ended at the latest
-    uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
-    uint32_t elapsed_us;               // periods that are over
-    struct cds_request goals[2];       // the two packets of goals
-    struct cds_request read;           // the feedback READ
+    const uint8_t *ids;            // the caller's
+    struct cds_feedback *feedback; // the caller's, one for each of `ids`
+    struct cds_request read;       // the feedback READ
+    uint32_t next_us;              // when the next period begins
+    uint8_t count;                 // servos
+    uint8_t turn;                  // servo whose feedback is read next, or being read
+    uint8_t front;                 // packet that is sent every period; the other one is filled
+    bool committed;                // there are goals to send
+    bool filling;                  // the other packet holds all that the front one does, or newer
+    bool refused;                  // goals were, at their turn: a servo was held while they waited
+    bool reading;                  // a READ is on its way
+    bool giving_way;               // no READ begins: somebody waits for his turn
+    bool stopping;                 // cds_cycle_stop() was called
+    uint16_t period_us;            // from one beginning to the next
+    uint16_t goals_us;             // the goals on the wire
+    uint16_t latest_us;            // goals that begin later than this would hold up the next ones
+    uint32_t read_at_us;           // when the READ in flight was begun,
+    uint16_t read_us;              // and how long it takes at the most
     struct cds_bus_observer *observer; // of the bus, when goals were judged last
     uint16_t epoch[2];                 // its epoch, when all of a packet was admitted
     bool holes[2];                     // a packet has blocks of servos that were dropped
-    uint16_t period_us;                // from one beginning to the next
-    uint16_t goals_us;                 // the goals on the wire
-    uint16_t latest_us; // goals that begin later than this would hold up the next ones
+    struct cds_cycle_counters counters;
+    uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
+    uint32_t elapsed_us;               // periods that are over
+    struct cds_request goals[2];       // the two packets of goals
     uint8_t buffer[CDS_FEEDBACK_SIZE]; // of the READ
-    uint8_t count;                     // servos
-    uint8_t turn;                      // servo whose feedback is read next, or being read
-    uint8_t front;                     // packet that is sent every period; the other one is filled
-    bool committed;                    // there are goals to send
-    bool filling;    // the other packet holds all that the front one does, or newer
-    bool refused;    // goals were, at their turn: a servo was held while they waited
-    bool reading;    // a READ is on its way
-    bool giving_way; // no READ begins: somebody waits for his turn
-    bool stopping;   // cds_cycle_stop() was called
 };
 
 /* Starts a cycle for the `count` servos (1 to CDS_CYCLE_SERVOS_MAX) of `ids` (0 to 253) on an open

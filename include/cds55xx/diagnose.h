@@ -101,7 +101,7 @@ struct cds_diagnose_tally {
     uint8_t cut;      // of the damaged: whole but for the first bytes
 };
 
-/* One diagnosis: the caller reads `finding` and what stands below it, down to `exchanges`. */
+/* One diagnosis: the caller reads `finding` and all below it that is not its own. */
 struct cds_diagnose {
     struct cds_bus *bus;
     struct cds_request *request;
@@ -113,24 +113,25 @@ struct cds_diagnose {
     uint16_t value;     // SLOW: us it waits, 0 if that is not known; LOW_, HIGH_SUPPLY: mV;
                         // OVERHEATED: degrees Celsius
 
-    /* Evidence: of the servo examined, all, PING, READ of the same and of what differs; */
-    struct cds_diagnose_tally total, ping, same, differing;
-    uint16_t unasked;         // bytes, damaged ones too, heard while nobody was asked;
-    uint16_t extra, late;     // of the bus's counters, how much they moved: answers of `found_id`
-    uint16_t foreign;         // packets of others, unasked
-    uint16_t echo_errors;     // own bytes that came back changed
-    uint16_t overruns;        // bytes that this controller lost
-    uint16_t exchanges;       // progress: PINGs and READs that are over
-    struct cds_counters base; // its own, like all below
-    struct cds_diagnose_tally series;
-    uint32_t since_us, pause_us;
+    /* Evidence; */
+    struct cds_diagnose_tally total;  // of all exchanges with the servo examined
+    uint16_t unasked;                 // bytes, damaged ones too, heard while nobody was asked;
+    uint16_t extra, late;             // of the bus's counters, how much they moved: answers of
+                                      // `found_id`
+    uint16_t foreign;                 // packets of others, unasked
+    uint16_t echo_errors;             // own bytes that came back changed
+    uint16_t overruns;                // bytes that this controller lost
+    uint16_t exchanges;               // progress: PINGs and READs that are over
+    struct cds_diagnose_tally series; // its own, down to `limits`
+    uint8_t phase, purpose, aborted, in_flight, crowd, limits_known, looked_again;
+    uint8_t target, candidate, seek_id, rates_left, sent_size, head, result;
     uint16_t return_delay_us;
     uint8_t repeats, baud, own_baud;
-    uint8_t phase, purpose, aborted, in_flight, crowd, limits_known, looked_again;
-    uint8_t target, candidate, seek_id, rates_left;
-    uint8_t sent[8], sent_size, head;
-    uint8_t feedback[8], limits[9];
-    uint8_t result;
+    uint32_t since_us, pause_us;
+    uint8_t sent[8], feedback[8], limits[9];
+    struct cds_diagnose_tally ping, same, differing; // evidence: of `total`, PING, READ of the same
+                                                     // and of what differs
+    struct cds_counters base;                        // its own
 };
 
 /* Prepares a diagnosis of servo `id` (0 to 253), or, CDS_BROADCAST_ID, of whoever is found first,

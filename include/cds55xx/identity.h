@@ -49,7 +49,7 @@ struct cds_identity {
     uint8_t error;   // CDS_ERROR_* bits of the answer to it; 0 if none came
     uint8_t result;  // enum cds_result of the whole
     uint8_t address; // register to be written, the transaction's own like all below
-    uint8_t value, phase, looks, reason, started, in_flight;
+    uint8_t phase, looks, reason, started, in_flight;
     uint16_t return_delay_us;
 };
 

@@ -51,16 +51,16 @@ enum cds_stop_outcome {
 /* One stop. Zero it (static storage is), then cds_stop_begin(). */
 struct cds_stop {
     struct cds_roster *roster;
-    uint8_t *outcomes; // the caller's: enum cds_stop_outcome of each servo, in the roster's order
-    struct cds_request all[CDS_STOP_BROADCASTS]; // the broadcasts
-    struct cds_request one;                      // to the servo being looked at
-    uint16_t tries;                              // that came to nothing
-    uint8_t buffers[CDS_STOP_BROADCASTS + 1][CDS_PACKET_SIZE(2)];
+    uint8_t *outcomes;  // the caller's: enum cds_stop_outcome of each servo, in the roster's order
+    uint16_t tries;     // requests that came to nothing
     uint8_t broadcasts; // that went out
     uint8_t round;      // of looking
     uint8_t index;      // servo being looked at
     uint8_t phase;      // the stop's own
     uint8_t result;     // enum cds_result of the whole
+    struct cds_request one;                      // to the servo being looked at
+    struct cds_request all[CDS_STOP_BROADCASTS]; // the broadcasts
+    uint8_t buffers[CDS_STOP_BROADCASTS + 1][CDS_PACKET_SIZE(2)];
 };
 
 /* Holds all servos of `roster` (CDS_HOLD_STOPPED), which cds_roster_begin() has begun, and submits

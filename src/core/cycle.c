@@ -5,6 +5,7 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
 #include "goal.h"                  // cds_goal_put(), CDS_GOAL_SIZE
+#include "opaque.h"                // CDS_OPAQUE(), CDS_APART
 #include "operation.h"             // cds_operation_not_sent()
 
 #define BLOCK_SIZE  (1u + CDS_GOAL_SIZE)     // ID, goal
@@ -15,6 +16,16 @@
 #define SUBMIT_US   20          // from our look at the clock to the bus's own, at 16 MHz
 #define CATCH_UP    32          // periods passed over in one poll, however late it is
 #define HALVE_AT_US (1ul << 30) // both times of the utilisation, so that neither wraps
+
+static CDS_APART void count(uint32_t *counter)
+{
+    ++*counter;
+}
+
+static CDS_APART void add(uint32_t *sum_us, uint16_t us)
+{
+    *sum_us += us;
+}
 
 static bool on_its_way(const struct cds_cycle *cycle)
 {
@@ -29,7 +40,7 @@ static void goals_ended(struct cds_request *request)
 
     cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
     if (request->result != CDS_OK && !cycle->refused)
-        cycle->counters.unsent++;
+        count(&cycle->counters.unsent);
 }
 
 /* A whole packet whose goals are still to be set. */
@@ -49,10 +60,12 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     cds_packet_end(&request->packet);
 }
 
-/* The epoch of an observer's word that was never given. */
-static uint16_t no_epoch(const struct cds_bus *bus)
+/* All of this packet is judged, as the observer is now. */
+static CDS_APART void note_vetted(struct cds_cycle *cycle, uint8_t packet)
 {
-    return bus->observer ? (uint16_t)(bus->observer->epoch - 1u) : 0;
+    cycle->observer = cycle->bus->observer;
+    if (cycle->observer)
+        cycle->epoch[packet] = cycle->observer->epoch;
 }
 
 static bool are_ids(const uint8_t *ids, uint8_t count)
@@ -75,19 +88,13 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     if (bus->byte_time_us == 0 || count == 0 || count > CDS_CYCLE_SERVOS_MAX ||
         !are_ids(ids, count) || goals_us + CDS_REPLY_MARGIN_US > period_us)
         return CDS_BAD_ARGUMENT;
-    *cycle = (struct cds_cycle){
-        .bus = bus,
-        .ids = ids,
-        .feedback = feedback,
-        .next_us = cds_port_now_us(),
-        .period_us = period_us,
-        .goals_us = (uint16_t)goals_us,
-        .latest_us = (uint16_t)(period_us - goals_us - CDS_REPLY_MARGIN_US),
-        .observer = bus->observer,
-        .epoch = {no_epoch(bus), no_epoch(bus)},
-        .count = count,
-        .filling = true,
-    };
+    *cycle = (struct cds_cycle){.bus = bus, .ids = ids, .feedback = feedback, .count = count};
+    cycle->filling = true;
+    cycle->period_us = period_us;
+    cycle->goals_us = (uint16_t)goals_us;
+    cycle->latest_us = (uint16_t)(period_us - cycle->goals_us - CDS_REPLY_MARGIN_US);
+    cycle->next_us = cds_port_now_us();
+    note_vetted(cycle, !cycle->front); // goals are judged when they are set
     build_goals(cycle, &cycle->goals[0], packets);
     build_goals(cycle, &cycle->goals[1], packets + size);
     cycle->read.packet.bytes = cycle->buffer;
@@ -95,12 +102,12 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     return CDS_OK;
 }
 
-static struct cds_request *front(struct cds_cycle *cycle)
+static CDS_APART struct cds_request *front(struct cds_cycle *cycle)
 {
     return &cycle->goals[cycle->front];
 }
 
-static struct cds_request *back(struct cds_cycle *cycle)
+static CDS_APART struct cds_request *back(struct cds_cycle *cycle)
 {
     return &cycle->goals[!cycle->front];
 }
@@ -124,38 +131,34 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
     return index < cycle->count && is_dropped(cycle, &cycle->goals[cycle->front], index);
 }
 
-/* Is there nobody left to send this to? */
-static bool is_empty(struct cds_request *request)
-{
-    return *block_of(request, 0) == NO_SERVO;
-}
-
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
 static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
 {
-    struct cds_request *request = &cycle->goals[packet];
-    uint8_t *bytes = request->packet.bytes;
-    const uint8_t *whole = NULL;
-    bool dropped = false;
+    const struct cds_packet *it = &cycle->goals[packet].packet;
+    uint8_t *block = it->bytes + BLOCKS_AT;
+    const uint8_t *whole = NULL, *id = cycle->ids;
+    bool *holes = &cycle->holes[packet], dropped = false;
+    uint8_t left = *holes ? cycle->count : 0;
 
-    for (uint8_t i = 0; cycle->holes[packet] && i < cycle->count; i++) {
-        if (is_dropped(cycle, request, i))
-            dropped = true;
+    for (uint8_t i = left; i; i--, block += BLOCK_SIZE) {
+        if (*block == *id++)
+            whole = block;
         else
-            whole = block_of(request, i);
+            dropped = true;
     }
-    for (uint8_t i = 0; dropped && i < cycle->count; i++) {
-        uint8_t *block = block_of(request, i);
-
-        if (is_dropped(cycle, request, i) && whole)
+    for (; left; left--) {
+        block -= BLOCK_SIZE;
+        if (*block == *--id)
+            continue;
+        if (whole)
             memcpy(block, whole, BLOCK_SIZE);
-        else if (!whole)
+        else
             *block = NO_SERVO;
     }
-    cycle->holes[packet] = dropped;
+    *holes = dropped;
     if (whole || !dropped) // else it is not sent
-        bytes[request->packet.size - 1u] = cds_packet_checksum(bytes);
+        it->bytes[it->size - 1u] = cds_packet_checksum(it->bytes);
 }
 
 /* Has the observer admitted every block of this packet, and would say the same again? */
@@ -209,34 +212,30 @@ static void vet(struct cds_cycle *cycle)
     for (uint8_t i = 0; i < cycle->count; i++) {
         if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
             continue;
-        if (!is_dropped(cycle, front(cycle), i)) {
-            if (!drop(cycle, cycle->front, i))
-                continue;
+        if (drop(cycle, cycle->front, i)) {
             dropped = true;
             cycle->counters.dropped++;
         }
-        if (cycle->filling) // perhaps with a goal that was to bring it back
+        if (cycle->filling &&
+            is_dropped(cycle, front(cycle), i)) // perhaps with a goal that was to bring it back
             drop(cycle, !cycle->front, i);
     }
     if (dropped)
         finish_goals(cycle, cycle->front);
-    cycle->observer = cycle->bus->observer;
-    cycle->epoch[cycle->front] = cycle->observer->epoch;
+    note_vetted(cycle, cycle->front);
 }
 
 /* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
-static __attribute__((noinline)) enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t index,
-                                                            uint16_t position, uint16_t speed)
+static CDS_APART enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t *block, uint8_t id,
+                                            uint16_t position, uint16_t speed)
 {
     uint8_t goal[CDS_GOAL_SIZE];
-    uint8_t *block = block_of(back(cycle), index);
     enum cds_result result;
 
     cds_goal_put(goal, position, speed);
-    result = cds_bus_would_admit(cycle->bus, cycle->ids[index], CDS_REG_GOAL_POSITION, goal,
-                                 CDS_GOAL_SIZE);
+    result = cds_bus_would_admit(cycle->bus, id, CDS_REG_GOAL_POSITION, goal, CDS_GOAL_SIZE);
     if (result == CDS_OK) {
-        *block = cycle->ids[index];
+        *block = id;
     } else if (result == CDS_HELD && block[2] == NO_GOAL) {
         *block = NO_SERVO; // the others need not wait for it
         cycle->holes[!cycle->front] = true;
@@ -258,18 +257,21 @@ static void follow_front(struct cds_cycle *cycle)
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
+    struct cds_request *request = back(cycle);
     enum cds_result result = CDS_OK;
+    uint8_t *block;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
-    if (back(cycle)->result == CDS_PENDING)
+    if (request->result == CDS_PENDING)
         return CDS_BUSY;
     if (!cycle->filling)
         follow_front(cycle);
+    block = block_of(request, index);
     if (cycle->bus->observer)
-        result = judge_goal(cycle, index, position, speed);
+        result = judge_goal(cycle, block, cycle->ids[index], position, speed);
     if (result == CDS_OK)
-        cds_goal_put(block_of(back(cycle), index) + 1, position, speed);
+        cds_goal_put(block + 1, position, speed);
     return result;
 }
 
@@ -298,14 +300,37 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 
 /* ---- period after period ---- */
 
-static void pass_period(struct cds_cycle *cycle)
+/* Until the next period begins; 0 if it is due. */
+static CDS_APART uint16_t left_us(const struct cds_cycle *cycle, uint32_t now_us)
 {
-    cycle->next_us += cycle->period_us;
-    cycle->elapsed_us += cycle->period_us;
-    if (cycle->elapsed_us >= HALVE_AT_US) {
+    int32_t left_us = (int32_t)(cycle->next_us - now_us);
+
+    return left_us > 0 ? (uint16_t)left_us : 0;
+}
+
+static CDS_APART void pass_period(struct cds_cycle *cycle)
+{
+    add(&cycle->next_us, cycle->period_us);
+    add(&cycle->elapsed_us, cycle->period_us);
+    if (cycle->elapsed_us & HALVE_AT_US) {
         cycle->elapsed_us >>= 1;
         cycle->wire_us >>= 1;
     }
+}
+
+/* Is there nobody left to send the goals in front to? */
+static bool is_empty(struct cds_cycle *cycle)
+{
+    return *block_of(front(cycle), 0) == NO_SERVO;
+}
+
+/* False: not sent. */
+static CDS_APART bool send_goals(struct cds_cycle *cycle)
+{
+    struct cds_request *request = front(cycle);
+
+    request->vetted = is_vetted(cycle, cycle->front);
+    return cds_bus_submit(cycle->bus, request) == CDS_OK;
 }
 
 /* The next period has begun, or more than one. */
@@ -317,21 +342,20 @@ static void begin_period(struct cds_cycle *cycle)
     late_us = (int32_t)(cds_port_now_us() - cycle->next_us); // that may have taken a while
     for (uint8_t i = 0; late_us > (int32_t)cycle->latest_us && i < CATCH_UP; i++) {
         if (cycle->committed)
-            cycle->counters.missed++;
+            count(&cycle->counters.missed);
         pass_period(cycle);
         late_us -= cycle->period_us;
     }
     if (late_us < 0 || late_us > (int32_t)cycle->latest_us)
         return;
-    if (cycle->committed && !is_empty(front(cycle))) {
-        front(cycle)->vetted = is_vetted(cycle, cycle->front);
-        if (cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
-            return; // still waiting in the queue since the last period
-        cycle->wire_us += cycle->goals_us;
-    }
     if (cycle->committed) {
-        cycle->counters.periods++;
-        cycle->counters.unsent += is_empty(front(cycle));
+        if (is_empty(cycle))
+            count(&cycle->counters.unsent);
+        else if (send_goals(cycle))
+            add(&cycle->wire_us, cycle->goals_us);
+        else
+            return; // still waiting in the queue since the last period
+        count(&cycle->counters.periods);
     }
     cycle->giving_way = false;
     pass_period(cycle);
@@ -343,10 +367,9 @@ static void send_again(struct cds_cycle *cycle)
 {
     cycle->refused = false;
     vet(cycle);
-    front(cycle)->vetted = is_vetted(cycle, cycle->front);
-    if ((int32_t)(cycle->next_us - cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
-        is_empty(front(cycle)) || cds_bus_submit(cycle->bus, front(cycle)) != CDS_OK)
-        cycle->counters.unsent++;
+    if (left_us(cycle, cds_port_now_us()) < cycle->period_us - cycle->latest_us ||
+        is_empty(cycle) || !send_goals(cycle))
+        count(&cycle->counters.unsent);
 }
 
 /* The longest a feedback READ may take. */
@@ -355,18 +378,20 @@ static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
     return (uint16_t)(READ_BYTES * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
-static void next_turn(struct cds_cycle *cycle)
+static CDS_APART void next_turn(struct cds_cycle *cycle)
 {
-    cycle->turn = cycle->turn + 1 < cycle->count ? (uint8_t)(cycle->turn + 1) : 0;
+    cycle->turn++;
+    if (cycle->turn >= cycle->count)
+        cycle->turn = 0;
 }
 
 static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_bus *bus = cycle->bus;
-    uint32_t by_us = now_us + read_us(bus, bus->return_delay_us) + SUBMIT_US;
+    uint16_t us = (uint16_t)(read_us(bus, bus->return_delay_us) + SUBMIT_US);
     enum cds_result result;
 
-    if ((int32_t)(cycle->next_us - by_us) < 0 ||
+    if (left_us(cycle, now_us) < us ||
         cds_bus_may_answer_late(bus, cycle->ids[cycle->turn], now_us))
         return;
     result = cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]);
@@ -378,47 +403,54 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
         return;
     cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
     cycle->read_at_us = now_us;
-    cycle->read_by_us = by_us;
+    cycle->read_us = us;
     cycle->reading = true;
 }
 
 /* The READ has ended. If this poll is late, its reply was there all the same by its deadline. */
-static void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
+static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
-    uint32_t time_us = (int32_t)(now_us - cycle->read_by_us) > 0 ? cycle->read_by_us : now_us;
-    uint32_t between_us = feedback->known ? time_us - feedback->time_us : 0;
+    uint32_t taken_us = now_us - cycle->read_at_us;
+    uint32_t time_us, between_us;
 
+    if (taken_us > cycle->read_us)
+        taken_us = cycle->read_us;
+    time_us = cycle->read_at_us + taken_us;
+    between_us = feedback->known ? time_us - feedback->time_us : 0;
     cycle->reading = false;
     next_turn(cycle);
-    cycle->counters.reads++;
+    count(&cycle->counters.reads);
     if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
-        cycle->wire_us += READ_BYTES * cycle->bus->byte_time_us;
+        add(&cycle->wire_us, (uint16_t)(READ_BYTES * cycle->bus->byte_time_us));
         if (between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
         if (!cds_operation_not_sent(cycle->read.result))
-            cycle->wire_us += time_us - cycle->read_at_us;
-        cycle->counters.failed++;
+            add(&cycle->wire_us, (uint16_t)taken_us);
+        count(&cycle->counters.failed);
     }
 }
 
-enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+/* While a READ is on its way nothing begins, goals neither: queued behind it they would count as
+ * begun, and wait while the application computes the next ones. */
+CDS_APART enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
-    uint32_t now_us = cds_port_now_us();
-    bool due = (int32_t)(now_us - cycle->next_us) >= 0;
+    uint32_t now_us;
 
+    CDS_OPAQUE(cycle);
+    if (cycle->reading && cycle->read.result == CDS_PENDING && !cycle->refused)
+        return CDS_PENDING;
+    now_us = cds_port_now_us();
     if (cycle->reading && cycle->read.result != CDS_PENDING)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
         return on_its_way(cycle) ? CDS_PENDING : CDS_OK;
     if (cycle->refused)
         send_again(cycle);
-    /* The READ's end is at hand: goals queued behind it would count as begun, and wait while the
-     * application computes the next ones. */
-    if (cycle->reading && due)
+    if (cycle->reading)
         return CDS_PENDING;
-    if (due)
+    if (left_us(cycle, now_us) == 0)
         begin_period(cycle);
     else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
         vet(cycle); // rather than when goals are due
@@ -444,13 +476,17 @@ uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
 
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 {
-    uint32_t by_us = cds_port_now_us() + us + SUBMIT_US;
-    bool room = !cycle->bus->request && (int32_t)(cycle->next_us - by_us) >= 0;
+    uint16_t left = left_us(cycle, cds_port_now_us());
+    bool idle = !cycle->bus->request;
 
     if (cycle->stopping)
-        return !cycle->bus->request;
-    cycle->giving_way = !room && us <= cds_cycle_room_us(cycle); // else nothing is worth it
-    return room;
+        return idle;
+    cycle->giving_way = false;
+    if (idle && left >= SUBMIT_US && left - SUBMIT_US >= us)
+        return true;
+    if (us <= cds_cycle_room_us(cycle)) // else nothing is worth it
+        cycle->giving_way = true;
+    return false;
 }
 
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle)

@@ -6,7 +6,9 @@
 
 #include "cds55xx/scan.h"  // cds_scan_listed_bauds
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "flash.h"         // CDS_FLASH
 #include "operation.h"     // cds_operation_take()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
@@ -39,20 +41,15 @@ enum diagnose_phase {
 /* What the candidate is wanted for. */
 enum diagnose_purpose { TO_EXAMINE, TO_TELL, TO_COMPARE };
 
-/* Exchanges of a series, from KNOCK on. */
-static uint8_t wanted(uint8_t phase)
-{
-    switch (phase) {
-    case KNOCK: return 4;
-    case SAME:
-    case DIFFERING: return 6;
-    case SEEK: return 1;
-    case WAKE: return 43; // of 6 bytes: more than any LENGTH
-    case ELSEWHERE:
-    case ELSEWHERE_ANYONE: return 2;
-    default: return 3;
-    }
-}
+/* Exchanges of a series. */
+static const CDS_FLASH uint8_t wanted[] = {
+    [KNOCK] = 4,     [SAME] = 6,
+    [DIFFERING] = 6, [LIMITS] = 3,
+    [HASTE] = 3,     [ANYONE] = 3,
+    [SEEK] = 1,      [NAME] = 3,
+    [WAKE] = 43, // of 6 bytes: more than any LENGTH
+    [ELSEWHERE] = 2, [ELSEWHERE_ANYONE] = 2,
+};
 
 enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose, struct cds_bus *bus,
                                    struct cds_request *request, uint8_t id)
@@ -83,7 +80,7 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose)
     diagnose->aborted = 1;
 }
 
-static void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
+static CDS_APART void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
 {
     diagnose->since_us = cds_port_now_us();
     diagnose->pause_us = us + (uint32_t)bytes * diagnose->bus->byte_time_us;
@@ -165,7 +162,7 @@ static void ask(struct cds_diagnose *diagnose)
 /* ---- one answer ---- */
 
 /* Byte `index` of those heard since the question. */
-static uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
+static CDS_APART uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
 {
     const struct cds_ring *rx = &diagnose->bus->link.rx;
 
@@ -203,7 +200,7 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
 /* Is all that was heard the reply that was due, but for the first of its bytes? Checksum and
  * LENGTH say so: noise, or two servos at once, do not leave them right. With ERROR gone nothing
  * could be told. */
-static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+static CDS_APART bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
 {
     uint8_t parameters = diagnose->request->reply_parameters, id = target_of(diagnose);
     uint8_t size = (uint8_t)CDS_PACKET_SIZE(parameters), lost = (uint8_t)(size - heard);
@@ -275,6 +272,11 @@ static void exchange_ended(struct cds_diagnose *diagnose)
 
 /* ---- what a series tells ---- */
 
+static CDS_APART void add(uint16_t *sum, uint16_t now, uint16_t base)
+{
+    *sum = (uint16_t)(*sum + now - base);
+}
+
 /* Adds what the counters have moved since the series began. */
 static void gather(struct cds_diagnose *diagnose)
 {
@@ -282,22 +284,21 @@ static void gather(struct cds_diagnose *diagnose)
     struct cds_counters now;
 
     cds_bus_counters(diagnose->bus, &now);
-    diagnose->foreign = (uint16_t)(diagnose->foreign + now.foreign - base->foreign);
-    diagnose->echo_errors = (uint16_t)(diagnose->echo_errors + now.echo_errors - base->echo_errors);
-    diagnose->overruns = (uint16_t)(diagnose->overruns + now.overruns - base->overruns);
+    add(&diagnose->foreign, now.foreign, base->foreign);
+    add(&diagnose->echo_errors, now.echo_errors, base->echo_errors);
+    add(&diagnose->overruns, now.overruns, base->overruns);
     if (diagnose->bus->last_id != CDS_BROADCAST_ID) { // that one may be answered by several
-        diagnose->extra = (uint16_t)(diagnose->extra + now.extra - base->extra);
-        diagnose->late = (uint16_t)(diagnose->late + now.late - base->late);
+        add(&diagnose->extra, now.extra, base->extra);
+        add(&diagnose->late, now.late, base->late);
     }
     if (diagnose->phase == LISTEN) // bytes that were damaged are counted, not stored
-        diagnose->unasked =
-            (uint16_t)(diagnose->unasked + now.framing_errors - base->framing_errors);
+        add(&diagnose->unasked, now.framing_errors, base->framing_errors);
     diagnose->base = now;
 }
 
 /* What makes every further question idle, or NONE. Whole echoes of PING pass for answers, so twice
  * is judged by READ. */
-static enum cds_finding trouble(const struct cds_diagnose *diagnose)
+static CDS_APART enum cds_finding trouble(const struct cds_diagnose *diagnose)
 {
     const struct cds_diagnose_tally *series = &diagnose->series;
     uint8_t phase = diagnose->phase;
@@ -420,8 +421,10 @@ static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
 
 static void knocked(struct cds_diagnose *diagnose)
 {
-    diagnose->ping = diagnose->series;
-    if (diagnose->ping.answered + diagnose->ping.damaged) {
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    diagnose->ping = *series;
+    if (series->answered + series->damaged) {
         diagnose->found_id = diagnose->target;
         enter(diagnose, SAME);
     } else if (diagnose->late) {
@@ -437,7 +440,7 @@ static void knocked(struct cds_diagnose *diagnose)
 
 /* Are answers damaged, and most of those whole but for their beginning? Then it answers before the
  * driver has let go. */
-static bool is_too_quick(const struct cds_diagnose_tally *tally)
+static CDS_APART bool is_too_quick(const struct cds_diagnose_tally *tally)
 {
     return tally->cut >= FEW && tally->cut >= tally->asked / 4 &&
            3 * (tally->damaged - tally->cut) <= tally->cut;
@@ -445,8 +448,10 @@ static bool is_too_quick(const struct cds_diagnose_tally *tally)
 
 static void read_the_same(struct cds_diagnose *diagnose)
 {
-    diagnose->same = diagnose->series;
-    if (diagnose->same.silent < diagnose->same.asked || diagnose->ping.silent >= FEW)
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    diagnose->same = *series;
+    if (series->silent < series->asked || diagnose->ping.silent >= FEW)
         enter(diagnose, DIFFERING);
     else if (is_too_quick(&diagnose->ping))
         find(diagnose, CDS_FINDING_TOO_QUICK);
@@ -456,18 +461,17 @@ static void read_the_same(struct cds_diagnose *diagnose)
 
 static void read_what_differs(struct cds_diagnose *diagnose)
 {
-    const struct cds_diagnose_tally *total = &diagnose->total;
+    const struct cds_diagnose_tally *total = &diagnose->total, *series = &diagnose->series;
     uint8_t bad = (uint8_t)(total->asked - total->answered);
-    uint8_t of_them, same;
+    uint8_t of_them = (uint8_t)(series->damaged - series->cut);
+    uint8_t same = (uint8_t)(bad - (series->asked - series->answered));
 
-    diagnose->differing = diagnose->series;
-    of_them = (uint8_t)(diagnose->differing.damaged - diagnose->differing.cut);
-    same = (uint8_t)(bad - (diagnose->differing.asked - diagnose->differing.answered));
+    diagnose->differing = *series;
     if (bad < FEW) {
         enter(diagnose, LIMITS);
     } else if (is_too_quick(total)) {
         find(diagnose, CDS_FINDING_TOO_QUICK);
-    } else if (same <= FEW && of_them + 1 >= diagnose->differing.asked) {
+    } else if (same <= FEW && of_them + 1 >= series->asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
         diagnose->purpose = TO_COMPARE;
@@ -650,7 +654,7 @@ static void go_on(struct cds_diagnose *diagnose)
         break;
     case GIVE_BACK: give_back(diagnose); break;
     default:
-        if (series->asked == wanted(diagnose->phase) || series->busy >= FEW ||
+        if (series->asked == wanted[diagnose->phase] || series->busy >= FEW ||
             (until_answered && series->answered))
             series_ended(diagnose);
         else if (tuned(diagnose))
@@ -674,8 +678,9 @@ static void poll_in_turn(struct cds_diagnose *diagnose)
         go_on(diagnose);
 }
 
-enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
+CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
+    CDS_OPAQUE(diagnose);
     if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
         !cds_operation_has(diagnose->bus))
         diagnose->result = CDS_CANCELLED; // the bus is somebody else's

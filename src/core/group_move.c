@@ -3,6 +3,7 @@
 
 #include "cds55xx/servo.h" // cds_servo_reg_write(), cds_servo_read() ...
 #include "goal.h"          // cds_goal_put()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
 /* What is read after ACTION: the goal, and whether it is still registered. */
 #define OUTCOME_SIZE (CDS_REG_REGISTERED_INSTRUCTION - CDS_REG_GOAL_POSITION + 1)
@@ -28,10 +29,10 @@ void cds_group_move_begin(struct cds_group_move *move, struct cds_bus *bus,
         .phase = CHECK,
         .result = CDS_PENDING,
     };
-    for (uint8_t i = 0; i < count; i++) {
-        goals[i].result = CDS_PENDING;
-        goals[i].error = 0;
-        goals[i].armed = CDS_ARMED_NO;
+    for (; count; count--, goals++) {
+        goals->result = CDS_PENDING;
+        goals->error = 0;
+        goals->armed = CDS_ARMED_NO;
     }
 }
 
@@ -56,18 +57,22 @@ static void check(struct cds_group_move *move)
         move->result = CDS_NO_ROOM;
     if (move->count == 0)
         move->result = CDS_BAD_ARGUMENT;
-    for (uint8_t i = 0; i < move->count; i++) {
-        struct cds_goal *goal = &move->goals[i];
-
+    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
         if (goal->id > CDS_ID_MAX || goal->position > CDS_VALUE_MAX || goal->speed > CDS_VALUE_MAX)
             move->result = goal->result = CDS_BAD_ARGUMENT;
     }
 }
 
+/* Goal `next`, if there is one. */
+static CDS_APART struct cds_goal *current(const struct cds_group_move *move)
+{
+    return &move->goals[move->next];
+}
+
 /* Goal `next` has failed; the first reason stays. */
 static void fail(struct cds_group_move *move, uint8_t result)
 {
-    move->goals[move->next].result = result;
+    current(move)->result = result;
     if (move->reason == CDS_OK)
         move->reason = result;
 }
@@ -95,7 +100,7 @@ static enum cds_result arm(struct cds_group_move *move, struct cds_goal *goal)
 
 static void on_armed(struct cds_group_move *move, uint8_t result)
 {
-    struct cds_goal *goal = &move->goals[move->next];
+    struct cds_goal *goal = current(move);
 
     if (result == CDS_OK && goal->error & CDS_ERRORS_OF_PACKET)
         result = CDS_REFUSED;
@@ -112,7 +117,7 @@ static void on_armed(struct cds_group_move *move, uint8_t result)
 /* 0x2C as it was read, at `index` of the reply, goes to goals[next].armed. */
 static uint8_t take_armed(struct cds_group_move *move, uint8_t result, uint8_t index)
 {
-    struct cds_goal *goal = &move->goals[move->next];
+    struct cds_goal *goal = current(move);
     uint8_t registered = 0;
 
     if (result == CDS_OK)
@@ -126,7 +131,7 @@ static uint8_t take_armed(struct cds_group_move *move, uint8_t result, uint8_t i
 static void on_inspected(struct cds_group_move *move, uint8_t result)
 {
     result = take_armed(move, result, 0);
-    if (result == CDS_OK && move->goals[move->next].armed == CDS_ARMED_NO)
+    if (result == CDS_OK && current(move)->armed == CDS_ARMED_NO)
         result = CDS_REFUSED; // its power failed meanwhile
     if (result == CDS_OK) {
         advance(move, TRIGGER);
@@ -141,10 +146,10 @@ static void on_triggered(struct cds_group_move *move, uint8_t result)
     move->acted = result == CDS_OK || result == CDS_TIMEOUT || result == CDS_CORRUPT ||
                   result == CDS_CANCELLED;
     move->reason = result;
-    for (uint8_t i = 0; i < move->count; i++) {
-        move->goals[i].result = result;
+    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
+        goal->result = result;
         if (result == CDS_OK && !move->verified)
-            move->goals[i].armed = CDS_ARMED_NO;
+            goal->armed = CDS_ARMED_NO;
     }
     enter(move, result == CDS_OK && move->verified ? CONFIRM : DISARM);
 }
@@ -152,20 +157,17 @@ static void on_triggered(struct cds_group_move *move, uint8_t result)
 /* Has it the goal that was registered? */
 static bool is_at_goal(const struct cds_group_move *move)
 {
-    const struct cds_goal *goal = &move->goals[move->next];
-    uint8_t data[CDS_GOAL_SIZE];
-    bool same = true;
+    const struct cds_goal *goal = current(move);
+    const uint8_t *bytes = move->request->packet.bytes;
 
-    cds_goal_put(data, goal->position, goal->speed);
-    for (uint8_t i = 0; i < CDS_GOAL_SIZE; i++)
-        same = same && move->request->packet.bytes[i] == data[i];
-    return same;
+    return bytes[0] == (uint8_t)goal->position && bytes[1] == goal->position >> 8 &&
+           bytes[2] == (uint8_t)goal->speed && bytes[3] == goal->speed >> 8;
 }
 
 static void on_confirmed(struct cds_group_move *move, uint8_t result)
 {
     result = take_armed(move, result, OUTCOME_SIZE - 1);
-    if (result == CDS_OK && (move->goals[move->next].armed != CDS_ARMED_NO || !is_at_goal(move)))
+    if (result == CDS_OK && (current(move)->armed != CDS_ARMED_NO || !is_at_goal(move)))
         result = CDS_REFUSED;
     if (result != CDS_OK)
         fail(move, result);
@@ -177,7 +179,7 @@ static void on_read_back(struct cds_group_move *move, uint8_t result)
 {
     take_armed(move, result, 0);
     move->phase = DISARM;
-    if (move->goals[move->next].armed != CDS_ARMED_NO && move->tries < CDS_GROUP_MOVE_RETRIES) {
+    if (current(move)->armed != CDS_ARMED_NO && move->tries < CDS_GROUP_MOVE_RETRIES) {
         move->tries++;
     } else {
         move->tries = 0;
@@ -188,7 +190,7 @@ static void on_read_back(struct cds_group_move *move, uint8_t result)
 /* Whoever is not armed needs no disarming. Behind the last one the move is over. */
 static void skip_disarmed(struct cds_group_move *move)
 {
-    while (move->next < move->count && move->goals[move->next].armed == CDS_ARMED_NO)
+    while (move->next < move->count && current(move)->armed == CDS_ARMED_NO)
         move->next++;
     if (move->next == move->count)
         move->result = move->reason;
@@ -198,7 +200,7 @@ static void skip_disarmed(struct cds_group_move *move)
 static void on_ended(struct cds_group_move *move, uint8_t result)
 {
     if (result == CDS_OK && move->phase <= CONFIRM && move->phase != TRIGGER)
-        move->goals[move->next].error = move->request->error;
+        current(move)->error = move->request->error;
     switch (move->phase) {
     case ARM: on_armed(move, result); break;
     case INSPECT: on_inspected(move, result); break;
@@ -215,7 +217,7 @@ static enum cds_result send(struct cds_group_move *move)
 {
     struct cds_bus *bus = move->bus;
     struct cds_request *request = move->request;
-    struct cds_goal *goal = &move->goals[move->next];
+    struct cds_goal *goal = current(move);
 
     switch (move->phase) {
     case ARM: return arm(move, goal);
@@ -240,6 +242,7 @@ static void send_next(struct cds_group_move *move)
 
 enum cds_result cds_group_move_poll(struct cds_group_move *move)
 {
+    CDS_OPAQUE(move);
     if (move->phase == CHECK)
         check(move);
     if (move->sent && move->request->result != CDS_PENDING) {

@@ -4,6 +4,7 @@
 #include <stdbool.h>
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_write_byte(), cds_servo_reset()
+#include "opaque.h"        // CDS_OPAQUE()
 #include "operation.h"     // cds_operation_take()
 
 #define LOOKS   3    // PINGs that must be silent before a place counts as empty
@@ -49,8 +50,8 @@ static void start(struct cds_identity *identity)
 }
 
 static enum cds_result begin(struct cds_identity *identity, struct cds_bus *bus,
-                             struct cds_request *request, struct cds_identity_place from,
-                             struct cds_identity_place to)
+                             struct cds_request *request, uint8_t id, struct cds_identity_place to,
+                             uint8_t address)
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
@@ -61,11 +62,11 @@ static enum cds_result begin(struct cds_identity *identity, struct cds_bus *bus,
     *identity = (struct cds_identity){
         .bus = bus,
         .request = request,
-        .from = from,
+        .from = {id, bus->baud},
         .to = to,
         .at_from = CDS_PENDING,
         .at_to = CDS_PENDING,
-        .address = RESET,
+        .address = address,
         .result = CDS_PENDING,
     };
     enter(identity, TARGET);
@@ -76,40 +77,30 @@ enum cds_result cds_identity_change_id_begin(struct cds_identity *identity, stru
                                              struct cds_request *request, uint8_t id,
                                              uint8_t new_id)
 {
-    struct cds_identity_place from = {id, bus->baud}, to = {new_id, bus->baud};
-    enum cds_result result = CDS_BAD_ARGUMENT;
+    struct cds_identity_place to = {new_id, bus->baud};
 
-    if (id <= CDS_ID_MAX && id != new_id)
-        result = begin(identity, bus, request, from, to);
-    if (result == CDS_OK) {
-        identity->address = CDS_REG_ID;
-        identity->value = new_id;
-    }
-    return result;
+    if (id > CDS_ID_MAX || id == new_id)
+        return CDS_BAD_ARGUMENT;
+    return begin(identity, bus, request, id, to, CDS_REG_ID);
 }
 
 enum cds_result cds_identity_change_baud_begin(struct cds_identity *identity, struct cds_bus *bus,
                                                struct cds_request *request, uint8_t id,
                                                uint8_t new_baud)
 {
-    struct cds_identity_place from = {id, bus->baud}, to = {id, new_baud};
-    enum cds_result result = CDS_BAD_ARGUMENT;
+    struct cds_identity_place to = {id, new_baud};
 
-    if (id <= CDS_ID_MAX && new_baud != bus->baud)
-        result = begin(identity, bus, request, from, to);
-    if (result == CDS_OK) {
-        identity->address = CDS_REG_BAUD_RATE;
-        identity->value = new_baud;
-    }
-    return result;
+    if (id > CDS_ID_MAX || new_baud == bus->baud)
+        return CDS_BAD_ARGUMENT;
+    return begin(identity, bus, request, id, to, CDS_REG_BAUD_RATE);
 }
 
 static enum cds_result begin_reset(struct cds_identity *identity, struct cds_bus *bus,
                                    struct cds_request *request, uint8_t id)
 {
-    struct cds_identity_place from = {id, bus->baud}, to = {ID_1, CDS_BAUD_1M};
+    struct cds_identity_place to = {ID_1, CDS_BAUD_1M};
 
-    return begin(identity, bus, request, from, to);
+    return begin(identity, bus, request, id, to, RESET);
 }
 
 enum cds_result cds_identity_reset_begin(struct cds_identity *identity, struct cds_bus *bus,
@@ -151,8 +142,8 @@ enum cds_result cds_identity_look_again(struct cds_identity *identity)
     return CDS_OK;
 }
 
-static void settle(struct cds_identity *identity, enum cds_identity_state state,
-                   enum cds_result reason)
+static CDS_APART void settle(struct cds_identity *identity, enum cds_identity_state state,
+                             enum cds_result reason)
 {
     identity->state = (uint8_t)state;
     identity->reason = (uint8_t)reason;
@@ -265,10 +256,12 @@ static const struct cds_identity_place *place(const struct cds_identity *identit
 
 static enum cds_result change(struct cds_identity *identity)
 {
-    if (identity->address == RESET)
-        return cds_servo_reset(identity->bus, identity->request, identity->from.id);
-    return cds_servo_write_byte(identity->bus, identity->request, identity->from.id,
-                                identity->address, identity->value);
+    uint8_t id = identity->from.id, address = identity->address;
+
+    if (address == RESET)
+        return cds_servo_reset(identity->bus, identity->request, id);
+    return cds_servo_write_byte(identity->bus, identity->request, id, address,
+                                address == CDS_REG_ID ? identity->to.id : identity->to.baud);
 }
 
 static void finish(struct cds_identity *identity, uint8_t result)
@@ -318,6 +311,7 @@ static void cancelled(struct cds_identity *identity)
 
 enum cds_result cds_identity_poll(struct cds_identity *identity)
 {
+    CDS_OPAQUE(identity);
     if (identity->result == CDS_PENDING && identity->started && !cds_operation_has(identity->bus))
         finish(identity, CDS_CANCELLED);
     if (identity->result == CDS_PENDING && identity->in_flight) {

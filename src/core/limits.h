@@ -5,6 +5,21 @@
 
 #include "cds55xx/roster.h" // struct cds_roster_servo
 
+/* What is written, or was read: `length` bytes from register `address` on. */
+struct cds_span {
+    const uint8_t *data;
+    uint8_t address, length;
+};
+
+/* The register `reg` of one byte; NULL if it is not among them. */
+const uint8_t *cds_span_byte(const struct cds_span *span, uint8_t reg);
+
+/* Its value, or `otherwise` if it is not among them. */
+uint8_t cds_span_value(const struct cds_span *span, uint8_t reg, uint8_t otherwise);
+
+/* Is any of the registers `first` to `last` among them? */
+bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last);
+
 enum cds_mode { CDS_MODE_UNKNOWN, CDS_MODE_POSITION, CDS_MODE_TURN };
 
 static inline enum cds_mode cds_limits_mode(const struct cds_roster_servo *servo)
@@ -17,15 +32,15 @@ static inline enum cds_mode cds_limits_mode(const struct cds_roster_servo *servo
 /* Is there any limit of its goal, or of its speed? */
 bool cds_limits_any(const struct cds_roster_servo *servo);
 
-/* May these `length` bytes be written from `address` on? CDS_OK, or CDS_LIMIT: with them, or with
- * what it holds already, the servo would go beyond a soft limit, or nobody knows whether it would.
- */
-enum cds_result cds_limits_check(const struct cds_roster_servo *servo, uint8_t address,
-                                 const uint8_t *data, uint8_t length);
+/* May this be written? CDS_OK, or CDS_LIMIT: with it, or with what it holds already, the servo
+ * would go beyond a soft limit, or nobody knows whether it would. */
+enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const struct cds_span *span);
 
-/* The servo holds these bytes from `address` on: mode, goal and speed are known by that. Not
- * `certain`: it may hold them, or what it held before. */
-void cds_limits_learn(struct cds_roster_servo *servo, uint8_t address, const uint8_t *data,
-                      uint8_t length, bool certain);
+/* The same of goal and speed, `data` as of goal.h, by the short way: a cycle has 50 of them in
+ * 4 ms. */
+enum cds_result cds_limits_check_goal(const struct cds_roster_servo *servo, const uint8_t *data);
+
+/* The servo holds this: mode, goal and speed are known by that. */
+void cds_limits_take(struct cds_roster_servo *servo, const struct cds_span *span);
 
 #endif

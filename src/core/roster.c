@@ -61,29 +61,27 @@ static bool means_several(const struct cds_roster *roster, uint8_t id)
     return id == CDS_BROADCAST_ID || roster->ambiguous;
 }
 
-/* All that `id` may mean, one after the other; one at the most, mostly, and found soon. */
-static struct cds_roster_servo *first_of(struct cds_roster *roster, uint8_t id)
-{
-    return means_several(roster, id) ? from(roster, id, roster->servos) : by_id(roster, id);
-}
-
+/* All that `id` may mean, one after the other, the first one behind NULL; one at the most, mostly,
+ * and found soon. */
 static struct cds_roster_servo *next_of(struct cds_roster *roster, uint8_t id,
                                         struct cds_roster_servo *servo)
 {
-    return means_several(roster, id) ? from(roster, id, servo + 1) : NULL;
+    if (means_several(roster, id))
+        return from(roster, id, servo ? servo + 1 : roster->servos);
+    return servo ? NULL : by_id(roster, id);
 }
 
 struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
 {
     struct cds_roster_servo *servo = by_id(roster, id);
 
-    return servo || id == CDS_BROADCAST_ID ? servo : first_of(roster, id);
+    return servo || id == CDS_BROADCAST_ID ? servo : next_of(roster, id, NULL);
 }
 
 /* Can nobody else have sent what came from `id`? */
 static bool is_alone(struct cds_roster *roster, uint8_t id)
 {
-    struct cds_roster_servo *servo = first_of(roster, id);
+    struct cds_roster_servo *servo = next_of(roster, id, NULL);
 
     return servo && !next_of(roster, id, servo);
 }
@@ -98,11 +96,13 @@ static void note_change(struct cds_roster *roster, const struct cds_roster_servo
 
 static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
 {
-    for (uint8_t i = 0; i < count; i++) {
-        if (servos[i].id > CDS_ID_MAX)
+    const struct cds_roster_servo *end = servos + count, *other;
+
+    for (; servos < end; servos++) {
+        if (servos->id > CDS_ID_MAX)
             return false;
-        for (uint8_t k = 0; k < i; k++)
-            if (servos[k].id == servos[i].id)
+        for (other = servos + 1; other < end; other++)
+            if (other->id == servos->id)
                 return false;
     }
     return true;
@@ -118,8 +118,8 @@ static bool is_ambiguous(const struct cds_roster *roster)
 }
 
 /* `servo` has another ID, or may have: goals to any of them are judged anew. */
-static void learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id,
-                     bool certain)
+static __attribute__((noinline)) void
+learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id, bool certain)
 {
     if (certain) {
         servo->id = id;
@@ -134,13 +134,6 @@ static void learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, 
 
 /* ---- what is learnt ---- */
 
-/* Does a transfer of `length` bytes from `address` on hold this register of one byte? Then where.
- */
-static const uint8_t *byte_of(uint8_t reg, uint8_t address, const uint8_t *data, uint8_t length)
-{
-    return reg >= address && reg - address < length ? data + (reg - address) : NULL;
-}
-
 static void disarm(struct cds_roster_servo *servo)
 {
     servo->armed = false;
@@ -151,26 +144,45 @@ static void disarm(struct cds_roster_servo *servo)
 /* What is registered was judged by what is known no more. */
 static void unsettle(struct cds_roster_servo *servo)
 {
-    servo->armed_unjudged = servo->armed;
+    if (servo->armed)
+        servo->armed_unjudged = true;
+}
+
+/* Not `certain`: it may hold this, or what it held before. */
+static __attribute__((noinline)) void stay_careful(struct cds_roster_servo *servo,
+                                                   const struct cds_roster_servo *before)
+{
+    if (servo->cw_limit != before->cw_limit)
+        servo->cw_limit = CDS_ANGLE_UNKNOWN;
+    if (servo->ccw_limit != before->ccw_limit)
+        servo->ccw_limit = CDS_ANGLE_UNKNOWN;
+    if (!before->goal_known)
+        servo->goal_known = false;
+    if (!before->speed_known)
+        servo->speed_known = false;
+    if (before->speed_0)
+        servo->speed_0 = true;
 }
 
 /* Mode, goal and speed. What waits is judged anew; goals of a cycle, which bring their speed, only
  * if the mode is another one. */
-static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                        const uint8_t *data, uint8_t length, bool certain)
+static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *servo,
+                        const struct cds_span *span, bool certain)
 {
     struct cds_roster_servo before = *servo;
     bool mode;
 
-    cds_limits_learn(servo, address, data, length, certain);
+    cds_limits_take(servo, span);
+    if (!certain)
+        stay_careful(servo, &before);
     mode = servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit;
     if (mode)
         note_change(roster, servo);
     if (servo->goal_known != before.goal_known || servo->speed_known != before.speed_known ||
         servo->speed_0 != before.speed_0)
         roster->changed = true;
-    if (mode || servo->goal_known < before.goal_known || servo->speed_known < before.speed_known ||
-        servo->speed_0 > before.speed_0)
+    if (mode || (before.goal_known && !servo->goal_known) ||
+        (before.speed_known && !servo->speed_known) || (servo->speed_0 && !before.speed_0))
         unsettle(servo);
 }
 
@@ -186,19 +198,22 @@ static void learn_doubtful_speed(struct cds_roster *roster, struct cds_roster_se
     unsettle(servo);
 }
 
-static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
-                           uint8_t address, const uint8_t *data, uint8_t length)
+/* A setting, if it is there. True: it was another one. */
+static bool learn_byte(uint8_t *setting, const struct cds_span *span, uint8_t reg)
 {
-    uint8_t return_delay = servo->return_delay, level = servo->status_return_level;
-    const uint8_t *it;
+    uint8_t before = *setting;
 
-    if ((it = byte_of(CDS_REG_BAUD_RATE, address, data, length)))
-        servo->baud = *it;
-    if ((it = byte_of(CDS_REG_RETURN_DELAY, address, data, length)))
-        servo->return_delay = *it;
-    if ((it = byte_of(CDS_REG_STATUS_RETURN_LEVEL, address, data, length)))
-        servo->status_return_level = *it;
-    if (servo->return_delay != return_delay || servo->status_return_level != level)
+    *setting = cds_span_value(span, reg, before);
+    return *setting != before;
+}
+
+static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
+                           const struct cds_span *span)
+{
+    learn_byte(&servo->baud, span, CDS_REG_BAUD_RATE);
+    if (learn_byte(&servo->return_delay, span, CDS_REG_RETURN_DELAY))
+        roster->changed = true;
+    if (learn_byte(&servo->status_return_level, span, CDS_REG_STATUS_RETURN_LEVEL))
         roster->changed = true;
 }
 
@@ -215,39 +230,39 @@ static void learn_registered(struct cds_roster *roster, struct cds_roster_servo 
     }
 }
 
-/* The servo holds these bytes from `address` on: read, or written and acknowledged, or, not
- * `certain`, written as far as anybody can know. */
-static void learn(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                  const uint8_t *data, uint8_t length, bool certain)
+/* The servo holds this: it was read, or written and acknowledged, or, not `certain`, written as far
+ * as anybody can know. */
+static void learn(struct cds_roster *roster, struct cds_roster_servo *servo,
+                  const struct cds_span *span, bool certain)
 {
-    const uint8_t *registered = byte_of(CDS_REG_REGISTERED_INSTRUCTION, address, data, length);
+    const uint8_t *registered;
 
-    if (address <= CDS_REG_STATUS_RETURN_LEVEL)
-        learn_settings(roster, servo, address, data, length);
-    if (address <= CDS_REG_CCW_ANGLE_LIMIT + 1) {
-        learn_drive(roster, servo, address, data, length, certain);
-    } else if (address <= CDS_REG_MOVING_SPEED + 1 && address + length > CDS_REG_GOAL_POSITION &&
+    if (span->address <= CDS_REG_STATUS_RETURN_LEVEL)
+        learn_settings(roster, servo, span);
+    if (span->address <= CDS_REG_CCW_ANGLE_LIMIT + 1) {
+        learn_drive(roster, servo, span, certain);
+    } else if (cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1) &&
                cds_limits_any(servo)) { // without, set_limits() says that they are not known
         if (certain)
-            learn_drive(roster, servo, address, data, length, true);
-        else if (address + length > CDS_REG_MOVING_SPEED)
+            learn_drive(roster, servo, span, true);
+        else if (cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1))
             learn_doubtful_speed(roster, servo);
     }
+    registered = cds_span_byte(span, CDS_REG_REGISTERED_INSTRUCTION);
     if (registered && certain)
         learn_registered(roster, servo, *registered);
 }
 
 static void learn_written(struct cds_roster *roster, struct cds_roster_servo *servo,
-                          uint8_t address, const uint8_t *data, uint8_t length, bool certain)
+                          const struct cds_span *span, bool certain)
 {
-    const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
-    const uint8_t *id = byte_of(CDS_REG_ID, address, data, length);
+    const uint8_t *byte;
 
-    learn(roster, servo, address, data, length, certain);
-    if (torque)
-        servo->torque = *torque;
-    if (id)
-        learn_id(roster, servo, *id, certain);
+    learn(roster, servo, span, certain);
+    if ((byte = cds_span_byte(span, CDS_REG_TORQUE_ENABLE)))
+        servo->torque = *byte;
+    if ((byte = cds_span_byte(span, CDS_REG_ID)))
+        learn_id(roster, servo, *byte, certain);
 }
 
 /* What it holds is not known any more. */
@@ -260,10 +275,10 @@ static void forget(struct cds_roster *roster, struct cds_roster_servo *servo)
 }
 
 /* Torque that is off where it was on: power was gone for a moment, or an alarm has shut it down. */
-static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t address,
-                       const uint8_t *data, uint8_t length, bool certain)
+static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo,
+                       const struct cds_span *span, bool certain)
 {
-    const uint8_t *torque = byte_of(CDS_REG_TORQUE_ENABLE, address, data, length);
+    const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
 
     if (torque) {
         bool lost = servo->torque && !*torque;
@@ -277,7 +292,7 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
     }
-    learn(roster, servo, address, data, length, certain);
+    learn(roster, servo, span, certain);
 }
 
 /* Not `certain`: it may be what it was, under the ID it had. */
@@ -304,10 +319,8 @@ static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *serv
 
 /* A part of a packet: data for one servo, or for all of them. */
 struct part {
-    uint8_t id, address, length;
-    bool alone;      // it is all of the packet
-    bool registered; // of a REG WRITE
-    const uint8_t *data;
+    struct cds_span span;
+    uint8_t id, instruction;
 };
 
 /* Part `index` of the packet `bytes`, a WRITE, REG WRITE or SYNC WRITE; false if there is none. */
@@ -315,25 +328,25 @@ static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
 {
     const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
     uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
-    uint16_t block;
+    uint16_t block, end;
 
     if (count < 2)
         return false;
-    part->address = parameters[0];
-    part->registered = bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE;
-    part->alone = bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE;
-    if (part->alone) {
+    part->span.address = parameters[0];
+    part->instruction = bytes[CDS_AT_INSTRUCTION];
+    if (part->instruction != CDS_SYNC_WRITE) {
         part->id = bytes[CDS_AT_ID];
-        part->data = parameters + 1;
-        part->length = (uint8_t)(count - 1u);
+        part->span.data = parameters + 1;
+        part->span.length = (uint8_t)(count - 1u);
         return index == 0;
     }
     block = parameters[1] + 1u;
-    if ((uint32_t)(index + 1u) * block + 2u > count)
+    end = (uint16_t)((index + 1u) * block + 2u); // fits: the one before was within the packet
+    if (end > count)
         return false;
-    part->length = parameters[1];
-    part->data = parameters + 2 + (uint16_t)index * block;
-    part->id = *part->data++;
+    part->span.length = parameters[1];
+    part->span.data = parameters + end - parameters[1];
+    part->id = part->span.data[-1];
     return true;
 }
 
@@ -371,23 +384,13 @@ bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
     return true;
 }
 
-static bool touches(const struct part *part, uint8_t first, uint8_t last)
-{
-    return part->address <= last && part->address + part->length > first;
-}
-
 /* Would this write drive the servo, so that it must not go to one that is held? Another mode does:
  * what was a speed to reach a goal with turns it endlessly. */
-static bool drives(const struct part *part)
+static bool drives(const struct cds_span *span)
 {
-    const uint8_t *torque;
-
-    if (part->address <= CDS_REG_MOVING_SPEED + 1 &&
-        part->address + part->length > CDS_REG_GOAL_POSITION) // first: what a cycle drops
-        return true;
-    torque = byte_of(CDS_REG_TORQUE_ENABLE, part->address, part->data, part->length);
-    return (torque && *torque) ||
-           touches(part, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
+    return cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1) ||
+           cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0) ||
+           cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
 }
 
 /* May its ID be `id` from now on? Not if there would then be three of them that it may have. */
@@ -400,154 +403,104 @@ static bool may_become(const struct cds_roster_servo *servo, uint8_t id)
  * not be heard has changed its ID, rate, delay, mode or level. */
 static bool stays_known(const struct cds_roster_servo *servo, const struct part *part)
 {
-    const uint8_t *id = byte_of(CDS_REG_ID, part->address, part->data, part->length);
-
-    if (part->registered &&
-        (touches(part, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
-         touches(part, CDS_REG_STATUS_RETURN_LEVEL, CDS_REG_STATUS_RETURN_LEVEL)))
+    if (part->instruction == CDS_REG_WRITE &&
+        (cds_span_touches(&part->span, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
+         cds_span_byte(&part->span, CDS_REG_STATUS_RETURN_LEVEL)))
         return false;
-    return !id || may_become(servo, *id);
+    return may_become(servo, cds_span_value(&part->span, CDS_REG_ID, servo->id));
+}
+
+/* ACTION drives whoever has a registered write. */
+static enum cds_result judge_action(const struct cds_roster_servo *servo)
+{
+    if (servo->armed && is_held(servo))
+        return CDS_HELD;
+    return servo->armed_unjudged && cds_limits_any(servo) ? CDS_LIMIT : CDS_OK;
 }
 
 /* Of many servos one that is away stops no other: it does not hear this, and if it is just back,
  * its torque is off. */
 static enum cds_result judge(const struct cds_roster_servo *servo, const struct part *part)
 {
-    bool away = servo->presence == CDS_PRESENCE_AWAY && part->alone && part->id != CDS_BROADCAST_ID;
+    bool away = servo->presence == CDS_PRESENCE_AWAY && part->instruction != CDS_SYNC_WRITE &&
+                part->id != CDS_BROADCAST_ID;
 
-    if ((is_held(servo) || away) && drives(part))
+    if (part->instruction == CDS_ACTION)
+        return judge_action(servo);
+    if (part->instruction == CDS_RESET)
+        return may_become(servo, FACTORY_ID) ? CDS_OK : CDS_LIMIT;
+    if ((is_held(servo) || away) && drives(&part->span))
         return CDS_HELD;
-    if (part->address <= CDS_REG_STATUS_RETURN_LEVEL && !stays_known(servo, part))
+    if (!stays_known(servo, part))
         return CDS_LIMIT;
-    return cds_limits_check(servo, part->address, part->data, part->length);
+    return cds_limits_check(servo, &part->span);
 }
 
-/* The goal and speed that nobody minds if the servo is not held, by the shortest way: a cycle has
- * 50 of them in 4 ms. Whoever is not let through here is judged in full. */
-static bool is_harmless(const struct cds_roster_servo *servo, const uint8_t *data)
+/* A part of a packet to all whom its ID means. `refused_id`: whom it must not go to. */
+static enum cds_result judge_part(struct cds_roster *roster, const struct part *part,
+                                  uint8_t *refused_id)
 {
-    uint16_t goal = (uint16_t)(data[0] | (uint16_t)data[1] << 8);
-    uint16_t speed = (uint16_t)(data[2] | (uint16_t)data[3] << 8);
+    struct cds_roster_servo *servo = NULL;
 
-    return goal >= servo->lowest && goal <= servo->highest &&
-           ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET ||
-            (servo->lowest == 0 && servo->highest == CDS_VALUE_MAX)) &&
-           (servo->fastest == CDS_VALUE_MAX || (speed > 0 && speed <= servo->fastest));
+    while ((servo = next_of(roster, part->id, servo))) {
+        enum cds_result result = judge(servo, part);
+
+        if (result != CDS_OK) {
+            *refused_id = servo->id;
+            return result;
+        }
+    }
+    return CDS_OK;
 }
 
-static __attribute__((noinline)) enum cds_result judge_block(const struct cds_roster_servo *servo,
+static __attribute__((noinline)) enum cds_result judge_block(struct cds_roster *roster, uint8_t id,
                                                              uint8_t address, const uint8_t *data,
                                                              uint8_t length)
 {
-    struct part part = {.id = servo->id, .address = address, .length = length, .data = data};
+    struct part part = {{data, address, length}, id, CDS_SYNC_WRITE};
 
-    return judge(servo, &part);
-}
-
-static __attribute__((noinline)) enum cds_result judge_blocks(struct cds_roster *roster, uint8_t id,
-                                                              uint8_t address, const uint8_t *data,
-                                                              uint8_t length)
-{
-    struct cds_roster_servo *servo = from(roster, id, roster->servos);
-    enum cds_result result = CDS_OK;
-
-    for (; servo && result == CDS_OK; servo = from(roster, id, servo + 1))
-        result = judge_block(servo, address, data, length);
-    return result;
+    return judge_part(roster, &part, &id);
 }
 
 enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_t id,
                                        uint8_t address, const uint8_t *data, uint8_t length)
 {
     struct cds_roster *roster = of(observer);
-    uint8_t next = roster->last + 1u < roster->count ? (uint8_t)(roster->last + 1u) : 0;
-    const struct cds_roster_servo *servo = &roster->servos[next];
+    uint8_t next = (uint8_t)(roster->last + 1u);
+    const struct cds_roster_servo *servo;
 
-    if (roster->ambiguous)
-        return judge_blocks(roster, id, address, data, length);
+    if (roster->ambiguous || address != CDS_REG_GOAL_POSITION || length != CDS_GOAL_SIZE)
+        return judge_block(roster, id, address, data, length);
+    if (next >= roster->count) // by the short way: 50 of them in 4 ms
+        next = 0;
+    servo = &roster->servos[next];
     if (next < roster->count && servo->id == id)
         roster->last = next;
     else
         servo = by_id(roster, id);
     if (!servo)
         return CDS_OK;
-    if (address == CDS_REG_GOAL_POSITION && length == CDS_GOAL_SIZE) {
-        if (is_held(servo)) // as 50 of them are when all is to stop
-            return CDS_HELD;
-        if (is_harmless(servo, data))
-            return CDS_OK;
-    }
-    return judge_block(servo, address, data, length);
+    return is_held(servo) ? CDS_HELD : cds_limits_check_goal(servo, data);
 }
 
-static enum cds_result refuse(struct cds_roster *roster, uint8_t id, enum cds_result why)
+/* One servo's part of many goes by the short way. */
+static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes,
+                                    uint8_t *refused_id)
 {
-    roster->refused_id = id;
-    return why;
-}
-
-/* A part of a packet to all whom its ID means. */
-static enum cds_result judge_part(struct cds_roster *roster, const struct part *part)
-{
-    struct cds_roster_servo *servo = first_of(roster, part->id);
-
-    for (; servo; servo = next_of(roster, part->id, servo)) {
-        enum cds_result result = judge(servo, part);
-
-        if (result != CDS_OK)
-            return refuse(roster, servo->id, result);
-    }
-    return CDS_OK;
-}
-
-/* One servo's part of many: by the short way, as they may be 50. */
-static enum cds_result judge_one(struct cds_roster *roster, const struct part *part)
-{
-    enum cds_result result = cds_roster_admit_block(&roster->observer, part->id, part->address,
-                                                    part->data, part->length);
-
-    return result == CDS_OK ? CDS_OK : refuse(roster, part->id, result);
-}
-
-static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *bytes)
-{
+    const struct cds_span *span;
     struct part part;
+    enum cds_result result = CDS_OK;
 
-    for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
-        enum cds_result result;
-
-        if (part.alone || means_several(roster, part.id))
-            result = judge_part(roster, &part);
+    for (uint8_t i = 0; result == CDS_OK && part_of(bytes, i, &part); i++) {
+        span = &part.span;
+        *refused_id = part.id;
+        if (part.instruction != CDS_SYNC_WRITE || means_several(roster, part.id))
+            result = judge_part(roster, &part, refused_id);
         else
-            result = judge_one(roster, &part);
-        if (result != CDS_OK)
-            return result;
+            result = cds_roster_admit_block(&roster->observer, part.id, span->address, span->data,
+                                            span->length);
     }
-    return CDS_OK;
-}
-
-/* ACTION drives whoever has a registered write. */
-static enum cds_result judge_action(struct cds_roster *roster, uint8_t id)
-{
-    struct cds_roster_servo *servo = first_of(roster, id);
-
-    for (; servo; servo = next_of(roster, id, servo)) {
-        if (servo->armed && is_held(servo))
-            return refuse(roster, servo->id, CDS_HELD);
-        if (servo->armed_unjudged && cds_limits_any(servo))
-            return refuse(roster, servo->id, CDS_LIMIT);
-    }
-    return CDS_OK;
-}
-
-static enum cds_result judge_reset(struct cds_roster *roster, uint8_t id)
-{
-    struct cds_roster_servo *servo = first_of(roster, id);
-
-    for (; servo; servo = next_of(roster, id, servo))
-        if (!may_become(servo, FACTORY_ID))
-            return refuse(roster, servo->id, CDS_LIMIT);
-    return CDS_OK;
+    return result;
 }
 
 /* What the servo's own settings mean for this exchange: of several that may have this ID, the
@@ -555,7 +508,7 @@ static enum cds_result judge_reset(struct cds_roster *roster, uint8_t id)
 static enum cds_result suit(struct cds_roster *roster, struct cds_request *request, uint8_t id,
                             uint8_t instruction)
 {
-    struct cds_roster_servo *servo = first_of(roster, id);
+    struct cds_roster_servo *servo = next_of(roster, id, NULL);
     uint16_t delay_us = 0;
     uint8_t level = LEVEL_PING;
 
@@ -588,20 +541,18 @@ static enum cds_result suit(struct cds_roster *roster, struct cds_request *reque
 static enum cds_result judge_packet(struct cds_roster *roster, struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
-    uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION];
+    uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION], refused_id = id;
     enum cds_result result = CDS_OK;
 
     if (writes(instruction) && !is_torque_off(bytes))
-        result = judge_writes(roster, bytes);
-    else if (instruction == CDS_ACTION)
-        result = judge_action(roster, id);
-    else if (instruction == CDS_RESET)
-        result = judge_reset(roster, id);
-    if (result == CDS_OK && id != CDS_BROADCAST_ID) {
+        result = judge_writes(roster, bytes, &refused_id);
+    else if (instruction == CDS_ACTION || instruction == CDS_RESET)
+        result =
+            judge_part(roster, &(struct part){.id = id, .instruction = instruction}, &refused_id);
+    if (result == CDS_OK && id != CDS_BROADCAST_ID)
         result = suit(roster, request, id, instruction);
-        if (result != CDS_OK)
-            roster->refused_id = id;
-    }
+    if (result != CDS_OK)
+        roster->refused_id = refused_id;
     return result;
 }
 
@@ -698,11 +649,11 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
         return;
     }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
-        servo = first_of(roster, part.id);
+        servo = next_of(roster, part.id, NULL);
         while (servo) { // whose ID changes here must not be met by it again
             struct cds_roster_servo *next = next_of(roster, part.id, servo);
 
-            learn_written(roster, servo, part.address, part.data, part.length, certain);
+            learn_written(roster, servo, &part.span, certain);
             servo = next;
         }
     }
@@ -718,12 +669,12 @@ static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, con
 
     if (!part_of(bytes, 0, &part))
         return;
-    learn_written(roster, servo, part.address, part.data, part.length, false);
+    learn_written(roster, servo, &part.span, false);
     if (return_delay > servo->return_delay)
         servo->return_delay = return_delay;
     if (level > servo->status_return_level)
         servo->status_return_level = level;
-    if (byte_of(CDS_REG_BAUD_RATE, part.address, part.data, part.length))
+    if (cds_span_byte(&part.span, CDS_REG_BAUD_RATE))
         servo->baud = CDS_ROSTER_UNKNOWN;
     servo->torque |= torque;
 }
@@ -732,18 +683,16 @@ static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, con
 static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes,
                 bool certain)
 {
-    const uint8_t *torque;
     struct part part;
 
     if (!part_of(bytes, 0, &part))
         return;
-    torque = byte_of(CDS_REG_TORQUE_ENABLE, part.address, part.data, part.length);
-    learn(roster, servo, part.address, part.data, part.length, false); // ACTION is to come
+    learn(roster, servo, &part.span, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
-    if (cds_limits_check(servo, part.address, part.data, part.length) != CDS_OK)
+    if (cds_limits_check(servo, &part.span) != CDS_OK)
         servo->armed_unjudged = true;
-    if (torque && *torque)
+    if (cds_span_value(&part.span, CDS_REG_TORQUE_ENABLE, 0))
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
@@ -762,6 +711,7 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
                          const struct cds_bus_news *news, bool certain, bool lost)
 {
     const uint8_t *bytes = news->request->packet.bytes;
+    const struct cds_span read = {bytes, news->address, news->request->length};
 
     switch (news->instruction) {
     case CDS_WRITE:
@@ -773,7 +723,7 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
     case CDS_RESET: learn_reset(roster, servo, certain); break;
     case CDS_READ:
         if (!lost)
-            learn_read(roster, servo, news->address, bytes, news->request->length, certain);
+            learn_read(roster, servo, &read, certain);
         break;
     default: break;
     }
@@ -841,7 +791,7 @@ static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
 static __attribute__((noinline)) void take_news(struct cds_roster *roster,
                                                 const struct cds_bus_news *news)
 {
-    struct cds_roster_servo *servo = first_of(roster, news->id);
+    struct cds_roster_servo *servo = next_of(roster, news->id, NULL);
 
     note_alarms(roster, news->id == CDS_BROADCAST_ID ? NULL : servo, news->error);
     if (news->event == CDS_BUS_ENDED)
@@ -942,27 +892,36 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 {
     uint8_t alarms = servo ? servo->alarms : roster->alarms;
 
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (!servo || servo == &roster->servos[i])
-            roster->servos[i].alarms = 0;
     roster->alarms = 0;
-    for (uint8_t i = 0; servo && i < roster->count; i++)
-        roster->alarms |= roster->servos[i].alarms;
+    for (uint8_t i = 0; i < roster->count; i++) {
+        struct cds_roster_servo *each = &roster->servos[i];
+
+        if (!servo || servo == each)
+            each->alarms = 0;
+        roster->alarms |= each->alarms;
+    }
     return alarms;
+}
+
+/* Of `servo`, or of all, the bits `why` are set, and of the others those of `keep` stay. */
+static __attribute__((noinline)) void
+set_held(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t keep, uint8_t why)
+{
+    note_change(roster, servo);
+    for (uint8_t i = 0; i < roster->count; i++) {
+        struct cds_roster_servo *each = &roster->servos[i];
+
+        if (!servo || servo == each)
+            each->held = (each->held & keep) | why;
+    }
 }
 
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why)
 {
-    note_change(roster, servo);
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (!servo || servo == &roster->servos[i])
-            roster->servos[i].held |= why;
+    set_held(roster, servo, UINT8_MAX, why);
 }
 
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
-    note_change(roster, servo);
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (!servo || servo == &roster->servos[i])
-            roster->servos[i].held = 0;
+    set_held(roster, servo, 0, 0);
 }

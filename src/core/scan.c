@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 #include "operation.h"     // cds_operation_take()
 
 const uint8_t cds_scan_listed_bauds[CDS_SCAN_LISTED_BAUDS] = {1, 3, 7, 16, 34, 103};
@@ -106,7 +107,7 @@ static void start(struct cds_scan *scan)
 }
 
 /* The bus at this rate; false while it is busy. */
-static bool tuned(struct cds_scan *scan, uint8_t baud)
+static CDS_APART bool tuned(struct cds_scan *scan, uint8_t baud)
 {
     return scan->bus->baud == baud || cds_bus_set_baud(scan->bus, baud) == CDS_OK;
 }
@@ -191,8 +192,9 @@ static void give_back(struct cds_scan *scan)
     scan->result = scan->line_busy ? CDS_LINE_BUSY : scan->aborted ? CDS_CANCELLED : CDS_OK;
 }
 
-enum cds_result cds_scan_poll(struct cds_scan *scan)
+CDS_APART enum cds_result cds_scan_poll(struct cds_scan *scan)
 {
+    CDS_OPAQUE(scan);
     if (scan->result == CDS_PENDING && scan->phase != CHECK && !cds_operation_has(scan->bus))
         scan->result = CDS_CANCELLED; // the bus is somebody else's
     if (scan->result != CDS_PENDING)

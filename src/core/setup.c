@@ -2,15 +2,18 @@
 #include "cds55xx/setup.h"
 
 #include <stdbool.h>
+#include <string.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 #include "operation.h"     // cds_operation_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
 
-enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
-                                      struct cds_request *request, uint8_t id, uint8_t address,
-                                      const uint8_t *data, uint8_t length)
+CDS_APART enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
+                                                struct cds_request *request, uint8_t id,
+                                                uint8_t address, const uint8_t *data,
+                                                uint8_t length)
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
@@ -64,15 +67,13 @@ enum cds_result cds_setup_lock_begin(struct cds_setup *setup, struct cds_bus *bu
 /* Does the servo hold the value? CDS_OK: yes; CDS_PENDING: another one; else it was not read. */
 static enum cds_result compare(const struct cds_setup *setup)
 {
-    enum cds_result result = CDS_OK;
-    uint8_t byte = 0;
+    const struct cds_request *request = setup->request;
 
-    for (uint8_t i = 0; i < setup->length && result == CDS_OK; i++) {
-        result = cds_request_byte(setup->request, i, &byte);
-        if (result == CDS_OK && byte != setup->data[i])
-            result = CDS_PENDING;
-    }
-    return result;
+    if (request->result != CDS_OK)
+        return (enum cds_result)request->result;
+    if (request->length != setup->length)
+        return CDS_REFUSED;
+    return memcmp(request->packet.bytes, setup->data, setup->length) == 0 ? CDS_OK : CDS_PENDING;
 }
 
 static bool has_refused(const struct cds_setup *setup)
@@ -135,8 +136,9 @@ static void send(struct cds_setup *setup)
         setup->result = (uint8_t)submitted;
 }
 
-enum cds_result cds_setup_poll(struct cds_setup *setup)
+CDS_APART enum cds_result cds_setup_poll(struct cds_setup *setup)
 {
+    CDS_OPAQUE(setup);
     if (setup->in_flight) {
         if (setup->request->result == CDS_PENDING)
             return CDS_PENDING;

@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write_byte()
+#include "opaque.h"        // CDS_APART
 
 enum stop_phase {
     TELLING_ALL,
@@ -23,16 +24,23 @@ static bool is_settled(uint8_t outcome)
     return outcome == CDS_STOP_OFF || outcome == CDS_STOP_MUTE;
 }
 
+/* By the worst of them: from CDS_STOP_ON on, the less the worse. */
 static enum cds_result conclude(const struct cds_stop *stop)
 {
-    bool on = false, silent = false, mute = false;
+    uint8_t worst = UINT8_MAX;
 
     for (uint8_t i = 0; i < stop->roster->count; i++) {
-        on = on || stop->outcomes[i] == CDS_STOP_ON;
-        silent = silent || stop->outcomes[i] == CDS_STOP_SILENT;
-        mute = mute || stop->outcomes[i] == CDS_STOP_MUTE;
+        uint8_t outcome = stop->outcomes[i];
+
+        if (outcome >= CDS_STOP_ON && outcome < worst)
+            worst = outcome;
     }
-    return on ? CDS_REFUSED : silent ? CDS_TIMEOUT : mute ? CDS_NO_REPLY_DUE : CDS_OK;
+    switch (worst) {
+    case CDS_STOP_ON: return CDS_REFUSED;
+    case CDS_STOP_SILENT: return CDS_TIMEOUT;
+    case CDS_STOP_MUTE: return CDS_NO_REPLY_DUE;
+    default: return CDS_OK;
+    }
 }
 
 /* The next one to look at, from `index` on: round after round, so that one that is dead does not
@@ -77,10 +85,10 @@ static bool may_try_again(struct cds_stop *stop)
 
 /* ---- all ---- */
 
-static void tell_all(struct cds_stop *stop, uint8_t i)
+static void tell_all(struct cds_stop *stop, struct cds_request *request)
 {
-    enum cds_result result = cds_servo_write_byte(stop->roster->bus, &stop->all[i],
-                                                  CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0);
+    enum cds_result result = cds_servo_write_byte(stop->roster->bus, request, CDS_BROADCAST_ID,
+                                                  CDS_REG_TORQUE_ENABLE, 0);
 
     if (result != CDS_OK && result != CDS_BUSY) // on its way since the stop was begun before
         stop->result = (uint8_t)result;
@@ -88,12 +96,14 @@ static void tell_all(struct cds_stop *stop, uint8_t i)
 
 static void telling_all(struct cds_stop *stop)
 {
+    struct cds_request *request = stop->all, *end = request + CDS_STOP_BROADCASTS;
+
     stop->broadcasts = 0;
-    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS && stop->result == CDS_PENDING; i++) {
-        if (stop->all[i].result == CDS_OK)
+    for (; request < end && stop->result == CDS_PENDING; request++) {
+        if (request->result == CDS_OK)
             stop->broadcasts++;
-        else if (stop->all[i].result != CDS_PENDING && may_try_again(stop))
-            tell_all(stop, i);
+        else if (request->result != CDS_PENDING && may_try_again(stop))
+            tell_all(stop, request);
     }
     if (stop->broadcasts == CDS_STOP_BROADCASTS)
         look_from(stop, 0);
@@ -150,10 +160,10 @@ static bool is_on_its_way(const struct cds_stop *stop)
 }
 
 /* One that is on its way still is what it is to be already. */
-static void prepare(struct cds_request *request, uint8_t *bytes, uint16_t room)
+static CDS_APART void prepare(struct cds_request *request, uint8_t bytes[CDS_PACKET_SIZE(2)])
 {
     if (request->result != CDS_PENDING)
-        *request = (struct cds_request){.packet = {.bytes = bytes, .room = room},
+        *request = (struct cds_request){.packet = {.bytes = bytes, .room = CDS_PACKET_SIZE(2)},
                                         .urgent = CDS_URGENT_FIRST};
 }
 
@@ -170,10 +180,10 @@ enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster,
     stop->result = CDS_PENDING;
     for (uint8_t i = 0; i < roster->count; i++)
         outcomes[i] = CDS_STOP_UNKNOWN;
-    prepare(&stop->one, stop->buffers[CDS_STOP_BROADCASTS], sizeof stop->buffers[0]);
+    prepare(&stop->one, stop->buffers[CDS_STOP_BROADCASTS]);
     for (uint8_t i = 0; i < CDS_STOP_BROADCASTS; i++) {
-        prepare(&stop->all[i], stop->buffers[i], sizeof stop->buffers[0]);
-        tell_all(stop, i);
+        prepare(&stop->all[i], stop->buffers[i]);
+        tell_all(stop, &stop->all[i]);
     }
     return stop->result == CDS_PENDING ? CDS_OK : CDS_BAD_ARGUMENT;
 }

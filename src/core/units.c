@@ -130,18 +130,22 @@ static enum cds_result rate_from_register(uint16_t raw, int32_t *bps)
 
 enum cds_result cds_units_baud(int32_t bps, uint8_t *baud, int16_t *error_permille)
 {
-    int32_t divisor, product, error;
+    uint32_t product;
+    uint16_t divisor;
+    int32_t error, half;
 
     if (bps < LOWEST_BPS || bps > BAUD_CLOCK)
         return CDS_BAD_ARGUMENT;
-    divisor = BAUD_CLOCK / bps; // its rate is `bps` or faster, that of the next one slower
-    if (bps * divisor * (divisor + 1) < BAUD_CLOCK / 2 * (2 * divisor + 1)) // below the middle
+    divisor = (uint16_t)(BAUD_CLOCK / bps); // its rate is `bps` or faster, the next one slower
+    product = (uint32_t)bps * divisor;      // at most 3/2 of the clock, here and below
+    if ((BAUD_CLOCK - product) * (2u * divisor + 1u) > product) { // below the middle of both rates
         divisor++;
-    product = bps * divisor; // at most 3/2 of the clock
-    error = (BAUD_CLOCK - product) * 1000;
-    error += error < 0 ? -(product / 2) : product / 2;
+        product += (uint32_t)bps;
+    }
+    error = (int32_t)(BAUD_CLOCK - product) * 1000;
+    half = (int32_t)(product / 2);
     *baud = (uint8_t)(divisor - 1);
-    *error_permille = (int16_t)(error / product);
+    *error_permille = (int16_t)((error + (error < 0 ? -half : half)) / (int32_t)product);
     return CDS_OK;
 }
 

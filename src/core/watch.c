@@ -2,6 +2,7 @@
 #include "cds55xx/watch.h"
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
 #define PERIOD_MIN_US 10000ul
 #define PERIOD_MAX_US 1000000000ul
@@ -12,6 +13,7 @@ enum cds_result cds_watch_begin(struct cds_watch *watch, struct cds_roster *rost
 {
     uint32_t now_us = cds_port_now_us();
 
+    CDS_OPAQUE(watch);
     if (period_us < PERIOD_MIN_US || period_us > PERIOD_MAX_US)
         return CDS_BAD_ARGUMENT;
     if (watch->request.result == CDS_PENDING)
@@ -21,35 +23,30 @@ enum cds_result cds_watch_begin(struct cds_watch *watch, struct cds_roster *rost
         .step_us = roster->count ? period_us / roster->count : period_us,
         .look_us = now_us,
         .seek_us = now_us,
-        .back_us = now_us,
-        .epoch = (uint16_t)(roster->observer.epoch - 1u),
-        .back = roster->count,
+        .epoch = (uint16_t)(roster->observer.epoch - 1u), // who is back is looked for first
     };
     watch->request.packet.bytes = watch->buffer;
     watch->request.packet.room = sizeof watch->buffer;
     return CDS_OK;
 }
 
-/* The longest a READ of one byte may take; a PING is shorter. */
-static uint16_t read_us(const struct cds_bus *bus, uint16_t return_delay_us)
+/* The longest a READ of one byte of this servo may take; a PING is shorter. */
+static CDS_APART uint16_t read_us(const struct cds_watch *watch,
+                                  const struct cds_roster_servo *servo)
 {
-    return (uint16_t)(READ_BYTES * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US);
-}
+    const struct cds_bus *bus = watch->roster->bus;
+    uint16_t delay_us = bus->return_delay_us;
 
-static uint16_t return_delay_us(const struct cds_watch *watch, const struct cds_roster_servo *servo)
-{
-    return servo->return_delay == CDS_ROSTER_UNKNOWN ? watch->roster->bus->return_delay_us
-                                                     : (uint16_t)(2u * servo->return_delay);
+    if (servo->return_delay != CDS_ROSTER_UNKNOWN)
+        delay_us = (uint16_t)(2u * servo->return_delay);
+    return (uint16_t)(READ_BYTES * bus->byte_time_us + delay_us + CDS_REPLY_MARGIN_US);
 }
 
 enum cds_result cds_watch_set_cycle(struct cds_watch *watch, struct cds_cycle *cycle)
 {
-    for (uint8_t i = 0; cycle && i < watch->roster->count; i++) {
-        uint16_t delay_us = return_delay_us(watch, &watch->roster->servos[i]);
-
-        if (read_us(watch->roster->bus, delay_us) > cds_cycle_room_us(cycle))
+    for (uint8_t i = 0; cycle && i < watch->roster->count; i++)
+        if (read_us(watch, &watch->roster->servos[i]) > cds_cycle_room_us(cycle))
             return CDS_BAD_ARGUMENT;
-    }
     watch->cycle = cycle;
     return CDS_OK;
 }
@@ -59,24 +56,15 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
     return (int32_t)(now_us - time_us) >= 0;
 }
 
-/* Is there never time for this servo? Its return delay may have become known, or longer, since the
- * watch was set beside the cycle. */
-static bool never_has_room(const struct cds_watch *watch, const struct cds_roster_servo *servo)
-{
-    return watch->cycle && read_us(watch->roster->bus, return_delay_us(watch, servo)) >
-                               cds_cycle_room_us(watch->cycle);
-}
-
-/* Is there time for this servo now? */
-static bool has_room(struct cds_watch *watch, const struct cds_roster_servo *servo, uint32_t now_us)
+/* Is there time for `us` with this servo now? */
+static bool has_room(struct cds_watch *watch, const struct cds_roster_servo *servo, uint16_t us,
+                     uint32_t now_us)
 {
     struct cds_bus *bus = watch->roster->bus;
 
     if (cds_bus_may_answer_late(bus, servo->id, now_us))
         return false; // it would wait in the queue, and others behind it
-    if (watch->cycle)
-        return cds_cycle_gives_way(watch->cycle, read_us(bus, return_delay_us(watch, servo)));
-    return !bus->request;
+    return watch->cycle ? cds_cycle_gives_way(watch->cycle, us) : !bus->request;
 }
 
 /* Asks it what it can tell, if it ever can be. False: not now. */
@@ -84,11 +72,13 @@ static bool ask(struct cds_watch *watch, uint8_t index, uint32_t now_us)
 {
     struct cds_roster_servo *servo = &watch->roster->servos[index];
     struct cds_bus *bus = watch->roster->bus;
+    uint16_t us = read_us(watch, servo);
     enum cds_result result;
 
-    if (never_has_room(watch, servo))
+    // never: its return delay has become known, or longer, since the watch was set beside the cycle
+    if (watch->cycle && us > cds_cycle_room_us(watch->cycle))
         return true; // the others must not wait for it
-    if (!has_room(watch, servo, now_us))
+    if (!has_room(watch, servo, us, now_us))
         return false;
     if (servo->presence == CDS_PRESENCE_AWAY || servo->status_return_level == 0)
         result = cds_servo_ping(bus, &watch->request, servo->id);
@@ -127,7 +117,9 @@ static uint8_t next_away(const struct cds_watch *watch)
     uint8_t at = watch->seeker;
 
     for (uint8_t i = 0; i < roster->count; i++) {
-        at = at + 1u < roster->count ? (uint8_t)(at + 1u) : 0;
+        at++;
+        if (at >= roster->count)
+            at = 0;
         if (roster->servos[at].presence == CDS_PRESENCE_AWAY)
             return at;
     }
@@ -150,17 +142,21 @@ static void look(struct cds_watch *watch, uint32_t now_us)
 {
     if (!ask(watch, watch->turn, now_us))
         return;
-    watch->turn = watch->turn + 1u < watch->roster->count ? (uint8_t)(watch->turn + 1u) : 0;
+    watch->turn++;
+    if (watch->turn >= watch->roster->count)
+        watch->turn = 0;
     watch->look_us += watch->step_us;
     if (is_due(watch->look_us, now_us)) // it was held up: no burst to make up for that
         watch->look_us = now_us + watch->step_us;
 }
 
-void cds_watch_poll(struct cds_watch *watch)
+CDS_APART void cds_watch_poll(struct cds_watch *watch)
 {
-    uint8_t count = watch->roster->count;
     uint32_t now_us = cds_port_now_us();
+    uint8_t count;
 
+    CDS_OPAQUE(watch);
+    count = watch->roster->count;
     if (watch->request.result == CDS_PENDING || count == 0)
         return;
     if (watch->epoch != watch->roster->observer.epoch) {

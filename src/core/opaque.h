@@ -1,0 +1,14 @@
+/* Small code for structs of which a program has one. There the compiler knows the address, and an
+ * AVR takes 4 bytes of code to reach a variable by that, but 2 to reach a field behind a pointer,
+ * if it is among the first 64 bytes. So structs have what is used often in front, and who moves an
+ * operation on hides where it is. */
+#ifndef CDS_OPAQUE_H
+#define CDS_OPAQUE_H
+
+/* From here on nothing is known of this pointer. */
+#define CDS_OPAQUE(pointer) __asm__("" : "+r"(pointer))
+
+/* Not copied into its callers: seldom run, or called from several places. */
+#define CDS_APART __attribute__((noinline))
+
+#endif
