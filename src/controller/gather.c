@@ -147,7 +147,8 @@ static void obey_if_local(struct gather *gather, uint8_t slot)
         read->error = CDS_ERROR_RANGE;
         read->length = 0;
     } else {
-        device_obey(gather->device, bytes);
+        if (!device_obey(gather->device, bytes))
+            return;
         read->error = gather->device->error;
         read->length = gather->device->length;
     }
@@ -215,7 +216,7 @@ static void await_next(struct gather *gather)
         return;
     }
     obey_if_local(gather, slot);
-    if (gather->read[slot].result == CDS_PENDING)
+    if (gather->local[slot] || gather->read[slot].result == CDS_PENDING)
         return;
     if (gather->bulk)
         hand_over(gather, &gather->read[slot]);

@@ -50,12 +50,18 @@ static uint8_t digit_value(char c, uint8_t base)
     return value < base ? value : base;
 }
 
-/* A digit more; false when that exceeds 31 bits. */
+/* A digit more; false when that exceeds 31 bits. Without a division, which takes half as long as a
+ * character at 115200 bit/s: a long line would be lost. */
 static bool append(int32_t *digits, uint8_t base, uint8_t digit)
 {
-    if (*digits > (INT32_MAX - digit) / base)
+    int32_t more;
+
+    if (*digits > INT32_MAX / 10)
         return false;
-    *digits = *digits * base + digit;
+    more = (int32_t)((uint32_t)*digits * base + digit);
+    if (more < 0) // 32 bits hold it, also in base 16
+        return false;
+    *digits = more;
     return true;
 }
 
