@@ -149,6 +149,17 @@ void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));
 }
 
+void test_a_SYNC_WRITE_whose_blocks_would_be_longer_than_any_packet_names_nobody(void)
+{
+    static const uint8_t sync[] = {0xFF, 0xFF, 0xFE, 4, CDS_SYNC_WRITE, 0x1E, 255, 0x5D};
+
+    memcpy(buffer, sync, sizeof sync);
+    request.packet.size = sizeof sync;
+    request.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request)); // and it comes back
+    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+}
+
 void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
 {
     robot_add(&robot, 1);
