@@ -50,18 +50,12 @@ static uint8_t digit_value(char c, uint8_t base)
     return value < base ? value : base;
 }
 
-/* A digit more; false when that exceeds 31 bits. Without a division, which takes half as long as a
- * character at 115200 bit/s: a long line would be lost. */
+/* A digit more; false when that exceeds 31 bits. */
 static bool append(int32_t *digits, uint8_t base, uint8_t digit)
 {
-    int32_t more;
-
-    if (*digits > INT32_MAX / 10)
+    if (*digits > (INT32_MAX - digit) / base)
         return false;
-    more = (int32_t)((uint32_t)*digits * base + digit);
-    if (more < 0) // 32 bits hold it, also in base 16
-        return false;
-    *digits = more;
+    *digits = *digits * base + digit;
     return true;
 }
 
