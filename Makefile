@@ -79,7 +79,7 @@ SMALL := -fshort-enums -mstrict-X -fno-tree-switch-conversion -mcall-prologues \
 	-fira-algorithm=priority -fipa-pta -fno-jump-tables -maccumulate-args
 SMALLEST := -fno-inline-small-functions -fno-move-loop-invariants -fno-tree-sink \
 	-fno-tree-loop-im -fno-tree-dominator-opts -fno-tree-fre -fno-ipa-sra -fno-tree-loop-optimize
-QUICK := $(addprefix src/core/,bus.c parser.c) src/controller/writer.c
+QUICK := $(addprefix src/core/,bus.c parser.c) $(addprefix src/controller/,writer.c answer.c gather.c bridge.c)
 
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)

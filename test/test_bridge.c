@@ -17,7 +17,7 @@ static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
 static struct keeper keeper;
-static uint8_t buffers[2][HOST_PACKET_MAX];
+static uint8_t buffers[2][ANSWER_BEFORE + HOST_PACKET_MAX];
 static uint16_t gaps;
 
 /* What the host has heard. */
@@ -32,7 +32,7 @@ void setUp(void)
     memset(&output, 0, sizeof output);
     memset(&device, 0, sizeof device);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    host_open(&host, &input, &text, buffers[0]);
+    host_open(&host, &input, &text, buffers[0] + ANSWER_BEFORE);
     eeprom_fake_reset();
     memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
@@ -43,7 +43,7 @@ void setUp(void)
     values_open(&values, &keeper, &host, &bridge, &gaps);
     device.world = &values_world;
     device.owner = &values;
-    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1]);
+    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1] + ANSWER_BEFORE);
     heard_size = 0;
 }
 

@@ -77,20 +77,6 @@ void test_who_only_answers_is_known_and_left_alone(void)
     TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
 }
 
-/* From the PC, who may say anything. */
-void test_a_sync_write_of_blocks_of_256_bytes_names_nobody(void)
-{
-    static const uint8_t parameters[] = {CDS_REG_LED, 255, 1, 2};
-
-    cds_packet_begin(&request.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
-    for (uint8_t i = 0; i < sizeof parameters; i++)
-        cds_packet_put(&request.packet, parameters[i]);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
-    request.reply_parameters = CDS_REPLY_NONE;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
-    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
-}
-
 void test_one_who_answers_though_set_not_to_is_asked_again(void)
 {
     robot.crew.open = false;
@@ -171,6 +157,17 @@ void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
     cds_roster_release(&robot.crew.roster, NULL);
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));
+}
+
+void test_a_SYNC_WRITE_whose_blocks_would_be_longer_than_any_packet_names_nobody(void)
+{
+    static const uint8_t sync[] = {0xFF, 0xFF, 0xFE, 4, CDS_SYNC_WRITE, 0x1E, 255, 0x5D};
+
+    memcpy(buffer, sync, sizeof sync);
+    request.packet.size = sizeof sync;
+    request.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request)); // and it comes back
+    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
 }
 
 void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)

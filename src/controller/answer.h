@@ -8,16 +8,16 @@
 #include "cds55xx/packet.h" // CDS_AT_PARAMETERS
 #include "cds55xx/ring.h"   // struct cds_ring
 
+#define ANSWER_BEFORE CDS_AT_PARAMETERS // bytes before its parameters that are the packet's, too
+#define ANSWER_BEHIND 1                 // ... and behind them
+
 struct answer {
-    uint8_t head[CDS_AT_PARAMETERS]; // header, ID, LENGTH, ERROR
-    const uint8_t *parameters;       // those to come; they stay in place until they are out
-    uint8_t at;                      // bytes of `head` that are out
-    uint8_t left;                    // parameters to come
-    uint8_t sum;                     // of what is out; the two of the header cancel out
+    const uint8_t *from; // what is to come; it stays in place until it is out
+    uint16_t left;       // bytes
 };
 
-/* `length`: 0 to 252. */
-void answer_begin(struct answer *answer, uint8_t id, uint8_t error, const uint8_t *parameters,
+/* Makes a packet of the parameters where they stand. `length`: 0 to 252. */
+void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *parameters,
                   uint8_t length);
 
 /* Puts what there is room for; true when all of it is in the ring. */

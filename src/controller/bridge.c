@@ -56,11 +56,10 @@ static void await_reply(struct bridge *bridge)
 static void ask_device(struct bridge *bridge)
 {
     struct device *device = bridge->device;
-    uint8_t id = device_id(device); // of the answer to a packet that changes it (R2)
 
     bridge->state = BRIDGE_DEVICE;
     if (device_obey(device, bridge->request.packet.bytes))
-        answer(bridge, id, device->error, device->length);
+        answer(bridge, bridge->request.id, device->error, device->length);
 }
 
 static void gather(struct bridge *bridge)
@@ -91,6 +90,7 @@ static void take(struct bridge *bridge)
     packet->bytes = host_take(bridge->host, packet->bytes);
     packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
     id = packet->bytes[CDS_AT_ID];
+    bridge->request.id = id; // the answer to a packet that changes it has the old one (R2)
     instruction = packet->bytes[CDS_AT_INSTRUCTION];
     if (device_is_on(bridge->device) && gather_knows(bridge->device, id, instruction))
         begin_gathering(bridge);

@@ -48,7 +48,8 @@ struct bridge {
     struct bridge_counters counters;
 };
 
-/* `bytes`: HOST_PACKET_MAX of them. `output`: the ring to the host. */
+/* `bytes`: HOST_PACKET_MAX of them. ANSWER_BEFORE more stand before these and before those that the
+ * host was opened with. `output`: the ring to the host. */
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes);
 

@@ -35,7 +35,7 @@ static void meet_blocks(struct crew *crew, const uint8_t *bytes)
 {
     const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
     uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
-    uint16_t block = parameters[1] + 1u;
+    uint16_t block = (uint16_t)(parameters[1] + 1u); // 256 too: the packet may be the host's
 
     for (uint16_t at = 2; at + block <= count; at = (uint16_t)(at + block))
         crew_meet(crew, parameters[at]);

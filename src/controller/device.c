@@ -7,6 +7,9 @@
 #include "cds55xx/version.h"
 #include "flash.h"
 
+/* Registers: a READ of all of them must not hold up the bus. */
+#define READ_PER_CALL 4
+
 enum access { RD, RW };
 
 /* A row of the table. */
@@ -68,6 +71,14 @@ static uint8_t byte_of(const struct device *device, uint8_t reg, uint16_t value,
 /* --- READ --------------------------------------------------------------------------------------
  */
 
+/* Does the register share a byte with `count` bytes from `from` on? */
+static bool overlaps(uint8_t reg, uint8_t from, uint8_t count)
+{
+    uint8_t ahead = (uint8_t)(rows[reg].address - from);
+
+    return ahead < count || (uint8_t)-ahead < rows[reg].bytes;
+}
+
 static uint8_t read(struct device *device, uint8_t *packet)
 {
     uint8_t from = packet[CDS_AT_PARAMETERS], count = packet[CDS_AT_PARAMETERS + 1];
@@ -76,21 +87,40 @@ static uint8_t read(struct device *device, uint8_t *packet)
         return CDS_ERROR_INSTRUCTION;
     if (count == 0 || from >= DEVICE_TABLE_SIZE || count > DEVICE_TABLE_SIZE - from)
         return CDS_ERROR_RANGE;
+    device->from = from;
     device->length = count;
+    device->next = 0;
+    device->reading = true;
     memset(packet, 0, count); // where there is no register
-    for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++) {
-        uint8_t address = rows[reg].address, bytes = rows[reg].bytes;
-        uint16_t value = 0;
-
-        if (address + bytes <= from || address >= from + count)
-            continue;
-        if (reg != DEVICE_FAILED_IDS)
-            value = value_of(device, reg);
-        for (uint8_t i = 0; i < bytes; i++)
-            if (address + i >= from && address + i < from + count)
-                packet[address + i - from] = byte_of(device, reg, value, i);
-    }
     return 0;
+}
+
+static void put_register(const struct device *device, uint8_t *packet, uint8_t reg)
+{
+    uint16_t value = reg == DEVICE_FAILED_IDS ? 0 : value_of(device, reg);
+
+    for (uint8_t i = 0; i < rows[reg].bytes; i++) {
+        uint8_t at = (uint8_t)(rows[reg].address + i - device->from);
+
+        if (at < device->length)
+            packet[at] = byte_of(device, reg, value, i);
+    }
+}
+
+/* Goes on with a READ; true when all of it is there. */
+static bool read_on(struct device *device, uint8_t *packet)
+{
+    uint8_t left = READ_PER_CALL;
+
+    for (; device->next < DEVICE_REGISTER_COUNT; device->next++) {
+        if (!overlaps(device->next, device->from, device->length))
+            continue;
+        if (left-- == 0)
+            return false;
+        put_register(device, packet, device->next);
+    }
+    device->reading = false;
+    return true;
 }
 
 /* --- WRITE -------------------------------------------------------------------------------------
@@ -105,7 +135,7 @@ static uint8_t written(const struct device *device, const uint8_t *packet, uint8
     const uint8_t *data = &packet[CDS_AT_PARAMETERS + 1];
     uint8_t first = rows[reg].address, bytes = rows[reg].bytes, hits = 0;
 
-    if (first + bytes <= from || first >= from + count)
+    if (!overlaps(reg, from, count))
         return 0;
     if (rows[reg].access == RW)
         *value = value_of(device, reg);
@@ -170,7 +200,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
 
 bool device_obey(struct device *device, uint8_t *packet)
 {
-    if (!device->unsettled) {
+    if (!device->unsettled && !device->reading) {
         device->length = 0;
         switch (packet[CDS_AT_INSTRUCTION]) {
         case CDS_PING: device->error = without_parameters(packet); break;
@@ -180,8 +210,7 @@ bool device_obey(struct device *device, uint8_t *packet)
         default: device->error = CDS_ERROR_INSTRUCTION; break;
         }
     }
-    if (device->unsettled && !device->world->settled(device->owner))
-        return false;
-    device->unsettled = false;
-    return true;
+    if (device->unsettled)
+        device->unsettled = !device->world->settled(device->owner);
+    return !device->unsettled && (!device->reading || read_on(device, packet));
 }

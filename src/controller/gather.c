@@ -13,8 +13,8 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
 {
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->bytes[i];
-        gather->read[i].packet.room = sizeof gather->bytes[i];
+        gather->read[i].packet.bytes = gather->bytes[i] + ANSWER_BEFORE;
+        gather->read[i].packet.room = CDS_REPLY_ANY;
         gather->read[i].any_length = true;
     }
 }
@@ -98,60 +98,62 @@ static uint8_t id_of(const struct gather *gather, uint8_t index)
 }
 
 /* A READ, put together by hand: what takes long here is missing between two packets of the bus. */
-static void build_read(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t count)
+static void build_read(struct cds_request *read, uint8_t id, uint8_t address, uint8_t count)
 {
-    const uint8_t read[] = {
-        CDS_HEADER, CDS_HEADER,
-        id,         CDS_LENGTH_MIN + 2,
-        CDS_READ,   address,
-        count,      (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + count)};
+    uint8_t *bytes = read->packet.bytes;
 
-    memcpy(packet->bytes, read, sizeof read);
-    packet->size = sizeof read;
+    *bytes++ = CDS_HEADER;
+    *bytes++ = CDS_HEADER;
+    *bytes++ = id;
+    *bytes++ = CDS_LENGTH_MIN + 2;
+    *bytes++ = CDS_READ;
+    *bytes++ = address;
+    *bytes++ = count;
+    *bytes = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + count);
+    read->packet.size = CDS_PACKET_SIZE(2);
+    read->reply_parameters = count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
 }
 
 /* Sends the READ of the next servo. The device's own is answered when its turn comes. */
 static void ask(struct gather *gather)
 {
     uint8_t index = gather->asked++, slot = index & 1, id = id_of(gather, index);
-    const uint8_t *item = &gather->list[BULK_ITEM * index];
     struct cds_request *read = &gather->read[slot];
     enum cds_result result = CDS_BAD_ARGUMENT;
 
-    if (gather->bulk)
-        build_read(&read->packet, id, item[2], item[0]);
-    else
-        build_read(&read->packet, id, gather->address, gather->each);
+    if (gather->bulk) {
+        const uint8_t *item = &gather->list[BULK_ITEM * index];
+
+        build_read(read, id, item[2], item[0]);
+    } else {
+        build_read(read, id, gather->address, gather->each);
+    }
     gather->local[slot] = id == gather->device_id;
-    if (gather->local[slot])
-        return;
-    read->reply_parameters = gather_reply_due(read->packet.bytes);
     read->repeats = gather->bus->repeats;
-    if (id <= CDS_ID_MAX)
+    if (gather->local[slot])
+        result = CDS_PENDING;
+    else if (id <= CDS_ID_MAX)
         result = cds_bus_submit(gather->bus, read);
     if (result != CDS_OK)
         read->result = (uint8_t)result;
 }
 
 /* The device's own answer is no longer than a servo's. */
-static void obey_if_local(struct gather *gather, uint8_t slot)
+static void obey(struct gather *gather, struct cds_request *read)
 {
-    struct cds_request *read = &gather->read[slot];
-    uint8_t *bytes = read->packet.bytes;
+    struct device *device = gather->device;
 
-    if (!gather->local[slot])
-        return;
-    read->id = bytes[CDS_AT_ID];
-    read->result = CDS_OK;
-    if (bytes[CDS_AT_PARAMETERS + 1] > CDS_REPLY_MAX) {
+    read->id = gather->device_id;
+    if (read->reply_parameters == 0) {
         read->error = CDS_ERROR_RANGE;
         read->length = 0;
+    } else if (device_obey(device, read->packet.bytes)) {
+        read->error = device->error;
+        read->length = device->length;
     } else {
-        device_obey(gather->device, bytes);
-        read->error = gather->device->error;
-        read->length = gather->device->length;
+        return;
     }
-    gather->local[slot] = false;
+    read->result = CDS_OK;
 }
 
 static void note_failure(struct gather *gather)
@@ -200,7 +202,9 @@ static void give_up(struct gather *gather)
     } else {
         uint8_t slot = gather->done & 1;
 
-        if (gather->local[slot] || gather->read[slot].result != CDS_PENDING)
+        if (gather->local[slot])
+            gather->read[slot].result = CDS_CANCELLED;
+        if (gather->read[slot].result != CDS_PENDING)
             gather->done++;
     }
 }
@@ -209,18 +213,18 @@ static void give_up(struct gather *gather)
 static void await_next(struct gather *gather)
 {
     uint8_t slot = gather->done & 1;
+    struct cds_request *read = &gather->read[slot];
 
     if (gather->sending) {
         send_on(gather);
-        return;
+    } else if (read->result == CDS_PENDING) {
+        if (gather->local[slot])
+            obey(gather, read);
+    } else if (gather->bulk) {
+        hand_over(gather, read);
+    } else {
+        keep(gather, read);
     }
-    obey_if_local(gather, slot);
-    if (gather->read[slot].result == CDS_PENDING)
-        return;
-    if (gather->bulk)
-        hand_over(gather, &gather->read[slot]);
-    else
-        keep(gather, &gather->read[slot]);
 }
 
 /* The next one is asked as soon as there is a place: not when the bus has become free already. */

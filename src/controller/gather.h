@@ -37,8 +37,8 @@ struct gather {
     struct device *device;
     struct cds_ring *output;
     struct cds_request read[2]; // in turn
-    uint8_t bytes[2][CDS_REPLY_ANY];
-    bool local[2];       // it is the device's own and was not sent
+    uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_ANY + ANSWER_BEHIND];
+    bool local[2];       // it is the device's own, and not sent
     struct answer out;   // of a BULK READ: what is on its way to the host
     bool sending;        // `out` is not all in the ring
     bool failed;         // of a BULK READ: no more follows

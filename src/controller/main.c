@@ -19,12 +19,11 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* So many times the bus is polled in a turn of the main loop while a READ of many servos goes on.
- */
+/* So many times the bus is polled in a turn of the main loop while servo after servo is read, */
 #define SELDOM 16
 
-/* And of so many turns, one does all else. */
-#define RARE 4
+/* ... and so often is looked whether a reply is there: not for longer than it takes. */
+#define PATIENCE 40
 
 /* Of so many turns one is the console's, while it does not read, which is at the host's pace. */
 #define CONSOLE_TURNS 2
@@ -48,7 +47,7 @@ static struct {
     struct memory memory;
     struct robot robot;
     struct console console;
-    uint8_t packets[3][HOST_PACKET_MAX]; // of the console, from the host, on the bridge
+    uint8_t packets[3][ANSWER_BEFORE + HOST_PACKET_MAX]; // from the host, on the bridge, console's
     struct cds_request request;
     uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
     uint8_t host_baud;   // as in the settings, in force
@@ -130,7 +129,7 @@ static void begin_keeper(void)
 static void open(void)
 {
     settings_load(&controller.store, &controller.settings);
-    controller.request = (struct cds_request)CDS_REQUEST(controller.packets[0]);
+    controller.request = (struct cds_request)CDS_REQUEST(controller.packets[2]);
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
     serial_open(&controller.serial, divisor_of(controller.host_baud));
@@ -138,13 +137,14 @@ static void open(void)
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus);
     begin_keeper();
-    host_open(&controller.host, &controller.serial.rx, &controller.text, controller.packets[1]);
+    host_open(&controller.host, &controller.serial.rx, &controller.text,
+              controller.packets[0] + ANSWER_BEFORE);
     values_open(&controller.values, &controller.keeper, &controller.host, &controller.bridge,
                 &controller.serial.gaps);
     controller.device.world = &values_world;
     controller.device.owner = &controller.values;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
-                &controller.serial.tx, controller.packets[2]);
+                &controller.serial.tx, controller.packets[1] + ANSWER_BEFORE);
     console_open(&controller.console, &controller.keeper, &controller.request, &controller.text,
                  &controller.serial.tx);
 }
@@ -159,30 +159,9 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
-/* What may wait while servo after servo is read. */
-static void poll_rest(void)
+/* The host link, in both directions. */
+static void poll_host(void)
 {
-    if (!bridge_idle(&controller.bridge))
-        robot_yield(&controller.robot);
-    robot_poll(&controller.robot);
-    if ((controller.console.state == CONSOLE_READING || controller.turns % CONSOLE_TURNS == 0) &&
-        !bridge_talks(&controller.bridge)) // a status packet must not be torn by text
-        console_poll(&controller.console);
-    follow_host_baud();
-}
-
-/* The main loop's body. Not inlined: a debugger finds it. */
-__attribute__((noinline)) static void turn(void)
-{
-    uint8_t left = SELDOM;
-
-    watchdog_pet();
-    controller.turns++;
-    do {
-        cds_bus_poll(&controller.bus);
-        poll_bridge();
-        serial_send(&controller.serial);
-    } while (bridge_hurries(&controller.bridge) && --left);
     host_poll(&controller.host);
     if (controller.host.stop) {
         controller.host.stop = false;
@@ -190,10 +169,60 @@ __attribute__((noinline)) static void turn(void)
     }
     if (serial_broken(&controller.serial))
         host_gap(&controller.host);
-    if (bridge_hurries(&controller.bridge) && controller.turns % RARE)
-        return;
-    poll_rest();
+}
+
+static void poll_console(void)
+{
+    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
+        console_poll(&controller.console);
+    follow_host_baud();
     serial_send(&controller.serial);
+}
+
+/* Of the reply that is due the head was seen, and the end has not come. */
+static bool reply_is_short(void)
+{
+    const struct cds_bus *bus = &controller.bus;
+
+    return bus->in_flight && bus->parser.seen > CDS_AT_LENGTH &&
+           cds_ring_count(&bus->link.rx) <= (uint8_t)(bus->parser.length + CDS_AT_LENGTH);
+}
+
+/* Servo after servo is read. The end of a reply is awaited, for to look at it byte by byte, between
+ * the handlers of two links, takes longer. */
+static void poll_hurriedly(void)
+{
+    uint8_t left = SELDOM;
+
+    do {
+        cds_bus_poll(&controller.bus);
+        poll_bridge();
+        serial_send(&controller.serial);
+        for (uint8_t patience = PATIENCE; patience && reply_is_short(); patience--)
+            ;
+    } while (bridge_hurries(&controller.bridge) && --left);
+}
+
+/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time; host
+ * and console by turns. Not inlined: a debugger finds it. */
+__attribute__((noinline)) static void turn(void)
+{
+    watchdog_pet();
+    controller.turns++;
+    if (bridge_hurries(&controller.bridge)) {
+        poll_hurriedly();
+    } else {
+        cds_bus_poll(&controller.bus);
+        poll_bridge();
+        serial_send(&controller.serial);
+    }
+    if (!bridge_idle(&controller.bridge))
+        robot_yield(&controller.robot);
+    robot_poll(&controller.robot);
+    if (controller.turns & 1)
+        poll_host();
+    else
+        poll_console();
     if (controller.turns % KEPT_TURNS == 1 || !busy(NULL)) // in none of the console's
         keep();
     avr_idle(busy, NULL);

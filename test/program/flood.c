@@ -1,35 +1,27 @@
-/* The firmware, its own main.c, with a cycle beside it: 18 servos at 250 Hz, all goals and as much
- * feedback as there is time for. For a host that floods the link meanwhile. */
-#include <cds55xx/cycle.h>
-
+/* The firmware, its own main.c, whose cycle is begun at once: 18 servos at 250 Hz, all goals and as
+ * much feedback as there is time for. For a host that floods the link meanwhile. The cycle stands
+ * where the firmware has it: of a second one, the stack of 4 KiB of RAM would run into the data. */
 #include "../../src/avr/idle.h"
 
-static void cycle_turn(void);
-#define avr_idle(busy, context) ((void)(busy), cycle_turn())
+static void begin_once(void);
+#define avr_idle(busy, context) ((void)(busy), begin_once())
 
 #include "../../src/controller/main.c"
 
-#define SERVOS 18
-
-static struct cds_cycle cycle;
-static uint8_t ids[SERVOS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
-static struct cds_feedback feedback[SERVOS];
-
-static void begin(void)
-{
-    for (uint8_t i = 0; i < SERVOS; i++)
-        ids[i] = (uint8_t)(i + 1);
-    cds_cycle_begin(&cycle, &controller.bus, ids, SERVOS, packets, feedback, CDS_CYCLE_PERIOD_US);
-    for (uint8_t i = 0; i < SERVOS; i++)
-        cds_cycle_goal(&cycle, i, 512, 0);
-    cds_cycle_commit(&cycle);
-}
-
 /* Instead of sleeping. */
-static void cycle_turn(void)
+static void begin_once(void)
 {
-    if (cycle.count == 0)
-        begin();
-    cds_cycle_poll(&cycle);
+    struct robot *robot = &controller.robot;
+    struct cds_cycle *cycle = &robot->work.cycle.cycle;
+
+    if (robot->operation == ROBOT_CYCLE)
+        return;
+    for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
+        robot->group[i] = (uint8_t)(i + 1);
+    robot_claim(robot, ROBOT_CYCLE);
+    cds_cycle_begin(cycle, robot->bus, robot->group, ROBOT_SERVOS, robot->work.cycle.packets,
+                    robot->work.cycle.feedback, CDS_CYCLE_PERIOD_US);
+    for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
+        cds_cycle_goal(cycle, i, 512, 0);
+    cds_cycle_commit(cycle);
 }
