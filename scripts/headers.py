@@ -294,7 +294,7 @@ class Check:
 class Sources:
     """What the functions of src/core and the inline ones return, as far as their text says so."""
 
-    FUNCTION = re.compile(r"^((?:static )?(?:inline )?enum cds_result) (\w+)"
+    FUNCTION = re.compile(r"^((?:CDS_APART )?(?:static )?(?:inline )?enum cds_result) (\w+)"
                           r"\([^;{]*?\)\n\{\n(.*?)^\}", re.M | re.S)
 
     def __init__(self, root, results):
@@ -304,7 +304,7 @@ class Sources:
             text = FORMAT.sub("", path.read_text())
             self.texts[path] = text
             for match in self.FUNCTION.finditer(text):
-                scope = path if match[1].startswith("static enum") else None
+                scope = path if "static enum" in match[1] else None
                 self.bodies[scope, match[2]] = (path, match[3])
 
     def returned(self, name, path=None, seen=(), told=""):
