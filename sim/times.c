@@ -80,10 +80,11 @@ static void pins_changed(struct avr_irq_t *irq, uint32_t value, void *param)
     (void)irq, (void)value;
     struct times *times = param;
     uint8_t level = port_level(&times->stamp);
+    unsigned changed = level ^ times->level;
     for (unsigned bit = 0; bit < 8; bit++) {
-        if ((level ^ times->level) >> bit & 1) {
-            fprintf(times->file, "pin %" PRIu64 " %u %u %" PRIu64 "\n", times->cpu->avr->cycle, bit,
-                    level >> bit & 1u, times->cpu->in_handlers);
+        if (changed >> bit & 1) {
+            fprintf(times->file, "pin %" PRIu64 " %u %d %" PRIu64 "\n", times->cpu->avr->cycle, bit,
+                    level >> bit & 1, times->cpu->in_handlers);
         }
     }
     times->level = level;

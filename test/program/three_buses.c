@@ -1,8 +1,8 @@
 /* Three buses at once on an arduino-mega, a servo on each (its ID: that of the bus and 1): READ
- * after READ on all of them for a second. The EEPROM says how: its first byte is the return delay
- * the servos are given, in 2 us, its second one how many registers are read, its third one on how
- * many buses, from bus 0 on. Says the counters of each bus, and the longest time from one READ of
- * it to the next. */
+ * after READ on all of them. The EEPROM says how: its first byte is the return delay the servos are
+ * given, in 2 us, its second one how many registers are read, its third one on how many buses, from
+ * bus 0 on, its fourth one for how many seconds (FF: one). Says the counters of each bus, and the
+ * longest time from one READ of it to the next. */
 #include <avr/eeprom.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -10,8 +10,9 @@
 
 #include "say.h"
 
-#define BUSES   3
-#define TIME_US 1000000
+#define BUSES       3
+#define SECOND_US   1000000ul
+#define SECONDS_MAX 15 // the counts have 16 bits
 
 static struct cds_bus bus[BUSES];
 CDS_AVR_BUS(bus[0], 0)
@@ -59,13 +60,14 @@ static void open_all(uint8_t delay)
     }
 }
 
-static uint32_t read_all(void)
+static uint32_t read_all(uint8_t seconds)
 {
     uint32_t from_us = cds_port_now_us(), turns = 0;
+    uint32_t time_us = SECOND_US * (seconds > SECONDS_MAX ? 1 : seconds);
 
     for (uint8_t i = 0; i < buses; i++)
         read_next(i);
-    for (; cds_port_now_us() - from_us < TIME_US; turns++) {
+    for (; cds_port_now_us() - from_us < time_us; turns++) {
         for (uint8_t i = 0; i < buses; i++) {
             if (!cds_bus_poll(&bus[i])) {
                 judge(i);
@@ -113,7 +115,7 @@ int main(void)
     length = eeprom_read_byte((const uint8_t *)1);
     buses = eeprom_read_byte((const uint8_t *)2);
     open_all(eeprom_read_byte((const uint8_t *)0));
-    turns = read_all();
+    turns = read_all(eeprom_read_byte((const uint8_t *)3));
     say("turns", turns);
     for (uint8_t i = 0; i < buses; i++)
         say_counters(i);
