@@ -3,8 +3,9 @@
  * fifteen times as long. A call that waits takes longer then. */
 #include "bench.h"
 
-#define ABSENT    99
-#define SLOW_BAUD 34 // 57 143 bit/s
+#define ABSENT     99
+#define SLOW_BAUD  34 // 57 143 bit/s
+#define SETTLED_US 2000
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -14,6 +15,15 @@ static uint8_t packet[CDS_PACKET_SIZE(2)];
 static struct cds_request request = CDS_REQUEST(packet);
 static volatile uint8_t servo = ABSENT, address = CDS_REG_PRESENT_POSITION, length = 2;
 static uint8_t timeouts;
+
+/* Until nobody owes an answer any more, for which the next READ would wait. */
+static void settle(void)
+{
+    uint32_t from_us = cds_port_now_us();
+
+    while (cds_port_now_us() - from_us < SETTLED_US)
+        cds_bus_poll(&bus);
+}
 
 BENCH_NOINLINE static void whole(uint8_t id, uint8_t from, uint8_t count)
 {
@@ -59,9 +69,11 @@ int main(void)
     bench_open(&bus);
     cds_bus_set_return_delay(&bus, 2);
     whole(servo, address, length);
+    settle();
     quick(servo, address, length);
     cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
     cds_bus_set_baud(&bus, SLOW_BAUD);
+    settle();
     slow(servo, address, length);
     say("timeouts", timeouts);
     say_end();

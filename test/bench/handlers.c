@@ -1,18 +1,17 @@
-/* Every path of the handlers of a bus. First good exchanges: packets of all sizes, to a SYNC WRITE
- * longer than 256 bytes, and replies of all. From 100 ms on the bench lets the line babble, with
- * noise: the ring is filled and not emptied, bytes are damaged, and others are lost while the
- * receive interrupt is off for three byte times. */
+/* Every path of the handlers of a bus, by the first byte of the EEPROM. 0: good exchanges, packets
+ * of all sizes, to a SYNC WRITE longer than 256 bytes, and replies of all. 1: the bench lets the
+ * line babble, with noise, and the ring is filled and not emptied, bytes are damaged, and others
+ * are lost while the receive interrupt is off for three byte times. */
 #include <cds55xx/group.h>
 #include <util/delay.h>
 
 #include "bench.h"
 
-#define BUS_CONTROL  AVR_PASTE3(UCSR, BOARD_BUS0_USART, B)
-#define BUS_RXCIE    (1 << 7)
-#define SERVOS       50
-#define BABBLE_FROM  100000ul // us; scripts/bench.py
-#define BABBLE_UNTIL 400000ul
-#define PERIOD       2000ul // between two polls, nearly four rings' worth of bytes
+#define BUS_CONTROL AVR_PASTE3(UCSR, BOARD_BUS0_USART, B)
+#define BUS_RXCIE   (1 << 7)
+#define SERVOS      50
+#define BABBLE_US   200000ul
+#define PERIOD_US   2000ul // between two polls: four rings are heard meanwhile
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -51,16 +50,11 @@ static void lose_bytes(void)
 
 static void babble(void)
 {
-    uint32_t next_us = BABBLE_FROM;
-
-    while (cds_port_now_us() < BABBLE_FROM)
-        cds_bus_poll(&bus);
-    while (cds_port_now_us() < BABBLE_UNTIL) {
+    for (uint32_t next_us = 0; next_us < BABBLE_US; next_us += PERIOD_US) {
         for (uint8_t i = 0; i < 4; i++) {
             cds_bus_poll(&bus);
             lose_bytes();
         }
-        next_us += PERIOD;
         while (cds_port_now_us() < next_us) {
         }
     }
@@ -71,8 +65,10 @@ int main(void)
     struct cds_counters count;
 
     bench_open(&bus);
-    exchanges();
-    babble();
+    if (bench_option(0) == 0)
+        exchanges();
+    else
+        babble();
     cds_bus_counters(&bus, &count);
     say("good", good);
     say("framing_errors", count.framing_errors);

@@ -1,8 +1,9 @@
 /* Three buses at once on an arduino-mega, a servo on each (its ID: that of the bus and 1): READ
  * after READ on all of them. The EEPROM says how: its first byte is the return delay the servos are
  * given, in 2 us, its second one how many registers are read, its third one on how many buses, from
- * bus 0 on, its fourth one for how many seconds (FF: one). Says the counters of each bus, and the
- * longest time from one READ of it to the next. */
+ * bus 0 on, its fourth one for how many seconds (FF: one), its fifth one how many more registers
+ * are read on each next bus (FF: none), so that their exchanges meet at ever other moments. Says
+ * the counters of each bus, and the longest time from one READ of it to the next. */
 #include <avr/eeprom.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -12,6 +13,7 @@
 
 #define BUSES       3
 #define SECOND_US   1000000ul
+#define ERASED      0xFF
 #define SECONDS_MAX 15 // the counts have 16 bits
 
 static struct cds_bus bus[BUSES];
@@ -23,7 +25,7 @@ CDS_AVR_CLOCK()
 static uint8_t packet[BUSES][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
 static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0]), CDS_REQUEST(packet[1]),
                                             CDS_REQUEST(packet[2])};
-static uint8_t length, buses;
+static uint8_t length, more, buses;
 static uint16_t reads[BUSES], good[BUSES], refused[BUSES];
 static uint32_t begun_us[BUSES], longest_us[BUSES];
 
@@ -34,7 +36,8 @@ static void read_next(uint8_t i)
     if (reads[i]++ && now_us - begun_us[i] > longest_us[i])
         longest_us[i] = now_us - begun_us[i];
     begun_us[i] = now_us;
-    cds_servo_read(&bus[i], &request[i], (uint8_t)(i + 1), CDS_REG_ID, length);
+    cds_servo_read(&bus[i], &request[i], (uint8_t)(i + 1), CDS_REG_ID,
+                   (uint8_t)(length + i * more));
 }
 
 /* Did the servo's own ID come back? */
@@ -114,6 +117,9 @@ int main(void)
     sei();
     length = eeprom_read_byte((const uint8_t *)1);
     buses = eeprom_read_byte((const uint8_t *)2);
+    more = eeprom_read_byte((const uint8_t *)4);
+    if (more == ERASED)
+        more = 0;
     open_all(eeprom_read_byte((const uint8_t *)0));
     turns = read_all(eeprom_read_byte((const uint8_t *)3));
     say("turns", turns);
