@@ -262,6 +262,16 @@ BENCH_NEEDS := build/host/cds55xx-sim build/atmega128/controller.elf build/atmeg
 bench: $(BENCH_NEEDS)
 	@scripts/bench.py
 
+## bench-scaling: how the cost grows from 1 to 50 servos; build/bench-scaling.tsv and .svg
+.PHONY: bench-scaling
+bench-scaling: $(BENCH_NEEDS)
+	@scripts/bench.py --scaling
+
+## bench-docs: make bench, and its table in docs/performance.md anew
+.PHONY: bench-docs
+bench-docs: $(BENCH_NEEDS)
+	@scripts/bench.py; scripts/bench.py --docs
+
 # ---- faults ----------------------------------------------------------------------------------------
 
 # Without sanitizers: a whole run is some hundred thousand exchanges.
@@ -401,7 +411,7 @@ TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega
 	$(patsubst %,build/%/program/flood.elf,arduino-mega cm510 arbotix) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/soak.elf) \
-	$(FAULTS_NEEDS) \
+	$(FAULTS_NEEDS) $(BENCH_NEEDS) build/atmega128/bench/slow_handlers.elf \
 	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
