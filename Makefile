@@ -411,7 +411,8 @@ TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega
 	$(patsubst %,build/%/program/flood.elf,arduino-mega cm510 arbotix) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/soak.elf) \
-	$(FAULTS_NEEDS) $(BENCH_NEEDS) build/atmega128/bench/slow_handlers.elf \
+	$(FAULTS_NEEDS) $(BENCH_NEEDS) \
+	$(patsubst %,build/atmega128/bench/%.elf,slow_handlers blocking_absent) \
 	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator

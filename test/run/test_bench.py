@@ -12,6 +12,7 @@ from simulator import ROOT
 
 sys.path.insert(0, str(ROOT / "scripts"))
 import bench
+import measure
 
 QUICK = "isr_rx_max,isr_udre_max,isr_txc_max,sync18,sync18_build,absent_us,absent_blocked"
 SLOW_HANDLER = "bench/handlers=build/atmega128/bench/slow_handlers.elf"
@@ -59,6 +60,58 @@ class Rows(unittest.TestCase):
         self.assertTrue(bench.exceeds(most, None, "limit"))
 
 
+TIMES = """\
+pin 1000 7 1 500
+pin 1002 7 0 500
+pin 2000 2 1 500
+sent 0 2100 3380 8 0 12
+pin 2300 2 0 556
+sent 0 4000 5441 9 1 31
+pin 6000 2 1 600
+pin 6102 2 0 600
+handler 30 3 150 52
+handler 32 1 25 25
+off 57 4155
+run 9000 700 0
+"""
+
+
+class Times(unittest.TestCase):
+    """What is made of the simulator's figures."""
+
+    def setUp(self):
+        self.run_of = object.__new__(measure.Run)
+        self.run_of.what, self.run_of.output, self.run_of.board = "x", "", "atmega128"
+        self.run_of.read(TIMES)
+
+    def test_marks_cost_nothing(self):
+        self.assertEqual(self.run_of.spans(7)[0][0], 0)
+        self.assertEqual(self.run_of.spans(2), [(298, 56, 2002), (100, 0, 6002)])
+
+    def test_handlers_are_taken_off(self):
+        self.assertEqual(self.run_of.net(2), 242)
+
+    def test_transmissions(self):
+        self.assertEqual(self.run_of.sent, [(2100, 3380, 8, 0, 12), (4000, 5441, 9, 1, 31)])
+
+    def test_handlers_and_interrupts_off(self):
+        self.assertEqual(self.run_of.everywhere(), {"isr_rx_max": 52, "isr_udre_max": 0,
+                                                    "isr_txc_max": 25, "irq_off_max": 57})
+        self.assertEqual((self.run_of.cycles, self.run_of.in_handlers), (9000, 700))
+
+    def test_a_mark_that_is_missing_is_no_zero(self):
+        with self.assertRaises(measure.Wrong):
+            self.run_of.spans(3)
+
+    def test_broken_rules_are_counted(self):
+        self.run_of.output = ("WARNING: overrun, 7 times: lost\nBROKEN:  reply-lost, 2 times: x\n"
+                              "WARNING: collision, 5 times: x\n")
+        self.assertEqual(self.run_of.broken("overrun", "reply-lost"), 9)
+
+    def test_the_worst_of_several(self):
+        self.assertEqual(measure.worst([{"a": 1, "b": 5}, {"a": 3}]), {"a": 3, "b": 5})
+
+
 class Runs(unittest.TestCase):
     def test_two_runs_agree_to_the_digit(self):
         first, second = run("--only", QUICK), run("--only", QUICK)
@@ -82,6 +135,12 @@ class Runs(unittest.TestCase):
         self.assertIn("over the limit: isr_rx_max\n", output)
         value = lambda text: int(re.search(r"^isr_rx_max\t\w+\t(\d+)", text, re.M)[1])
         self.assertIn(value(slow) - value(good), (42, 43))  # 40, and a jump more
+
+    def test_a_call_that_waits_makes_it_fail(self):
+        status, output, rows = run("--only", "absent_blocked", "--program",
+                                   "bench/absent=build/atmega128/bench/blocking_absent.elf")
+        self.assertEqual(status, 1, output)
+        self.assertGreater(int(re.search(r"^absent_blocked\t\w+\t(\d+)", rows, re.M)[1]), 500)
 
     def test_a_run_that_went_wrong_is_no_figure(self):
         status, output, rows = run("--only", "absent_us", "--program",
