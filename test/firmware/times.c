@@ -1,5 +1,6 @@
 /* Two steps of PB0, 102 cycles apart. Interrupts off for 299. A handler of 31 within one of 72.
- * Two bytes with 140 idle cycles between them, and the line turned round 41 behind the last. */
+ * Two bytes with 140 idle cycles between them, and the line turned round 41 behind the last;
+ * another one, and the driver lets go 90 behind it, though the receiver is on before. */
 #include "chip.h"
 
 ISR(TIMER1_COMPA_vect, ISR_NAKED) // entry 4, jmp 3, sei 1, 60, reti 4
@@ -45,11 +46,26 @@ static void transmission(void)
                      "r"(control));
 }
 
+static void transmission_with_both_on(void)
+{
+    uint8_t byte = 0x55, both = RXD | RX_ENABLE | TX_ENABLE, released = RXD | RX_ENABLE;
+    uint8_t control = 1 << RXEN1 | 1 << TXEN1;
+
+    bus_talk();
+    wait(50);
+    __asm__ volatile("sts %0, %3\n\t.rept 198\n\tnop\n\t.endr\n\t"
+                     "sts %2, %6\n\tout %1, %4\n\t.rept 47\n\tnop\n\t.endr\n\t"
+                     "out %1, %5" ::"n"(_SFR_MEM_ADDR(UDR1)),
+                     "I"(_SFR_IO_ADDR(PORTD)), "n"(_SFR_MEM_ADDR(UCSR1B)), "r"(byte), "r"(both),
+                     "r"(released), "r"(control));
+}
+
 int main(void)
 {
     marks();
     handlers();
     cli(); // not a time with interrupts off: it does not end
     transmission();
+    transmission_with_both_on();
     end();
 }

@@ -1,20 +1,29 @@
 /* What --times tells, on the firmware times.c, which says how long everything in it takes. */
-#include "sim/simulator.h"
+#include <unistd.h>
 
-#define FILE_NAME "/tmp/cds55xx-test-times"
+#include "sim/simulator.h"
 
 static struct run run;
 static char text[4096];
+static char path[64];
 
-void setUp(void)
+static void times_of(const char *firmware)
 {
-    simulate_firmware(&run, "times", "--times " FILE_NAME " --stamp B");
+    char options[128];
+    snprintf(path, sizeof(path), "/tmp/cds55xx-times-%d", (int)getpid());
+    snprintf(options, sizeof(options), "--rules warn --times %s --stamp B", path);
+    simulate_firmware(&run, firmware, options);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
-    FILE *file = fopen(FILE_NAME, "r");
+    FILE *file = fopen(path, "r");
     TEST_ASSERT_NOT_NULL(file);
     text[fread(text, 1, sizeof(text) - 1, file)] = 0;
     fclose(file);
-    remove(FILE_NAME);
+    remove(path);
+}
+
+void setUp(void)
+{
+    times_of("times");
 }
 
 void tearDown(void)
@@ -76,6 +85,27 @@ void test_a_transmission_its_idle_time_and_the_turnaround(void)
     TEST_ASSERT_EQUAL_UINT(41, number[5]);
 }
 
+void test_turned_round_is_driver_off_and_receiver_on(void)
+{
+    const char *second = strstr(strstr(text, "sent ") + 1, "sent ");
+    unsigned bytes = 0, idle = 0, turned = 0;
+    TEST_ASSERT_NOT_NULL_MESSAGE(second, text);
+    TEST_ASSERT_EQUAL_INT(3, sscanf(second, "sent 0 %*u %*u %u %u %u", &bytes, &idle, &turned));
+    TEST_ASSERT_EQUAL_UINT(1, bytes);
+    TEST_ASSERT_EQUAL_UINT(0, idle);
+    TEST_ASSERT_EQUAL_UINT(90, turned);
+}
+
+void test_interrupts_are_off_from_the_entry_of_a_handler(void)
+{
+    unsigned long number[6], off[6];
+    times_of("marks");
+    TEST_ASSERT_EQUAL_UINT(4, line("handler 12 ", number));
+    TEST_ASSERT_EQUAL_UINT(2, line("off ", off));
+    TEST_ASSERT_GREATER_THAN(100, number[3]);
+    TEST_ASSERT_EQUAL_UINT(number[3], off[0]);
+}
+
 void test_the_sums_of_the_run(void)
 {
     unsigned long number[6];
@@ -87,11 +117,10 @@ void test_the_sums_of_the_run(void)
 void test_what_cannot_be_had_is_refused(void)
 {
     static const char *const bad[] = {"--times /no/such/folder/x", "--stamp B",
-                                      "--times " FILE_NAME " --stamp H",
-                                      "--times " FILE_NAME " --stamp B0"};
+                                      "--times /dev/null --stamp H",
+                                      "--times /dev/null --stamp B0"};
     for (unsigned i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
         simulate_firmware(&run, "times", bad[i]);
         TEST_ASSERT_EQUAL_INT_MESSAGE(2, run.status, bad[i]);
     }
-    remove(FILE_NAME);
 }
