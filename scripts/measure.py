@@ -3,6 +3,7 @@ Each of JOBS returns rows, {name: value}."""
 import fractions
 import functools
 import pathlib
+import random
 import re
 import subprocess
 import sys
@@ -11,7 +12,7 @@ import threading
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "test/run"), str(ROOT / "scripts")]
-from client import BROADCAST, WRITE, packet
+from client import BROADCAST, READ, WRITE, packet
 from feedback import Feedback
 from simulator import PACKET, SIM
 from size import sizes
@@ -20,6 +21,8 @@ MHZ = 16  # cycles in a microsecond
 BYTE = 160  # cycles, at 1 Mbps
 RETURN_DELAY = 32  # cycles, a unit of register 0x05; the factory's is 1
 DEVICE, HOST_BAUD, REG_RETURN_DELAY = 253, 0x04, 0x05
+STOP = 0x18  # Ctrl-X to the console, which would stop the robot, and rightly
+ANSWERED_US = 620  # 8 bytes one way, then 56 back, and what the controller needs
 WHOLE, CALL, POLL, SLOW, BUILD, NOTHING = 0, 1, 2, 3, 4, 7  # test/bench/bench.h
 EEPROM_SIZE = {"atmega128": 4096, "arduino-mega": 4096, "arbotix": 2048}
 # Vectors of the bus: RX, UDRE, TX of USART1.
@@ -203,11 +206,26 @@ def polls():
     return worst(rows)
 
 
-def flooded(n, size):
-    """The firmware with a cycle of 18 servos, while a host floods it with `size` bytes at 1 Mbps."""
+def host_traffic(seconds):
+    """Lines of the PC's program. For half the time it asks for 50 bytes again and again, as fast as
+    they can come: the way back is full. Then it talks without a gap, the same and random bytes."""
+    dice = random.Random(7)
+    ask = packet(DEVICE, READ, [0, 50])
+    left_us = half_us = 500000 * seconds
+    while left_us > -half_us:
+        noise = bytes(byte for byte in dice.randbytes(dice.randrange(80)) if byte != STOP)
+        said = ask if left_us > 0 else ask + noise
+        wait_us = ANSWERED_US if left_us > 0 else 10 * len(said)
+        left_us -= wait_us
+        yield "say " + said.hex(" ")
+        yield f"wait {wait_us}"
+
+
+def flooded(n, seconds):
+    """The firmware with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
     lines = ["say " + packet(BROADCAST, WRITE, [REG_RETURN_DELAY, n]).hex(" "), "wait 10000",
              "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
-             "baud 1000000", "wait 10000", f"flood {size} 7", "wait 1000"]
+             "baud 1000000", "wait 10000", *host_traffic(seconds), "wait 1000"]
     with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
         program.write("\n".join(lines) + "\n")
         program.flush()
@@ -218,9 +236,9 @@ def flooded(n, size):
 def run_loaded():
     """The return delay that is needed, and the run at it."""
     for n in range(16):
-        run = flooded(n, 50000)
+        run = flooded(n, 1)
         if run.status == 0:
-            run = flooded(n, 1000000)
+            run = flooded(n, 10)
         if run.status == 0:
             break
     else:
