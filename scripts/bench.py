@@ -7,7 +7,8 @@ usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
        bench.py --docs         the table of docs/performance.md anew, from FILE; runs nothing
 
 Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
-wrong. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
+wrong. --only runs what these rows need: isr_* then come of the program for them alone, of all programs
+otherwise. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
 """
 import argparse
 import concurrent.futures
