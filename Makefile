@@ -136,6 +136,12 @@ build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
+# Those of the bench likewise.
+build/$(1)/bench/%.elf: build/$(1)/obj/test/bench/%.o build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
 # The firmware with something beside it: it includes main.c.
 build/$(1)/program/flood.elf: build/$(1)/own/test/program/flood.o \
 		$(patsubst %.c,build/$(1)/own/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC)) $(LIBRARY_SRC))
@@ -159,7 +165,9 @@ $(foreach b,$(BOARDS),$(call read_board,boards/$(b),$(BOARD_WANTED))$(eval $(cal
 
 # Wirings that none of those has.
 TEST_BOARDS := adapter adapter-echo
-$(foreach b,$(TEST_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
+# A chip to compare with others on.
+BENCH_BOARDS := atmega644p
+$(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
 
 # The variables of the board asked for.
 $(call read_board,boards/$(BOARD),$(BOARD_WANTED))
@@ -241,6 +249,28 @@ run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 .PHONY: sim-speed
 sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 	@scripts/sim-speed.py $^
+
+# ---- the bench -------------------------------------------------------------------------------------
+
+BENCH_NEEDS := build/host/cds55xx-sim build/atmega128/controller.elf build/atmega644p/bench/min.elf \
+	$(patsubst %,build/atmega128/bench/%.elf,read sync group absent handlers polls two_mbps cycle8) \
+	$(patsubst %,build/%/bench/handlers.elf,arduino-mega arbotix) \
+	$(patsubst %,build/atmega128/program/%.elf,cycle50 flood) build/arduino-mega/program/three_buses.elf
+
+## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
+.PHONY: bench
+bench: $(BENCH_NEEDS)
+	@scripts/bench.py
+
+## bench-scaling: how the cost grows from 1 to 50 servos; build/bench-scaling.tsv and .svg
+.PHONY: bench-scaling
+bench-scaling: $(BENCH_NEEDS)
+	@scripts/bench.py --scaling
+
+## bench-docs: make bench, and its table in docs/performance.md anew
+.PHONY: bench-docs
+bench-docs: $(BENCH_NEEDS)
+	@scripts/bench.py; scripts/bench.py --docs
 
 # ---- faults ----------------------------------------------------------------------------------------
 
@@ -381,7 +411,8 @@ TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega
 	$(patsubst %,build/%/program/flood.elf,arduino-mega cm510 arbotix) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
 	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/soak.elf) \
-	$(FAULTS_NEEDS) \
+	$(FAULTS_NEEDS) $(BENCH_NEEDS) \
+	$(patsubst %,build/atmega128/bench/%.elf,slow_handlers blocking_absent) \
 	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 
 ## test: every test: on the host, on the simulated AVR, and whole runs in the simulator

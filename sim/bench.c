@@ -13,6 +13,7 @@ static void wire_changed(void *owner, uint64_t now)
 {
     struct bench_bus *bus = owner;
     bus_trace_wire(&bus->trace, now);
+    times_wire(&bus->bench->times, now, bus->index, &bus->wire);
 }
 
 static void servo_byte(void *owner, uint64_t now, const struct servo_node *node)
@@ -27,6 +28,7 @@ static void controller_byte(void *owner, uint64_t now)
 {
     struct bench_bus *bus = owner;
     faults_controller_byte(&bus->faults, now, &bus->wire.usart.talker);
+    times_byte(&bus->bench->times, now, bus->index, &bus->wire);
 }
 
 static void servo_talks(void *owner, uint64_t now, const struct servo_node *node)
@@ -64,6 +66,7 @@ static void handler_runs(void *owner, uint64_t now, uint8_t vector)
 {
     struct bench *bench = owner;
     vcd_change(&bench->vcd, bench->handler, now, vector);
+    times_handler(&bench->times, now);
 }
 
 static void was_reset(void *owner, uint64_t now)
@@ -374,6 +377,8 @@ static bool init_instruments(struct bench *bench)
         (options->csv && !motion_open(&bench->motion, options->csv, &bench->schedule,
                                       &bench->bus[0].servos, clock_Hz)) ||
         (options->mark && !mark_open(&bench->mark, &bench->machine.cpu, options->mark)) ||
+        (options->times && !times_open(&bench->times, &bench->machine, options->times)) ||
+        (options->stamp && !times_stamp(&bench->times, options->stamp)) ||
         (options->plot && !open_plot(bench)) || (options->gdb && !open_gdb(bench)) ||
         (options->eeprom && !eeprom_load(&bench->machine.eeprom, options->eeprom))) {
         return false;
@@ -552,6 +557,7 @@ bool bench_free(struct bench *bench)
     bool good = save_results(bench);
     good = vcd_close(&bench->vcd) && good;
     good = motion_close(&bench->motion) && good;
+    good = times_close(&bench->times, bench->end) && good;
     if (bench->transcript) {
         good = fclose(bench->transcript) == 0 && good;
     }

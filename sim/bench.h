@@ -22,6 +22,7 @@
 #include "script.h"
 #include "servos.h"
 #include "state.h"
+#include "times.h"
 #include "trace.h"
 #include "transcript.h"
 #include "upset.h"
@@ -54,6 +55,8 @@ struct bench_options {
     const char *plot;
     const char *eeprom; // of the AVR
     const char *mark;   // pin
+    const char *times;
+    const char *stamp; // port
     bool gdb;
     uint16_t gdb_port; // 0: any
     bool rules_warn;
@@ -108,6 +111,7 @@ struct bench {
     char title[128]; // of the plot
     struct gdb gdb;
     struct mark mark;
+    struct times times;
     FILE *transcript;
     struct follow follow;
     struct event limit;

@@ -112,6 +112,7 @@ static void was_reset(struct avr_io_t *io)
 {
     struct machine *machine = io->avr->custom.data;
     machine->fresh = true;
+    machine->interrupts = false;
     cpu_reset(&machine->cpu);
     eeprom_reset(&machine->eeprom);
     if (machine->cpu.exact) {
@@ -311,6 +312,14 @@ static void check_jump(struct machine *machine, bool after_reset)
     }
 }
 
+static void interrupts_changed(struct machine *machine)
+{
+    machine->interrupts = machine->avr->sreg[S_I];
+    if (machine->on_interrupts) {
+        machine->on_interrupts(machine->watcher, machine->interrupts);
+    }
+}
+
 static enum machine_end run(struct machine *machine)
 {
     avr_t *avr = machine->avr;
@@ -329,6 +338,9 @@ static enum machine_end run(struct machine *machine)
         int state = avr_run(avr);
         if (avr->interrupt_state < 0) {
             cpu_stepped(&machine->cpu);
+        }
+        if (machine->interrupts != avr->sreg[S_I]) {
+            interrupts_changed(machine);
         }
         if (state == cpu_Done) {
             return MACHINE_DONE;

@@ -49,6 +49,9 @@ struct machine {
     bool driving;               // within schedule_run_until
     volatile sig_atomic_t stop; // may be set by a signal handler
     char crash[240];            // what went wrong; "": nothing
+    bool interrupts;            // on, after the latest instruction
+    void *watcher;
+    void (*on_interrupts)(void *watcher, bool on); // they were turned on or off; may be 0
     void *owner;
     void (*on_reset)(void *owner, uint64_t now); // may be 0
 };

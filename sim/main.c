@@ -47,6 +47,8 @@ static const char help[] =
     "  --plot FILE.svg    a picture: who talks when, and where the servos are (gnuplot)\n"
     "  --eeprom FILE      keep the AVR's EEPROM from run to run\n"
     "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
+    "  --times FILE       what happened when, to the cycle, and how long handlers took\n"
+    "  --stamp PORT       each step of its pins too, as in B\n"
     "  --gdb PORT         wait for avr-gdb (target remote 127.0.0.1:PORT) before all else\n"
     "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
     "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
@@ -191,7 +193,8 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         {"--host-baud", 0, parse_host_baud}, {"--transcript", &options->transcript, 0},
         {"--vcd", &options->vcd, 0},         {"--csv", &options->csv, 0},
         {"--plot", &options->plot, 0},       {"--eeprom", &options->eeprom, 0},
-        {"--mark", &options->mark, 0},       {"--gdb", 0, parse_gdb},
+        {"--mark", &options->mark, 0},       {"--times", &options->times, 0},
+        {"--stamp", &options->stamp, 0},     {"--gdb", 0, parse_gdb},
         {"--rules", 0, parse_rules},         {"--state", &options->state, 0},
         {"--seconds", 0, parse_seconds},     {"--fault", 0, parse_fault},
         {"--seed", 0, parse_seed},           {"--usart", 0, parse_usart},
@@ -251,9 +254,10 @@ static bool check_ids(const struct bench_options *options)
 static bool check_bus(const struct bench_options *options)
 {
     if (options->elf || options->board || !options->exact || options->gdb || options->eeprom ||
-        options->mark || (options->host != BENCH_HOST_NONE && !options->script)) {
+        options->mark || options->times || options->stamp ||
+        (options->host != BENCH_HOST_NONE && !options->script)) {
         return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom, "
-                     "--mark",
+                     "--mark, --times, --stamp",
                      0);
     }
     if (options->servos[1].count || options->servos[2].count) {

@@ -1,6 +1,7 @@
 /* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. The
- * first two bytes of the EEPROM say for how many seconds; a dot is said after each, and in the end
- * how it went. Servos 1 to 50 at their factory return delay.
+ * first two bytes of the EEPROM say for how many seconds, the third for how many servos, from 1 on
+ * (FF: 50), the fourth their return delay, register 0x05 (FF: the factory's). A dot is said after
+ * each second, and in the end how it went.
  *
  * The library is called when a handler of the bus has done something, and on a tick; PB0 is high
  * while it runs. What neither that nor the handlers take is left to the robot. */
@@ -12,8 +13,9 @@
 
 #include "say.h"
 
-#define SERVOS          50
-#define RETURN_DELAY_US 2
+#define SERVOS_MAX           50
+#define RETURN_DELAY_FACTORY 1
+#define ERASED               0xFF
 
 #define PERIODS_PER_S (1000000ul / CDS_CYCLE_PERIOD_US)
 #define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
@@ -25,21 +27,22 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static struct cds_cycle cycle;
-static uint8_t ids[SERVOS];
-static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
-static struct cds_feedback feedback[SERVOS];
+static uint8_t servo_count;
+static uint8_t ids[SERVOS_MAX];
+static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS_MAX)];
+static struct cds_feedback feedback[SERVOS_MAX];
 
 #ifdef ROSTER
 static struct cds_roster roster;
-static struct cds_roster_servo servos[SERVOS];
+static struct cds_roster_servo servos[SERVOS_MAX];
 
 static void begin_roster(void)
 {
-    for (uint8_t i = 0; i < SERVOS; i++) {
+    for (uint8_t i = 0; i < servo_count; i++) {
         servos[i].id = ids[i];
     }
-    say("roster", cds_roster_begin(&roster, &bus, servos, SERVOS) == CDS_OK);
-    for (uint8_t i = 0; i < SERVOS; i++) {
+    say("roster", cds_roster_begin(&roster, &bus, servos, servo_count) == CDS_OK);
+    for (uint8_t i = 0; i < servo_count; i++) {
         servos[i].ccw_limit = CDS_ANGLE_SET; // at their factory values: position mode
         cds_roster_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
     }
@@ -104,7 +107,7 @@ static bool set_goals(uint16_t period)
 {
     bool taken = true;
 
-    for (uint8_t i = 0; i < SERVOS; i++) {
+    for (uint8_t i = 0; i < servo_count; i++) {
         uint16_t position = (4u * period + 20u * i) & 0x3FF;
 
         if (position & 0x200) {
@@ -160,13 +163,31 @@ static uint16_t run(uint32_t periods)
     return refused;
 }
 
-int main(void)
+static void set(uint8_t address, uint8_t value)
 {
     static uint8_t packet[CDS_PACKET_SIZE(3)];
     static struct cds_request request = CDS_REQUEST(packet);
+
+    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, address, value);
+    while (cds_bus_poll(&bus)) {
+    }
+}
+
+static uint8_t option(uint8_t index, uint8_t otherwise)
+{
+    uint8_t value = eeprom_read_byte((const uint8_t *)0 + index);
+
+    return value == ERASED ? otherwise : value;
+}
+
+int main(void)
+{
+    uint8_t delay = option(3, RETURN_DELAY_FACTORY);
     uint16_t refused;
 
-    for (uint8_t i = 0; i < SERVOS; i++) {
+    servo_count = option(2, SERVOS_MAX);
+
+    for (uint8_t i = 0; i < servo_count; i++) {
         ids[i] = (uint8_t)(i + 1);
     }
     DDRB = MARK;
@@ -174,12 +195,12 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
-    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
-    while (cds_bus_poll(&bus)) {
-    }
+    cds_bus_set_return_delay(&bus, (uint16_t)(2 * delay));
+    if (delay != RETURN_DELAY_FACTORY)
+        set(CDS_REG_RETURN_DELAY, delay);
+    set(CDS_REG_TORQUE_ENABLE, 1);
     begin_roster();
-    say("begun", cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback,
+    say("begun", cds_cycle_begin(&cycle, &bus, ids, servo_count, packets, feedback,
                                  CDS_CYCLE_PERIOD_US) == CDS_OK);
     refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));
     say("periods", cycle.counters.periods);
@@ -191,7 +212,7 @@ int main(void)
     say("failed", cycle.counters.failed);
     say("oldest_us", cycle.counters.oldest_us);
     say("utilisation_permille", cds_cycle_utilisation_permille(&cycle));
-    say("return_delay_us", RETURN_DELAY_US);
+    say("return_delay_us", 2ul * delay);
     say_counters();
     say_end();
 }

@@ -1,8 +1,9 @@
 /* Three buses at once on an arduino-mega, a servo on each (its ID: that of the bus and 1): READ
- * after READ on all of them for a second. The EEPROM says how: its first byte is the return delay
- * the servos are given, in 2 us, its second one how many registers are read, its third one on how
- * many buses, from bus 0 on. Says the counters of each bus, and the longest time from one READ of
- * it to the next. */
+ * after READ on all of them. The EEPROM says how: its first byte is the return delay the servos are
+ * given, in 2 us, its second one how many registers are read, its third one on how many buses, from
+ * bus 0 on, its fourth one for how many seconds (FF: one), its fifth one how many more registers
+ * are read on each next bus (FF: none), so that their exchanges meet at ever other moments. Says
+ * the counters of each bus, and the longest time from one READ of it to the next. */
 #include <avr/eeprom.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -10,8 +11,10 @@
 
 #include "say.h"
 
-#define BUSES   3
-#define TIME_US 1000000
+#define BUSES       3
+#define SECOND_US   1000000ul
+#define ERASED      0xFF
+#define SECONDS_MAX 15 // the counts have 16 bits
 
 static struct cds_bus bus[BUSES];
 CDS_AVR_BUS(bus[0], 0)
@@ -22,7 +25,7 @@ CDS_AVR_CLOCK()
 static uint8_t packet[BUSES][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
 static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0]), CDS_REQUEST(packet[1]),
                                             CDS_REQUEST(packet[2])};
-static uint8_t length, buses;
+static uint8_t length, more, buses;
 static uint16_t reads[BUSES], good[BUSES], refused[BUSES];
 static uint32_t begun_us[BUSES], longest_us[BUSES];
 
@@ -33,7 +36,8 @@ static void read_next(uint8_t i)
     if (reads[i]++ && now_us - begun_us[i] > longest_us[i])
         longest_us[i] = now_us - begun_us[i];
     begun_us[i] = now_us;
-    cds_servo_read(&bus[i], &request[i], (uint8_t)(i + 1), CDS_REG_ID, length);
+    cds_servo_read(&bus[i], &request[i], (uint8_t)(i + 1), CDS_REG_ID,
+                   (uint8_t)(length + i * more));
 }
 
 /* Did the servo's own ID come back? */
@@ -59,13 +63,14 @@ static void open_all(uint8_t delay)
     }
 }
 
-static uint32_t read_all(void)
+static uint32_t read_all(uint8_t seconds)
 {
     uint32_t from_us = cds_port_now_us(), turns = 0;
+    uint32_t time_us = SECOND_US * (seconds > SECONDS_MAX ? 1 : seconds);
 
     for (uint8_t i = 0; i < buses; i++)
         read_next(i);
-    for (; cds_port_now_us() - from_us < TIME_US; turns++) {
+    for (; cds_port_now_us() - from_us < time_us; turns++) {
         for (uint8_t i = 0; i < buses; i++) {
             if (!cds_bus_poll(&bus[i])) {
                 judge(i);
@@ -112,8 +117,11 @@ int main(void)
     sei();
     length = eeprom_read_byte((const uint8_t *)1);
     buses = eeprom_read_byte((const uint8_t *)2);
+    more = eeprom_read_byte((const uint8_t *)4);
+    if (more == ERASED)
+        more = 0;
     open_all(eeprom_read_byte((const uint8_t *)0));
-    turns = read_all();
+    turns = read_all(eeprom_read_byte((const uint8_t *)3));
     say("turns", turns);
     for (uint8_t i = 0; i < buses; i++)
         say_counters(i);

@@ -1,0 +1,173 @@
+#!/usr/bin/env python3
+"""What the library costs, measured in the simulator (measure.py), beside the limits and goals of
+test/bench/rows.tsv. Exact cycle counts: two runs agree to the digit.
+
+usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
+       bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
+       bench.py --docs         the table of docs/performance.md anew, from FILE; runs nothing
+
+Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
+wrong. --only runs what these rows need: isr_* then come of the program for them alone, of all programs
+otherwise. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
+"""
+import argparse
+import concurrent.futures
+import csv
+import fractions
+import os
+import re
+import subprocess
+import sys
+
+from measure import JOBS, MHZ, ROOT, Run, Wrong, scaling_points, worst
+
+ROWS = ROOT / "test/bench/rows.tsv"
+COLUMNS = "name board value unit sense limit goal floor".split()
+
+
+def measured(jobs, count):
+    """Rows, and what went wrong."""
+    with concurrent.futures.ThreadPoolExecutor(count) as pool:
+        work = {name: pool.submit(JOBS[name]) for name in jobs}
+    results, wrong = [], []
+    for name, job in work.items():
+        try:
+            results.append(job.result())
+        except Wrong as error:
+            wrong.append(f"{name}: {error}")
+    return worst(results), wrong
+
+
+def number(text):
+    return None if text == "-" else fractions.Fraction(text)
+
+
+def shown(value, unit):
+    """Cycles, bytes, ... as they are; shares and ratios to two and four places."""
+    if value is None:
+        return "-"
+    places = {"ratio": 4, "%": 2, "us": 4, "cycles": 2}.get(unit, 0)
+    text = f"{float(value):.{places}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def exceeds(row, value, bound):
+    """Unknown is beyond any bound."""
+    bound = number(row[bound])
+    if bound is None:
+        return False
+    if value is None:
+        return True
+    return value < bound if row["sense"] == "min" else value > bound
+
+
+def verdict(row, value):
+    return ("OVER THE LIMIT" if exceeds(row, value, "limit") else
+            "" if exceeds(row, value, "goal") or row["goal"] == "-" else "goal")
+
+
+def write(path, rows, values):
+    with open(path, "w") as out:
+        print(*COLUMNS, sep="\t", file=out)
+        for row in rows:
+            row = {**row, "value": shown(values.get(row["name"]), row["unit"])}
+            print(*(row[column] for column in COLUMNS), sep="\t", file=out)
+
+
+def table(rows, values):
+    print(f"  {'':22}{'board':14}{'value':>11} {'unit':10}{'limit':>8}{'goal':>8}{'floor':>8}")
+    for row in rows:
+        value = values.get(row["name"])
+        sign = "" if row["sense"] == "max" else " at least"
+        print(f"  {row['name']:22}{row['board']:14}{shown(value, row['unit']):>11} {row['unit']:10}"
+              f"{row['limit']:>8}{row['goal']:>8}{row['floor']:>8}{sign}  {verdict(row, value)}"
+              .rstrip())
+
+
+def bench(arguments):
+    with open(ROWS) as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    if arguments.only:
+        names = arguments.only.split(",")
+        unknown = set(names) - {row["name"] for row in rows}
+        if unknown:
+            sys.exit(f"bench.py: there is no row {', '.join(sorted(unknown))}")
+        rows = [row for row in rows if row["name"] in names]
+    wanted = {row["job"] for row in rows}
+    jobs = [name for name in JOBS if name in wanted or "all" in wanted]
+    values, wrong = measured(jobs, arguments.jobs)
+    write(arguments.out, rows, values)
+    table(rows, values)
+    for text in wrong:
+        print("FAILED: " + text)
+    over = [row["name"] for row in rows if exceeds(row, values.get(row["name"]), "limit")]
+    if over:
+        print("over the limit: " + " ".join(over))
+    return 1 if over or wrong else 0
+
+
+# ---- how the cost grows -----------------------------------------------------------------------------
+
+SERVOS = (1, 5, 10, 20, 30, 50)
+SCALING = ROOT / "build/bench-scaling.tsv"
+
+
+def measure_scaling(count):
+    """{(name, servos): (cycles, floor)}"""
+    with concurrent.futures.ThreadPoolExecutor(count) as pool:
+        work = {(name, servos): pool.submit(point, servos)
+                for name, point in scaling_points.items() for servos in SERVOS}
+    try:
+        return {key: one.result() for key, one in work.items()}
+    except Wrong as error:
+        sys.exit(f"FAILED: {error}")
+
+
+def scaling(arguments):
+    points = measure_scaling(arguments.jobs)
+    with open(SCALING, "w") as out:
+        print("name", "servos", "value", "unit", "floor", sep="\t", file=out)
+        for (name, servos), figures in points.items():
+            value, floor = (shown(cycles / fractions.Fraction(MHZ), "us") for cycles in figures)
+            print(name, servos, value, "us", floor, sep="\t", file=out)
+    print(SCALING.read_text(), end="")
+    svg = SCALING.with_suffix(".svg")
+    return subprocess.run(["gnuplot", "-e", f"table='{SCALING}'; output_file='{svg}'",
+                           ROOT / "scripts/bench.gp"]).returncode
+
+
+# ---- docs -------------------------------------------------------------------------------------------
+
+def document(arguments, docs=ROOT / "docs/performance.md"):
+    with open(ROWS) as file:
+        what = {row["name"]: row["what"] for row in csv.DictReader(file, delimiter="\t")}
+    with open(arguments.out) as file:
+        done = list(csv.DictReader(file, delimiter="\t"))
+    lines = ["| | what | board | value | limit | goal | floor |", "|---|---|---|---|---|---|---|"]
+    for row in done:
+        least = "≥ " if row["sense"] == "min" else ""
+        limit, goal = (row[bound] if row[bound] == "-" else least + row[bound]
+                       for bound in ("limit", "goal"))
+        lines.append(f"| `{row['name']}` | {what[row['name']]} | {row['board']} | "
+                     f"{row['value']} {row['unit']} | {limit} | {goal} | {row['floor']} |")
+    block = "<!-- make bench -->\n" + "\n".join(lines) + "\n<!-- end -->"
+    docs.write_text(re.sub(r"<!-- make bench -->.*<!-- end -->", lambda m: block, docs.read_text(),
+                           flags=re.S))
+    return 0
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--only", default="")
+    parser.add_argument("--program", action="append", default=[])
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--out", default=str(ROOT / "build/bench.tsv"))
+    parser.add_argument("--scaling", action="store_true")
+    parser.add_argument("--docs", action="store_true")
+    arguments = parser.parse_args()
+    Run.programs = dict(one.split("=", 1) for one in arguments.program)
+    return (scaling if arguments.scaling else document if arguments.docs else bench)(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

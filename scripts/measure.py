@@ -1,0 +1,391 @@
+"""The measurements of bench.py: programs run in the simulator, and what is made of what it tells.
+Each of JOBS returns rows, {name: value}."""
+import fractions
+import functools
+import pathlib
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "test/run"), str(ROOT / "scripts")]
+from client import BROADCAST, READ, WRITE, packet
+from feedback import Feedback
+from simulator import PACKET, SIM
+from size import sizes
+
+MHZ = 16  # cycles in a microsecond
+BYTE = 160  # cycles, at 1 Mbps
+RETURN_DELAY = 32  # cycles, a unit of register 0x05; the factory's is 1
+DEVICE, HOST_BAUD, REG_RETURN_DELAY = 253, 0x04, 0x05
+STOP = 0x18  # Ctrl-X to the console, which would stop the robot, and rightly
+ANSWERED_US = 620  # 8 bytes one way, then 56 back, and what the controller needs
+WHOLE, CALL, POLL, SLOW, BUILD, NOTHING = 0, 1, 2, 3, 4, 7  # test/bench/bench.h
+EEPROM_SIZE = {"atmega128": 4096, "arduino-mega": 4096, "arbotix": 2048}
+# Vectors of the bus: RX, UDRE, TX of USART1.
+VECTORS = {"atmega128": (30, 31, 32), "arduino-mega": (36, 37, 38), "arbotix": (28, 29, 30)}
+HANDLERS = ("isr_rx_max", "isr_udre_max", "isr_txc_max")
+
+
+class Wrong(Exception):
+    """A run did not do what it is measured at."""
+
+
+class Figures(dict):
+    def __missing__(self, name):
+        raise Wrong(f"it does not say {name}")
+
+
+class Run:
+    """One run of a program. .figure: what it says; .sent: (first start bit, end of last stop bit,
+    bytes, idle cycles, turnaround) of each packet of ours; .off: longest with interrupts off;
+    .cycles, .in_handlers: of the run; .longest: of each vector."""
+
+    programs = {}  # --program
+
+    def __init__(self, elf, *options, board="atmega128", servos="1", eeprom=None, good=True):
+        self.board = board.split("/")[-1]
+        elf = self.programs.get(elf, f"build/{self.board}/{elf}.elf")
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            command = [SIM, "firmware", ROOT / elf, "--board", board, "--servos", servos, "--times",
+                       folder / "times", "--transcript", folder / "transcript", *options]
+            if "--host" not in options:
+                command += ["--host", "stdout"]
+            if eeprom is not None:
+                kept = bytes(eeprom).ljust(EEPROM_SIZE[self.board], b"\xff")
+                (folder / "eeprom").write_bytes(kept)
+                command += ["--eeprom", folder / "eeprom"]
+            done = subprocess.run(list(map(str, command)), stdout=subprocess.PIPE, cwd=ROOT,
+                                  stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL, text=True,
+                                  errors="replace")
+            self.what = f"{elf} on {self.board}"
+            self.status, self.output = done.returncode, done.stdout
+            if done.returncode == 2 or good:
+                self.check(done.returncode == 0, "the run failed")
+            self.figure = Figures((name, int(number)) for name, number in
+                                  re.findall(r"^(\w+) (\d+)$", self.output, re.M))
+            self.read((folder / "times").read_text())
+            self.transcript = (folder / "transcript").read_text()
+
+    def check(self, kept, what):
+        if not kept:
+            raise Wrong(f"{self.what}: {what}\n{self.output}")
+
+    def read(self, text):
+        self.sent, self.longest, steps = [], {}, {}
+        for line in text.splitlines():
+            word, *numbers = line.split()
+            numbers = tuple(map(int, numbers))
+            if word == "sent":
+                self.sent.append(numbers[1:])
+            elif word == "pin":
+                steps.setdefault(numbers[1], []).append(numbers)
+            elif word == "handler":
+                self.longest[numbers[0]] = numbers[3]
+            elif word == "off":
+                self.off = numbers[0]
+            elif word == "run":
+                self.cycles, self.in_handlers = numbers[:2]
+        self.steps = steps
+
+    def spans(self, pin):
+        """(cycles, of them in handlers, when it began) of each time the pin was high, without the
+        cycles of the marks: what is marked begins behind the first and ends before the second."""
+        nothing = self.steps[NOTHING]
+        mark = nothing[1][0] - nothing[0][0]
+        steps = self.steps.get(pin, [])
+        self.check(len(steps) > 1, f"no mark {pin}")
+        return [(down[0] - up[0] - mark, down[3] - up[3], up[0] + mark)
+                for up, down in zip(steps[::2], steps[1::2])]
+
+    def net(self, pin):
+        """The longest, without handlers."""
+        return max(cycles - handlers for cycles, handlers, _ in self.spans(pin))
+
+    def packets(self):
+        for match in map(PACKET.match, self.transcript.splitlines()):
+            if match:
+                yield match[2], bytes.fromhex(match[3])
+
+    def broken(self, *rules):
+        """How often these were."""
+        return sum(int(times) for name, times in
+                   re.findall(r"^(?:BROKEN|WARNING): *([\w-]+), (\d+) times", self.output, re.M)
+                   if name in rules)
+
+    def handlers(self, suffix=""):
+        """Of the bus, as rows."""
+        return {name + suffix: self.longest.get(vector, 0)
+                for name, vector in zip(HANDLERS, VECTORS[self.board])}
+
+    def everywhere(self):
+        """What every run of the board counts for."""
+        return {**self.handlers(), "irq_off_max": self.off}
+
+
+def worst(rows):
+    """Of several measurements of the same."""
+    merged = {}
+    for row in rows:
+        for name, value in row.items():
+            merged[name] = max(value, merged.get(name, value))
+    return merged
+
+
+# ---- jobs: each returns rows ------------------------------------------------------------------------
+
+def read():
+    run = Run("bench/read", "--stamp", "B", "--seconds", "2")
+    run.check(run.figure["good"] == 16 + 2 * 4 + 64, "not all were good")
+    run.check(run.figure["us"] < 32768, "the clock has overflowed: another handler has run")
+    wholes = run.spans(WHOLE)
+    run.check(len(wholes) == 16, "not 16 READs")
+    return {**run.everywhere(),
+            "read_overhead": max(cycles - 16 * BYTE - RETURN_DELAY * n
+                                 for n, (cycles, _, _) in enumerate(wholes, 1)),
+            "read_cpu": max(handlers for _, handlers, _ in wholes),
+            "enqueue": run.net(CALL),
+            "turnaround": max(turned for *_, turned in run.sent)}
+
+
+def sync(servos):
+    """(build, typed call to last stop bit), the run; the worst."""
+    run = Run("bench/sync", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
+    run.check(run.figure["good"] == 4, "not all were sent")
+    size = 8 + 5 * servos
+    packets = [sent for sent in run.sent if sent[2] == size][-4:]
+    run.check(all(idle == 0 for *_, idle, _ in packets), "idle bits between the bytes")
+    calls = run.spans(CALL)
+    run.check(len(calls) == len(packets) == 4, "not four packets")
+    return (max(cycles for cycles, _, _ in run.spans(BUILD)),
+            max(last - begun
+                for (_, _, begun), (_, last, *_) in zip(calls, packets)), run)
+
+
+def sync18():
+    build, cycles, run = sync(18)
+    return {**run.everywhere(), "sync18": cycles, "sync18_build": build}
+
+
+def group(servos):
+    """Cycles of feedback of all, and the run."""
+    run = Run("bench/group", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
+    run.check(run.figure["good"] == 2, "not all were read")
+    return max(cycles for cycles, _, _ in run.spans(WHOLE)), run
+
+
+READ_8 = (8 + 6 + 8) * BYTE + RETURN_DELAY
+
+
+def group18():
+    cycles, run = group(18)
+    return {**run.everywhere(), "group18": fractions.Fraction(cycles, 18) - READ_8}
+
+
+def absent():
+    run = Run("bench/absent", "--stamp", "B", "--seconds", "2")
+    run.check(run.figure["timeouts"] == 3, "there was an answer")
+    whole, = run.spans(WHOLE)
+    return {**run.everywhere(), "absent_us": fractions.Fraction(whole[0], MHZ),
+            "absent_blocked": max(0, run.net(SLOW) - run.net(CALL)) // MHZ}
+
+
+def polls():
+    rows = []
+    for faults in [[], ["flip out every 4 3"], ["flip out every 5 9"], ["noise 3000"],
+                   ["babble headers"], ["babble random"]]:
+        options = [word for fault in faults for word in ("--fault", fault)]
+        run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
+                  servos="1-50")
+        run.check(run.figure["polls"] > 1000, "hardly any poll")
+        rows.append({"poll_max": run.net(POLL), **run.everywhere()})
+    return worst(rows)
+
+
+def host_traffic(seconds):
+    """Lines of the PC's program. For half the time it asks for 50 bytes again and again, as fast as
+    they can come: the way back is full. Then it talks without a gap, the same and random bytes."""
+    dice = random.Random(7)
+    ask = packet(DEVICE, READ, [0, 50])
+    left_us = half_us = 500000 * seconds
+    while left_us > -half_us:
+        noise = bytes(byte for byte in dice.randbytes(dice.randrange(80)) if byte != STOP)
+        said = ask if left_us > 0 else ask + noise
+        wait_us = ANSWERED_US if left_us > 0 else 10 * len(said)
+        left_us -= wait_us
+        yield "say " + said.hex(" ")
+        yield f"wait {wait_us}"
+
+
+def flooded(n, seconds):
+    """The firmware with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
+    lines = ["say " + packet(BROADCAST, WRITE, [REG_RETURN_DELAY, n]).hex(" "), "wait 10000",
+             "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
+             "baud 1000000", "wait 10000", *host_traffic(seconds), "wait 1000"]
+    with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
+        program.write("\n".join(lines) + "\n")
+        program.flush()
+        return Run("program/flood", "--host", program.name, servos="1-18", good=False)
+
+
+@functools.lru_cache
+def run_loaded():
+    """The return delay that is needed, and the run at it."""
+    for n in range(16):
+        run = flooded(n, 1)
+        if run.status == 0:
+            run = flooded(n, 10)
+        if run.status == 0:
+            break
+    else:
+        raise Wrong("program/flood: rules of the wire are broken at any return delay")
+    run.check(len(run.sent) > 4000, "hardly anything was sent")
+    return n, run
+
+
+LOADED = threading.Lock()  # one job measures it, the others wait for that
+
+
+def return_delay_needed():
+    with LOADED:
+        return run_loaded()
+
+
+def loaded():
+    n, run = return_delay_needed()
+    return {**run.everywhere(), "return_delay_needed": n,
+            "turnaround_loaded": max(turned for *_, turned in run.sent)}
+
+
+def cycle(servos, seconds, n):
+    run = Run("program/cycle50", "--mark", "B0", "--seconds", str(seconds + 10),
+              servos=f"1-{servos}", eeprom=[seconds, 0, servos, n])
+    for name in ["refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "overruns"]:
+        run.check(run.figure[name] == 0, name)
+    return run
+
+
+def shares(run, name, seconds):
+    """Rows of a cycle that has run for so long."""
+    run.check(run.figure["periods"] + run.figure["missed"] == 250 * seconds, "not all periods")
+    time = seconds * MHZ * 1000000
+    wire = BYTE * sum(len(raw) for _, raw in run.packets())
+    calls = int(re.search(r"^mark: .* (\d+) in all$", run.output, re.M)[1])
+    return {**run.everywhere(), f"{name}_missed": run.figure["missed"],
+            f"{name}_bus": fractions.Fraction(100 * wire, time),
+            f"{name}_cpu": fractions.Fraction(100 * (run.in_handlers + calls), time)}
+
+
+def cycle50(seconds=60):
+    n, _ = return_delay_needed()
+    run = Run("bench/cycle8", "--mark", "B0", "--seconds", str(seconds + 10), servos="1-50",
+              eeprom=[seconds, n])
+    run.check(run.figure["failed"] == 0, "READs failed")
+    return shares(run, "cycle50", seconds)
+
+
+def cycle50_11(seconds=60):
+    n, _ = return_delay_needed()
+    return shares(cycle(50, seconds, n), "cycle50_11", seconds)
+
+
+def bulk():
+    run = Feedback()
+    if run.status or run.bulk != run.trips:
+        raise Wrong("BULK READ:\n" + run.output)
+    return {"bulk18": fractions.Fraction(run.bulk_us * MHZ) / (18 * 22 * BYTE)}
+
+
+def lost(run, counters):
+    """Bytes and replies."""
+    return counters["timeouts"] + counters["corrupt"] + run.broken("overrun", "reply-lost")
+
+
+def three(n):
+    run = Run("program/three_buses", "--servos", "1:2", "--servos", "2:3", "--rules", "warn",
+              "--seconds", "15", board="arduino-mega", eeprom=[n, 8, 3, 10, 1])
+    counters = [dict(re.findall(r"^(\w+) (\d+)$", text, re.M)) for text in
+                re.split(r"^bus \d$", run.output, flags=re.M)[1:4]]
+    run.check(all(int(count["reads"]) > 10000 for count in counters), "hardly anything was read")
+    return sum(int(count[name]) for count in counters for name in ("timeouts", "corrupt")) + \
+        run.broken("overrun", "reply-lost")
+
+
+def two_mbps():
+    run = Run("bench/two_mbps", "--rules", "warn", "--seconds", "15", eeprom=[10, 1])
+    run.check(run.figure["reads"] > 10000, "hardly anything was read")
+    return {**run.everywhere(), "two_mbps_lost": lost(run, run.figure)}
+
+
+def size():
+    run = Run("bench/min", "--seconds", "0.1", board="test/boards/atmega644p", servos="1-18")
+    sent = [(raw[4], len(raw)) for way, raw in run.packets() if way == "->in"]
+    run.check(sent == [(1, 6), (2, 8), (3, 9), (0x83, 98)], f"it sends {sent}")
+    least = sizes(ROOT / "build/atmega644p/bench/min.elf")
+    whole = sizes(ROOT / "build/atmega128/controller.elf")
+    return {"min_flash": least[0], "min_ram": least[1],
+            "console_flash": whole[0], "console_ram": whole[1]}
+
+
+def handlers(board, suffix=""):
+    """All paths: in good exchanges, and in what a babbler and noise make of the line."""
+    clean = Run("bench/handlers", "--seconds", "2", board=board, servos="1-50", eeprom=[0])
+    clean.check(clean.figure["good"] == 100, "not all exchanges were good")
+    bad = Run("bench/handlers", "--seconds", "2", "--rules", "warn", "--seed", "1", "--fault",
+              "babble random", "--fault", "noise 100000", board=board, eeprom=[1])
+    for name in ["framing_errors", "overruns", "ring_overflows"]:
+        bad.check(bad.figure[name] > 20, f"hardly any {name}")
+    return worst([run.handlers(suffix) if suffix else run.everywhere() for run in (clean, bad)])
+
+
+JOBS = {
+    "loaded": loaded,  # the longest first
+    "three": lambda: {"three_buses_lost": three(5)},
+    "three_2us": lambda: {"three_buses_lost_2us": three(1)},
+    "cycle50": cycle50,
+    "cycle50_11": cycle50_11,
+    "two_mbps": two_mbps,
+    "polls": polls,
+    "bulk": bulk,
+    "handlers": lambda: handlers("atmega128"),
+    "handlers_2560": lambda: handlers("arduino-mega", "_2560"),
+    "handlers_tied": lambda: handlers("arbotix", "_tied"),
+    "read": read,
+    "sync18": sync18,
+    "group18": group18,
+    "absent": absent,
+    "size": size,
+}
+
+
+# ---- how the cost grows -----------------------------------------------------------------------------
+
+PERIOD = 4000 * MHZ  # of the cycle
+
+
+def scaling_read(servos):
+    return group(servos)[0], servos * READ_8
+
+
+def scaling_sync(servos):
+    build, cycles, _ = sync(servos)
+    return build + cycles, (8 + 5 * servos) * BYTE
+
+
+def scaling_cycle(servos, seconds=2):
+    """The time in which all servos' feedback is renewed, while goals go out at 250 Hz. The floor:
+    READ behind READ in what the goals leave of a period."""
+    run = cycle(servos, seconds, 1)
+    run.check(run.figure["missed"] == 0, "missed")
+    asked = next(raw for _, raw in run.packets() if raw[4] == 2 and len(raw) == 8)
+    one = (8 + 6 + asked[6]) * BYTE + RETURN_DELAY
+    goals = (8 + 5 * servos) * BYTE
+    return (fractions.Fraction(servos * seconds * MHZ * 1000000, run.figure["reads"]),
+            fractions.Fraction(servos * one * PERIOD, PERIOD - goals))
+
+
+scaling_points = {"read": scaling_read, "sync": scaling_sync, "cycle": scaling_cycle}
