@@ -92,6 +92,15 @@ uint8_t lock_begin(struct console *console)
                                          console->line.request, console->line.id);
 }
 
+APART uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data,
+                          uint8_t length)
+{
+    const struct command_line *line = &console->line;
+
+    return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
+                                          line->id, address, data, length);
+}
+
 APART bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &console->job.set.setup;
