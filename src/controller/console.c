@@ -294,6 +294,24 @@ bool console_key(struct console *console)
     return pressed;
 }
 
+APART bool console_operates(struct console *console, uint8_t operation)
+{
+    struct robot *robot = console->robot;
+
+    if (robot->operation == operation) {
+        if (console_key(console))
+            robot_abort(robot);
+        return true;
+    }
+    console->error = robot->result == CDS_CANCELLED ? (uint8_t)ERROR_KEY : robot->result;
+    return false;
+}
+
+APART struct cds_roster_servo *console_servo(const struct console *console)
+{
+    return cds_roster_find(&console->robot->crew.roster, console->line.id);
+}
+
 static void poll_command(struct console *console)
 {
     if (!writer_ready(&console->writer))

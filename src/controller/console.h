@@ -107,6 +107,13 @@ bool console_waits(struct console *console);
  * due. */
 bool console_answered(const struct console *console);
 
+/* Is the robot's operation (enum robot_operation) still under way? A key ends it. If not, its outcome
+ * is in console->error. */
+bool console_operates(struct console *console, uint8_t operation);
+
+/* The robot's servo line.id, or NULL. */
+struct cds_roster_servo *console_servo(const struct console *console);
+
 /* Has a key been pressed since the command began? It is taken away, with all that came with it. */
 bool console_key(struct console *console);
 
