@@ -146,15 +146,14 @@ bool counters_poll(struct console *console)
 uint8_t bus_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint16_t raw = 0;
     uint8_t error;
 
     if (line->numbers == 0)
         return 0;
     if (console->robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
-    error = number_within(&line->number[0], CDS_UNIT_BPS, &raw);
-    line->to = (uint8_t)raw;
+    error = console_number(console, 0, CDS_UNIT_BPS);
+    line->to = (uint8_t)console->raw;
     return error;
 }
 

@@ -16,11 +16,10 @@ enum phase { LOOK, WRITE };
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
     uint8_t *data = &console->job.set.data[2 * index];
-    uint16_t raw = 0;
-    uint8_t error = number_within(&console->line.number[index], unit, &raw);
+    uint8_t error = console_number(console, index, unit);
 
-    data[0] = (uint8_t)raw;
-    data[1] = (uint8_t)(raw >> 8);
+    data[0] = (uint8_t)console->raw;
+    data[1] = (uint8_t)(console->raw >> 8);
     return error;
 }
 

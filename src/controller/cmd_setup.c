@@ -22,16 +22,15 @@ uint8_t id_begin(struct console *console)
 uint8_t baud_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint16_t raw = 0;
-    uint8_t error = number_within(&console->line.number[0], CDS_UNIT_BPS, &raw);
+    uint8_t error = console_number(console, 0, CDS_UNIT_BPS);
 
     if (error == 0)
         error = robot_claim(robot, ROBOT_IDENTITY);
     if (error)
         return error;
-    return robot_begun(robot, cds_identity_change_baud_begin(&robot->work.identity, console->bus,
-                                                             console->line.request,
-                                                             console->line.id, (uint8_t)raw));
+    return robot_begun(robot, cds_identity_change_baud_begin(
+                                  &robot->work.identity, console->bus, console->line.request,
+                                  console->line.id, (uint8_t)console->raw));
 }
 
 uint8_t factory_begin(struct console *console)

@@ -263,6 +263,16 @@ static void interrupt(struct console *console)
 
 /* ---- a command ---- */
 
+APART uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
+{
+    return number_within(&console->line.number[index], unit, &console->raw);
+}
+
+APART uint8_t console_ms(struct console *console)
+{
+    return number_ms(&console->line.number[0], &console->raw);
+}
+
 bool console_waits(struct console *console)
 {
     const struct cds_request *request = console->line.request;
