@@ -105,7 +105,7 @@ bool turn_poll(struct console *console)
     return console->error == 0;
 }
 
-static uint8_t write_switch(struct console *console, uint8_t address)
+APART static uint8_t write_switch(struct console *console, uint8_t address)
 {
     console->job.set.data[0] = console->line.choice == 1;
     return servo_write(console, address, 1);

@@ -317,7 +317,7 @@ static enum cds_result finish_packet(struct command_line *line, uint8_t instruct
     }
 }
 
-uint8_t command_end(struct command_line *line)
+APART uint8_t command_end(struct command_line *line)
 {
     uint8_t instruction = commands[line->kind].instruction;
     char letter = *line->takes;

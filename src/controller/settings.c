@@ -95,15 +95,16 @@ static enum settings_origin examine(uint8_t slot)
     uint8_t version = stored(slot, AT_VERSION);
     uint8_t length = stored(slot, AT_LENGTH);
     uint16_t crc = CRC_BEGIN;
+    uint8_t end;
 
     if (version == ERASED)
         return SETTINGS_NONE;
     if (length > LENGTH_MAX)
         return SETTINGS_DAMAGED;
-    for (uint8_t i = 0; i < AT_DATA + length; i++)
+    end = (uint8_t)(AT_DATA + length + 2);
+    for (uint8_t i = 0; i < end; i++)
         crc = crc_add(crc, stored(slot, i));
-    if (stored(slot, (uint8_t)(AT_DATA + length)) != (uint8_t)crc ||
-        stored(slot, (uint8_t)(AT_DATA + length + 1)) != crc >> 8)
+    if (crc) // that of all, and of its own CRC behind it, is 0
         return SETTINGS_DAMAGED;
     return version == SETTINGS_VERSION && length == SETTINGS_BYTES ? SETTINGS_STORED
                                                                    : SETTINGS_OTHER_VERSION;
