@@ -30,7 +30,7 @@ uint8_t scan_begin(struct console *console)
 }
 
 /* What else is to be said of it, if it does not simply belong to the robot from now on. */
-APART static uint16_t remark(struct console *console, const struct cds_scan_found *found)
+static uint16_t remark(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
         return TEXT_FOUND_DAMAGED;

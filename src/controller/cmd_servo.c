@@ -30,7 +30,7 @@ APART uint8_t servo_read(struct console *console, uint8_t address, uint8_t lengt
     return (uint8_t)cds_servo_read(console->bus, line->request, line->id, address, length);
 }
 
-APART uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
+uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
 {
     const struct command_line *line = &console->line;
 

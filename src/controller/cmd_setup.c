@@ -1,5 +1,4 @@
 /* id, baud, factory, lock: what a servo keeps. */
-#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -91,8 +90,7 @@ uint8_t lock_begin(struct console *console)
                                          console->line.request, console->line.id);
 }
 
-APART uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data,
-                          uint8_t length)
+uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length)
 {
     const struct command_line *line = &console->line;
 
@@ -100,7 +98,7 @@ APART uint8_t setup_write(struct console *console, uint8_t address, const uint8_
                                           line->id, address, data, length);
 }
 
-APART bool setup_waits(struct console *console)
+bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &console->job.set.setup;
 

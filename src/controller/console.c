@@ -268,7 +268,7 @@ APART uint8_t console_number(struct console *console, uint8_t index, enum cds_un
     return number_within(&console->line.number[index], unit, &console->raw);
 }
 
-APART uint8_t console_ms(struct console *console)
+uint8_t console_ms(struct console *console)
 {
     return number_ms(&console->line.number[0], &console->raw);
 }
@@ -304,7 +304,7 @@ bool console_key(struct console *console)
     return pressed;
 }
 
-APART bool console_operates(struct console *console, uint8_t operation)
+bool console_operates(struct console *console, uint8_t operation)
 {
     struct robot *robot = console->robot;
 

@@ -4,7 +4,6 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "apart.h"  // APART
 #include "number.h" // number_write()
 #include "texts.h"  // TEXTS
 
@@ -41,7 +40,7 @@ uint16_t writer_text_at(uint16_t text, uint8_t index)
     return (uint16_t)(at - texts);
 }
 
-APART static void begin_text(struct writer *writer, uint16_t text)
+static void begin_text(struct writer *writer, uint16_t text)
 {
     const CDS_FLASH uint8_t *at = &texts[text];
 
