@@ -143,6 +143,8 @@ void test_numbers_beyond_31_bits_are_out_of_range(void)
     assert_error(ERROR_OUT_OF_RANGE, "0x80000000", CDS_UNIT_NUMBER);
     assert_error(ERROR_OUT_OF_RANGE, "2147484s", CDS_UNIT_US);
     assert_error(ERROR_OUT_OF_RANGE, "65536raw", CDS_UNIT_MDEG);
+    assert_error(ERROR_OUT_OF_RANGE, "-2147483648", CDS_UNIT_SIGNED_MRPM);
+    assert_error(ERROR_OUT_OF_RANGE, "4294967386", CDS_UNIT_NUMBER); // 2^32 + 90
     assert_raw(65535, "65535", CDS_UNIT_NUMBER);
 }
 

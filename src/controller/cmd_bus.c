@@ -30,7 +30,7 @@ uint8_t scan_begin(struct console *console)
 }
 
 /* What else is to be said of it, if it does not simply belong to the robot from now on. */
-APART static uint16_t remark(struct console *console, const struct cds_scan_found *found)
+static uint16_t remark(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
         return TEXT_FOUND_DAMAGED;
@@ -80,7 +80,6 @@ static bool sum_up(struct console *console)
     console->writer.values[0] = scan->count;
     console->writer.values[1] = scan->asked;
     writer_line(&console->writer, TEXT_FOUND_IN_ALL);
-    console->error = robot->result == CDS_CANCELLED ? ERROR_KEY : robot->result;
     return false;
 }
 
@@ -90,10 +89,8 @@ bool scan_poll(struct console *console)
     struct robot *robot = console->robot;
     const struct cds_scan *scan = &robot->work.scan.scan;
     uint8_t *index = &console->index;
-    bool over = robot->operation != ROBOT_SCAN;
+    bool over = !console_operates(console, ROBOT_SCAN);
 
-    if (!over && console_key(console))
-        robot_abort(robot);
     if (*index < scan->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
         tell_found(console, &robot->work.scan.found[(*index)++]);
         return true;
@@ -122,25 +119,18 @@ _Static_assert(sizeof(struct cds_roster_counters) == 2 * SERVO_COUNTERS, "each h
 
 uint8_t counters_begin(struct console *console)
 {
-    struct robot *robot = console->robot;
-
-    if (console->line.id != CDS_BROADCAST_ID &&
-        cds_roster_find(&robot->crew.roster, console->line.id) == NULL)
-        return ERROR_NOT_KNOWN;
-    return 0;
+    return console->line.id == CDS_BROADCAST_ID || console_servo(console) ? 0 : ERROR_NOT_KNOWN;
 }
 
 /* A line a call: number `index`. */
 bool counters_poll(struct console *console)
 {
     struct cds_counters counters;
-    const struct cds_roster_servo *servo;
     uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
     const void *words = &counters;
 
     if (console->line.id != CDS_BROADCAST_ID) {
-        servo = cds_roster_find(&console->robot->crew.roster, console->line.id);
-        words = &servo->counters;
+        words = &console_servo(console)->counters;
         name = servo_counters[index];
         count = SERVO_COUNTERS;
     } else {
@@ -156,15 +146,14 @@ bool counters_poll(struct console *console)
 uint8_t bus_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint16_t raw = 0;
     uint8_t error;
 
     if (line->numbers == 0)
         return 0;
     if (console->robot->operation != ROBOT_IDLE)
         return ERROR_CYCLE;
-    error = number_within(&line->number[0], CDS_UNIT_BPS, &raw);
-    line->to = (uint8_t)raw;
+    error = console_number(console, 0, CDS_UNIT_BPS);
+    line->to = (uint8_t)console->raw;
     return error;
 }
 

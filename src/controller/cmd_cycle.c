@@ -15,19 +15,19 @@
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF };
 enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END };
 
-/* As said, or as set: 0 and *us, or an error. */
-static uint8_t period(const struct console *console, uint16_t *us)
+/* As said, or as set: 0 and console->raw in us, or an error. */
+static uint8_t period(struct console *console)
 {
-    uint16_t ms = 0;
     uint8_t error;
 
-    *us = console->keeper->settings->cycle_us;
-    if (console->line.numbers == 0)
+    if (console->line.numbers == 0) {
+        console->raw = console->keeper->settings->cycle_us;
         return 0;
-    error = number_ms(&console->line.number[0], &ms);
-    if (error == 0 && (ms < PERIOD_MIN_MS || ms > PERIOD_MAX_MS))
+    }
+    error = console_ms(console);
+    if (error == 0 && (console->raw < PERIOD_MIN_MS || console->raw > PERIOD_MAX_MS))
         error = ERROR_OUT_OF_RANGE;
-    *us = (uint16_t)(ms * 1000u);
+    console->raw = (uint16_t)(console->raw * 1000u);
     return error;
 }
 
@@ -35,8 +35,7 @@ static uint8_t start(struct console *console)
 {
     struct robot *robot = console->robot;
     union robot_work *work = &robot->work;
-    uint16_t us = 0;
-    uint8_t error = period(console, &us);
+    uint8_t error = period(console);
 
     if (error)
         return error;
@@ -50,7 +49,7 @@ static uint8_t start(struct console *console)
     console->job.since_us = cds_port_now_us();
     return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
                                               robot->group_count, work->cycle.packets,
-                                              work->cycle.feedback, us));
+                                              work->cycle.feedback, console->raw));
 }
 
 uint8_t cycle_begin(struct console *console)

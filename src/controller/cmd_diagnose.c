@@ -63,14 +63,9 @@ bool diagnose_poll(struct console *console)
 {
     struct robot *robot = console->robot;
 
-    if (robot->operation == ROBOT_DIAGNOSE) {
-        if (console_key(console))
-            robot_abort(robot);
+    if (console_operates(console, ROBOT_DIAGNOSE))
         return true;
-    }
-    if (robot->result != CDS_OK) {
-        console->error = robot->result == CDS_CANCELLED ? ERROR_KEY : robot->result;
+    if (console->error)
         return false;
-    }
     return tell(&console->writer, &robot->work.diagnose, console->index++);
 }

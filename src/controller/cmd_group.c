@@ -73,14 +73,14 @@ static uint16_t angle_of(const struct console *console, uint8_t index)
 }
 
 /* The goals, out of the request's buffer, which the packet needs. */
-static void keep_goals(struct console *console, uint16_t speed)
+static void keep_goals(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_goal *goal = robot->work.move.goals;
 
     for (uint8_t i = 0; i < robot->group_count; i++)
         *goal++ = (struct cds_goal){
-            .id = robot->group[i], .position = angle_of(console, i), .speed = speed};
+            .id = robot->group[i], .position = angle_of(console, i), .speed = console->raw};
 }
 
 static uint8_t sync(struct console *console)
@@ -113,9 +113,10 @@ static uint8_t act(struct console *console)
 uint8_t pose_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint16_t speed = POSE_SPEED;
-    uint8_t error = line->numbers ? number_within(&line->number[0], CDS_UNIT_MRPM, &speed) : 0;
+    uint8_t error;
 
+    console->raw = POSE_SPEED;
+    error = line->numbers ? console_number(console, 0, CDS_UNIT_MRPM) : 0;
     if (error)
         return error;
     if (console->robot->group_count == 0)
@@ -123,11 +124,10 @@ uint8_t pose_begin(struct console *console)
     if (line->values != console->robot->group_count)
         return ERROR_GROUP_SIZE;
     if (console->robot->operation == ROBOT_CYCLE) {
-        line->number[0].digits = speed;
         console->phase = POSE_CYCLE;
         return 0;
     }
-    keep_goals(console, speed);
+    keep_goals(console);
     return console->robot->group_acts ? act(console) : sync(console);
 }
 
@@ -143,8 +143,7 @@ static bool cycle_poll_goals(struct console *console)
         return false;
     }
     while (*index < console->robot->group_count) {
-        result = cds_cycle_goal(cycle, *index, angle_of(console, *index),
-                                (uint16_t)console->line.number[0].digits);
+        result = cds_cycle_goal(cycle, *index, angle_of(console, *index), console->raw);
         if (result == CDS_BUSY)
             return true;
         if (console->error == 0)

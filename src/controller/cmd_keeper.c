@@ -33,13 +33,12 @@ static void setting_line(struct console *console, uint8_t index)
 uint8_t settings_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint16_t value = 0;
     uint8_t error;
 
     if (line->numbers == 0)
         return 0;
-    error = number_register(&line->number[0], CDS_UNIT_NUMBER, &value);
-    if (error == 0 && !settings_set(console->keeper->settings, line->to, value))
+    error = console_number(console, 0, CDS_UNIT_NUMBER);
+    if (error == 0 && !settings_set(console->keeper->settings, line->to, console->raw))
         error = ERROR_SETTING_RANGE;
     if (error == 0)
         keeper_follow(console->keeper);

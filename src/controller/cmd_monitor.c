@@ -24,18 +24,19 @@ uint8_t monitor_begin(struct console *console)
 {
     struct monitor *monitor = &console->job.monitor;
     const struct command_line *line = &console->line;
-    uint16_t ms = PERIOD_MS;
-    uint8_t error = line->numbers ? number_ms(&line->number[0], &ms) : 0;
+    uint8_t error;
 
+    console->raw = PERIOD_MS;
+    error = line->numbers ? console_ms(console) : 0;
     if (error)
         return error;
-    if (ms < PERIOD_MIN_MS || ms > PERIOD_MAX_MS)
+    if (console->raw < PERIOD_MIN_MS || console->raw > PERIOD_MAX_MS)
         return ERROR_OUT_OF_RANGE;
     if (line->values > MONITOR_SERVOS)
         return ERROR_TOO_MANY;
     memcpy(monitor->ids, line->request->packet.bytes, line->values);
     monitor->count = line->values;
-    monitor->period_us = ms * 1000ul;
+    monitor->period_us = console->raw * 1000ul;
     monitor->next_us = cds_port_now_us();
     return 0;
 }

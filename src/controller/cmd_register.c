@@ -1,6 +1,5 @@
 /* get, set, info: registers in their units. */
 #include "cds55xx/control_table.h"
-#include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -45,7 +44,7 @@ uint8_t get_begin(struct console *console)
         return ERROR_OUT_OF_RANGE;
     line->address = at.address;
     line->length = at.width;
-    return (uint8_t)cds_servo_read(console->bus, line->request, line->id, at.address, at.width);
+    return servo_read(console, at.address, at.width);
 }
 
 bool get_poll(struct console *console)
@@ -84,11 +83,8 @@ uint8_t set_begin(struct console *console)
     data[0] = (uint8_t)raw;
     data[1] = (uint8_t)(raw >> 8);
     if (at.area == CDS_AREA_EEPROM)
-        return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
-                                              line->id, at.address, data, at.width);
-    console->phase = 1;
-    return (uint8_t)cds_servo_write(console->bus, line->request, line->id, at.address, data,
-                                    at.width);
+        return setup_write(console, at.address, data, at.width);
+    return servo_write(console, at.address, at.width);
 }
 
 bool set_poll(struct console *console)
@@ -100,8 +96,7 @@ bool set_poll(struct console *console)
 
 uint8_t info_begin(struct console *console)
 {
-    return (uint8_t)cds_servo_read(console->bus, console->line.request, console->line.id, 0,
-                                   CDS_TABLE_SIZE);
+    return servo_read(console, 0, CDS_TABLE_SIZE);
 }
 
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */

@@ -16,22 +16,27 @@ enum phase { LOOK, WRITE };
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
     uint8_t *data = &console->job.set.data[2 * index];
-    uint16_t raw = 0;
-    uint8_t error = number_within(&console->line.number[index], unit, &raw);
+    uint8_t error = console_number(console, index, unit);
 
-    data[0] = (uint8_t)raw;
-    data[1] = (uint8_t)(raw >> 8);
+    data[0] = (uint8_t)console->raw;
+    data[1] = (uint8_t)(console->raw >> 8);
     return error;
 }
 
-/* As many words as the line has numbers. */
-static uint8_t write_raw(struct console *console, uint8_t address)
+APART uint8_t servo_read(struct console *console, uint8_t address, uint8_t length)
+{
+    const struct command_line *line = &console->line;
+
+    return (uint8_t)cds_servo_read(console->bus, line->request, line->id, address, length);
+}
+
+uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
 {
     const struct command_line *line = &console->line;
 
     console->phase = WRITE;
     return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
-                                    console->job.set.data, (uint8_t)(2 * line->numbers));
+                                    console->job.set.data, length);
 }
 
 uint8_t move_begin(struct console *console)
@@ -44,10 +49,9 @@ uint8_t move_begin(struct console *console)
     if (result)
         return result;
     if (line->id != CDS_BROADCAST_ID)
-        result =
-            (uint8_t)cds_servo_read(console->bus, line->request, line->id, LOOK_FROM, LOOK_SIZE);
+        result = servo_read(console, LOOK_FROM, LOOK_SIZE);
     if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
-        result = write_raw(console, CDS_REG_GOAL_POSITION);
+        result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * line->numbers));
     return result;
 }
 
@@ -62,7 +66,8 @@ static void look(struct console *console)
     }
     if (bytes[LOOK_SIZE - 1] == 0)
         writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
-    console->error = write_raw(console, CDS_REG_GOAL_POSITION);
+    console->error =
+        servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
 }
 
 bool move_poll(struct console *console)
@@ -79,14 +84,11 @@ bool move_poll(struct console *console)
 uint8_t turn_begin(struct console *console)
 {
     static const uint8_t no_limits[4];
-    struct command_line *line = &console->line;
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error)
         return error;
-    return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
-                                          line->id, CDS_REG_CW_ANGLE_LIMIT, no_limits,
-                                          sizeof no_limits);
+    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, sizeof no_limits);
 }
 
 bool turn_poll(struct console *console)
@@ -99,16 +101,14 @@ bool turn_poll(struct console *console)
         return false;
     if (console->job.set.setup.written)
         writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
-    console->error = write_raw(console, CDS_REG_MOVING_SPEED);
+    console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
     return console->error == 0;
 }
 
 APART static uint8_t write_switch(struct console *console, uint8_t address)
 {
-    struct command_line *line = &console->line;
-
-    return (uint8_t)cds_servo_write_byte(console->bus, line->request, line->id, address,
-                                         line->choice == 1);
+    console->job.set.data[0] = console->line.choice == 1;
+    return servo_write(console, address, 1);
 }
 
 uint8_t torque_begin(struct console *console)

@@ -1,5 +1,4 @@
 /* id, baud, factory, lock: what a servo keeps. */
-#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -22,16 +21,15 @@ uint8_t id_begin(struct console *console)
 uint8_t baud_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint16_t raw = 0;
-    uint8_t error = number_within(&console->line.number[0], CDS_UNIT_BPS, &raw);
+    uint8_t error = console_number(console, 0, CDS_UNIT_BPS);
 
     if (error == 0)
         error = robot_claim(robot, ROBOT_IDENTITY);
     if (error)
         return error;
-    return robot_begun(robot, cds_identity_change_baud_begin(&robot->work.identity, console->bus,
-                                                             console->line.request,
-                                                             console->line.id, (uint8_t)raw));
+    return robot_begun(robot, cds_identity_change_baud_begin(
+                                  &robot->work.identity, console->bus, console->line.request,
+                                  console->line.id, (uint8_t)console->raw));
 }
 
 uint8_t factory_begin(struct console *console)
@@ -92,7 +90,15 @@ uint8_t lock_begin(struct console *console)
                                          console->line.request, console->line.id);
 }
 
-APART bool setup_waits(struct console *console)
+uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length)
+{
+    const struct command_line *line = &console->line;
+
+    return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
+                                          line->id, address, data, length);
+}
+
+bool setup_waits(struct console *console)
 {
     struct cds_setup *setup = &console->job.set.setup;
 

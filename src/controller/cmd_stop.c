@@ -46,7 +46,7 @@ uint8_t release_begin(struct console *console)
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     if (console->line.id != CDS_BROADCAST_ID) {
-        servo = cds_roster_find(&robot->crew.roster, console->line.id);
+        servo = console_servo(console);
         if (servo == NULL)
             return ERROR_NOT_KNOWN;
     } else {
@@ -62,7 +62,7 @@ uint8_t limits_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
     struct cds_roster *roster = &console->robot->crew.roster;
-    struct cds_roster_servo *servo = cds_roster_find(roster, line->id);
+    struct cds_roster_servo *servo = console_servo(console);
     uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
 
     for (uint8_t i = 0; i < line->numbers; i++) {

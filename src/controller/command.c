@@ -229,9 +229,7 @@ static uint8_t take_command(struct command_line *line, const struct token *token
 
 static uint8_t take_setting(struct command_line *line, const struct token *token)
 {
-    line->to = SETTINGS_COUNT;
-    if (token->length <= TOKEN_MAX)
-        line->to = settings_named(token->text, token->length);
+    line->to = settings_named(token->text, token->length); // no name is as long as a token
     return line->to < SETTINGS_COUNT ? 0 : ERROR_UNKNOWN_SETTING;
 }
 
@@ -317,7 +315,7 @@ static enum cds_result finish_packet(struct command_line *line, uint8_t instruct
     }
 }
 
-uint8_t command_end(struct command_line *line)
+APART uint8_t command_end(struct command_line *line)
 {
     uint8_t instruction = commands[line->kind].instruction;
     char letter = *line->takes;

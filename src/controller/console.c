@@ -263,6 +263,16 @@ static void interrupt(struct console *console)
 
 /* ---- a command ---- */
 
+APART uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
+{
+    return number_within(&console->line.number[index], unit, &console->raw);
+}
+
+uint8_t console_ms(struct console *console)
+{
+    return number_ms(&console->line.number[0], &console->raw);
+}
+
 bool console_waits(struct console *console)
 {
     const struct cds_request *request = console->line.request;
@@ -292,6 +302,24 @@ bool console_key(struct console *console)
         console->editor.after_cr = false;
     }
     return pressed;
+}
+
+bool console_operates(struct console *console, uint8_t operation)
+{
+    struct robot *robot = console->robot;
+
+    if (robot->operation == operation) {
+        if (console_key(console))
+            robot_abort(robot);
+        return true;
+    }
+    console->error = robot->result == CDS_CANCELLED ? (uint8_t)ERROR_KEY : robot->result;
+    return false;
+}
+
+APART struct cds_roster_servo *console_servo(const struct console *console)
+{
+    return cds_roster_find(&console->robot->crew.roster, console->line.id);
 }
 
 static void poll_command(struct console *console)

@@ -67,6 +67,7 @@ struct console {
     uint8_t part;        // likewise: of what is told of one of them
     uint8_t error;       // number of the error the reply ends with, 0 for ok
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
+    uint16_t raw;        // what console_number() or console_ms() has made of a number
     struct command_line line;
     union console_job job;
     struct cds_ring *input;
@@ -99,6 +100,11 @@ bool console_idle(const struct console *console);
 
 /* ---- for the commands ---- */
 
+/* A number of the line, 0 to 2, as a register value of `unit` (number_within()), and number 0 as
+ * milliseconds (number_ms()): 0 and console->raw; or an error, and console->raw is as it was. */
+uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit);
+uint8_t console_ms(struct console *console);
+
 /* Is the exchange of line.request still under way? If not, its outcome is in console->error and
  * console->servo_error: go on only if both say so. */
 bool console_waits(struct console *console);
@@ -106,6 +112,13 @@ bool console_waits(struct console *console);
 /* console_waits(), and it went well, the servo has not refused, and there are data if some were
  * due. */
 bool console_answered(const struct console *console);
+
+/* Is the robot's operation (enum robot_operation) still under way? A key ends it. If not, its
+ * outcome is in console->error. */
+bool console_operates(struct console *console, uint8_t operation);
+
+/* The robot's servo line.id, or NULL. */
+struct cds_roster_servo *console_servo(const struct console *console);
 
 /* Has a key been pressed since the command began? It is taken away, with all that came with it. */
 bool console_key(struct console *console);

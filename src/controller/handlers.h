@@ -25,6 +25,9 @@ uint8_t turn_begin(struct console *console);
 bool turn_poll(struct console *console);
 uint8_t torque_begin(struct console *console);
 uint8_t led_begin(struct console *console);
+/* READ and WRITE of line.id: enum cds_result. What is written is console->job.set.data. */
+uint8_t servo_read(struct console *console, uint8_t address, uint8_t length);
+uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
 
 /* cmd_register.c */
 uint8_t get_begin(struct console *console);
@@ -62,6 +65,8 @@ uint8_t baud_begin(struct console *console);
 uint8_t factory_begin(struct console *console);
 bool identity_poll(struct console *console);
 uint8_t lock_begin(struct console *console);
+/* Begins a setup in console->job that writes there to line.id: enum cds_result. */
+uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length);
 bool setup_waits(struct console *console); // console_waits() of a setup in console->job
 bool setup_poll(struct console *console);  // of any command with a setup in console->job
 

@@ -3,7 +3,6 @@
 
 #include <stdbool.h>
 
-#include "apart.h"                 // APART
 #include "cds55xx/control_table.h" // cds_register_name()
 #include "errors.h"
 
@@ -41,7 +40,7 @@ static const CDS_FLASH struct unit_shown shown[] = {
 /* ---- reading ---- */
 
 /* The value of a digit in `base`, or `base` if it is none. */
-APART static uint8_t digit_value(char c, uint8_t base)
+static uint8_t digit_value(char c, uint8_t base)
 {
     uint8_t value = base;
 

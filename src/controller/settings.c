@@ -89,21 +89,27 @@ static uint8_t stored(uint8_t slot, uint8_t index)
     return avr_eeprom_read((uint16_t)(SETTINGS_PLACE + slot * SETTINGS_ROOM + index));
 }
 
+APART static uint16_t add(uint16_t crc, uint8_t byte)
+{
+    return crc_add(crc, byte);
+}
+
 /* SETTINGS_STORED: a whole record of this version. */
 static enum settings_origin examine(uint8_t slot)
 {
     uint8_t version = stored(slot, AT_VERSION);
     uint8_t length = stored(slot, AT_LENGTH);
     uint16_t crc = CRC_BEGIN;
+    uint8_t end;
 
     if (version == ERASED)
         return SETTINGS_NONE;
     if (length > LENGTH_MAX)
         return SETTINGS_DAMAGED;
-    for (uint8_t i = 0; i < AT_DATA + length; i++)
-        crc = crc_add(crc, stored(slot, i));
-    if (stored(slot, (uint8_t)(AT_DATA + length)) != (uint8_t)crc ||
-        stored(slot, (uint8_t)(AT_DATA + length + 1)) != crc >> 8)
+    end = (uint8_t)(AT_DATA + length + 2);
+    for (uint8_t i = 0; i < end; i++)
+        crc = add(crc, stored(slot, i));
+    if (crc) // that of all, and of its own CRC behind it, is 0
         return SETTINGS_DAMAGED;
     return version == SETTINGS_VERSION && length == SETTINGS_BYTES ? SETTINGS_STORED
                                                                    : SETTINGS_OTHER_VERSION;
@@ -211,7 +217,7 @@ static void write_byte(struct settings_store *store)
     if (stored(store->slot, index) != byte)
         avr_eeprom_write((uint16_t)(SETTINGS_PLACE + store->slot * SETTINGS_ROOM + index), byte);
     if (store->step > AT_VERSION && store->step < AT_CRC)
-        store->crc = crc_add(store->crc, byte);
+        store->crc = add(store->crc, byte);
     store->written = byte;
     store->step++;
 }

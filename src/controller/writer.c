@@ -4,12 +4,11 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "apart.h"  // APART
 #include "number.h" // number_write()
 #include "texts.h"  // TEXTS
 
-#define CHARACTERS_PER_CALL 4  // the bus must not wait for a text
-#define ROOM                16 // for a number with its unit, and the end of a line
+#define CODES_PER_CALL 4  // the bus must not wait for a text
+#define ROOM           20 // for as many characters, the last one a number with its unit, and the end
 
 static const CDS_FLASH char plain[TEXT_MARK] = TEXT_PLAIN;
 static const CDS_FLASH uint8_t pairs[][2] = TEXT_PAIRS;
@@ -34,15 +33,19 @@ void writer_end_of_line(struct writer *writer)
 
 uint16_t writer_text_at(uint16_t text, uint8_t index)
 {
+    const CDS_FLASH uint8_t *at = &texts[text];
+
     for (; index; index--)
-        text = (uint16_t)(text + texts[text] + 1);
-    return text;
+        at += *at + 1;
+    return (uint16_t)(at - texts);
 }
 
-APART static void begin_text(struct writer *writer, uint16_t text)
+static void begin_text(struct writer *writer, uint16_t text)
 {
-    writer->left = texts[text];
-    writer->text = &texts[text + 1];
+    const CDS_FLASH uint8_t *at = &texts[text];
+
+    writer->left = *at++;
+    writer->text = at;
 }
 
 void writer_text(struct writer *writer, uint16_t text)
@@ -50,6 +53,7 @@ void writer_text(struct writer *writer, uint16_t text)
     begin_text(writer, text);
     writer->next = 0;
     writer->ends = false;
+    writer->within = true;
 }
 
 void writer_line(struct writer *writer, uint16_t text)
@@ -105,8 +109,8 @@ static void write_value(struct writer *writer, uint8_t mark)
     }
 }
 
-/* What the next code of the text stands for: a character, or a value. */
-static void write_code(struct writer *writer)
+/* Writes what the next code of the text stands for. False: a number, which takes long. */
+static bool write_code(struct writer *writer)
 {
     uint8_t code;
 
@@ -118,20 +122,27 @@ static void write_code(struct writer *writer)
     }
     for (; code >= TEXT_PAIR; code = pairs[code - TEXT_PAIR][0])
         writer->rest[writer->depth++] = pairs[code - TEXT_PAIR][1];
-    if (code >= TEXT_MARK)
-        write_value(writer, (uint8_t)(code - TEXT_MARK));
-    else
-        writer_char(writer, plain[code]);
+    if (code < TEXT_MARK) {
+        cds_ring_put(writer->ring, (uint8_t)plain[code]);
+        return true;
+    }
+    write_value(writer, (uint8_t)(code - TEXT_MARK));
+    return code == TEXT_MARK + MARK_TEXT;
 }
 
 bool writer_ready(struct writer *writer)
 {
-    for (uint8_t left = CHARACTERS_PER_CALL; goes_on(writer); left--) {
-        if (left == 0 || cds_ring_count(writer->ring) > CDS_RING_SIZE - ROOM)
+    uint8_t count = cds_ring_count(writer->ring);
+
+    if (writer->text) {
+        if (count > CDS_RING_SIZE - ROOM)
             return false;
-        write_code(writer);
+        for (uint8_t left = CODES_PER_CALL; goes_on(writer); left--)
+            if (left == 0 || !write_code(writer))
+                return false;
+        count = cds_ring_count(writer->ring);
     }
-    return cds_ring_count(writer->ring) <= CDS_RING_SIZE - WRITER_PIECE;
+    return count <= CDS_RING_SIZE - WRITER_PIECE;
 }
 
 void writer_char(struct writer *writer, char c)
