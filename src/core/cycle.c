@@ -60,12 +60,12 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     cds_packet_end(&request->packet);
 }
 
-/* All of this packet is judged, as the observer is now. */
-static CDS_APART void note_vetted(struct cds_cycle *cycle, uint8_t packet)
+/* All goals in front are judged, by the observer as it is now. */
+static CDS_APART void note_vetted(struct cds_cycle *cycle)
 {
     cycle->observer = cycle->bus->observer;
     if (cycle->observer)
-        cycle->epoch[packet] = cycle->observer->epoch;
+        cycle->epoch = cycle->observer->epoch;
 }
 
 static bool are_ids(const uint8_t *ids, uint8_t count)
@@ -94,7 +94,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->goals_us = (uint16_t)goals_us;
     cycle->latest_us = (uint16_t)(period_us - cycle->goals_us - CDS_REPLY_MARGIN_US);
     cycle->next_us = cds_port_now_us();
-    note_vetted(cycle, !cycle->front); // goals are judged when they are set
+    note_vetted(cycle); // goals are judged when they are set
+    cycle->filled_epoch = cycle->epoch;
     build_goals(cycle, &cycle->goals[0], packets);
     build_goals(cycle, &cycle->goals[1], packets + size);
     cycle->read.packet.bytes = cycle->buffer;
@@ -104,12 +105,12 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
 
 static CDS_APART struct cds_request *front(struct cds_cycle *cycle)
 {
-    return &cycle->goals[cycle->front];
+    return cycle->front ? &cycle->goals[1] : &cycle->goals[0];
 }
 
 static CDS_APART struct cds_request *back(struct cds_cycle *cycle)
 {
-    return &cycle->goals[!cycle->front];
+    return cycle->front ? &cycle->goals[0] : &cycle->goals[1];
 }
 
 /* ---- whose goals are sent ---- */
@@ -133,12 +134,13 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
 
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
-static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
+static void finish_goals(const struct cds_cycle *cycle, const struct cds_request *request,
+                         bool *holes)
 {
-    const struct cds_packet *it = &cycle->goals[packet].packet;
-    uint8_t *block = it->bytes + BLOCKS_AT;
+    const struct cds_packet *packet = &request->packet;
+    uint8_t *block = packet->bytes + BLOCKS_AT;
     const uint8_t *whole = NULL, *id = cycle->ids;
-    bool *holes = &cycle->holes[packet], dropped = false;
+    bool dropped = false;
     uint8_t left = *holes ? cycle->count : 0;
 
     for (uint8_t i = left; i; i--, block += BLOCK_SIZE) {
@@ -158,15 +160,15 @@ static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
     }
     *holes = dropped;
     if (whole || !dropped) // else it is not sent
-        it->bytes[it->size - 1u] = cds_packet_checksum(it->bytes);
+        packet->bytes[packet->size - 1u] = cds_packet_checksum(packet->bytes);
 }
 
-/* Has the observer admitted every block of this packet, and would say the same again? */
-static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
+/* Has the observer admitted every goal in front, and would say the same again? */
+static bool is_vetted(const struct cds_cycle *cycle)
 {
     const struct cds_bus_observer *observer = cycle->bus->observer;
 
-    return !observer || (cycle->observer == observer && cycle->epoch[packet] == observer->epoch);
+    return !observer || (cycle->observer == observer && cycle->epoch == observer->epoch);
 }
 
 static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
@@ -176,15 +178,13 @@ static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
 }
 
 /* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
-static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
+static bool drop(struct cds_cycle *cycle, struct cds_request *request, uint8_t index)
 {
-    struct cds_request *request = &cycle->goals[packet];
     uint8_t *block = block_of(request, index);
 
     if (is_dropped(cycle, request, index) || is_admitted(cycle, block))
         return false;
     *block = NO_SERVO;
-    cycle->holes[packet] = true;
     return true;
 }
 
@@ -192,8 +192,7 @@ static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
 static uint8_t who_changed(const struct cds_cycle *cycle)
 {
     const struct cds_bus_observer *observer = cycle->bus->observer;
-    bool one = cycle->observer == observer &&
-               (uint16_t)(observer->epoch - cycle->epoch[cycle->front]) == 1;
+    bool one = cycle->observer == observer && (uint16_t)(observer->epoch - cycle->epoch) == 1;
 
     return one ? observer->changed_id : CDS_BROADCAST_ID;
 }
@@ -203,26 +202,29 @@ static uint8_t who_changed(const struct cds_cycle *cycle)
  * they are committed; those that wait in the queue are judged by the bus when their turn comes. */
 static void vet(struct cds_cycle *cycle)
 {
-    uint8_t id;
+    struct cds_request *request = front(cycle);
     bool dropped = false;
+    uint8_t id;
 
-    if (!cycle->committed || is_vetted(cycle, cycle->front) || front(cycle)->result == CDS_PENDING)
+    if (!cycle->committed || is_vetted(cycle) || request->result == CDS_PENDING)
         return;
     id = who_changed(cycle);
     for (uint8_t i = 0; i < cycle->count; i++) {
         if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
             continue;
-        if (drop(cycle, cycle->front, i)) {
+        if (drop(cycle, request, i)) {
             dropped = true;
             cycle->counters.dropped++;
         }
-        if (cycle->filling &&
-            is_dropped(cycle, front(cycle), i)) // perhaps with a goal that was to bring it back
-            drop(cycle, !cycle->front, i);
+        if (cycle->filling && is_dropped(cycle, request, i) && // perhaps with a goal that was to
+            drop(cycle, back(cycle), i))                       // bring it back
+            cycle->filled_holes = true;
     }
-    if (dropped)
-        finish_goals(cycle, cycle->front);
-    note_vetted(cycle, cycle->front);
+    if (dropped) {
+        cycle->holes = true;
+        finish_goals(cycle, request, &cycle->holes);
+    }
+    note_vetted(cycle);
 }
 
 /* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
@@ -238,7 +240,7 @@ static CDS_APART enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t *bl
         *block = id;
     } else if (result == CDS_HELD && block[2] == NO_GOAL) {
         *block = NO_SERVO; // the others need not wait for it
-        cycle->holes[!cycle->front] = true;
+        cycle->filled_holes = true;
     }
     return result;
 }
@@ -249,8 +251,8 @@ static void follow_front(struct cds_cycle *cycle)
     const struct cds_packet *packet = &front(cycle)->packet;
 
     memcpy(back(cycle)->packet.bytes, packet->bytes, packet->size);
-    cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
-    cycle->holes[!cycle->front] = cycle->holes[cycle->front];
+    cycle->filled_epoch = cycle->epoch;
+    cycle->filled_holes = cycle->holes;
     cycle->filling = true;
 }
 
@@ -289,10 +291,12 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
         return CDS_OK;
     if (!cycle->committed && !all_set(cycle, back(cycle)))
         return CDS_BAD_ARGUMENT;
-    finish_goals(cycle, !cycle->front);
+    finish_goals(cycle, back(cycle), &cycle->filled_holes);
     if (!cycle->committed)
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
     cycle->front = !cycle->front;
+    cycle->epoch = cycle->filled_epoch;
+    cycle->holes = cycle->filled_holes;
     cycle->filling = false;
     cycle->committed = true;
     return CDS_OK;
@@ -329,7 +333,7 @@ static CDS_APART bool send_goals(struct cds_cycle *cycle)
 {
     struct cds_request *request = front(cycle);
 
-    request->vetted = is_vetted(cycle, cycle->front);
+    request->vetted = is_vetted(cycle);
     return cds_bus_submit(cycle->bus, request) == CDS_OK;
 }
 
@@ -452,7 +456,7 @@ CDS_APART enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         return CDS_PENDING;
     if (left_us(cycle, now_us) == 0)
         begin_period(cycle);
-    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
+    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle))
         vet(cycle); // rather than when goals are due
     else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
