@@ -115,21 +115,16 @@ static CDS_APART struct cds_request *back(struct cds_cycle *cycle)
 
 /* ---- whose goals are sent ---- */
 
-static uint8_t *block_of(struct cds_request *request, uint8_t index)
+static uint8_t *block_of(const struct cds_request *request, uint8_t index)
 {
     return request->packet.bytes + BLOCKS_AT + index * BLOCK_SIZE;
 }
 
 /* A dropped servo's block says so itself: it has another one's ID. */
-static bool is_dropped(const struct cds_cycle *cycle, const struct cds_request *request,
-                       uint8_t index)
-{
-    return request->packet.bytes[BLOCKS_AT + index * BLOCK_SIZE] != cycle->ids[index];
-}
-
 bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
 {
-    return index < cycle->count && is_dropped(cycle, &cycle->goals[cycle->front], index);
+    return index < cycle->count &&
+           *block_of(&cycle->goals[cycle->front], index) != cycle->ids[index];
 }
 
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
@@ -177,12 +172,11 @@ static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
                                CDS_GOAL_SIZE) == CDS_OK;
 }
 
-/* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
-static bool drop(struct cds_cycle *cycle, struct cds_request *request, uint8_t index)
+/* Leaves out servo `id`, whose block this is, if it is not admitted any more. True: it was left out
+ * now. */
+static bool drop(struct cds_cycle *cycle, uint8_t *block, uint8_t id)
 {
-    uint8_t *block = block_of(request, index);
-
-    if (is_dropped(cycle, request, index) || is_admitted(cycle, block))
+    if (*block != id || is_admitted(cycle, block))
         return false;
     *block = NO_SERVO;
     return true;
@@ -203,21 +197,24 @@ static uint8_t who_changed(const struct cds_cycle *cycle)
 static void vet(struct cds_cycle *cycle)
 {
     struct cds_request *request = front(cycle);
+    uint8_t *block = block_of(request, 0);
     bool dropped = false;
-    uint8_t id;
+    uint8_t who;
 
     if (!cycle->committed || is_vetted(cycle) || request->result == CDS_PENDING)
         return;
-    id = who_changed(cycle);
-    for (uint8_t i = 0; i < cycle->count; i++) {
-        if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
+    who = who_changed(cycle);
+    for (uint8_t i = 0; i < cycle->count; i++, block += BLOCK_SIZE) {
+        uint8_t id = cycle->ids[i];
+
+        if (who != CDS_BROADCAST_ID && who != id)
             continue;
-        if (drop(cycle, request, i)) {
+        if (drop(cycle, block, id)) {
             dropped = true;
             cycle->counters.dropped++;
         }
-        if (cycle->filling && is_dropped(cycle, request, i) && // perhaps with a goal that was to
-            drop(cycle, back(cycle), i))                       // bring it back
+        if (cycle->filling && *block != id && // perhaps with a goal that was to bring it back
+            drop(cycle, block_of(back(cycle), i), id))
             cycle->filled_holes = true;
     }
     if (dropped) {
@@ -277,10 +274,12 @@ enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t 
     return result;
 }
 
-static bool all_set(struct cds_cycle *cycle, struct cds_request *request)
+static bool all_set(struct cds_cycle *cycle)
 {
-    for (uint8_t i = 0; i < cycle->count; i++)
-        if (block_of(request, i)[2] == NO_GOAL && !is_dropped(cycle, request, i))
+    const uint8_t *block = block_of(back(cycle), 0);
+
+    for (uint8_t i = 0; i < cycle->count; i++, block += BLOCK_SIZE)
+        if (block[2] == NO_GOAL && *block == cycle->ids[i])
             return false;
     return true;
 }
@@ -289,7 +288,7 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
     if (!cycle->filling)
         return CDS_OK;
-    if (!cycle->committed && !all_set(cycle, back(cycle)))
+    if (!cycle->committed && !all_set(cycle))
         return CDS_BAD_ARGUMENT;
     finish_goals(cycle, back(cycle), &cycle->filled_holes);
     if (!cycle->committed)
