@@ -38,8 +38,10 @@ static void goals_ended(struct cds_request *request)
 {
     struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
 
-    cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
-    if (request->result != CDS_OK && !cycle->refused)
+    cycle->refused = false;
+    if (request->result == CDS_HELD || request->result == CDS_LIMIT)
+        cycle->refused = true;
+    else if (request->result != CDS_OK)
         count(&cycle->counters.unsent);
 }
 
@@ -414,19 +416,19 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
-    uint32_t taken_us = now_us - cycle->read_at_us;
-    uint32_t time_us, between_us;
+    uint32_t taken_us = now_us - cycle->read_at_us, between_us;
+    bool known = feedback->known;
 
     if (taken_us > cycle->read_us)
         taken_us = cycle->read_us;
-    time_us = cycle->read_at_us + taken_us;
-    between_us = feedback->known ? time_us - feedback->time_us : 0;
+    now_us = cycle->read_at_us + taken_us;
+    between_us = now_us - feedback->time_us;
     cycle->reading = false;
     next_turn(cycle);
     count(&cycle->counters.reads);
-    if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
+    if (cds_feedback_take(feedback, &cycle->read, now_us) == CDS_OK) {
         add(&cycle->wire_us, (uint16_t)(READ_BYTES * cycle->bus->byte_time_us));
-        if (between_us > cycle->counters.oldest_us)
+        if (known && between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
         if (!cds_operation_not_sent(cycle->read.result))
