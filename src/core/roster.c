@@ -357,12 +357,6 @@ static bool is_torque_off(const uint8_t *bytes)
            bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE && bytes[CDS_AT_PARAMETERS + 1] == 0;
 }
 
-static bool writes(uint8_t instruction)
-{
-    return instruction == CDS_WRITE || instruction == CDS_REG_WRITE ||
-           instruction == CDS_SYNC_WRITE;
-}
-
 /* ---- what may be sent ---- */
 
 static bool is_held(const struct cds_roster_servo *servo)
@@ -491,6 +485,8 @@ static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *by
     struct part part;
     enum cds_result result = CDS_OK;
 
+    if (is_torque_off(bytes))
+        return CDS_OK;
     for (uint8_t i = 0; result == CDS_OK && part_of(bytes, i, &part); i++) {
         span = &part.span;
         *refused_id = part.id;
@@ -544,11 +540,17 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
     uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION], refused_id = id;
     enum cds_result result = CDS_OK;
 
-    if (writes(instruction) && !is_torque_off(bytes))
-        result = judge_writes(roster, bytes, &refused_id);
-    else if (instruction == CDS_ACTION || instruction == CDS_RESET)
+    switch (instruction) {
+    case CDS_WRITE:
+    case CDS_REG_WRITE:
+    case CDS_SYNC_WRITE: result = judge_writes(roster, bytes, &refused_id); break;
+    case CDS_ACTION:
+    case CDS_RESET:
         result =
             judge_part(roster, &(struct part){.id = id, .instruction = instruction}, &refused_id);
+        break;
+    default: break;
+    }
     if (result == CDS_OK && id != CDS_BROADCAST_ID)
         result = suit(roster, request, id, instruction);
     if (result != CDS_OK)
@@ -560,13 +562,19 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
 static __attribute__((noinline)) enum cds_result judge_anew(struct cds_roster *roster,
                                                             struct cds_request *request)
 {
-    bool again = request->result == CDS_PENDING, vetted = request->vetted & VETTED;
+    uint8_t vetted = request->vetted;
 
-    request->vetted = again ? request->vetted & MUTED : 0;
     if (!roster->bus->request)
         roster->changed = false; // nobody has waited since
-    if (again ? !roster->changed : vetted)
-        return CDS_OK;
+    if (request->result == CDS_PENDING) {
+        request->vetted = vetted & MUTED;
+        if (!roster->changed)
+            return CDS_OK;
+    } else {
+        request->vetted = 0;
+        if (vetted & VETTED)
+            return CDS_OK;
+    }
     return judge_packet(roster, request);
 }
 
@@ -581,13 +589,6 @@ enum cds_result cds_roster_admit(struct cds_bus_observer *observer, struct cds_r
 }
 
 /* ---- what has happened ---- */
-
-static void note_alarms(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t error)
-{
-    roster->alarms |= error;
-    if (servo)
-        servo->alarms |= error;
-}
 
 /* One that may have either of two IDs has the one it has answered by, if nobody else can have. */
 static void answered(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id)
@@ -775,33 +776,42 @@ static void note_presence(struct cds_roster *roster, struct cds_roster_servo *se
     }
 }
 
+/* `one`: as `servo`, but NULL if all were asked. */
 static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
-                  const struct cds_bus_news *news)
+                  struct cds_roster_servo *one, const struct cds_bus_news *news)
 {
     bool due = news->request->reply_parameters != CDS_REPLY_NONE;
-    bool one = news->id != CDS_BROADCAST_ID;
 
-    count_echo_errors(roster, one ? servo : NULL);
-    if (due && one)
-        note_presence(roster, servo, news);
+    count_echo_errors(roster, one);
+    if (due)
+        note_presence(roster, one, news);
     if (!(news->error & CDS_ERRORS_OF_PACKET))
         carried_out(roster, servo, news, due);
+}
+
+static void count_undue(struct cds_roster_counters *counters, uint8_t event)
+{
+    if (event == CDS_BUS_LATE)
+        counters->late++;
+    else if (event == CDS_BUS_EXTRA)
+        counters->extra++;
+    else
+        counters->foreign++;
 }
 
 static __attribute__((noinline)) void take_news(struct cds_roster *roster,
                                                 const struct cds_bus_news *news)
 {
     struct cds_roster_servo *servo = next_of(roster, news->id, NULL);
+    struct cds_roster_servo *one = news->id == CDS_BROADCAST_ID ? NULL : servo;
 
-    note_alarms(roster, news->id == CDS_BROADCAST_ID ? NULL : servo, news->error);
+    roster->alarms |= news->error;
+    if (one)
+        one->alarms |= news->error;
     if (news->event == CDS_BUS_ENDED)
-        ended(roster, servo, news);
-    else if (servo && news->event == CDS_BUS_LATE)
-        servo->counters.late++;
-    else if (servo && news->event == CDS_BUS_EXTRA)
-        servo->counters.extra++;
+        ended(roster, servo, one, news);
     else if (servo)
-        servo->counters.foreign++;
+        count_undue(&servo->counters, news->event);
 }
 
 /* Who has asked for nobody does not pay: short, so that few registers are saved. */
