@@ -170,19 +170,19 @@ static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *serv
                         const struct cds_span *span, bool certain)
 {
     struct cds_roster_servo before = *servo;
-    bool mode;
 
     cds_limits_take(servo, span);
     if (!certain)
         stay_careful(servo, &before);
-    mode = servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit;
-    if (mode)
+    if (servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit) {
         note_change(roster, servo);
+        unsettle(servo);
+    }
     if (servo->goal_known != before.goal_known || servo->speed_known != before.speed_known ||
         servo->speed_0 != before.speed_0)
         roster->changed = true;
-    if (mode || (before.goal_known && !servo->goal_known) ||
-        (before.speed_known && !servo->speed_known) || (servo->speed_0 && !before.speed_0))
+    if ((before.goal_known && !servo->goal_known) || (before.speed_known && !servo->speed_known) ||
+        (servo->speed_0 && !before.speed_0))
         unsettle(servo);
 }
 
@@ -281,13 +281,15 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
     const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
 
     if (torque) {
-        bool lost = servo->torque && !*torque;
+        bool changed = servo->presence == CDS_PRESENCE_BACK;
 
-        if (lost)
+        if (servo->torque && !*torque) {
             servo->held |= CDS_HOLD_LOST;
-        if (lost || (!*torque && servo->presence == CDS_PRESENCE_BACK))
+            changed = true;
+        }
+        if (changed && !*torque)
             forget(roster, servo);
-        if (lost || servo->presence == CDS_PRESENCE_BACK)
+        if (changed)
             note_change(roster, servo); // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
@@ -416,14 +418,16 @@ static enum cds_result judge_action(const struct cds_roster_servo *servo)
  * its torque is off. */
 static enum cds_result judge(const struct cds_roster_servo *servo, const struct part *part)
 {
-    bool away = servo->presence == CDS_PRESENCE_AWAY && part->instruction != CDS_SYNC_WRITE &&
-                part->id != CDS_BROADCAST_ID;
+    bool held = is_held(servo);
 
+    if (servo->presence == CDS_PRESENCE_AWAY && part->instruction != CDS_SYNC_WRITE &&
+        part->id != CDS_BROADCAST_ID)
+        held = true;
     if (part->instruction == CDS_ACTION)
         return judge_action(servo);
     if (part->instruction == CDS_RESET)
         return may_become(servo, FACTORY_ID) ? CDS_OK : CDS_LIMIT;
-    if ((is_held(servo) || away) && drives(&part->span))
+    if (held && drives(&part->span))
         return CDS_HELD;
     if (!stays_known(servo, part))
         return CDS_LIMIT;
@@ -677,7 +681,8 @@ static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, con
         servo->status_return_level = level;
     if (cds_span_byte(&part.span, CDS_REG_BAUD_RATE))
         servo->baud = CDS_ROSTER_UNKNOWN;
-    servo->torque |= torque;
+    if (torque)
+        servo->torque = true;
 }
 
 /* A REG WRITE was heard, or may have been. It was judged when it was sent. */
@@ -736,8 +741,10 @@ static void carried_out(struct cds_roster *roster, struct cds_roster_servo *serv
                         const struct cds_bus_news *news, bool due)
 {
     bool lost = news->result != CDS_OK;
-    bool certain = due && !lost && servo && !next_of(roster, news->id, servo);
+    bool certain = false;
 
+    if (due && !lost && servo)
+        certain = !next_of(roster, news->id, servo);
     if (!lost && (news->instruction == CDS_WRITE || news->instruction == CDS_SYNC_WRITE)) {
         learn_parts(roster, news->request->packet.bytes, certain);
         return;
