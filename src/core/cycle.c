@@ -27,7 +27,7 @@ static CDS_APART void add(uint32_t *sum_us, uint16_t us)
     *sum_us += us;
 }
 
-static bool on_its_way(const struct cds_cycle *cycle)
+static CDS_APART bool on_its_way(const struct cds_cycle *cycle)
 {
     return cycle->goals[0].result == CDS_PENDING || cycle->goals[1].result == CDS_PENDING ||
            cycle->read.result == CDS_PENDING;
@@ -176,7 +176,7 @@ static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
 
 /* Leaves out servo `id`, whose block this is, if it is not admitted any more. True: it was left out
  * now. */
-static bool drop(struct cds_cycle *cycle, uint8_t *block, uint8_t id)
+static CDS_APART bool drop(struct cds_cycle *cycle, uint8_t *block, uint8_t id)
 {
     if (*block != id || is_admitted(cycle, block))
         return false;
