@@ -117,10 +117,11 @@ static uint8_t target_of(const struct cds_diagnose *diagnose)
 /* The bus at the rate of this phase; false while it is busy. */
 static bool tuned(struct cds_diagnose *diagnose)
 {
-    bool elsewhere = diagnose->phase == ELSEWHERE || diagnose->phase == ELSEWHERE_ANYONE;
-    uint8_t baud = elsewhere ? diagnose->baud : diagnose->own_baud;
     struct cds_bus *bus = diagnose->bus;
+    uint8_t baud = diagnose->own_baud;
 
+    if (diagnose->phase == ELSEWHERE || diagnose->phase == ELSEWHERE_ANYONE)
+        baud = diagnose->baud;
     return bus->baud == baud || cds_bus_set_baud(bus, baud) == CDS_OK;
 }
 
@@ -256,10 +257,12 @@ static void exchange_ended(struct cds_diagnose *diagnose)
     const struct cds_request *request = diagnose->request;
     uint8_t phase = diagnose->phase, result = request->result;
     uint8_t heard = (uint8_t)(diagnose->bus->link.rx.head - diagnose->head);
-    bool clean = result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET);
-    bool cut = is_cut(diagnose, heard);
-    bool echoed = !(cut && phase == KNOCK) && is_echo(diagnose, heard);
+    bool clean = false, cut = is_cut(diagnose, heard), echoed = false;
 
+    if (result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET))
+        clean = true;
+    if (!cut || phase != KNOCK)
+        echoed = is_echo(diagnose, heard);
     diagnose->exchanges++;
     count(&diagnose->series, result, clean, heard, echoed, cut);
     if (phase >= KNOCK && phase <= DIFFERING)
@@ -376,14 +379,13 @@ static bool next_rate(struct cds_diagnose *diagnose)
  * for anyone. */
 static void go_elsewhere(struct cds_diagnose *diagnose)
 {
-    bool for_one = diagnose->phase != ELSEWHERE_ANYONE && diagnose->target != CDS_BROADCAST_ID;
-
-    if (for_one && next_rate(diagnose)) {
-        enter(diagnose, ELSEWHERE);
-        return;
-    }
-    if (for_one)
+    if (diagnose->phase != ELSEWHERE_ANYONE && diagnose->target != CDS_BROADCAST_ID) {
+        if (next_rate(diagnose)) {
+            enter(diagnose, ELSEWHERE);
+            return;
+        }
         diagnose->rates_left = CDS_SCAN_LISTED_BAUDS;
+    }
     if (diagnose->found_id == CDS_DIAGNOSE_NOBODY && next_rate(diagnose))
         enter(diagnose, ELSEWHERE_ANYONE);
     else
