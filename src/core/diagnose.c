@@ -638,12 +638,18 @@ static void listen(struct cds_diagnose *diagnose)
     diagnose->head = head;
 }
 
+static bool is_over(const struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    if ((diagnose->phase == LIMITS || diagnose->phase == WAKE) && series->answered)
+        return true;
+    return series->asked == wanted[diagnose->phase] || series->busy >= FEW;
+}
+
 /* A pause is over, or there was none. */
 static void go_on(struct cds_diagnose *diagnose)
 {
-    const struct cds_diagnose_tally *series = &diagnose->series;
-    bool until_answered = diagnose->phase == LIMITS || diagnose->phase == WAKE;
-
     switch (diagnose->phase) {
     case SETTLE:
         enter(diagnose, LISTEN);
@@ -656,8 +662,7 @@ static void go_on(struct cds_diagnose *diagnose)
         break;
     case GIVE_BACK: give_back(diagnose); break;
     default:
-        if (series->asked == wanted[diagnose->phase] || series->busy >= FEW ||
-            (until_answered && series->answered))
+        if (is_over(diagnose))
             series_ended(diagnose);
         else if (tuned(diagnose))
             ask(diagnose);
@@ -666,17 +671,19 @@ static void go_on(struct cds_diagnose *diagnose)
 
 static void poll_in_turn(struct cds_diagnose *diagnose)
 {
-    if (diagnose->phase == START)
-        start(diagnose);
-    if (diagnose->aborted && diagnose->phase != START && diagnose->phase != GIVE_BACK)
-        enter(diagnose, GIVE_BACK);
-    if (diagnose->aborted && diagnose->phase == START)
-        diagnose->result = CDS_CANCELLED;
-    else if (diagnose->phase == LISTEN)
+    if (diagnose->phase == START) {
+        if (diagnose->aborted)
+            diagnose->result = CDS_CANCELLED;
+        else
+            start(diagnose);
+        return;
+    }
+    if (diagnose->aborted)
+        diagnose->phase = GIVE_BACK;
+    if (diagnose->phase == LISTEN)
         listen(diagnose);
-    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
-        (diagnose->phase == GIVE_BACK ||
-         cds_port_now_us() - diagnose->since_us >= diagnose->pause_us))
+    if (diagnose->phase == GIVE_BACK ||
+        cds_port_now_us() - diagnose->since_us >= diagnose->pause_us)
         go_on(diagnose);
 }
 
