@@ -34,7 +34,7 @@ static const uint8_t *word_of(const struct cds_span *span, uint8_t reg)
     return cds_span_byte(span, (uint8_t)(reg + 1)) ? cds_span_byte(span, reg) : NULL;
 }
 
-static bool position_limited(const struct cds_roster_servo *servo)
+static __attribute__((noinline)) bool position_limited(const struct cds_roster_servo *servo)
 {
     return servo->lowest > 0 || servo->highest < CDS_VALUE_MAX;
 }
