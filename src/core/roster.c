@@ -81,9 +81,7 @@ struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
 /* Can nobody else have sent what came from `id`? */
 static bool is_alone(struct cds_roster *roster, uint8_t id)
 {
-    struct cds_roster_servo *servo = next_of(roster, id, NULL);
-
-    return servo && !next_of(roster, id, servo);
+    return !next_of(roster, id, next_of(roster, id, NULL));
 }
 
 /* What may be sent to `servo`, or to all if it is NULL, is not what it was. */
@@ -528,9 +526,9 @@ static enum cds_result suit(struct cds_roster *roster, struct cds_request *reque
             level = servo->status_return_level;
     }
     request->return_delay_us = delay_us;
-    if (instruction == CDS_READ && level == LEVEL_PING)
-        return CDS_NO_REPLY_DUE;
-    if (instruction != CDS_PING && instruction != CDS_READ && level <= LEVEL_READ &&
+    if (instruction == CDS_READ)
+        return level == LEVEL_PING ? CDS_NO_REPLY_DUE : CDS_OK;
+    if (instruction != CDS_PING && level <= LEVEL_READ &&
         request->reply_parameters != CDS_REPLY_NONE) {
         request->reply_parameters = CDS_REPLY_NONE;
         request->vetted |= MUTED;
@@ -666,39 +664,33 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
 
 /* A write whose reply was lost may have been carried out all the same. Of two possibilities, the
  * careful one: the longer delay, the level that says more, no rate, both IDs, torque on. */
-static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes)
+static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo,
+                  const struct cds_span *span)
 {
     uint8_t return_delay = servo->return_delay, level = servo->status_return_level;
     bool torque = servo->torque;
-    struct part part;
 
-    if (!part_of(bytes, 0, &part))
-        return;
-    learn_written(roster, servo, &part.span, false);
+    learn_written(roster, servo, span, false);
     if (return_delay > servo->return_delay)
         servo->return_delay = return_delay;
     if (level > servo->status_return_level)
         servo->status_return_level = level;
-    if (cds_span_byte(&part.span, CDS_REG_BAUD_RATE))
+    if (cds_span_byte(span, CDS_REG_BAUD_RATE))
         servo->baud = CDS_ROSTER_UNKNOWN;
     if (torque)
         servo->torque = true;
 }
 
 /* A REG WRITE was heard, or may have been. It was judged when it was sent. */
-static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes,
-                bool certain)
+static void arm(struct cds_roster *roster, struct cds_roster_servo *servo,
+                const struct cds_span *span, bool certain)
 {
-    struct part part;
-
-    if (!part_of(bytes, 0, &part))
-        return;
-    learn(roster, servo, &part.span, false); // ACTION is to come
+    learn(roster, servo, span, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
-    if (cds_limits_check(servo, &part.span) != CDS_OK)
+    if (cds_limits_check(servo, span) != CDS_OK)
         servo->armed_unjudged = true;
-    if (cds_span_value(&part.span, CDS_REG_TORQUE_ENABLE, 0))
+    if (cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0))
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
@@ -717,19 +709,22 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
                          const struct cds_bus_news *news, bool certain, bool lost)
 {
     const uint8_t *bytes = news->request->packet.bytes;
-    const struct cds_span read = {bytes, news->address, news->request->length};
+    struct part part = {.span = {bytes, news->address, news->request->length}}; // of a READ
 
     switch (news->instruction) {
-    case CDS_WRITE:
-        if (lost)
-            doubt(roster, servo, bytes);
+    case CDS_WRITE: // lost
+        if (part_of(bytes, 0, &part))
+            doubt(roster, servo, &part.span);
         break;
-    case CDS_REG_WRITE: arm(roster, servo, bytes, certain); break;
+    case CDS_REG_WRITE:
+        if (part_of(bytes, 0, &part))
+            arm(roster, servo, &part.span, certain);
+        break;
     case CDS_ACTION: act(servo, certain); break;
     case CDS_RESET: learn_reset(roster, servo, certain); break;
     case CDS_READ:
         if (!lost)
-            learn_read(roster, servo, &read, certain);
+            learn_read(roster, servo, &part.span, certain);
         break;
     default: break;
     }
