@@ -80,7 +80,7 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose)
     diagnose->aborted = 1;
 }
 
-static CDS_APART void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
+static CDS_APART void rest(struct cds_diagnose *diagnose, uint16_t us, uint8_t bytes)
 {
     diagnose->since_us = cds_port_now_us();
     diagnose->pause_us = us + (uint32_t)bytes * diagnose->bus->byte_time_us;
@@ -203,20 +203,22 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
  * could be told. */
 static CDS_APART bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
 {
-    uint8_t parameters = diagnose->request->reply_parameters, id = target_of(diagnose);
-    uint8_t size = (uint8_t)CDS_PACKET_SIZE(parameters), lost = (uint8_t)(size - heard);
-    uint8_t head[CDS_AT_ERROR] = {CDS_HEADER, CDS_HEADER, id,
-                                  (uint8_t)(parameters + CDS_LENGTH_MIN)};
-    uint8_t sum = (uint8_t)(head[CDS_AT_ID] + head[CDS_AT_LENGTH]);
+    uint8_t id = target_of(diagnose);
+    uint8_t length = (uint8_t)(diagnose->request->reply_parameters + CDS_LENGTH_MIN);
+    uint8_t size = (uint8_t)(CDS_AT_ERROR + length); // which counts from there on
+    uint8_t lost = (uint8_t)(size - heard);
+    uint8_t sum = (uint8_t)(id + length);
 
     if (heard >= size || lost > CDS_AT_ERROR)
         return false;
-    for (uint8_t i = lost; i < CDS_AT_ERROR; i++) {
-        if (heard_byte(diagnose, (uint8_t)(i - lost)) != head[i])
+    for (uint8_t i = lost; i < size; i++) {
+        uint8_t byte = heard_byte(diagnose, (uint8_t)(i - lost));
+
+        if (i >= CDS_AT_ERROR)
+            sum = (uint8_t)(sum + byte);
+        else if (byte != (i < CDS_AT_ID ? CDS_HEADER : i == CDS_AT_ID ? id : length))
             return false;
     }
-    for (uint8_t i = CDS_AT_ERROR; i < size; i++)
-        sum = (uint8_t)(sum + heard_byte(diagnose, (uint8_t)(i - lost)));
     return sum == UINT8_MAX; // a checksum is the complement of the rest
 }
 
@@ -690,10 +692,13 @@ static void poll_in_turn(struct cds_diagnose *diagnose)
 CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
     CDS_OPAQUE(diagnose);
-    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
-        !cds_operation_has(diagnose->bus))
+    if (diagnose->result != CDS_PENDING)
+        return (enum cds_result)diagnose->result;
+    if (diagnose->phase != START && !cds_operation_has(diagnose->bus)) {
         diagnose->result = CDS_CANCELLED; // the bus is somebody else's
-    if (diagnose->result == CDS_PENDING && diagnose->in_flight) {
+        return CDS_CANCELLED;
+    }
+    if (diagnose->in_flight) {
         if (diagnose->request->result == CDS_PENDING)
             return CDS_PENDING;
         diagnose->in_flight = 0;
@@ -702,7 +707,6 @@ CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
         else
             exchange_ended(diagnose);
     }
-    if (diagnose->result == CDS_PENDING)
-        poll_in_turn(diagnose);
+    poll_in_turn(diagnose);
     return (enum cds_result)diagnose->result;
 }

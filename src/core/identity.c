@@ -316,9 +316,13 @@ static void cancelled(struct cds_identity *identity)
 enum cds_result cds_identity_poll(struct cds_identity *identity)
 {
     CDS_OPAQUE(identity);
-    if (identity->result == CDS_PENDING && identity->started && !cds_operation_has(identity->bus))
+    if (identity->result != CDS_PENDING)
+        return (enum cds_result)identity->result;
+    if (identity->started && !cds_operation_has(identity->bus)) {
         finish(identity, CDS_CANCELLED);
-    if (identity->result == CDS_PENDING && identity->in_flight) {
+        return CDS_CANCELLED;
+    }
+    if (identity->in_flight) {
         if (identity->request->result == CDS_PENDING)
             return CDS_PENDING;
         identity->in_flight = 0;
@@ -327,10 +331,8 @@ enum cds_result cds_identity_poll(struct cds_identity *identity)
         else
             exchange_ended(identity);
     }
-    if (identity->result == CDS_PENDING) {
-        if (!identity->started)
-            start(identity);
-        go_on(identity);
-    }
+    if (!identity->started)
+        start(identity);
+    go_on(identity);
     return (enum cds_result)identity->result;
 }
