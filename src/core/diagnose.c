@@ -201,7 +201,7 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
 /* Is all that was heard the reply that was due, but for the first of its bytes? Checksum and
  * LENGTH say so: noise, or two servos at once, do not leave them right. With ERROR gone nothing
  * could be told. */
-static CDS_APART bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
 {
     uint8_t id = target_of(diagnose);
     uint8_t length = (uint8_t)(diagnose->request->reply_parameters + CDS_LENGTH_MIN);

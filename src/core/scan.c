@@ -195,20 +195,19 @@ static void give_back(struct cds_scan *scan)
 CDS_APART enum cds_result cds_scan_poll(struct cds_scan *scan)
 {
     CDS_OPAQUE(scan);
-    if (scan->result == CDS_PENDING && scan->phase != CHECK && !cds_operation_has(scan->bus))
+    if (scan->phase == CHECK && scan->result == CDS_PENDING)
+        start(scan);
+    else if (scan->result == CDS_PENDING && !cds_operation_has(scan->bus))
         scan->result = CDS_CANCELLED; // the bus is somebody else's
     if (scan->result != CDS_PENDING)
         return (enum cds_result)scan->result;
-    if (scan->phase == CHECK)
-        start(scan);
     if (scan->phase == ASKED && scan->request->result != CDS_PENDING)
         asked(scan);
     if (scan->phase == READING && scan->request->result != CDS_PENDING)
         take_details(scan);
     if (scan->phase == TUNE && tuned(scan, baud_of(scan, scan->baud_index)))
         scan->phase = ASK;
-    if (scan->result == CDS_PENDING)
-        send(scan);
+    send(scan);
     if (scan->phase == GIVE_BACK)
         give_back(scan);
     return (enum cds_result)scan->result;

@@ -190,11 +190,13 @@ enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster,
 
 enum cds_result cds_stop_poll(struct cds_stop *stop)
 {
-    if (stop->result == CDS_PENDING && stop->phase == TELLING_ALL)
+    if (stop->result != CDS_PENDING)
+        return (enum cds_result)stop->result;
+    if (stop->phase == TELLING_ALL)
         telling_all(stop);
-    else if (stop->result == CDS_PENDING && is_on_its_way(stop) && stop->one.result != CDS_PENDING)
+    else if (is_on_its_way(stop) && stop->one.result != CDS_PENDING)
         ended(stop);
-    if (stop->result == CDS_PENDING && stop->phase != TELLING_ALL && !is_on_its_way(stop))
+    if (stop->result == CDS_PENDING && (stop->phase == TELL || stop->phase == LOOK))
         send(stop);
     return (enum cds_result)stop->result;
 }
