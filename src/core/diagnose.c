@@ -117,12 +117,11 @@ static uint8_t target_of(const struct cds_diagnose *diagnose)
 /* The bus at the rate of this phase; false while it is busy. */
 static bool tuned(struct cds_diagnose *diagnose)
 {
-    struct cds_bus *bus = diagnose->bus;
     uint8_t baud = diagnose->own_baud;
 
     if (diagnose->phase == ELSEWHERE || diagnose->phase == ELSEWHERE_ANYONE)
         baud = diagnose->baud;
-    return bus->baud == baud || cds_bus_set_baud(bus, baud) == CDS_OK;
+    return cds_operation_tune(diagnose->bus, baud);
 }
 
 static enum cds_result submit(struct cds_diagnose *diagnose)

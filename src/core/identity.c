@@ -290,7 +290,7 @@ static void go_on(struct cds_identity *identity)
     struct cds_bus *bus = identity->bus;
     enum cds_result submitted;
 
-    if (bus->baud != at->baud && cds_bus_set_baud(bus, at->baud) != CDS_OK)
+    if (!cds_operation_tune(bus, at->baud))
         return; // someone else's request: later
     if (identity->phase == SETTLE) {
         finish(identity, identity->reason);

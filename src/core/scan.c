@@ -106,12 +106,6 @@ static void start(struct cds_scan *scan)
     scan->phase = scan->aborted ? GIVE_BACK : TUNE;
 }
 
-/* The bus at this rate; false while it is busy. */
-static CDS_APART bool tuned(struct cds_scan *scan, uint8_t baud)
-{
-    return scan->bus->baud == baud || cds_bus_set_baud(scan->bus, baud) == CDS_OK;
-}
-
 static void next(struct cds_scan *scan)
 {
     scan->asked++;
@@ -186,7 +180,7 @@ static void send(struct cds_scan *scan)
 
 static void give_back(struct cds_scan *scan)
 {
-    if (!tuned(scan, scan->own_baud))
+    if (!cds_operation_tune(scan->bus, scan->own_baud))
         return;
     cds_bus_set_return_delay(scan->bus, scan->return_delay_us);
     scan->result = scan->line_busy ? CDS_LINE_BUSY : scan->aborted ? CDS_CANCELLED : CDS_OK;
@@ -205,7 +199,7 @@ CDS_APART enum cds_result cds_scan_poll(struct cds_scan *scan)
         asked(scan);
     if (scan->phase == READING && scan->request->result != CDS_PENDING)
         take_details(scan);
-    if (scan->phase == TUNE && tuned(scan, baud_of(scan, scan->baud_index)))
+    if (scan->phase == TUNE && cds_operation_tune(scan->bus, baud_of(scan, scan->baud_index)))
         scan->phase = ASK;
     send(scan);
     if (scan->phase == GIVE_BACK)
