@@ -439,7 +439,7 @@ static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 
 /* While a READ is on its way nothing begins, goals neither: queued behind it they would count as
  * begun, and wait while the application computes the next ones. */
-CDS_APART enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     uint32_t now_us;
 

@@ -162,7 +162,7 @@ static void ask(struct cds_diagnose *diagnose)
 /* ---- one answer ---- */
 
 /* Byte `index` of those heard since the question. */
-static CDS_APART uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
+static uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
 {
     const struct cds_ring *rx = &diagnose->bus->link.rx;
 
