@@ -109,8 +109,10 @@ static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
 /* Is there any doubt who has which ID? */
 static bool is_ambiguous(const struct cds_roster *roster)
 {
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (roster->servos[i].maybe_id != NO_ID)
+    const struct cds_roster_servo *servo = roster->servos;
+
+    for (uint8_t i = roster->count; i; i--, servo++)
+        if (servo->maybe_id != NO_ID)
             return true;
     return !are_distinct(roster->servos, roster->count);
 }
@@ -366,15 +368,13 @@ static bool is_held(const struct cds_roster_servo *servo)
 
 bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
 {
+    const struct cds_roster_servo *servo = roster->servos;
     bool all = id == CDS_BROADCAST_ID;
 
-    for (uint8_t i = 0; i < roster->count; i++) {
-        const struct cds_roster_servo *servo = &roster->servos[i];
-
+    for (uint8_t i = roster->count; i; i--, servo++)
         if ((all || servo->id == id || servo->maybe_id == id) &&
             (is_held(servo) || (!all && servo->presence == CDS_PRESENCE_AWAY)))
             return false;
-    }
     return true;
 }
 
@@ -647,8 +647,9 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
     if (are_old_news(roster, bytes))
         return;
     if (is_torque_off(bytes) && bytes[CDS_AT_ID] == CDS_BROADCAST_ID) { // is not to take long
-        for (uint8_t k = 0; k < roster->count; k++)
-            roster->servos[k].torque = false;
+        servo = roster->servos;
+        for (uint8_t i = roster->count; i; i--, servo++)
+            servo->torque = false;
         return;
     }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
@@ -903,11 +904,10 @@ enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_rost
 uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
     uint8_t alarms = servo ? servo->alarms : roster->alarms;
+    struct cds_roster_servo *each = roster->servos;
 
     roster->alarms = 0;
-    for (uint8_t i = 0; i < roster->count; i++) {
-        struct cds_roster_servo *each = &roster->servos[i];
-
+    for (uint8_t i = roster->count; i; i--, each++) {
         if (!servo || servo == each)
             each->alarms = 0;
         roster->alarms |= each->alarms;
@@ -919,10 +919,10 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 static __attribute__((noinline)) void
 set_held(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t keep, uint8_t why)
 {
-    note_change(roster, servo);
-    for (uint8_t i = 0; i < roster->count; i++) {
-        struct cds_roster_servo *each = &roster->servos[i];
+    struct cds_roster_servo *each = roster->servos;
 
+    note_change(roster, servo);
+    for (uint8_t i = roster->count; i; i--, each++) {
         if (!servo || servo == each)
             each->held = (each->held & keep) | why;
     }
