@@ -873,14 +873,17 @@ enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
 
 enum cds_result cds_roster_add(struct cds_roster *roster, uint8_t id, uint8_t room)
 {
+    struct cds_roster_servo *servo;
+
     if (id > CDS_ID_MAX || cds_roster_find(roster, id))
         return CDS_BAD_ARGUMENT;
     if (roster->count >= room)
         return CDS_NO_ROOM;
     if (roster->count == 0)
         roster->echo_errors = cds_link_count(&roster->bus->link.echo_errors);
-    meet(&roster->servos[roster->count++], id, roster->bus->baud);
-    note_change(roster, &roster->servos[roster->count - 1]);
+    servo = &roster->servos[roster->count++];
+    meet(servo, id, roster->bus->baud);
+    note_change(roster, servo);
     return CDS_OK;
 }
 
