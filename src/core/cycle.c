@@ -46,12 +46,13 @@ static void goals_ended(struct cds_request *request)
 }
 
 /* A whole packet whose goals are still to be set. */
-static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
+static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes,
+                        uint16_t size)
 {
     static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
 
     request->packet.bytes = bytes;
-    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, CDS_GOAL_SIZE);
+    request->packet.room = size;
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
     request->on_end = goals_ended;
@@ -72,8 +73,8 @@ static CDS_APART void note_vetted(struct cds_cycle *cycle)
 
 static bool are_ids(const uint8_t *ids, uint8_t count)
 {
-    for (uint8_t i = 0; i < count; i++)
-        if (ids[i] > CDS_ID_MAX)
+    for (; count; count--)
+        if (*ids++ > CDS_ID_MAX)
             return false;
     return true;
 }
@@ -98,8 +99,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->next_us = cds_port_now_us();
     note_vetted(cycle); // goals are judged when they are set
     cycle->filled_epoch = cycle->epoch;
-    build_goals(cycle, &cycle->goals[0], packets);
-    build_goals(cycle, &cycle->goals[1], packets + size);
+    build_goals(cycle, &cycle->goals[0], packets, size);
+    build_goals(cycle, &cycle->goals[1], packets + size, size);
     cycle->read.packet.bytes = cycle->buffer;
     cycle->read.packet.room = sizeof cycle->buffer;
     return CDS_OK;
@@ -278,10 +279,10 @@ enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t 
 
 static bool all_set(struct cds_cycle *cycle)
 {
-    const uint8_t *block = block_of(back(cycle), 0);
+    const uint8_t *block = block_of(back(cycle), 0), *id = cycle->ids;
 
-    for (uint8_t i = 0; i < cycle->count; i++, block += BLOCK_SIZE)
-        if (block[2] == NO_GOAL && *block == cycle->ids[i])
+    for (uint8_t i = cycle->count; i; i--, block += BLOCK_SIZE)
+        if (*block == *id++ && block[2] == NO_GOAL)
             return false;
     return true;
 }

@@ -8,7 +8,7 @@
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
 #include "flash.h"         // CDS_FLASH
 #include "operation.h"     // cds_operation_take()
-#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART, CDS_APART_TOO()
 
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
@@ -178,8 +178,9 @@ static bool is_tail_of_own(const struct cds_diagnose *diagnose, uint8_t count, u
         if (heard_byte(diagnose, i) != diagnose->sent[from + i])
             return false;
     }
-    return heard == count || (heard >= count + 2 && heard_byte(diagnose, count) == CDS_HEADER &&
-                              heard_byte(diagnose, (uint8_t)(count + 1)) == CDS_HEADER);
+    return heard == count ||
+           ((uint8_t)(heard - count) >= 2 && heard_byte(diagnose, count) == CDS_HEADER &&
+            heard_byte(diagnose, (uint8_t)(count + 1)) == CDS_HEADER);
 }
 
 /* Does what was heard begin with an echo? All of a PING is none: of a servo with a voltage error it
@@ -427,7 +428,7 @@ static void knocked(struct cds_diagnose *diagnose)
     const struct cds_diagnose_tally *series = &diagnose->series;
 
     diagnose->ping = *series;
-    if (series->answered + series->damaged) {
+    if (series->answered || series->damaged) {
         diagnose->found_id = diagnose->target;
         enter(diagnose, SAME);
     } else if (diagnose->late) {
@@ -474,7 +475,7 @@ static void read_what_differs(struct cds_diagnose *diagnose)
         enter(diagnose, LIMITS);
     } else if (is_too_quick(total)) {
         find(diagnose, CDS_FINDING_TOO_QUICK);
-    } else if (same <= FEW && of_them + 1 >= series->asked) {
+    } else if (same <= FEW && (uint8_t)(of_them + 1) >= series->asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
         diagnose->purpose = TO_COMPARE;
@@ -535,7 +536,7 @@ static void looked_for_anyone(struct cds_diagnose *diagnose)
 static void sought(struct cds_diagnose *diagnose)
 {
     diagnose->candidate = diagnose->seek_id;
-    if (diagnose->series.answered + diagnose->series.damaged)
+    if (diagnose->series.answered || diagnose->series.damaged)
         enter(diagnose, NAME);
     else
         seek(diagnose, (uint8_t)(diagnose->seek_id + 1));
@@ -547,7 +548,7 @@ static void named(struct cds_diagnose *diagnose)
     const struct cds_diagnose_tally *series = &diagnose->series;
     bool was_sought = diagnose->candidate == diagnose->seek_id;
 
-    if (series->answered + series->damaged < FEW) {
+    if ((uint8_t)(series->answered + series->damaged) < FEW) {
         seek(diagnose, was_sought ? (uint8_t)(diagnose->candidate + 1) : 0);
     } else if (diagnose->purpose == TO_COMPARE) {
         compare(diagnose, series->answered == series->asked);
@@ -688,7 +689,9 @@ static void poll_in_turn(struct cds_diagnose *diagnose)
         go_on(diagnose);
 }
 
-CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
+CDS_APART_TOO(cds_diagnose_poll);
+
+enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
     CDS_OPAQUE(diagnose);
     if (diagnose->result != CDS_PENDING)

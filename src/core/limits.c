@@ -20,7 +20,7 @@ uint8_t cds_span_value(const struct cds_span *span, uint8_t reg, uint8_t otherwi
 
 bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last)
 {
-    return span->address <= last && span->address + span->length > first;
+    return span->length && span->address <= last && span->address + span->length > first;
 }
 
 static uint16_t word_at(const uint8_t *data)

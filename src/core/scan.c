@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
-#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART, CDS_APART_TOO()
 #include "operation.h"     // cds_operation_take()
 
 const uint8_t cds_scan_listed_bauds[CDS_SCAN_LISTED_BAUDS] = {1, 3, 7, 16, 34, 103};
@@ -186,7 +186,9 @@ static void give_back(struct cds_scan *scan)
     scan->result = scan->line_busy ? CDS_LINE_BUSY : scan->aborted ? CDS_CANCELLED : CDS_OK;
 }
 
-CDS_APART enum cds_result cds_scan_poll(struct cds_scan *scan)
+CDS_APART_TOO(cds_scan_poll);
+
+enum cds_result cds_scan_poll(struct cds_scan *scan)
 {
     CDS_OPAQUE(scan);
     if (scan->phase == CHECK && scan->result == CDS_PENDING)

@@ -68,8 +68,8 @@ static void settle(struct cds_stop *stop, enum cds_stop_outcome outcome)
 
 static void give_up(struct cds_stop *stop, enum cds_result result)
 {
-    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS; i++)
-        cds_bus_cancel(stop->roster->bus, &stop->all[i]);
+    for (struct cds_request *each = stop->all; each < stop->all + CDS_STOP_BROADCASTS; each++)
+        cds_bus_cancel(stop->roster->bus, each);
     stop->result = (uint8_t)result;
 }
 
