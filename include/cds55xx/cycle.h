@@ -85,8 +85,9 @@ struct cds_cycle {
     uint32_t read_at_us;           // when the READ in flight was begun,
     uint16_t read_us;              // and how long it takes at the most
     struct cds_bus_observer *observer; // of the bus, when goals were judged last
-    uint16_t epoch[2];                 // its epoch, when all of a packet was admitted
-    bool holes[2];                     // a packet has blocks of servos that were dropped
+    uint16_t epoch, filled_epoch; // its epoch, when all of the front packet, or of the other one,
+                                  // was admitted
+    bool holes, filled_holes;     // it has blocks of servos that were dropped
     struct cds_cycle_counters counters;
     uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
     uint32_t elapsed_us;               // periods that are over

@@ -27,7 +27,7 @@ static CDS_APART void add(uint32_t *sum_us, uint16_t us)
     *sum_us += us;
 }
 
-static bool on_its_way(const struct cds_cycle *cycle)
+static CDS_APART bool on_its_way(const struct cds_cycle *cycle)
 {
     return cycle->goals[0].result == CDS_PENDING || cycle->goals[1].result == CDS_PENDING ||
            cycle->read.result == CDS_PENDING;
@@ -38,18 +38,21 @@ static void goals_ended(struct cds_request *request)
 {
     struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
 
-    cycle->refused = request->result == CDS_HELD || request->result == CDS_LIMIT;
-    if (request->result != CDS_OK && !cycle->refused)
+    cycle->refused = false;
+    if (request->result == CDS_HELD || request->result == CDS_LIMIT)
+        cycle->refused = true;
+    else if (request->result != CDS_OK)
         count(&cycle->counters.unsent);
 }
 
 /* A whole packet whose goals are still to be set. */
-static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes)
+static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes,
+                        uint16_t size)
 {
     static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
 
     request->packet.bytes = bytes;
-    request->packet.room = (uint16_t)CDS_SYNC_WRITE_SIZE(cycle->count, CDS_GOAL_SIZE);
+    request->packet.room = size;
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
     request->on_end = goals_ended;
@@ -60,18 +63,18 @@ static void build_goals(struct cds_cycle *cycle, struct cds_request *request, ui
     cds_packet_end(&request->packet);
 }
 
-/* All of this packet is judged, as the observer is now. */
-static CDS_APART void note_vetted(struct cds_cycle *cycle, uint8_t packet)
+/* All goals in front are judged, by the observer as it is now. */
+static CDS_APART void note_vetted(struct cds_cycle *cycle)
 {
     cycle->observer = cycle->bus->observer;
     if (cycle->observer)
-        cycle->epoch[packet] = cycle->observer->epoch;
+        cycle->epoch = cycle->observer->epoch;
 }
 
 static bool are_ids(const uint8_t *ids, uint8_t count)
 {
-    for (uint8_t i = 0; i < count; i++)
-        if (ids[i] > CDS_ID_MAX)
+    for (; count; count--)
+        if (*ids++ > CDS_ID_MAX)
             return false;
     return true;
 }
@@ -94,9 +97,10 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->goals_us = (uint16_t)goals_us;
     cycle->latest_us = (uint16_t)(period_us - cycle->goals_us - CDS_REPLY_MARGIN_US);
     cycle->next_us = cds_port_now_us();
-    note_vetted(cycle, !cycle->front); // goals are judged when they are set
-    build_goals(cycle, &cycle->goals[0], packets);
-    build_goals(cycle, &cycle->goals[1], packets + size);
+    note_vetted(cycle); // goals are judged when they are set
+    cycle->filled_epoch = cycle->epoch;
+    build_goals(cycle, &cycle->goals[0], packets, size);
+    build_goals(cycle, &cycle->goals[1], packets + size, size);
     cycle->read.packet.bytes = cycle->buffer;
     cycle->read.packet.room = sizeof cycle->buffer;
     return CDS_OK;
@@ -104,41 +108,37 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
 
 static CDS_APART struct cds_request *front(struct cds_cycle *cycle)
 {
-    return &cycle->goals[cycle->front];
+    return cycle->front ? &cycle->goals[1] : &cycle->goals[0];
 }
 
 static CDS_APART struct cds_request *back(struct cds_cycle *cycle)
 {
-    return &cycle->goals[!cycle->front];
+    return cycle->front ? &cycle->goals[0] : &cycle->goals[1];
 }
 
 /* ---- whose goals are sent ---- */
 
-static uint8_t *block_of(struct cds_request *request, uint8_t index)
+static uint8_t *block_of(const struct cds_request *request, uint8_t index)
 {
     return request->packet.bytes + BLOCKS_AT + index * BLOCK_SIZE;
 }
 
 /* A dropped servo's block says so itself: it has another one's ID. */
-static bool is_dropped(const struct cds_cycle *cycle, const struct cds_request *request,
-                       uint8_t index)
-{
-    return request->packet.bytes[BLOCKS_AT + index * BLOCK_SIZE] != cycle->ids[index];
-}
-
 bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
 {
-    return index < cycle->count && is_dropped(cycle, &cycle->goals[cycle->front], index);
+    return index < cycle->count &&
+           *block_of(&cycle->goals[cycle->front], index) != cycle->ids[index];
 }
 
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
-static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
+static void finish_goals(const struct cds_cycle *cycle, const struct cds_request *request,
+                         bool *holes)
 {
-    const struct cds_packet *it = &cycle->goals[packet].packet;
-    uint8_t *block = it->bytes + BLOCKS_AT;
+    const struct cds_packet *packet = &request->packet;
+    uint8_t *block = packet->bytes + BLOCKS_AT;
     const uint8_t *whole = NULL, *id = cycle->ids;
-    bool *holes = &cycle->holes[packet], dropped = false;
+    bool dropped = false;
     uint8_t left = *holes ? cycle->count : 0;
 
     for (uint8_t i = left; i; i--, block += BLOCK_SIZE) {
@@ -158,15 +158,15 @@ static void finish_goals(struct cds_cycle *cycle, uint8_t packet)
     }
     *holes = dropped;
     if (whole || !dropped) // else it is not sent
-        it->bytes[it->size - 1u] = cds_packet_checksum(it->bytes);
+        packet->bytes[packet->size - 1u] = cds_packet_checksum(packet->bytes);
 }
 
-/* Has the observer admitted every block of this packet, and would say the same again? */
-static bool is_vetted(const struct cds_cycle *cycle, uint8_t packet)
+/* Has the observer admitted every goal in front, and would say the same again? */
+static bool is_vetted(const struct cds_cycle *cycle)
 {
     const struct cds_bus_observer *observer = cycle->bus->observer;
 
-    return !observer || (cycle->observer == observer && cycle->epoch[packet] == observer->epoch);
+    return !observer || (cycle->observer == observer && cycle->epoch == observer->epoch);
 }
 
 static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
@@ -175,16 +175,13 @@ static bool is_admitted(const struct cds_cycle *cycle, const uint8_t *block)
                                CDS_GOAL_SIZE) == CDS_OK;
 }
 
-/* Leaves out servo `index` if it is not admitted any more. True: it was left out now. */
-static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
+/* Leaves out servo `id`, whose block this is, if it is not admitted any more. True: it was left out
+ * now. */
+static CDS_APART bool drop(struct cds_cycle *cycle, uint8_t *block, uint8_t id)
 {
-    struct cds_request *request = &cycle->goals[packet];
-    uint8_t *block = block_of(request, index);
-
-    if (is_dropped(cycle, request, index) || is_admitted(cycle, block))
+    if (*block != id || is_admitted(cycle, block))
         return false;
     *block = NO_SERVO;
-    cycle->holes[packet] = true;
     return true;
 }
 
@@ -192,8 +189,7 @@ static bool drop(struct cds_cycle *cycle, uint8_t packet, uint8_t index)
 static uint8_t who_changed(const struct cds_cycle *cycle)
 {
     const struct cds_bus_observer *observer = cycle->bus->observer;
-    bool one = cycle->observer == observer &&
-               (uint16_t)(observer->epoch - cycle->epoch[cycle->front]) == 1;
+    bool one = cycle->observer == observer && (uint16_t)(observer->epoch - cycle->epoch) == 1;
 
     return one ? observer->changed_id : CDS_BROADCAST_ID;
 }
@@ -203,26 +199,32 @@ static uint8_t who_changed(const struct cds_cycle *cycle)
  * they are committed; those that wait in the queue are judged by the bus when their turn comes. */
 static void vet(struct cds_cycle *cycle)
 {
-    uint8_t id;
+    struct cds_request *request = front(cycle);
+    uint8_t *block = block_of(request, 0);
     bool dropped = false;
+    uint8_t who;
 
-    if (!cycle->committed || is_vetted(cycle, cycle->front) || front(cycle)->result == CDS_PENDING)
+    if (!cycle->committed || is_vetted(cycle) || request->result == CDS_PENDING)
         return;
-    id = who_changed(cycle);
-    for (uint8_t i = 0; i < cycle->count; i++) {
-        if (id != CDS_BROADCAST_ID && id != cycle->ids[i])
+    who = who_changed(cycle);
+    for (uint8_t i = 0; i < cycle->count; i++, block += BLOCK_SIZE) {
+        uint8_t id = cycle->ids[i];
+
+        if (who != CDS_BROADCAST_ID && who != id)
             continue;
-        if (drop(cycle, cycle->front, i)) {
+        if (drop(cycle, block, id)) {
             dropped = true;
             cycle->counters.dropped++;
         }
-        if (cycle->filling &&
-            is_dropped(cycle, front(cycle), i)) // perhaps with a goal that was to bring it back
-            drop(cycle, !cycle->front, i);
+        if (cycle->filling && *block != id && // perhaps with a goal that was to bring it back
+            drop(cycle, block_of(back(cycle), i), id))
+            cycle->filled_holes = true;
     }
-    if (dropped)
-        finish_goals(cycle, cycle->front);
-    note_vetted(cycle, cycle->front);
+    if (dropped) {
+        cycle->holes = true;
+        finish_goals(cycle, request, &cycle->holes);
+    }
+    note_vetted(cycle);
 }
 
 /* The observer's word; apart, as 50 goals in 4 ms need no frame for this if there is none. */
@@ -238,7 +240,7 @@ static CDS_APART enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t *bl
         *block = id;
     } else if (result == CDS_HELD && block[2] == NO_GOAL) {
         *block = NO_SERVO; // the others need not wait for it
-        cycle->holes[!cycle->front] = true;
+        cycle->filled_holes = true;
     }
     return result;
 }
@@ -249,8 +251,8 @@ static void follow_front(struct cds_cycle *cycle)
     const struct cds_packet *packet = &front(cycle)->packet;
 
     memcpy(back(cycle)->packet.bytes, packet->bytes, packet->size);
-    cycle->epoch[!cycle->front] = cycle->epoch[cycle->front];
-    cycle->holes[!cycle->front] = cycle->holes[cycle->front];
+    cycle->filled_epoch = cycle->epoch;
+    cycle->filled_holes = cycle->holes;
     cycle->filling = true;
 }
 
@@ -275,10 +277,12 @@ enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t 
     return result;
 }
 
-static bool all_set(struct cds_cycle *cycle, struct cds_request *request)
+static bool all_set(struct cds_cycle *cycle)
 {
-    for (uint8_t i = 0; i < cycle->count; i++)
-        if (block_of(request, i)[2] == NO_GOAL && !is_dropped(cycle, request, i))
+    const uint8_t *block = block_of(back(cycle), 0), *id = cycle->ids;
+
+    for (uint8_t i = cycle->count; i; i--, block += BLOCK_SIZE)
+        if (*block == *id++ && block[2] == NO_GOAL)
             return false;
     return true;
 }
@@ -287,12 +291,14 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
     if (!cycle->filling)
         return CDS_OK;
-    if (!cycle->committed && !all_set(cycle, back(cycle)))
+    if (!cycle->committed && !all_set(cycle))
         return CDS_BAD_ARGUMENT;
-    finish_goals(cycle, !cycle->front);
+    finish_goals(cycle, back(cycle), &cycle->filled_holes);
     if (!cycle->committed)
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
     cycle->front = !cycle->front;
+    cycle->epoch = cycle->filled_epoch;
+    cycle->holes = cycle->filled_holes;
     cycle->filling = false;
     cycle->committed = true;
     return CDS_OK;
@@ -329,7 +335,7 @@ static CDS_APART bool send_goals(struct cds_cycle *cycle)
 {
     struct cds_request *request = front(cycle);
 
-    request->vetted = is_vetted(cycle, cycle->front);
+    request->vetted = is_vetted(cycle);
     return cds_bus_submit(cycle->bus, request) == CDS_OK;
 }
 
@@ -411,19 +417,19 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
 static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
-    uint32_t taken_us = now_us - cycle->read_at_us;
-    uint32_t time_us, between_us;
+    uint32_t taken_us = now_us - cycle->read_at_us, between_us;
+    bool known = feedback->known;
 
     if (taken_us > cycle->read_us)
         taken_us = cycle->read_us;
-    time_us = cycle->read_at_us + taken_us;
-    between_us = feedback->known ? time_us - feedback->time_us : 0;
+    now_us = cycle->read_at_us + taken_us;
+    between_us = now_us - feedback->time_us;
     cycle->reading = false;
     next_turn(cycle);
     count(&cycle->counters.reads);
-    if (cds_feedback_take(feedback, &cycle->read, time_us) == CDS_OK) {
+    if (cds_feedback_take(feedback, &cycle->read, now_us) == CDS_OK) {
         add(&cycle->wire_us, (uint16_t)(READ_BYTES * cycle->bus->byte_time_us));
-        if (between_us > cycle->counters.oldest_us)
+        if (known && between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
         if (!cds_operation_not_sent(cycle->read.result))
@@ -434,7 +440,7 @@ static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 
 /* While a READ is on its way nothing begins, goals neither: queued behind it they would count as
  * begun, and wait while the application computes the next ones. */
-CDS_APART enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     uint32_t now_us;
 
@@ -452,7 +458,7 @@ CDS_APART enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
         return CDS_PENDING;
     if (left_us(cycle, now_us) == 0)
         begin_period(cycle);
-    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle, cycle->front))
+    else if (!cycle->bus->request && cycle->committed && !is_vetted(cycle))
         vet(cycle); // rather than when goals are due
     else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);

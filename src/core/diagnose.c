@@ -8,7 +8,7 @@
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
 #include "flash.h"         // CDS_FLASH
 #include "operation.h"     // cds_operation_take()
-#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART, CDS_APART_TOO()
 
 #define LISTEN_US  50000u
 #define SETTLE_US  2000u // ... before it, with 64 byte times: what was asked by others is answered
@@ -80,7 +80,7 @@ void cds_diagnose_abort(struct cds_diagnose *diagnose)
     diagnose->aborted = 1;
 }
 
-static CDS_APART void rest(struct cds_diagnose *diagnose, uint32_t us, uint8_t bytes)
+static CDS_APART void rest(struct cds_diagnose *diagnose, uint16_t us, uint8_t bytes)
 {
     diagnose->since_us = cds_port_now_us();
     diagnose->pause_us = us + (uint32_t)bytes * diagnose->bus->byte_time_us;
@@ -117,11 +117,11 @@ static uint8_t target_of(const struct cds_diagnose *diagnose)
 /* The bus at the rate of this phase; false while it is busy. */
 static bool tuned(struct cds_diagnose *diagnose)
 {
-    bool elsewhere = diagnose->phase == ELSEWHERE || diagnose->phase == ELSEWHERE_ANYONE;
-    uint8_t baud = elsewhere ? diagnose->baud : diagnose->own_baud;
-    struct cds_bus *bus = diagnose->bus;
+    uint8_t baud = diagnose->own_baud;
 
-    return bus->baud == baud || cds_bus_set_baud(bus, baud) == CDS_OK;
+    if (diagnose->phase == ELSEWHERE || diagnose->phase == ELSEWHERE_ANYONE)
+        baud = diagnose->baud;
+    return cds_operation_tune(diagnose->bus, baud);
 }
 
 static enum cds_result submit(struct cds_diagnose *diagnose)
@@ -162,7 +162,7 @@ static void ask(struct cds_diagnose *diagnose)
 /* ---- one answer ---- */
 
 /* Byte `index` of those heard since the question. */
-static CDS_APART uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
+static uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
 {
     const struct cds_ring *rx = &diagnose->bus->link.rx;
 
@@ -178,8 +178,9 @@ static bool is_tail_of_own(const struct cds_diagnose *diagnose, uint8_t count, u
         if (heard_byte(diagnose, i) != diagnose->sent[from + i])
             return false;
     }
-    return heard == count || (heard >= count + 2 && heard_byte(diagnose, count) == CDS_HEADER &&
-                              heard_byte(diagnose, (uint8_t)(count + 1)) == CDS_HEADER);
+    return heard == count ||
+           ((uint8_t)(heard - count) >= 2 && heard_byte(diagnose, count) == CDS_HEADER &&
+            heard_byte(diagnose, (uint8_t)(count + 1)) == CDS_HEADER);
 }
 
 /* Does what was heard begin with an echo? All of a PING is none: of a servo with a voltage error it
@@ -200,22 +201,24 @@ static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
 /* Is all that was heard the reply that was due, but for the first of its bytes? Checksum and
  * LENGTH say so: noise, or two servos at once, do not leave them right. With ERROR gone nothing
  * could be told. */
-static CDS_APART bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
 {
-    uint8_t parameters = diagnose->request->reply_parameters, id = target_of(diagnose);
-    uint8_t size = (uint8_t)CDS_PACKET_SIZE(parameters), lost = (uint8_t)(size - heard);
-    uint8_t head[CDS_AT_ERROR] = {CDS_HEADER, CDS_HEADER, id,
-                                  (uint8_t)(parameters + CDS_LENGTH_MIN)};
-    uint8_t sum = (uint8_t)(head[CDS_AT_ID] + head[CDS_AT_LENGTH]);
+    uint8_t id = target_of(diagnose);
+    uint8_t length = (uint8_t)(diagnose->request->reply_parameters + CDS_LENGTH_MIN);
+    uint8_t size = (uint8_t)(CDS_AT_ERROR + length); // which counts from there on
+    uint8_t lost = (uint8_t)(size - heard);
+    uint8_t sum = (uint8_t)(id + length);
 
     if (heard >= size || lost > CDS_AT_ERROR)
         return false;
-    for (uint8_t i = lost; i < CDS_AT_ERROR; i++) {
-        if (heard_byte(diagnose, (uint8_t)(i - lost)) != head[i])
+    for (uint8_t i = lost; i < size; i++) {
+        uint8_t byte = heard_byte(diagnose, (uint8_t)(i - lost));
+
+        if (i >= CDS_AT_ERROR)
+            sum = (uint8_t)(sum + byte);
+        else if (byte != (i < CDS_AT_ID ? CDS_HEADER : i == CDS_AT_ID ? id : length))
             return false;
     }
-    for (uint8_t i = CDS_AT_ERROR; i < size; i++)
-        sum = (uint8_t)(sum + heard_byte(diagnose, (uint8_t)(i - lost)));
     return sum == UINT8_MAX; // a checksum is the complement of the rest
 }
 
@@ -256,10 +259,12 @@ static void exchange_ended(struct cds_diagnose *diagnose)
     const struct cds_request *request = diagnose->request;
     uint8_t phase = diagnose->phase, result = request->result;
     uint8_t heard = (uint8_t)(diagnose->bus->link.rx.head - diagnose->head);
-    bool clean = result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET);
-    bool cut = is_cut(diagnose, heard);
-    bool echoed = !(cut && phase == KNOCK) && is_echo(diagnose, heard);
+    bool clean = false, cut = is_cut(diagnose, heard), echoed = false;
 
+    if (result == CDS_OK && !(request->error & CDS_ERRORS_OF_PACKET))
+        clean = true;
+    if (!cut || phase != KNOCK)
+        echoed = is_echo(diagnose, heard);
     diagnose->exchanges++;
     count(&diagnose->series, result, clean, heard, echoed, cut);
     if (phase >= KNOCK && phase <= DIFFERING)
@@ -376,14 +381,13 @@ static bool next_rate(struct cds_diagnose *diagnose)
  * for anyone. */
 static void go_elsewhere(struct cds_diagnose *diagnose)
 {
-    bool for_one = diagnose->phase != ELSEWHERE_ANYONE && diagnose->target != CDS_BROADCAST_ID;
-
-    if (for_one && next_rate(diagnose)) {
-        enter(diagnose, ELSEWHERE);
-        return;
-    }
-    if (for_one)
+    if (diagnose->phase != ELSEWHERE_ANYONE && diagnose->target != CDS_BROADCAST_ID) {
+        if (next_rate(diagnose)) {
+            enter(diagnose, ELSEWHERE);
+            return;
+        }
         diagnose->rates_left = CDS_SCAN_LISTED_BAUDS;
+    }
     if (diagnose->found_id == CDS_DIAGNOSE_NOBODY && next_rate(diagnose))
         enter(diagnose, ELSEWHERE_ANYONE);
     else
@@ -424,7 +428,7 @@ static void knocked(struct cds_diagnose *diagnose)
     const struct cds_diagnose_tally *series = &diagnose->series;
 
     diagnose->ping = *series;
-    if (series->answered + series->damaged) {
+    if (series->answered || series->damaged) {
         diagnose->found_id = diagnose->target;
         enter(diagnose, SAME);
     } else if (diagnose->late) {
@@ -471,7 +475,7 @@ static void read_what_differs(struct cds_diagnose *diagnose)
         enter(diagnose, LIMITS);
     } else if (is_too_quick(total)) {
         find(diagnose, CDS_FINDING_TOO_QUICK);
-    } else if (same <= FEW && of_them + 1 >= series->asked) {
+    } else if (same <= FEW && (uint8_t)(of_them + 1) >= series->asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
         diagnose->purpose = TO_COMPARE;
@@ -532,7 +536,7 @@ static void looked_for_anyone(struct cds_diagnose *diagnose)
 static void sought(struct cds_diagnose *diagnose)
 {
     diagnose->candidate = diagnose->seek_id;
-    if (diagnose->series.answered + diagnose->series.damaged)
+    if (diagnose->series.answered || diagnose->series.damaged)
         enter(diagnose, NAME);
     else
         seek(diagnose, (uint8_t)(diagnose->seek_id + 1));
@@ -544,7 +548,7 @@ static void named(struct cds_diagnose *diagnose)
     const struct cds_diagnose_tally *series = &diagnose->series;
     bool was_sought = diagnose->candidate == diagnose->seek_id;
 
-    if (series->answered + series->damaged < FEW) {
+    if ((uint8_t)(series->answered + series->damaged) < FEW) {
         seek(diagnose, was_sought ? (uint8_t)(diagnose->candidate + 1) : 0);
     } else if (diagnose->purpose == TO_COMPARE) {
         compare(diagnose, series->answered == series->asked);
@@ -636,12 +640,18 @@ static void listen(struct cds_diagnose *diagnose)
     diagnose->head = head;
 }
 
+static bool is_over(const struct cds_diagnose *diagnose)
+{
+    const struct cds_diagnose_tally *series = &diagnose->series;
+
+    if ((diagnose->phase == LIMITS || diagnose->phase == WAKE) && series->answered)
+        return true;
+    return series->asked == wanted[diagnose->phase] || series->busy >= FEW;
+}
+
 /* A pause is over, or there was none. */
 static void go_on(struct cds_diagnose *diagnose)
 {
-    const struct cds_diagnose_tally *series = &diagnose->series;
-    bool until_answered = diagnose->phase == LIMITS || diagnose->phase == WAKE;
-
     switch (diagnose->phase) {
     case SETTLE:
         enter(diagnose, LISTEN);
@@ -654,8 +664,7 @@ static void go_on(struct cds_diagnose *diagnose)
         break;
     case GIVE_BACK: give_back(diagnose); break;
     default:
-        if (series->asked == wanted[diagnose->phase] || series->busy >= FEW ||
-            (until_answered && series->answered))
+        if (is_over(diagnose))
             series_ended(diagnose);
         else if (tuned(diagnose))
             ask(diagnose);
@@ -664,27 +673,34 @@ static void go_on(struct cds_diagnose *diagnose)
 
 static void poll_in_turn(struct cds_diagnose *diagnose)
 {
-    if (diagnose->phase == START)
-        start(diagnose);
-    if (diagnose->aborted && diagnose->phase != START && diagnose->phase != GIVE_BACK)
-        enter(diagnose, GIVE_BACK);
-    if (diagnose->aborted && diagnose->phase == START)
-        diagnose->result = CDS_CANCELLED;
-    else if (diagnose->phase == LISTEN)
+    if (diagnose->phase == START) {
+        if (diagnose->aborted)
+            diagnose->result = CDS_CANCELLED;
+        else
+            start(diagnose);
+        return;
+    }
+    if (diagnose->aborted)
+        diagnose->phase = GIVE_BACK;
+    if (diagnose->phase == LISTEN)
         listen(diagnose);
-    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
-        (diagnose->phase == GIVE_BACK ||
-         cds_port_now_us() - diagnose->since_us >= diagnose->pause_us))
+    if (diagnose->phase == GIVE_BACK ||
+        cds_port_now_us() - diagnose->since_us >= diagnose->pause_us)
         go_on(diagnose);
 }
 
-CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
+CDS_APART_TOO(cds_diagnose_poll);
+
+enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
 {
     CDS_OPAQUE(diagnose);
-    if (diagnose->result == CDS_PENDING && diagnose->phase != START &&
-        !cds_operation_has(diagnose->bus))
+    if (diagnose->result != CDS_PENDING)
+        return (enum cds_result)diagnose->result;
+    if (diagnose->phase != START && !cds_operation_has(diagnose->bus)) {
         diagnose->result = CDS_CANCELLED; // the bus is somebody else's
-    if (diagnose->result == CDS_PENDING && diagnose->in_flight) {
+        return CDS_CANCELLED;
+    }
+    if (diagnose->in_flight) {
         if (diagnose->request->result == CDS_PENDING)
             return CDS_PENDING;
         diagnose->in_flight = 0;
@@ -693,7 +709,6 @@ CDS_APART enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
         else
             exchange_ended(diagnose);
     }
-    if (diagnose->result == CDS_PENDING)
-        poll_in_turn(diagnose);
+    poll_in_turn(diagnose);
     return (enum cds_result)diagnose->result;
 }

@@ -2,7 +2,7 @@
 #include "cds55xx/feedback.h"
 
 #include "cds55xx/servo.h" // cds_servo_read(), CDS_REG_*
-#include "opaque.h"        // CDS_APART
+#include "opaque.h"        // CDS_APART_TOO()
 
 /* Half the clock's round: beyond it an old time would soon look like a new one. */
 #define TOO_OLD_US 0x80000000u
@@ -31,8 +31,10 @@ void cds_feedback_decode(struct cds_feedback *feedback, const uint8_t *bytes)
     feedback->moving = bytes[AT(MOVING)];
 }
 
-CDS_APART enum cds_result cds_feedback_take(struct cds_feedback *feedback,
-                                            const struct cds_request *request, uint32_t time_us)
+CDS_APART_TOO(cds_feedback_take);
+
+enum cds_result cds_feedback_take(struct cds_feedback *feedback, const struct cds_request *request,
+                                  uint32_t time_us)
 {
     uint8_t result = request->result;
 

@@ -32,13 +32,19 @@ static bool every_servo(const struct cds_identity *identity)
     return identity->from.id == CDS_BROADCAST_ID;
 }
 
+/* Is the new place being looked at, not the old one? */
+static bool looks_ahead(const struct cds_identity *identity)
+{
+    return identity->phase == TARGET || identity->phase == ARRIVAL;
+}
+
 static void enter(struct cds_identity *identity, uint8_t phase)
 {
     identity->phase = phase;
     identity->looks = 0;
-    if (phase == TARGET || phase == ARRIVAL)
+    if (looks_ahead(identity))
         identity->at_to = NOWHERE;
-    if (phase == SOURCE || phase == LEAVING)
+    else if (phase == SOURCE || phase == LEAVING)
         identity->at_from = NOWHERE;
 }
 
@@ -194,15 +200,19 @@ static void decide_alone(struct cds_identity *identity)
 }
 
 /* One PING of a look is over. True when the look is: a good answer, or none left to try. */
-static bool looked(struct cds_identity *identity, uint8_t *at)
+static bool looked(struct cds_identity *identity)
 {
     uint8_t result = identity->request->result;
 
     identity->looks++;
     if (result == CDS_LINE_BUSY) // then silence is not to be had
         result = CDS_CORRUPT;
-    if (result == CDS_OK || result == CDS_CORRUPT)
-        *at = result;
+    if (result == CDS_OK || result == CDS_CORRUPT) {
+        if (looks_ahead(identity))
+            identity->at_to = result;
+        else
+            identity->at_from = result;
+    }
     return result == CDS_OK || identity->looks == LOOKS;
 }
 
@@ -221,33 +231,25 @@ static void changed(struct cds_identity *identity)
 
 static void exchange_ended(struct cds_identity *identity)
 {
-    switch (identity->phase) {
-    case TARGET:
-        if (looked(identity, &identity->at_to))
-            enter(identity, SOURCE);
-        break;
-    case SOURCE:
-        if (looked(identity, &identity->at_from))
-            decide_before(identity);
-        break;
-    case CHANGE: changed(identity); break;
-    case ARRIVAL:
-        if (!looked(identity, &identity->at_to))
-            break;
-        if (same_place(identity) || every_servo(identity))
-            decide_alone(identity);
-        else
-            enter(identity, LEAVING);
-        break;
-    default:
-        if (looked(identity, &identity->at_from))
-            decide_after(identity);
-    }
+    if (identity->phase == CHANGE)
+        changed(identity);
+    else if (!looked(identity))
+        return;
+    else if (identity->phase == TARGET)
+        enter(identity, SOURCE);
+    else if (identity->phase == SOURCE)
+        decide_before(identity);
+    else if (identity->phase == LEAVING)
+        decide_after(identity);
+    else if (same_place(identity) || every_servo(identity))
+        decide_alone(identity);
+    else
+        enter(identity, LEAVING);
 }
 
 static const struct cds_identity_place *place(const struct cds_identity *identity)
 {
-    bool there = identity->phase == TARGET || identity->phase == ARRIVAL;
+    bool there = looks_ahead(identity);
 
     if (identity->phase == SETTLE)
         there = identity->state == CDS_IDENTITY_CHANGED || identity->state == CDS_IDENTITY_BOTH;
@@ -275,9 +277,11 @@ static void finish(struct cds_identity *identity, uint8_t result)
 /* The bus's observer does not let it through, so nothing was sent. */
 static void refused(struct cds_identity *identity, enum cds_result result)
 {
-    bool unchanged = identity->phase == CHANGE && identity->at_from == CDS_OK;
+    enum cds_identity_state state = CDS_IDENTITY_UNDECIDED;
 
-    settle(identity, unchanged ? CDS_IDENTITY_UNCHANGED : CDS_IDENTITY_UNDECIDED, result);
+    if (identity->phase == CHANGE && identity->at_from == CDS_OK)
+        state = CDS_IDENTITY_UNCHANGED;
+    settle(identity, state, result);
 }
 
 static void go_on(struct cds_identity *identity)
@@ -286,7 +290,7 @@ static void go_on(struct cds_identity *identity)
     struct cds_bus *bus = identity->bus;
     enum cds_result submitted;
 
-    if (bus->baud != at->baud && cds_bus_set_baud(bus, at->baud) != CDS_OK)
+    if (!cds_operation_tune(bus, at->baud))
         return; // someone else's request: later
     if (identity->phase == SETTLE) {
         finish(identity, identity->reason);
@@ -312,9 +316,13 @@ static void cancelled(struct cds_identity *identity)
 enum cds_result cds_identity_poll(struct cds_identity *identity)
 {
     CDS_OPAQUE(identity);
-    if (identity->result == CDS_PENDING && identity->started && !cds_operation_has(identity->bus))
+    if (identity->result != CDS_PENDING)
+        return (enum cds_result)identity->result;
+    if (identity->started && !cds_operation_has(identity->bus)) {
         finish(identity, CDS_CANCELLED);
-    if (identity->result == CDS_PENDING && identity->in_flight) {
+        return CDS_CANCELLED;
+    }
+    if (identity->in_flight) {
         if (identity->request->result == CDS_PENDING)
             return CDS_PENDING;
         identity->in_flight = 0;
@@ -323,10 +331,8 @@ enum cds_result cds_identity_poll(struct cds_identity *identity)
         else
             exchange_ended(identity);
     }
-    if (identity->result == CDS_PENDING) {
-        if (!identity->started)
-            start(identity);
-        go_on(identity);
-    }
+    if (!identity->started)
+        start(identity);
+    go_on(identity);
     return (enum cds_result)identity->result;
 }

@@ -20,7 +20,7 @@ uint8_t cds_span_value(const struct cds_span *span, uint8_t reg, uint8_t otherwi
 
 bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last)
 {
-    return span->address <= last && span->address + span->length > first;
+    return span->length && span->address <= last && span->address + span->length > first;
 }
 
 static uint16_t word_at(const uint8_t *data)
@@ -34,7 +34,7 @@ static const uint8_t *word_of(const struct cds_span *span, uint8_t reg)
     return cds_span_byte(span, (uint8_t)(reg + 1)) ? cds_span_byte(span, reg) : NULL;
 }
 
-static bool position_limited(const struct cds_roster_servo *servo)
+static __attribute__((noinline)) bool position_limited(const struct cds_roster_servo *servo)
 {
     return servo->lowest > 0 || servo->highest < CDS_VALUE_MAX;
 }

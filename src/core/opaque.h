@@ -11,4 +11,7 @@
 /* Not copied into its callers: seldom run, or called from several places. */
 #define CDS_APART __attribute__((noinline))
 
+/* The same of a function that a header has declared. */
+#define CDS_APART_TOO(function) extern __typeof__(function) function CDS_APART
+
 #endif

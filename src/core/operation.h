@@ -28,6 +28,12 @@ static inline uint16_t cds_operation_take(struct cds_bus *bus)
     return delay_us;
 }
 
+/* The bus at this rate; false while it is busy. */
+static inline bool cds_operation_tune(struct cds_bus *bus, uint8_t baud)
+{
+    return bus->baud == baud || cds_bus_set_baud(bus, baud) == CDS_OK;
+}
+
 /* Has the request ended without its packet having been on the wire? Of one that was cancelled only
  * who did that can tell. */
 static inline bool cds_operation_not_sent(uint8_t result)

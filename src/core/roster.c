@@ -81,9 +81,7 @@ struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id)
 /* Can nobody else have sent what came from `id`? */
 static bool is_alone(struct cds_roster *roster, uint8_t id)
 {
-    struct cds_roster_servo *servo = next_of(roster, id, NULL);
-
-    return servo && !next_of(roster, id, servo);
+    return !next_of(roster, id, next_of(roster, id, NULL));
 }
 
 /* What may be sent to `servo`, or to all if it is NULL, is not what it was. */
@@ -111,8 +109,10 @@ static bool are_distinct(const struct cds_roster_servo *servos, uint8_t count)
 /* Is there any doubt who has which ID? */
 static bool is_ambiguous(const struct cds_roster *roster)
 {
-    for (uint8_t i = 0; i < roster->count; i++)
-        if (roster->servos[i].maybe_id != NO_ID)
+    const struct cds_roster_servo *servo = roster->servos;
+
+    for (uint8_t i = roster->count; i; i--, servo++)
+        if (servo->maybe_id != NO_ID)
             return true;
     return !are_distinct(roster->servos, roster->count);
 }
@@ -170,19 +170,19 @@ static void learn_drive(struct cds_roster *roster, struct cds_roster_servo *serv
                         const struct cds_span *span, bool certain)
 {
     struct cds_roster_servo before = *servo;
-    bool mode;
 
     cds_limits_take(servo, span);
     if (!certain)
         stay_careful(servo, &before);
-    mode = servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit;
-    if (mode)
+    if (servo->cw_limit != before.cw_limit || servo->ccw_limit != before.ccw_limit) {
         note_change(roster, servo);
+        unsettle(servo);
+    }
     if (servo->goal_known != before.goal_known || servo->speed_known != before.speed_known ||
         servo->speed_0 != before.speed_0)
         roster->changed = true;
-    if (mode || (before.goal_known && !servo->goal_known) ||
-        (before.speed_known && !servo->speed_known) || (servo->speed_0 && !before.speed_0))
+    if ((before.goal_known && !servo->goal_known) || (before.speed_known && !servo->speed_known) ||
+        (servo->speed_0 && !before.speed_0))
         unsettle(servo);
 }
 
@@ -281,13 +281,15 @@ static void learn_read(struct cds_roster *roster, struct cds_roster_servo *servo
     const uint8_t *torque = cds_span_byte(span, CDS_REG_TORQUE_ENABLE);
 
     if (torque) {
-        bool lost = servo->torque && !*torque;
+        bool changed = servo->presence == CDS_PRESENCE_BACK;
 
-        if (lost)
+        if (servo->torque && !*torque) {
             servo->held |= CDS_HOLD_LOST;
-        if (lost || (!*torque && servo->presence == CDS_PRESENCE_BACK))
+            changed = true;
+        }
+        if (changed && !*torque)
             forget(roster, servo);
-        if (lost || servo->presence == CDS_PRESENCE_BACK)
+        if (changed)
             note_change(roster, servo); // not else: whoever sends the same again is judged anew
         servo->torque = *torque;
         servo->presence = CDS_PRESENCE_HERE;
@@ -357,12 +359,6 @@ static bool is_torque_off(const uint8_t *bytes)
            bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE && bytes[CDS_AT_PARAMETERS + 1] == 0;
 }
 
-static bool writes(uint8_t instruction)
-{
-    return instruction == CDS_WRITE || instruction == CDS_REG_WRITE ||
-           instruction == CDS_SYNC_WRITE;
-}
-
 /* ---- what may be sent ---- */
 
 static bool is_held(const struct cds_roster_servo *servo)
@@ -372,15 +368,13 @@ static bool is_held(const struct cds_roster_servo *servo)
 
 bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
 {
+    const struct cds_roster_servo *servo = roster->servos;
     bool all = id == CDS_BROADCAST_ID;
 
-    for (uint8_t i = 0; i < roster->count; i++) {
-        const struct cds_roster_servo *servo = &roster->servos[i];
-
+    for (uint8_t i = roster->count; i; i--, servo++)
         if ((all || servo->id == id || servo->maybe_id == id) &&
             (is_held(servo) || (!all && servo->presence == CDS_PRESENCE_AWAY)))
             return false;
-    }
     return true;
 }
 
@@ -422,14 +416,16 @@ static enum cds_result judge_action(const struct cds_roster_servo *servo)
  * its torque is off. */
 static enum cds_result judge(const struct cds_roster_servo *servo, const struct part *part)
 {
-    bool away = servo->presence == CDS_PRESENCE_AWAY && part->instruction != CDS_SYNC_WRITE &&
-                part->id != CDS_BROADCAST_ID;
+    bool held = is_held(servo);
 
+    if (servo->presence == CDS_PRESENCE_AWAY && part->instruction != CDS_SYNC_WRITE &&
+        part->id != CDS_BROADCAST_ID)
+        held = true;
     if (part->instruction == CDS_ACTION)
         return judge_action(servo);
     if (part->instruction == CDS_RESET)
         return may_become(servo, FACTORY_ID) ? CDS_OK : CDS_LIMIT;
-    if ((is_held(servo) || away) && drives(&part->span))
+    if (held && drives(&part->span))
         return CDS_HELD;
     if (!stays_known(servo, part))
         return CDS_LIMIT;
@@ -491,6 +487,8 @@ static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *by
     struct part part;
     enum cds_result result = CDS_OK;
 
+    if (is_torque_off(bytes))
+        return CDS_OK;
     for (uint8_t i = 0; result == CDS_OK && part_of(bytes, i, &part); i++) {
         span = &part.span;
         *refused_id = part.id;
@@ -528,9 +526,9 @@ static enum cds_result suit(struct cds_roster *roster, struct cds_request *reque
             level = servo->status_return_level;
     }
     request->return_delay_us = delay_us;
-    if (instruction == CDS_READ && level == LEVEL_PING)
-        return CDS_NO_REPLY_DUE;
-    if (instruction != CDS_PING && instruction != CDS_READ && level <= LEVEL_READ &&
+    if (instruction == CDS_READ)
+        return level == LEVEL_PING ? CDS_NO_REPLY_DUE : CDS_OK;
+    if (instruction != CDS_PING && level <= LEVEL_READ &&
         request->reply_parameters != CDS_REPLY_NONE) {
         request->reply_parameters = CDS_REPLY_NONE;
         request->vetted |= MUTED;
@@ -544,11 +542,17 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
     uint8_t id = bytes[CDS_AT_ID], instruction = bytes[CDS_AT_INSTRUCTION], refused_id = id;
     enum cds_result result = CDS_OK;
 
-    if (writes(instruction) && !is_torque_off(bytes))
-        result = judge_writes(roster, bytes, &refused_id);
-    else if (instruction == CDS_ACTION || instruction == CDS_RESET)
+    switch (instruction) {
+    case CDS_WRITE:
+    case CDS_REG_WRITE:
+    case CDS_SYNC_WRITE: result = judge_writes(roster, bytes, &refused_id); break;
+    case CDS_ACTION:
+    case CDS_RESET:
         result =
             judge_part(roster, &(struct part){.id = id, .instruction = instruction}, &refused_id);
+        break;
+    default: break;
+    }
     if (result == CDS_OK && id != CDS_BROADCAST_ID)
         result = suit(roster, request, id, instruction);
     if (result != CDS_OK)
@@ -560,13 +564,19 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
 static __attribute__((noinline)) enum cds_result judge_anew(struct cds_roster *roster,
                                                             struct cds_request *request)
 {
-    bool again = request->result == CDS_PENDING, vetted = request->vetted & VETTED;
+    uint8_t vetted = request->vetted;
 
-    request->vetted = again ? request->vetted & MUTED : 0;
     if (!roster->bus->request)
         roster->changed = false; // nobody has waited since
-    if (again ? !roster->changed : vetted)
-        return CDS_OK;
+    if (request->result == CDS_PENDING) {
+        request->vetted = vetted & MUTED;
+        if (!roster->changed)
+            return CDS_OK;
+    } else {
+        request->vetted = 0;
+        if (vetted & VETTED)
+            return CDS_OK;
+    }
     return judge_packet(roster, request);
 }
 
@@ -581,13 +591,6 @@ enum cds_result cds_roster_admit(struct cds_bus_observer *observer, struct cds_r
 }
 
 /* ---- what has happened ---- */
-
-static void note_alarms(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t error)
-{
-    roster->alarms |= error;
-    if (servo)
-        servo->alarms |= error;
-}
 
 /* One that may have either of two IDs has the one it has answered by, if nobody else can have. */
 static void answered(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id)
@@ -644,8 +647,9 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
     if (are_old_news(roster, bytes))
         return;
     if (is_torque_off(bytes) && bytes[CDS_AT_ID] == CDS_BROADCAST_ID) { // is not to take long
-        for (uint8_t k = 0; k < roster->count; k++)
-            roster->servos[k].torque = false;
+        servo = roster->servos;
+        for (uint8_t i = roster->count; i; i--, servo++)
+            servo->torque = false;
         return;
     }
     for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
@@ -661,38 +665,33 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
 
 /* A write whose reply was lost may have been carried out all the same. Of two possibilities, the
  * careful one: the longer delay, the level that says more, no rate, both IDs, torque on. */
-static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes)
+static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo,
+                  const struct cds_span *span)
 {
     uint8_t return_delay = servo->return_delay, level = servo->status_return_level;
     bool torque = servo->torque;
-    struct part part;
 
-    if (!part_of(bytes, 0, &part))
-        return;
-    learn_written(roster, servo, &part.span, false);
+    learn_written(roster, servo, span, false);
     if (return_delay > servo->return_delay)
         servo->return_delay = return_delay;
     if (level > servo->status_return_level)
         servo->status_return_level = level;
-    if (cds_span_byte(&part.span, CDS_REG_BAUD_RATE))
+    if (cds_span_byte(span, CDS_REG_BAUD_RATE))
         servo->baud = CDS_ROSTER_UNKNOWN;
-    servo->torque |= torque;
+    if (torque)
+        servo->torque = true;
 }
 
 /* A REG WRITE was heard, or may have been. It was judged when it was sent. */
-static void arm(struct cds_roster *roster, struct cds_roster_servo *servo, const uint8_t *bytes,
-                bool certain)
+static void arm(struct cds_roster *roster, struct cds_roster_servo *servo,
+                const struct cds_span *span, bool certain)
 {
-    struct part part;
-
-    if (!part_of(bytes, 0, &part))
-        return;
-    learn(roster, servo, &part.span, false); // ACTION is to come
+    learn(roster, servo, span, false); // ACTION is to come
     if (certain)
         disarm(servo); // the last one counts
-    if (cds_limits_check(servo, &part.span) != CDS_OK)
+    if (cds_limits_check(servo, span) != CDS_OK)
         servo->armed_unjudged = true;
-    if (cds_span_value(&part.span, CDS_REG_TORQUE_ENABLE, 0))
+    if (cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0))
         servo->armed_torque = true;
     servo->armed = true;
     roster->changed = true;
@@ -711,19 +710,22 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
                          const struct cds_bus_news *news, bool certain, bool lost)
 {
     const uint8_t *bytes = news->request->packet.bytes;
-    const struct cds_span read = {bytes, news->address, news->request->length};
+    struct part part = {.span = {bytes, news->address, news->request->length}}; // of a READ
 
     switch (news->instruction) {
-    case CDS_WRITE:
-        if (lost)
-            doubt(roster, servo, bytes);
+    case CDS_WRITE: // lost
+        if (part_of(bytes, 0, &part))
+            doubt(roster, servo, &part.span);
         break;
-    case CDS_REG_WRITE: arm(roster, servo, bytes, certain); break;
+    case CDS_REG_WRITE:
+        if (part_of(bytes, 0, &part))
+            arm(roster, servo, &part.span, certain);
+        break;
     case CDS_ACTION: act(servo, certain); break;
     case CDS_RESET: learn_reset(roster, servo, certain); break;
     case CDS_READ:
         if (!lost)
-            learn_read(roster, servo, &read, certain);
+            learn_read(roster, servo, &part.span, certain);
         break;
     default: break;
     }
@@ -735,8 +737,10 @@ static void carried_out(struct cds_roster *roster, struct cds_roster_servo *serv
                         const struct cds_bus_news *news, bool due)
 {
     bool lost = news->result != CDS_OK;
-    bool certain = due && !lost && servo && !next_of(roster, news->id, servo);
+    bool certain = false;
 
+    if (due && !lost && servo)
+        certain = !next_of(roster, news->id, servo);
     if (!lost && (news->instruction == CDS_WRITE || news->instruction == CDS_SYNC_WRITE)) {
         learn_parts(roster, news->request->packet.bytes, certain);
         return;
@@ -775,33 +779,42 @@ static void note_presence(struct cds_roster *roster, struct cds_roster_servo *se
     }
 }
 
+/* `one`: as `servo`, but NULL if all were asked. */
 static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
-                  const struct cds_bus_news *news)
+                  struct cds_roster_servo *one, const struct cds_bus_news *news)
 {
     bool due = news->request->reply_parameters != CDS_REPLY_NONE;
-    bool one = news->id != CDS_BROADCAST_ID;
 
-    count_echo_errors(roster, one ? servo : NULL);
-    if (due && one)
-        note_presence(roster, servo, news);
+    count_echo_errors(roster, one);
+    if (due)
+        note_presence(roster, one, news);
     if (!(news->error & CDS_ERRORS_OF_PACKET))
         carried_out(roster, servo, news, due);
+}
+
+static void count_undue(struct cds_roster_counters *counters, uint8_t event)
+{
+    if (event == CDS_BUS_LATE)
+        counters->late++;
+    else if (event == CDS_BUS_EXTRA)
+        counters->extra++;
+    else
+        counters->foreign++;
 }
 
 static __attribute__((noinline)) void take_news(struct cds_roster *roster,
                                                 const struct cds_bus_news *news)
 {
     struct cds_roster_servo *servo = next_of(roster, news->id, NULL);
+    struct cds_roster_servo *one = news->id == CDS_BROADCAST_ID ? NULL : servo;
 
-    note_alarms(roster, news->id == CDS_BROADCAST_ID ? NULL : servo, news->error);
+    roster->alarms |= news->error;
+    if (one)
+        one->alarms |= news->error;
     if (news->event == CDS_BUS_ENDED)
-        ended(roster, servo, news);
-    else if (servo && news->event == CDS_BUS_LATE)
-        servo->counters.late++;
-    else if (servo && news->event == CDS_BUS_EXTRA)
-        servo->counters.extra++;
+        ended(roster, servo, one, news);
     else if (servo)
-        servo->counters.foreign++;
+        count_undue(&servo->counters, news->event);
 }
 
 /* Who has asked for nobody does not pay: short, so that few registers are saved. */
@@ -860,14 +873,17 @@ enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
 
 enum cds_result cds_roster_add(struct cds_roster *roster, uint8_t id, uint8_t room)
 {
+    struct cds_roster_servo *servo;
+
     if (id > CDS_ID_MAX || cds_roster_find(roster, id))
         return CDS_BAD_ARGUMENT;
     if (roster->count >= room)
         return CDS_NO_ROOM;
     if (roster->count == 0)
         roster->echo_errors = cds_link_count(&roster->bus->link.echo_errors);
-    meet(&roster->servos[roster->count++], id, roster->bus->baud);
-    note_change(roster, &roster->servos[roster->count - 1]);
+    servo = &roster->servos[roster->count++];
+    meet(servo, id, roster->bus->baud);
+    note_change(roster, servo);
     return CDS_OK;
 }
 
@@ -891,11 +907,10 @@ enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_rost
 uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
     uint8_t alarms = servo ? servo->alarms : roster->alarms;
+    struct cds_roster_servo *each = roster->servos;
 
     roster->alarms = 0;
-    for (uint8_t i = 0; i < roster->count; i++) {
-        struct cds_roster_servo *each = &roster->servos[i];
-
+    for (uint8_t i = roster->count; i; i--, each++) {
         if (!servo || servo == each)
             each->alarms = 0;
         roster->alarms |= each->alarms;
@@ -907,10 +922,10 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 static __attribute__((noinline)) void
 set_held(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t keep, uint8_t why)
 {
-    note_change(roster, servo);
-    for (uint8_t i = 0; i < roster->count; i++) {
-        struct cds_roster_servo *each = &roster->servos[i];
+    struct cds_roster_servo *each = roster->servos;
 
+    note_change(roster, servo);
+    for (uint8_t i = roster->count; i; i--, each++) {
         if (!servo || servo == each)
             each->held = (each->held & keep) | why;
     }

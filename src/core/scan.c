@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
-#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART, CDS_APART_TOO()
 #include "operation.h"     // cds_operation_take()
 
 const uint8_t cds_scan_listed_bauds[CDS_SCAN_LISTED_BAUDS] = {1, 3, 7, 16, 34, 103};
@@ -106,12 +106,6 @@ static void start(struct cds_scan *scan)
     scan->phase = scan->aborted ? GIVE_BACK : TUNE;
 }
 
-/* The bus at this rate; false while it is busy. */
-static CDS_APART bool tuned(struct cds_scan *scan, uint8_t baud)
-{
-    return scan->bus->baud == baud || cds_bus_set_baud(scan->bus, baud) == CDS_OK;
-}
-
 static void next(struct cds_scan *scan)
 {
     scan->asked++;
@@ -186,29 +180,30 @@ static void send(struct cds_scan *scan)
 
 static void give_back(struct cds_scan *scan)
 {
-    if (!tuned(scan, scan->own_baud))
+    if (!cds_operation_tune(scan->bus, scan->own_baud))
         return;
     cds_bus_set_return_delay(scan->bus, scan->return_delay_us);
     scan->result = scan->line_busy ? CDS_LINE_BUSY : scan->aborted ? CDS_CANCELLED : CDS_OK;
 }
 
-CDS_APART enum cds_result cds_scan_poll(struct cds_scan *scan)
+CDS_APART_TOO(cds_scan_poll);
+
+enum cds_result cds_scan_poll(struct cds_scan *scan)
 {
     CDS_OPAQUE(scan);
-    if (scan->result == CDS_PENDING && scan->phase != CHECK && !cds_operation_has(scan->bus))
+    if (scan->phase == CHECK && scan->result == CDS_PENDING)
+        start(scan);
+    else if (scan->result == CDS_PENDING && !cds_operation_has(scan->bus))
         scan->result = CDS_CANCELLED; // the bus is somebody else's
     if (scan->result != CDS_PENDING)
         return (enum cds_result)scan->result;
-    if (scan->phase == CHECK)
-        start(scan);
     if (scan->phase == ASKED && scan->request->result != CDS_PENDING)
         asked(scan);
     if (scan->phase == READING && scan->request->result != CDS_PENDING)
         take_details(scan);
-    if (scan->phase == TUNE && tuned(scan, baud_of(scan, scan->baud_index)))
+    if (scan->phase == TUNE && cds_operation_tune(scan->bus, baud_of(scan, scan->baud_index)))
         scan->phase = ASK;
-    if (scan->result == CDS_PENDING)
-        send(scan);
+    send(scan);
     if (scan->phase == GIVE_BACK)
         give_back(scan);
     return (enum cds_result)scan->result;

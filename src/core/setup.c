@@ -5,20 +5,21 @@
 #include <string.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write()
-#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART_TOO()
 #include "operation.h"     // cds_operation_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
 
-CDS_APART enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
-                                                struct cds_request *request, uint8_t id,
-                                                uint8_t address, const uint8_t *data,
-                                                uint8_t length)
+CDS_APART_TOO(cds_setup_write_begin);
+
+enum cds_result cds_setup_write_begin(struct cds_setup *setup, struct cds_bus *bus,
+                                      struct cds_request *request, uint8_t id, uint8_t address,
+                                      const uint8_t *data, uint8_t length)
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     if (bus->byte_time_us == 0 || id > CDS_ID_MAX || length == 0 || length >= CDS_TABLE_SIZE ||
-        address > CDS_TABLE_SIZE - length ||
+        address > (uint8_t)(CDS_TABLE_SIZE - length) ||
         (address <= CDS_REG_BAUD_RATE && address + length > CDS_REG_ID))
         return CDS_BAD_ARGUMENT;
     if (request->packet.room < CDS_PACKET_SIZE(length + 1u))
@@ -136,7 +137,9 @@ static void send(struct cds_setup *setup)
         setup->result = (uint8_t)submitted;
 }
 
-CDS_APART enum cds_result cds_setup_poll(struct cds_setup *setup)
+CDS_APART_TOO(cds_setup_poll);
+
+enum cds_result cds_setup_poll(struct cds_setup *setup)
 {
     CDS_OPAQUE(setup);
     if (setup->in_flight) {

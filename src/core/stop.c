@@ -68,8 +68,8 @@ static void settle(struct cds_stop *stop, enum cds_stop_outcome outcome)
 
 static void give_up(struct cds_stop *stop, enum cds_result result)
 {
-    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS; i++)
-        cds_bus_cancel(stop->roster->bus, &stop->all[i]);
+    for (struct cds_request *each = stop->all; each < stop->all + CDS_STOP_BROADCASTS; each++)
+        cds_bus_cancel(stop->roster->bus, each);
     stop->result = (uint8_t)result;
 }
 
@@ -190,11 +190,13 @@ enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster,
 
 enum cds_result cds_stop_poll(struct cds_stop *stop)
 {
-    if (stop->result == CDS_PENDING && stop->phase == TELLING_ALL)
+    if (stop->result != CDS_PENDING)
+        return (enum cds_result)stop->result;
+    if (stop->phase == TELLING_ALL)
         telling_all(stop);
-    else if (stop->result == CDS_PENDING && is_on_its_way(stop) && stop->one.result != CDS_PENDING)
+    else if (is_on_its_way(stop) && stop->one.result != CDS_PENDING)
         ended(stop);
-    if (stop->result == CDS_PENDING && stop->phase != TELLING_ALL && !is_on_its_way(stop))
+    if (stop->result == CDS_PENDING && (stop->phase == TELL || stop->phase == LOOK))
         send(stop);
     return (enum cds_result)stop->result;
 }

@@ -177,16 +177,17 @@ enum cds_result cds_units_from_register(const struct cds_profile *profile, enum 
                                         uint16_t raw, int32_t *value)
 {
     struct scale scale;
-    bool cw = is_signed(unit) && raw & CW;
-    uint16_t magnitude = cw ? raw & (uint16_t)~CW : raw;
+    uint16_t magnitude = raw;
     int32_t converted;
 
     if (unit == CDS_UNIT_BPS)
         return rate_from_register(raw, value);
+    if (is_signed(unit))
+        magnitude &= (uint16_t)~CW;
     if (!scale_of(profile, unit, &scale) || magnitude > scale.top)
         return CDS_BAD_ARGUMENT;
     converted = (int32_t)((magnitude * scale.per + scale.of / 2) / scale.of);
-    *value = cw ? -converted : converted;
+    *value = magnitude == raw ? converted : -converted;
     return CDS_OK;
 }
 
@@ -194,18 +195,21 @@ enum cds_result cds_units_to_register(const struct cds_profile *profile, enum cd
                                       int32_t value, uint16_t *raw)
 {
     struct scale scale;
-    bool cw = is_signed(unit) && value < 0;
-    uint32_t magnitude = cw ? 0 - (uint32_t)value : (uint32_t)value; // a wrong minus is too great
-    uint16_t converted;
+    uint32_t magnitude = (uint32_t)value; // a wrong minus is too great
+    uint16_t converted, sign = 0;
 
     if (unit == CDS_UNIT_BPS)
         return rate_to_register(value, raw);
+    if (is_signed(unit) && value < 0) {
+        magnitude = 0 - magnitude;
+        sign = CW;
+    }
     if (!scale_of(profile, unit, &scale) || magnitude > MAGNITUDE_MAX ||
         magnitude * scale.of > scale.top * scale.per) // the top of a scale rounds down
         return CDS_BAD_ARGUMENT;
     converted = (uint16_t)((magnitude * scale.of + scale.per / 2) / scale.per);
     if (unit == CDS_UNIT_MRPM && magnitude && !converted)
         converted = 1; // 0 would be as fast as it can
-    *raw = cw && converted ? converted | CW : converted;
+    *raw = converted ? converted | sign : 0;
     return CDS_OK;
 }

@@ -150,7 +150,7 @@ static void look(struct cds_watch *watch, uint32_t now_us)
         watch->look_us = now_us + watch->step_us;
 }
 
-CDS_APART void cds_watch_poll(struct cds_watch *watch)
+void cds_watch_poll(struct cds_watch *watch)
 {
     uint32_t now_us = cds_port_now_us();
     uint8_t count;
