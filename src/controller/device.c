@@ -30,11 +30,6 @@ uint8_t device_id(const struct device *device)
     return (uint8_t)device->world->get(device->owner, DEVICE_ID);
 }
 
-bool device_is_on(const struct device *device)
-{
-    return device_id(device) <= CDS_ID_MAX;
-}
-
 void device_forget_failures(struct device *device)
 {
     device->failed = 0;

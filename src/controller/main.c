@@ -19,11 +19,11 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* So many times the bus is polled in a turn of the main loop while servo after servo is read, */
+/* So many servos are read, one behind the other, before the rest of a turn is due, */
 #define SELDOM 16
 
-/* ... and so often is looked whether a reply is there: not for longer than it takes. */
-#define PATIENCE 40
+/* ... and so often is looked whether one has answered: about as long as it takes. */
+#define PATIENCE 32
 
 /* Of so many turns one is the console's, while it does not read, which is at the host's pace. */
 #define CONSOLE_TURNS 2
@@ -169,6 +169,8 @@ static void poll_host(void)
     }
     if (serial_broken(&controller.serial))
         host_gap(&controller.host);
+    if (controller.host.whole)
+        poll_bridge();
 }
 
 static void poll_console(void)
@@ -179,27 +181,16 @@ static void poll_console(void)
     serial_send(&controller.serial);
 }
 
-/* Of the reply that is due the head was seen, and the end has not come. */
-static bool reply_is_short(void)
-{
-    const struct cds_bus *bus = &controller.bus;
-
-    return bus->in_flight && bus->parser.seen > CDS_AT_LENGTH &&
-           cds_ring_count(&bus->link.rx) <= (uint8_t)(bus->parser.length + CDS_AT_LENGTH);
-}
-
-/* Servo after servo is read. The end of a reply is awaited, for to look at it byte by byte, between
- * the handlers of two links, takes longer. */
+/* Servo after servo is read: nothing comes between a reply and the READ of the next one. */
 static void poll_hurriedly(void)
 {
     uint8_t left = SELDOM;
 
     do {
-        cds_bus_poll(&controller.bus);
+        for (uint8_t patience = PATIENCE; patience && cds_bus_poll(&controller.bus); patience--)
+            ;
         poll_bridge();
         serial_send(&controller.serial);
-        for (uint8_t patience = PATIENCE; patience && reply_is_short(); patience--)
-            ;
     } while (bridge_hurries(&controller.bridge) && --left);
 }
 
