@@ -126,9 +126,9 @@ static void ask(struct gather *gather)
         read->result = (uint8_t)result;
 }
 
-bool gather_begin(struct gather *gather, uint8_t *packet)
+bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
-    gather->device_id = device_id(gather->device);
+    gather->device_id = device_id;
     gather->done = 0;
     gather->sending = false;
     device_forget_failures(gather->device);

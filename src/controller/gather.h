@@ -61,7 +61,7 @@ bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction);
 
 /* Begins, with a whole packet in a buffer of 258 bytes, which becomes the data. False: it makes no
  * sense, and no servo would answer it. */
-bool gather_begin(struct gather *gather, uint8_t *packet);
+bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
 
 /* Moves on; behind cds_bus_poll(). */
 enum gather_turn gather_poll(struct gather *gather);

@@ -22,11 +22,8 @@
 /* So many servos are read, one behind the other, before the rest of a turn is due, */
 #define SELDOM 16
 
-/* ... and so often is looked whether one has answered: about as long as it takes. */
-#define PATIENCE 32
-
-/* Of so many turns one is the console's, while it does not read, which is at the host's pace. */
-#define CONSOLE_TURNS 2
+/* ... and one is waited for so often. */
+#define POLLS 16
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -149,6 +146,18 @@ static void open(void)
                  &controller.serial.tx);
 }
 
+/* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
+ * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. Bytes
+ * to go are counted modulo 256, which errs on the safe side. */
+static void send_to_host(void)
+{
+    const struct cds_link *link = &controller.bus.link;
+
+    if (link->state == CDS_LINK_LISTENING ||
+        (link->state == CDS_LINK_TALKING && (uint8_t)(link->last - link->cursor) > 1))
+        serial_send(&controller.serial);
+}
+
 /* Packets wait while the bus may be at another rate. Whoever is in a scan or a diagnosis gives way
  * to them. */
 static void poll_bridge(void)
@@ -178,19 +187,23 @@ static void poll_console(void)
     if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
         console_poll(&controller.console);
     follow_host_baud();
-    serial_send(&controller.serial);
+    send_to_host();
 }
 
-/* Servo after servo is read: nothing comes between a reply and the READ of the next one. */
+/* Servo after servo is read: nothing comes between a reply and the READ of the next one. The reply
+ * before leaves for the host as soon as the READ has left. */
 static void poll_hurriedly(void)
 {
     uint8_t left = SELDOM;
 
     do {
-        for (uint8_t patience = PATIENCE; patience && cds_bus_poll(&controller.bus); patience--)
+        for (uint8_t patience = UINT8_MAX; // 2300 cycles: a READ takes 1280
+             patience && controller.bus.link.state != CDS_LINK_LISTENING; patience--)
+            ;
+        send_to_host();
+        for (uint8_t polls = POLLS; polls && cds_bus_poll(&controller.bus); polls--)
             ;
         poll_bridge();
-        serial_send(&controller.serial);
     } while (bridge_hurries(&controller.bridge) && --left);
 }
 
@@ -200,17 +213,15 @@ __attribute__((noinline)) static void turn(void)
 {
     watchdog_pet();
     controller.turns++;
-    if (bridge_hurries(&controller.bridge)) {
+    if (bridge_hurries(&controller.bridge))
         poll_hurriedly();
-    } else {
-        cds_bus_poll(&controller.bus);
-        poll_bridge();
-        serial_send(&controller.serial);
-    }
+    cds_bus_poll(&controller.bus);
+    poll_bridge();
+    send_to_host();
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (controller.turns & 1)
+    if (controller.turns & 1 || controller.host.end) // a packet is on its way
         poll_host();
     else
         poll_console();
