@@ -7,8 +7,8 @@
 #include "cds55xx/version.h"
 #include "flash.h"
 
-/* Registers: a READ of all of them must not hold up the bus. */
-#define READ_PER_CALL 4
+/* Registers looked at in a call: a READ of all of them must not hold up the bus. */
+#define READ_PER_CALL 6
 
 enum access { RD, RW };
 
@@ -108,11 +108,10 @@ static bool read_on(struct device *device, uint8_t *packet)
     uint8_t left = READ_PER_CALL;
 
     for (; device->next < DEVICE_REGISTER_COUNT; device->next++) {
-        if (!overlaps(device->next, device->from, device->length))
-            continue;
         if (left-- == 0)
             return false;
-        put_register(device, packet, device->next);
+        if (overlaps(device->next, device->from, device->length))
+            put_register(device, packet, device->next);
     }
     device->reading = false;
     return true;

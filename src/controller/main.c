@@ -221,7 +221,7 @@ __attribute__((noinline)) static void turn(void)
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (controller.turns & 1 || controller.host.end) // a packet is on its way
+    if (controller.turns & 1)
         poll_host();
     else
         poll_console();
