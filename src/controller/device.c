@@ -8,7 +8,7 @@
 #include "flash.h"
 
 /* Registers looked at in a call: a READ of all of them must not hold up the bus. */
-#define READ_PER_CALL 6
+#define READ_PER_CALL 8
 
 enum access { RD, RW };
 
