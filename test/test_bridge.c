@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "cds55xx/servo.h"
 #include "eeprom_fake.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -441,6 +442,22 @@ void test_the_keeper_stands_behind_the_registers(void)
     TEST_ASSERT_EQUAL_UINT8(0, robot.servos[0].held);
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 1);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
+{
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request action = CDS_REQUEST(buffer);
+
+    cds_servo_action(&bus, &action,
+                     CDS_BROADCAST_ID); // the rate of the bus cannot change before its end
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, 9, 255, 3);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_TRUE(sent());
+    turns(20);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT8(9, settings.device_id);
+    TEST_ASSERT_EQUAL_UINT8(3, bus.baud);
 }
 
 void test_each_counter_is_the_one_that_its_register_names(void)
