@@ -208,9 +208,12 @@ static void poll_hurriedly(void)
 }
 
 /* The main loop's body: the bus and who uses it in each turn, for goals are due at their time; host
- * and console by turns. Not inlined: a debugger finds it. */
+ * and console by turns, but for a line, which is not to be lost. Not inlined: a debugger finds it.
+ */
 __attribute__((noinline)) static void turn(void)
 {
+    bool odd = controller.turns & 1, flooded = controller.host.skipping;
+
     watchdog_pet();
     controller.turns++;
     if (bridge_hurries(&controller.bridge))
@@ -221,11 +224,11 @@ __attribute__((noinline)) static void turn(void)
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (controller.turns & 1)
+    if (odd || !flooded)
         poll_host();
-    else
+    if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
         poll_console();
-    if (controller.turns % KEPT_TURNS == 1 || !busy(NULL)) // in none of the console's
+    if (controller.turns % KEPT_TURNS == 0 || !busy(NULL)) // in none of the console's
         keep();
     avr_idle(busy, NULL);
 }
