@@ -168,7 +168,7 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
-/* The host link, in both directions. */
+/* What the host says. */
 static void poll_host(void)
 {
     host_poll(&controller.host);
@@ -207,8 +207,9 @@ static void poll_hurriedly(void)
     } while (bridge_hurries(&controller.bridge) && --left);
 }
 
-/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time; host
- * and console by turns, but for a line, which is not to be lost. Not inlined: a debugger finds it.
+/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time. So a
+ * host that says more than can be taken has every second turn, and the console the others; else the
+ * console has each while it reads, which is at the host's pace. Not inlined: a debugger finds it.
  */
 __attribute__((noinline)) static void turn(void)
 {
