@@ -68,14 +68,14 @@ static void gather(struct bridge *bridge)
     case GATHER_MORE: break;
     case GATHER_DONE: bridge->state = BRIDGE_IDLE; break;
     case GATHER_ANSWER:
-        answer(bridge, device_id(bridge->device), bridge->gather.error, bridge->gather.length);
+        answer(bridge, bridge->gather.device_id, bridge->gather.error, bridge->gather.length);
         break;
     }
 }
 
-static void begin_gathering(struct bridge *bridge)
+static void begin_gathering(struct bridge *bridge, uint8_t own)
 {
-    if (gather_begin(&bridge->gather, bridge->request.packet.bytes))
+    if (gather_begin(&bridge->gather, own, bridge->request.packet.bytes))
         bridge->state = BRIDGE_GATHERING;
     else
         bridge->counters.refused++;
@@ -85,6 +85,7 @@ static void begin_gathering(struct bridge *bridge)
 static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
+    uint8_t own = device_id(bridge->device);
     uint8_t id, instruction;
 
     packet->bytes = host_take(bridge->host, packet->bytes);
@@ -92,9 +93,9 @@ static void take(struct bridge *bridge)
     id = packet->bytes[CDS_AT_ID];
     bridge->request.id = id; // the answer to a packet that changes it has the old one (R2)
     instruction = packet->bytes[CDS_AT_INSTRUCTION];
-    if (device_is_on(bridge->device) && gather_knows(bridge->device, id, instruction))
-        begin_gathering(bridge);
-    else if (device_is_on(bridge->device) && id == device_id(bridge->device))
+    if (own <= CDS_ID_MAX && gather_knows(own, id, instruction))
+        begin_gathering(bridge, own);
+    else if (own <= CDS_ID_MAX && id == own)
         ask_device(bridge);
     else
         pass(bridge);

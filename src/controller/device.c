@@ -7,8 +7,8 @@
 #include "cds55xx/version.h"
 #include "flash.h"
 
-/* Registers: a READ of all of them must not hold up the bus. */
-#define READ_PER_CALL 4
+/* Registers looked at in a call: a READ of all of them must not hold up the bus. */
+#define READ_PER_CALL 8
 
 enum access { RD, RW };
 
@@ -28,11 +28,6 @@ static const CDS_FLASH struct row rows[DEVICE_REGISTER_COUNT] = {
 uint8_t device_id(const struct device *device)
 {
     return (uint8_t)device->world->get(device->owner, DEVICE_ID);
-}
-
-bool device_is_on(const struct device *device)
-{
-    return device_id(device) <= CDS_ID_MAX;
 }
 
 void device_forget_failures(struct device *device)
@@ -113,11 +108,10 @@ static bool read_on(struct device *device, uint8_t *packet)
     uint8_t left = READ_PER_CALL;
 
     for (; device->next < DEVICE_REGISTER_COUNT; device->next++) {
-        if (!overlaps(device->next, device->from, device->length))
-            continue;
         if (left-- == 0)
             return false;
-        put_register(device, packet, device->next);
+        if (overlaps(device->next, device->from, device->length))
+            put_register(device, packet, device->next);
     }
     device->reading = false;
     return true;

@@ -106,7 +106,6 @@ struct device {
 
 /* The ID it has now; DEVICE_OFF: none. */
 uint8_t device_id(const struct device *device);
-bool device_is_on(const struct device *device);
 
 /* Does what the whole packet at `packet` asks. True: device->error and `length` are those of the
  * answer, whose parameters are at `packet` now. False: it cannot be answered yet, call again. */

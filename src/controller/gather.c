@@ -19,11 +19,11 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
     }
 }
 
-bool gather_knows(const struct device *device, uint8_t id, uint8_t instruction)
+bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction)
 {
     bool to_all = id == CDS_BROADCAST_ID;
 
-    return (instruction == GATHER_SYNC_READ && (to_all || id == device_id(device))) ||
+    return (instruction == GATHER_SYNC_READ && (to_all || id == device_id)) ||
            (instruction == GATHER_BULK_READ && to_all);
 }
 
@@ -39,62 +39,47 @@ uint8_t gather_reply_due(const uint8_t *packet)
     return count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
 }
 
-static bool begin_sync(struct gather *gather, uint8_t *packet)
+static void begin_sync(struct gather *gather, uint8_t *packet)
 {
     uint8_t parameters = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
     uint16_t size;
 
-    gather->data = packet;
+    gather->to = packet;
     gather->bulk = false;
     gather->error = CDS_ERROR_RANGE;
     gather->length = 0;
     gather->count = 0;
     if (parameters < 3)
-        return true;
+        return;
     gather->address = packet[CDS_AT_PARAMETERS];
     gather->each = packet[CDS_AT_PARAMETERS + 1];
     parameters = (uint8_t)(parameters - 2);
     size = (uint16_t)(gather->each * parameters);
     if (size == 0 || size > DATA_MAX)
-        return true;
+        return;
     gather->error = 0;
     gather->count = parameters;
     gather->length = (uint8_t)size;
     /* The IDs give way to the data, which grow faster than IDs are used up: from the other end. */
-    gather->list =
+    gather->next =
         memmove(packet + PACKET_MAX - parameters, packet + CDS_AT_PARAMETERS + 2, parameters);
-    return true;
 }
 
 static bool begin_bulk(struct gather *gather, const uint8_t *packet)
 {
-    uint8_t parameters = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
+    uint8_t left = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
+    const uint8_t *item = packet + CDS_AT_PARAMETERS + 1;
 
     gather->bulk = true;
-    gather->list = packet + CDS_AT_PARAMETERS + 1;
-    gather->count = (uint8_t)((parameters - 1u) / BULK_ITEM);
-    if (parameters < 1 + BULK_ITEM || parameters != 1 + gather->count * BULK_ITEM)
-        return false;
-    for (uint8_t i = 0; i < gather->count; i++)
-        if (gather->list[BULK_ITEM * i + 1] > CDS_ID_MAX)
+    gather->next = item;
+    gather->count = 0;
+    for (; left >= BULK_ITEM && left <= DATA_MAX; left = (uint8_t)(left - BULK_ITEM)) {
+        if (item[1] > CDS_ID_MAX)
             return false;
-    return true;
-}
-
-bool gather_begin(struct gather *gather, uint8_t *packet)
-{
-    gather->device_id = device_id(gather->device);
-    gather->asked = gather->done = 0;
-    gather->failed = gather->sending = false;
-    device_forget_failures(gather->device);
-    if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
-        return begin_sync(gather, packet);
-    return begin_bulk(gather, packet);
-}
-
-static uint8_t id_of(const struct gather *gather, uint8_t index)
-{
-    return gather->list[gather->bulk ? BULK_ITEM * index + 1 : index];
+        item += BULK_ITEM;
+        gather->count++;
+    }
+    return left == 0 && gather->count;
 }
 
 /* A READ, put together by hand: what takes long here is missing between two packets of the bus. */
@@ -114,28 +99,46 @@ static void build_read(struct cds_request *read, uint8_t id, uint8_t address, ui
     read->reply_parameters = count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
 }
 
-/* Sends the READ of the next servo. The device's own is answered when its turn comes. */
+/* Sends the READ of the next servo. */
 static void ask(struct gather *gather)
 {
-    uint8_t index = gather->asked++, slot = index & 1, id = id_of(gather, index);
-    struct cds_request *read = &gather->read[slot];
+    struct cds_request *read = gather->asked == gather->read ? &gather->read[1] : gather->read;
+    const uint8_t *next = gather->next;
     enum cds_result result = CDS_BAD_ARGUMENT;
 
+    gather->asked = read;
     if (gather->bulk) {
-        const uint8_t *item = &gather->list[BULK_ITEM * index];
-
-        build_read(read, id, item[2], item[0]);
+        gather->id = next[1];
+        gather->next = next + BULK_ITEM;
+        build_read(read, next[1], next[2], next[0]);
     } else {
-        build_read(read, id, gather->address, gather->each);
+        gather->id = next[0];
+        gather->next = next + 1;
+        build_read(read, next[0], gather->address, gather->each);
     }
-    gather->local[slot] = id == gather->device_id;
     read->repeats = gather->bus->repeats;
-    if (gather->local[slot])
+    gather->local = gather->id == gather->device_id;
+    if (gather->local)
         result = CDS_PENDING;
-    else if (id <= CDS_ID_MAX)
+    else if (gather->id <= CDS_ID_MAX)
         result = cds_bus_submit(gather->bus, read);
     if (result != CDS_OK)
         read->result = (uint8_t)result;
+}
+
+bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
+{
+    gather->device_id = device_id;
+    gather->done = 0;
+    gather->sending = false;
+    device_forget_failures(gather->device);
+    if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
+        begin_sync(gather, packet);
+    else if (!begin_bulk(gather, packet))
+        return false;
+    if (gather->count)
+        ask(gather);
+    return true;
 }
 
 /* The device's own answer is no longer than a servo's. */
@@ -156,93 +159,63 @@ static void obey(struct gather *gather, struct cds_request *read)
     read->result = CDS_OK;
 }
 
-static void note_failure(struct gather *gather)
-{
-    device_note_failure(gather->device, id_of(gather, gather->done));
-    gather->failed = gather->bulk;
-}
-
+/* Of a SYNC READ. */
 static void keep(struct gather *gather, const struct cds_request *read)
 {
-    uint8_t *to = gather->data + gather->done * gather->each;
+    uint8_t each = gather->each;
 
-    if (read->result == CDS_OK && read->length == gather->each) {
-        memcpy(to, read->packet.bytes, gather->each);
+    if (read->result == CDS_OK && read->length == each) {
+        memcpy(gather->to, read->packet.bytes, each);
     } else {
-        memset(to, MISSING, gather->each);
+        memset(gather->to, MISSING, each);
         gather->error = GATHER_ERROR_FAILED;
-        note_failure(gather);
+        device_note_failure(gather->device, gather->id);
     }
-    gather->done++;
+    gather->to += each;
 }
 
 static void send_on(struct gather *gather)
 {
     gather->sending = !answer_put(&gather->out, gather->output);
-    if (!gather->sending)
-        gather->done++;
 }
 
+/* Of a BULK READ. */
 static void hand_over(struct gather *gather, const struct cds_request *read)
 {
-    if (read->result == CDS_OK) {
-        answer_begin(&gather->out, read->id, read->error, read->packet.bytes, read->length);
-        send_on(gather);
-    } else {
-        note_failure(gather);
-        gather->done++;
-    }
+    answer_begin(&gather->out, read->id, read->error, read->packet.bytes, read->length);
+    send_on(gather);
 }
 
-/* What was asked ahead is waited for, and is nobody's any more. */
-static void give_up(struct gather *gather)
-{
-    if (gather->done == gather->asked) {
-        gather->count = gather->done;
-    } else {
-        uint8_t slot = gather->done & 1;
-
-        if (gather->local[slot])
-            gather->read[slot].result = CDS_CANCELLED;
-        if (gather->read[slot].result != CDS_PENDING)
-            gather->done++;
-    }
-}
-
-/* The answer of the first one that was asked. */
-static void await_next(struct gather *gather)
-{
-    uint8_t slot = gather->done & 1;
-    struct cds_request *read = &gather->read[slot];
-
-    if (gather->sending) {
-        send_on(gather);
-    } else if (read->result == CDS_PENDING) {
-        if (gather->local[slot])
-            obey(gather, read);
-    } else if (gather->bulk) {
-        hand_over(gather, read);
-    } else {
-        keep(gather, read);
-    }
-}
-
-/* The next one is asked as soon as there is a place: not when the bus has become free already. */
+/* When the servo that is asked has answered, the next one is asked first of all. */
 static void go_on(struct gather *gather)
 {
-    if (gather->asked > gather->done)
-        await_next(gather);
-    if (!gather->failed && gather->asked < gather->count && gather->asked < gather->done + 2)
+    struct cds_request *read = gather->asked;
+
+    if (read->result == CDS_PENDING && gather->local)
+        obey(gather, read);
+    if (read->result == CDS_PENDING)
+        return;
+    gather->done++;
+    if (!gather->bulk) {
+        keep(gather, read);
+    } else if (read->result != CDS_OK) {
+        device_note_failure(gather->device, gather->id);
+        gather->count = gather->done; // the others wait for it in vain
+        return;
+    }
+    if (gather->done < gather->count)
         ask(gather);
+    if (gather->bulk)
+        hand_over(gather, read);
 }
 
 enum gather_turn gather_poll(struct gather *gather)
 {
-    if (gather->failed)
-        give_up(gather);
+    if (gather->sending)
+        send_on(gather);
     else if (gather->done < gather->count)
         go_on(gather);
-    if (gather->done < gather->count)
+    if (gather->sending || gather->done < gather->count)
         return GATHER_MORE;
     return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
 }

@@ -1,6 +1,6 @@
 /* SYNC READ (0x84, as USB2AX and ArbotiX define it) and BULK READ (0x92, as Robotis protocol 1.0
- * does) for servos that know single READ only (manual 2.4.2): a READ of each, one behind the other,
- * the next one already in the queue while the one before is on the wire.
+ * does) for servos that know single READ only (manual 2.4.2): a READ of each, one behind the other;
+ * a reply leaves for the host while the next servo is asked.
  *
  *   SYNC READ  to the device or to all: FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM. One status
  *              packet of the device with N bytes for each ID in order; those of a servo that failed
@@ -36,17 +36,17 @@ struct gather {
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
-    struct cds_request read[2]; // in turn
+    struct cds_request read[2]; // in turn: of one the reply leaves, the other is
+    struct cds_request *asked;  // ... what was asked last, of
+    uint8_t id;                 // ... this servo
     uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_ANY + ANSWER_BEHIND];
-    bool local[2];       // it is the device's own, and not sent
     struct answer out;   // of a BULK READ: what is on its way to the host
     bool sending;        // `out` is not all in the ring
-    bool failed;         // of a BULK READ: no more follows
+    bool local;          // the device itself is asked: nothing was sent
     bool bulk;           // else a SYNC READ
-    uint8_t *data;       // of a SYNC READ: so far; of the status packet, with ...
-    const uint8_t *list; // what is asked of whom
-    uint8_t count;       // servos
-    uint8_t asked, done; // of them
+    uint8_t *to;         // of a SYNC READ: data of the servo asked; of the status packet, with ...
+    const uint8_t *next; // what is asked of whom, from the servo asked next on
+    uint8_t count, done; // servos
     uint8_t address, each;
     uint8_t device_id;
     uint8_t error, length; // ... of GATHER_ANSWER
@@ -56,12 +56,12 @@ struct gather {
 void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
                  struct cds_ring *output);
 
-/* Is it one of the two? */
-bool gather_knows(const struct device *device, uint8_t id, uint8_t instruction);
+/* Is it one of the two? `device_id`: the device's own. */
+bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction);
 
 /* Begins, with a whole packet in a buffer of 258 bytes, which becomes the data. False: it makes no
  * sense, and no servo would answer it. */
-bool gather_begin(struct gather *gather, uint8_t *packet);
+bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
 
 /* Moves on; behind cds_bus_poll(). */
 enum gather_turn gather_poll(struct gather *gather);

@@ -19,14 +19,11 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* So many times the bus is polled in a turn of the main loop while servo after servo is read, */
+/* So many servos are read, one behind the other, before the rest of a turn is due, */
 #define SELDOM 16
 
-/* ... and so often is looked whether a reply is there: not for longer than it takes. */
-#define PATIENCE 40
-
-/* Of so many turns one is the console's, while it does not read, which is at the host's pace. */
-#define CONSOLE_TURNS 2
+/* ... and one is waited for so often. */
+#define POLLS 16
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -149,6 +146,18 @@ static void open(void)
                  &controller.serial.tx);
 }
 
+/* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
+ * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. Bytes
+ * to go are counted modulo 256, which errs on the safe side. */
+static void send_to_host(void)
+{
+    const struct cds_link *link = &controller.bus.link;
+
+    if (link->state == CDS_LINK_LISTENING ||
+        (link->state == CDS_LINK_TALKING && (uint8_t)(link->last - link->cursor) > 1))
+        serial_send(&controller.serial);
+}
+
 /* Packets wait while the bus may be at another rate. Whoever is in a scan or a diagnosis gives way
  * to them. */
 static void poll_bridge(void)
@@ -159,7 +168,7 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
-/* The host link, in both directions. */
+/* What the host says. */
 static void poll_host(void)
 {
     host_poll(&controller.host);
@@ -169,6 +178,8 @@ static void poll_host(void)
     }
     if (serial_broken(&controller.serial))
         host_gap(&controller.host);
+    if (controller.host.whole)
+        poll_bridge();
 }
 
 static void poll_console(void)
@@ -176,54 +187,49 @@ static void poll_console(void)
     if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
         console_poll(&controller.console);
     follow_host_baud();
-    serial_send(&controller.serial);
+    send_to_host();
 }
 
-/* Of the reply that is due the head was seen, and the end has not come. */
-static bool reply_is_short(void)
-{
-    const struct cds_bus *bus = &controller.bus;
-
-    return bus->in_flight && bus->parser.seen > CDS_AT_LENGTH &&
-           cds_ring_count(&bus->link.rx) <= (uint8_t)(bus->parser.length + CDS_AT_LENGTH);
-}
-
-/* Servo after servo is read. The end of a reply is awaited, for to look at it byte by byte, between
- * the handlers of two links, takes longer. */
+/* Servo after servo is read: nothing comes between a reply and the READ of the next one. The reply
+ * before leaves for the host as soon as the READ has left. */
 static void poll_hurriedly(void)
 {
     uint8_t left = SELDOM;
 
     do {
-        cds_bus_poll(&controller.bus);
-        poll_bridge();
-        serial_send(&controller.serial);
-        for (uint8_t patience = PATIENCE; patience && reply_is_short(); patience--)
+        for (uint8_t patience = UINT8_MAX; // 2300 cycles: a READ takes 1280
+             patience && controller.bus.link.state != CDS_LINK_LISTENING; patience--)
             ;
+        send_to_host();
+        for (uint8_t polls = POLLS; polls && cds_bus_poll(&controller.bus); polls--)
+            ;
+        poll_bridge();
     } while (bridge_hurries(&controller.bridge) && --left);
 }
 
-/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time; host
- * and console by turns. Not inlined: a debugger finds it. */
+/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time. So a
+ * host that says more than can be taken has every second turn, and the console the others; else the
+ * console has each while it reads, which is at the host's pace. Not inlined: a debugger finds it.
+ */
 __attribute__((noinline)) static void turn(void)
 {
+    bool odd = controller.turns & 1, flooded = controller.host.skipping;
+
     watchdog_pet();
     controller.turns++;
-    if (bridge_hurries(&controller.bridge)) {
+    if (bridge_hurries(&controller.bridge))
         poll_hurriedly();
-    } else {
-        cds_bus_poll(&controller.bus);
-        poll_bridge();
-        serial_send(&controller.serial);
-    }
+    cds_bus_poll(&controller.bus);
+    poll_bridge();
+    send_to_host();
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (controller.turns & 1)
+    if (odd || !flooded)
         poll_host();
-    else
+    if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
         poll_console();
-    if (controller.turns % KEPT_TURNS == 1 || !busy(NULL)) // in none of the console's
+    if (controller.turns % KEPT_TURNS == 0 || !busy(NULL)) // in none of the console's
         keep();
     avr_idle(busy, NULL);
 }

@@ -6,7 +6,7 @@ from feedback import LIMIT_US, Feedback
 
 class WholeRobot(unittest.TestCase):
     def test_one_bulk_read_instead_of_18_round_trips(self):
-        for board in ("atmega128", "arduino-mega", "cm510"):
+        for board in ("atmega128", "arduino-mega", "cm510", "arbotix"):
             with self.subTest(board):
                 run = Feedback(board)
                 self.assertEqual(run.status, 0, run.output)
