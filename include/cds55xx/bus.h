@@ -142,30 +142,37 @@ struct cds_bus_observer {
     uint8_t changed_id; // whom the last count concerns, or CDS_BROADCAST_ID
 };
 
+/* What is on the wire. */
+enum cds_bus_flight {
+    CDS_BUS_IDLE,  // nothing of ours
+    CDS_BUS_TELLS, // the packet of the first request, and no reply is due
+    CDS_BUS_ASKS,  // ... and the reply to it is
+};
+
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
-    struct cds_link link;
-    struct cds_parser parser;
     struct cds_request *request;       // in flight, then those that wait, in their order; or NULL
+    struct cds_parser parser;
+    uint8_t port;                      // number of the bus on its board
+    uint8_t in_flight;                 // enum cds_bus_flight
+    uint8_t line;                      // enum cds_bus_state
+    bool owed;                         // the one given up last may answer until `late_us`
+    uint8_t damaged;                   // not 0: something of the reply came damaged
+    bool closing;                      // the deadline is over, and bytes up to this index of the
+    uint8_t close_at;                  // ring are still looked at
+    uint8_t last_id;                   // of the last exchange with a reply due that is over,
+    uint8_t last_result;               // and enum cds_result of it
+    uint8_t instruction, address;      // of the packet in flight
     struct cds_bus_observer *observer; // or NULL
     uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
     uint32_t heard_us;                 // when others were last found using the line
     uint32_t late_us;                  // until then the servo given up last may still answer
     uint16_t byte_time_us;             // ten bits
     uint16_t return_delay_us;          // longest of any servo on this bus
-    uint8_t port;                      // number of the bus on its board
     uint8_t baud;                      // register value of its rate
-    uint8_t line;                      // enum cds_bus_state
-    bool closing;                      // the deadline is over, and bytes up to this index of the
-    uint8_t close_at;                  // ring are still looked at
-    bool in_flight;                    // the first request's packet has been sent
-    uint8_t damaged;                   // not 0: something of the reply came damaged
-    uint8_t last_id;                   // of the last exchange with a reply due that is over,
-    uint8_t last_result;               // and enum cds_result of it
-    bool owed;                         // that one was given up, and may answer until `late_us`
-    uint8_t instruction, address;      // of the packet in flight
     uint8_t repeats;                   // given to each request that bears repeating
     struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
+    struct cds_link link;
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -208,6 +215,15 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed its mind since, and it was not
  * sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
+
+/* The same in two steps, for the library's own calls, so that the header of a packet that was found
+ * good is on the wire before the rest of it is built. First: may it be sent? CDS_OK: it has begun,
+ * and the rest must follow at once; CDS_PENDING: it has not, as it is not its turn; else why not. Of
+ * the packet only its size is known yet. Then, unless it was refused, the packet, whole but for a
+ * checksum that will be there within a few byte times; returns what cds_bus_submit() does. */
+enum cds_result cds_bus_begin_(struct cds_bus *bus, struct cds_request *request);
+enum cds_result cds_bus_follow_(struct cds_bus *bus, struct cds_request *request,
+                                enum cds_result begun);
 
 /* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
  * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,

@@ -98,6 +98,25 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id);
 enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
 
+/* The same in two steps, for the library's own calls, so that a packet may have begun before it is
+ * built. First: may it be? CDS_OK, and then the packet has its size; else what the functions above
+ * return. Then its bytes. */
+enum cds_result cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id);
+enum cds_result cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                     uint8_t length);
+enum cds_result cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                      uint8_t length);
+void cds_packet_build_bare_(const struct cds_packet *packet, uint8_t id, uint8_t instruction);
+void cds_packet_build_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
+                            uint8_t length);
+void cds_packet_build_write_(const struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                             uint8_t address, const uint8_t *data, uint8_t length);
+
+/* cds_packet_end() in two steps: may it be ended? CDS_OK: then LENGTH is filled in. The checksum can
+ * follow when the packet is on its way. */
+enum cds_result cds_packet_may_end_(struct cds_packet *packet);
+void cds_packet_seal_(const struct cds_packet *packet);
+
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
  * `length`: bytes for each servo, 1 to 50, from register `address` (0 to 0x31) on. A block is the
  * ID (0 to 253) and `length` bytes of `data`. Begin returns CDS_OK, or CDS_BAD_ARGUMENT when

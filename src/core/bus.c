@@ -29,17 +29,18 @@ static void search_anew(struct cds_bus *bus)
     cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX);
 }
 
-/* Notes who was asked last, and until when the answer to that may come still. */
+/* Notes who was asked last, and, if he was given up, until when he may still answer. */
 static void remember(struct cds_bus *bus, uint8_t result)
 {
     const struct cds_request *request = bus->request;
 
-    if (request->reply_parameters == CDS_REPLY_NONE)
+    if (bus->in_flight != CDS_BUS_ASKS)
         return;
     bus->last_id = bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
     bus->last_result = result;
-    bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
     bus->owed = result != CDS_OK;
+    if (bus->owed)
+        bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
@@ -261,29 +262,37 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
     return (uint32_t)bytes * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US;
 }
 
-/* Sends the packet of the first request of the queue. */
-static void start(struct cds_bus *bus, uint32_t now_us)
+/* The packet of the first request goes on from its header, which is on the wire. */
+static void send_rest(struct cds_bus *bus, uint32_t now_us)
 {
     const struct cds_request *request = bus->request;
     const uint8_t *bytes = request->packet.bytes;
-    uint16_t size = request->packet.size;
+    uint16_t size = request->packet.size, return_delay_us = 0;
     uint8_t longest = CDS_LENGTH_MIN;
 
-    cds_link_talk(&bus->link, bus->port, bytes, size);
-    bus->in_flight = true;
-    bus->closing = false;
+    cds_link_follow(&bus->link, bus->port, bytes, size);
     bus->instruction = bytes[CDS_AT_INSTRUCTION];
     bus->address = bytes[CDS_AT_PARAMETERS];
+    bus->in_flight = CDS_BUS_TELLS;
     bus->damaged = 0;
     bus->counters.sent++;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
+        bus->in_flight = CDS_BUS_ASKS;
         longest = request->any_length ? CDS_PARSER_LENGTH_MAX
                                       : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
+        return_delay_us = request->return_delay_us;
     }
     cds_parser_begin(&bus->parser, longest);
-    bus->deadline_us =
-        now_us + time_allowed_us(bus, size, reply_is_due(request) ? request->return_delay_us : 0);
+    bus->deadline_us = now_us + time_allowed_us(bus, size, return_delay_us);
+    cds_port_set_alarm(bus->port, bus->deadline_us);
+}
+
+/* All of it. */
+static void send(struct cds_bus *bus, uint32_t now_us)
+{
+    cds_link_begin(bus->port, CDS_HEADER);
+    send_rest(bus, now_us);
 }
 
 bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
@@ -330,24 +339,31 @@ SELDOM static void begin_waiting(struct cds_bus *bus, uint32_t now_us)
         now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
 }
 
+/* Sends the first request if the line lets it; else, `anew`, it begins to wait for that. */
+static bool send_if_quiet(struct cds_bus *bus, bool anew)
+{
+    struct cds_request *request = bus->request;
+    uint32_t now_us = cds_port_now_us();
+
+    if (is_quiet(bus, now_us) &&
+        !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
+        send(bus, now_us);
+        return true;
+    }
+    if (anew)
+        begin_waiting(bus, now_us);
+    return false;
+}
+
 /* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
  * observer has changed its mind: the next poll ends it. `anew`: it has not waited before. */
 static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
 {
-    struct cds_request *request = bus->request;
-    uint8_t result = judge(bus, request);
-    uint32_t now_us = cds_port_now_us(); // not before: the observer may take its time
+    uint8_t result = judge(bus, bus->request);
 
     if (result != CDS_OK)
         return result;
-    if (is_quiet(bus, now_us) &&
-        !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
-        start(bus, now_us);
-        return CDS_OK;
-    }
-    if (anew)
-        begin_waiting(bus, now_us);
-    return CDS_PENDING;
+    return send_if_quiet(bus, anew) ? CDS_OK : CDS_PENDING;
 }
 
 /* Puts the request into the queue, before those that are less urgent than `urgent`, but never
@@ -370,36 +386,63 @@ enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t add
     return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
 }
 
-/* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
-static uint8_t admit(struct cds_bus *bus, struct cds_request *request)
+/* Is there nothing to be waited for? */
+static bool is_free(const struct cds_bus *bus)
+{
+    return !bus->request && !(bus->line | bus->owed) && !heard(bus) &&
+           cds_port_line_is_high(bus->port);
+}
+
+enum cds_result cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
 
-    if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
+    if (bus->byte_time_us == 0)
         return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE && (request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
-        return CDS_NO_ROOM;
-    request->return_delay_us = bus->return_delay_us;
-    return judge(bus, request);
+    if (due != CDS_REPLY_NONE) {
+        if (due > CDS_REPLY_MAX)
+            return CDS_BAD_ARGUMENT;
+        if ((request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
+            return CDS_NO_ROOM;
+    }
+    if (bus->observer || !is_free(bus))
+        return CDS_PENDING;
+    cds_link_begin(bus->port, CDS_HEADER);
+    return CDS_OK;
 }
 
-enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
+enum cds_result cds_bus_follow_(struct cds_bus *bus, struct cds_request *request,
+                                enum cds_result begun)
 {
     uint8_t result;
 
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    result = admit(bus, request);
-    if (result != CDS_OK)
-        return (enum cds_result)result;
+    request->return_delay_us = bus->return_delay_us;
+    if (begun != CDS_OK) {
+        result = judge(bus, request);
+        if (result != CDS_OK)
+            return (enum cds_result)result;
+    }
     request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
     request->error = 0;
     request->length = 0;
     insert(bus, request, request->urgent);
-    if (bus->request == request)
-        start_if_quiet(bus, true);
+    if (begun == CDS_OK)
+        send_rest(bus, cds_port_now_us());
+    else if (bus->request == request)
+        send_if_quiet(bus, true);
     return CDS_OK;
+}
+
+enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
+{
+    enum cds_result begun = CDS_BUSY;
+
+    if (request->result != CDS_PENDING)
+        begun = cds_bus_begin_(bus, request);
+    if (begun > CDS_PENDING)
+        return begun;
+    return cds_bus_follow_(bus, request, begun);
 }
 
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
@@ -419,34 +462,23 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The same when the deadline is over. */
-SELDOM static enum cds_result outcome_late(struct cds_bus *bus)
+/* How the exchange in flight stands, now that its deadline is over and all was looked at that a poll
+ * may look at. */
+static uint8_t outcome_late(struct cds_bus *bus)
 {
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
         return CDS_TIMEOUT;
     }
+    if (bus->in_flight == CDS_BUS_TELLS) // out in this very moment: the next poll ends it
+        return CDS_PENDING;
     if (!bus->closing) {
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
-        return CDS_OK;
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
-}
-
-/* How the exchange in flight stands, seen at `now_us`. */
-static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
-{
-    if ((int32_t)(now_us - bus->deadline_us) >= 0)
-        return outcome_late(bus);
-    if (bus->link.state != CDS_LINK_LISTENING)
-        return CDS_PENDING;
-    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
-        return CDS_OK;
-    return CDS_PENDING;
 }
 
 static void count_end(struct cds_bus *bus, uint8_t result)
@@ -474,16 +506,12 @@ SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
 }
 
 /* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
-static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+static void note_end(struct cds_bus *bus, uint8_t result)
 {
     count_end(bus, result);
     bus->closing = false;
     bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
     remember(bus, result);
-    if (result == CDS_CORRUPT) { // and the line may be so still
-        bus->line = CDS_BUS_BUSY;
-        bus->heard_us = now_us;
-    }
     if (bus->observer)
         tell_end(bus, result);
 }
@@ -502,17 +530,29 @@ static void finish(struct cds_bus *bus, uint8_t result)
         request->on_end(request);
 }
 
-/* The exchange in flight has ended: sends it again if it may be, else it is over. */
-static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+/* The exchange in flight has ended. */
+static void end(struct cds_bus *bus, uint8_t result)
+{
+    note_end(bus, result);
+    bus->in_flight = CDS_BUS_IDLE;
+    finish(bus, result);
+}
+
+/* ... without a good reply: it is sent again, if it may be. */
+static void end_badly(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
-    note_end(bus, result, now_us);
-    bus->in_flight = false;
-    if (result == CDS_OK || request->repeats == 0) {
-        finish(bus, result);
+    if (result == CDS_CORRUPT) { // and the line may be so still
+        bus->line = CDS_BUS_BUSY;
+        bus->heard_us = now_us;
+    }
+    if (request->repeats == 0) {
+        end(bus, result);
         return;
     }
+    note_end(bus, result);
+    bus->in_flight = CDS_BUS_IDLE;
     request->repeats--;
     bus->counters.repeated++;
     bus->request = request->next;
@@ -535,20 +575,39 @@ static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
         finish(bus, result);
 }
 
-bool cds_bus_poll(struct cds_bus *bus)
+/* The alarm has rung, perhaps too early. */
+SELDOM static void look_at_deadline(struct cds_bus *bus)
 {
-    uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
+    uint32_t now_us = cds_port_now_us();
     uint8_t result;
 
-    if (bus->in_flight) {
-        result = outcome(bus, now_us);
-        if (result != CDS_PENDING)
-            end(bus, result, now_us);
-    } else if (bus->request) {
-        wait_for_quiet(bus, now_us);
-    } else if (bus->byte_time_us) {
-        is_quiet(bus, now_us);
+    if ((int32_t)(now_us - bus->deadline_us) < 0) {
+        cds_port_set_alarm(bus->port, bus->deadline_us);
+        return;
     }
+    result = outcome_late(bus);
+    if (result != CDS_PENDING)
+        end_badly(bus, result, now_us);
+}
+
+/* Nothing is in flight. */
+static void poll_idle(struct cds_bus *bus)
+{
+    if (bus->request)
+        wait_for_quiet(bus, cds_port_now_us());
+    else if (bus->byte_time_us && !is_free(bus))
+        is_quiet(bus, cds_port_now_us());
+}
+
+bool cds_bus_poll(struct cds_bus *bus)
+{
+    if (!bus->in_flight)
+        poll_idle(bus);
+    else if (bus->link.state == CDS_LINK_LISTENING &&
+             (bus->in_flight == CDS_BUS_TELLS || (heard(bus) && parse(bus))))
+        end(bus, CDS_OK);
+    else if (cds_port_alarm_rings(bus->port)) // after parsing: what came by then is not late
+        look_at_deadline(bus);
     return bus->request;
 }
 

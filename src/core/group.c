@@ -45,10 +45,12 @@ enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *req
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    result = cds_packet_end(&request->packet);
+    result = cds_packet_may_end_(&request->packet);
     if (result != CDS_OK)
         return result;
     request->reply_parameters = CDS_REPLY_NONE;
     request->repeats = 0;
-    return cds_bus_submit(bus, request);
+    result = cds_bus_submit(bus, request);
+    cds_packet_seal_(&request->packet); // its turn on the wire comes last
+    return result;
 }

@@ -65,7 +65,7 @@ static bool is_ended(const struct cds_packet *packet)
            packet->bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == packet->size;
 }
 
-enum cds_result cds_packet_end(struct cds_packet *packet)
+enum cds_result cds_packet_may_end_(struct cds_packet *packet)
 {
     uint16_t size = packet->size; // without the checksum
 
@@ -78,42 +78,102 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
     if (packet->bytes[CDS_AT_ID] > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
     packet->bytes[CDS_AT_LENGTH] = (uint8_t)(size + 1u - LENGTH_OFFSET);
-    cds_packet_put(packet, cds_packet_checksum(packet->bytes));
+    packet->size = (uint16_t)(size + 1u);
     return CDS_OK;
 }
 
-/* The short ones, of a size known beforehand, need no counting of room byte by byte. Returns where
- * the parameters belong, or NULL if there is no room. */
-static uint8_t *open(struct cds_packet *packet, uint8_t id, uint8_t instruction, uint8_t parameters)
+void cds_packet_seal_(const struct cds_packet *packet)
 {
-    uint8_t *bytes = packet->bytes;
+    packet->bytes[packet->size - 1] = cds_packet_checksum(packet->bytes);
+}
 
+enum cds_result cds_packet_end(struct cds_packet *packet)
+{
+    enum cds_result result = cds_packet_may_end_(packet);
+
+    if (result == CDS_OK)
+        cds_packet_seal_(packet);
+    return result;
+}
+
+/* The short ones are of a size known beforehand: room need not be counted byte by byte. */
+static enum cds_result claim(struct cds_packet *packet, uint8_t parameters)
+{
     packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
-    if (packet->size > packet->room)
-        return NULL;
+    return packet->size > packet->room ? CDS_NO_ROOM : CDS_OK;
+}
+
+/* Is there anything to transfer, and does it lie within the control table? */
+static bool in_table(uint8_t address, uint8_t length)
+{
+    return length > 0 && length <= CDS_TABLE_SIZE && address <= CDS_TABLE_SIZE - length;
+}
+
+enum cds_result cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id)
+{
+    return id > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : claim(packet, 0);
+}
+
+enum cds_result cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                     uint8_t length)
+{
+    return !in_table(address, length) || id > CDS_ID_MAX ? CDS_BAD_ARGUMENT : claim(packet, 2);
+}
+
+enum cds_result cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                                      uint8_t length)
+{
+    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
+        return CDS_BAD_ARGUMENT;
+    return claim(packet, (uint8_t)(length + 1u));
+}
+
+/* What stands before the parameters; returns where they belong. */
+static uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint8_t instruction)
+{
     *bytes++ = CDS_HEADER;
     *bytes++ = CDS_HEADER;
     *bytes++ = id;
-    *bytes++ = (uint8_t)(parameters + CDS_LENGTH_MIN);
+    *bytes++ = length;
     *bytes++ = instruction;
     return bytes;
 }
 
-/* Its parameters end before `checksum`. */
-static enum cds_result close(const struct cds_packet *packet, uint8_t *checksum)
+void cds_packet_build_bare_(const struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    *checksum = cds_packet_checksum(packet->bytes);
-    return CDS_OK;
+    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN, instruction);
+
+    *to = (uint8_t) ~(id + CDS_LENGTH_MIN + instruction);
+}
+
+void cds_packet_build_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
+                            uint8_t length)
+{
+    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
+
+    *to++ = address;
+    *to++ = length;
+    *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
+}
+
+void cds_packet_build_write_(const struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                             uint8_t address, const uint8_t *data, uint8_t length)
+{
+    uint8_t *to = put_head(packet->bytes, id, (uint8_t)(length + CDS_LENGTH_MIN + 1), instruction);
+
+    *to++ = address;
+    for (; length; length--)
+        *to++ = *data++;
+    cds_packet_seal_(packet);
 }
 
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    uint8_t *parameters;
+    enum cds_result result = cds_packet_may_be_bare_(packet, id);
 
-    if (id > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
-    parameters = open(packet, id, instruction, 0);
-    return parameters ? close(packet, parameters) : CDS_NO_ROOM;
+    if (result == CDS_OK)
+        cds_packet_build_bare_(packet, id, instruction);
+    return result;
 }
 
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
@@ -131,41 +191,24 @@ enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id)
     return bare(packet, id, CDS_RESET);
 }
 
-/* Is there anything to transfer, and does it lie within the control table? */
-static bool in_table(uint8_t address, uint8_t length)
-{
-    return length > 0 && length <= CDS_TABLE_SIZE && address <= CDS_TABLE_SIZE - length;
-}
-
 enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
                                 uint8_t length)
 {
-    uint8_t *parameters;
+    enum cds_result result = cds_packet_may_read_(packet, id, address, length);
 
-    if (!in_table(address, length) || id > CDS_ID_MAX)
-        return CDS_BAD_ARGUMENT;
-    parameters = open(packet, id, CDS_READ, 2);
-    if (!parameters)
-        return CDS_NO_ROOM;
-    *parameters++ = address;
-    *parameters++ = length;
-    return close(packet, parameters);
+    if (result == CDS_OK)
+        cds_packet_build_read_(packet, id, address, length);
+    return result;
 }
 
 static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                                  uint8_t address, const uint8_t *data, uint8_t length)
 {
-    uint8_t *parameters;
+    enum cds_result result = cds_packet_may_write_(packet, id, address, length);
 
-    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
-    parameters = open(packet, id, instruction, (uint8_t)(length + 1u));
-    if (!parameters)
-        return CDS_NO_ROOM;
-    *parameters++ = address;
-    for (; length; length--)
-        *parameters++ = *data++;
-    return close(packet, parameters);
+    if (result == CDS_OK)
+        cds_packet_build_write_(packet, id, instruction, address, data, length);
+    return result;
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,

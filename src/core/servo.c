@@ -24,44 +24,95 @@ static bool bears_repeating(const uint8_t *bytes)
     }
 }
 
-/* Submits the packet just built, if it was. Broadcast is answered to PING only (R1). */
-static enum cds_result submit(struct cds_bus *bus, struct cds_request *request,
-                              enum cds_result built, uint8_t reply_parameters)
-{
-    const uint8_t *bytes = request->packet.bytes;
+/* In each of what follows: a request on its way must not be built over, for its buffer is to be sent;
+ * and of a packet that is found good the header is on the wire while the rest is built. */
 
-    if (built != CDS_OK)
-        return built;
-    if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
-        reply_parameters = CDS_REPLY_NONE;
-    request->reply_parameters = reply_parameters;
-    request->repeats = bears_repeating(bytes) ? bus->repeats : 0;
-    return cds_bus_submit(bus, request);
+/* It is built. */
+static enum cds_result follow(struct cds_bus *bus, struct cds_request *request,
+                              enum cds_result begun)
+{
+    request->repeats = bus->repeats;
+    if (request->repeats && !bears_repeating(request->packet.bytes))
+        request->repeats = 0;
+    return cds_bus_follow_(bus, request, begun);
 }
 
-/* In each: a request on its way must not be built over, for its buffer is to be sent. */
+static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                            uint8_t instruction)
+{
+    enum cds_result result;
+
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    result = cds_packet_may_be_bare_(&request->packet, id);
+    if (result != CDS_OK)
+        return result;
+    request->reply_parameters = 0;
+    if (id == CDS_BROADCAST_ID && instruction != CDS_PING) // who answers to that? (R1)
+        request->reply_parameters = CDS_REPLY_NONE;
+    result = cds_bus_begin_(bus, request);
+    if (result > CDS_PENDING)
+        return result;
+    cds_packet_build_bare_(&request->packet, id, instruction);
+    return follow(bus, request, result);
+}
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_ping(&request->packet, id), 0);
+    return bare(bus, request, id, CDS_PING);
+}
+
+enum cds_result cds_servo_action(struct cds_bus *bus, struct cds_request *request, uint8_t id)
+{
+    return bare(bus, request, id, CDS_ACTION);
+}
+
+enum cds_result cds_servo_reset(struct cds_bus *bus, struct cds_request *request, uint8_t id)
+{
+    return bare(bus, request, id, CDS_RESET);
 }
 
 enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                uint8_t address, uint8_t length)
 {
+    enum cds_result result;
+
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    return submit(bus, request, cds_packet_read(&request->packet, id, address, length), length);
+    result = cds_packet_may_read_(&request->packet, id, address, length);
+    if (result != CDS_OK)
+        return result;
+    request->reply_parameters = length;
+    result = cds_bus_begin_(bus, request);
+    if (result > CDS_PENDING)
+        return result;
+    cds_packet_build_read_(&request->packet, id, address, length);
+    return follow(bus, request, result);
+}
+
+static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                 uint8_t instruction, uint8_t address, const uint8_t *data,
+                                 uint8_t length)
+{
+    enum cds_result result;
+
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    result = cds_packet_may_write_(&request->packet, id, address, length);
+    if (result != CDS_OK)
+        return result;
+    request->reply_parameters = id == CDS_BROADCAST_ID ? CDS_REPLY_NONE : 0; // R1
+    result = cds_bus_begin_(bus, request);
+    if (result > CDS_PENDING)
+        return result;
+    cds_packet_build_write_(&request->packet, id, instruction, address, data, length);
+    return follow(bus, request, result);
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                 uint8_t address, const uint8_t *data, uint8_t length)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_write(&request->packet, id, address, data, length), 0);
+    return with_data(bus, request, id, CDS_WRITE, address, data, length);
 }
 
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -81,22 +132,5 @@ enum cds_result cds_servo_write_word(struct cds_bus *bus, struct cds_request *re
 enum cds_result cds_servo_reg_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                     uint8_t address, const uint8_t *data, uint8_t length)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_reg_write(&request->packet, id, address, data, length),
-                  0);
-}
-
-enum cds_result cds_servo_action(struct cds_bus *bus, struct cds_request *request, uint8_t id)
-{
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_action(&request->packet, id), 0);
-}
-
-enum cds_result cds_servo_reset(struct cds_bus *bus, struct cds_request *request, uint8_t id)
-{
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_reset(&request->packet, id), 0);
+    return with_data(bus, request, id, CDS_REG_WRITE, address, data, length);
 }
