@@ -38,10 +38,10 @@ struct port_fake {
     uint8_t lines[FAKE_PORTS]; // enum fake_verb: the last one that changed the direction
     uint8_t bauds[FAKE_PORTS]; // the register value each was last opened with
     uint32_t alarms_us[FAKE_PORTS];
-    bool followed;             // the packet that has begun goes on
-    uint16_t us_per_reading;   // how far the clock moves on whenever it is asked
-    bool low;                  // somebody holds the line low
-    struct cds_link *eager;    // if set: its packets are on the line before talk returns
+    bool followed;           // the packet that has begun goes on
+    uint16_t us_per_reading; // how far the clock moves on whenever it is asked
+    bool low;                // somebody holds the line low
+    struct cds_link *eager;  // if set: its packets are on the line before talk returns
 };
 
 extern struct port_fake port_fake;

@@ -68,7 +68,8 @@ struct cds_request {
     struct cds_request *next;             // the bus's own
     uint16_t return_delay_us;             // the longest this servo waits; set by submit
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
-    uint8_t repeats; // how often it may still be sent again if no good reply comes
+    uint8_t repeats; // how often it may still be sent again if no good reply comes; of use where
+                     // cds_bus_set_repeats() is
     uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
     bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
                      // says how long one may last
@@ -151,7 +152,7 @@ enum cds_bus_flight {
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
-    struct cds_request *request;       // in flight, then those that wait, in their order; or NULL
+    struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
     uint8_t port;                      // number of the bus on its board
     uint8_t in_flight;                 // enum cds_bus_flight
@@ -163,7 +164,7 @@ struct cds_bus {
     uint8_t last_id;                   // of the last exchange with a reply due that is over,
     uint8_t last_result;               // and enum cds_result of it
     uint8_t instruction, address;      // of the packet in flight
-    struct cds_bus_observer *observer; // or NULL
+    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
     uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
     uint32_t heard_us;                 // when others were last found using the line
     uint32_t late_us;                  // until then the servo given up last may still answer
@@ -171,8 +172,8 @@ struct cds_bus {
     uint16_t return_delay_us;          // longest of any servo on this bus
     uint8_t baud;                      // register value of its rate
     uint8_t repeats;                   // given to each request that bears repeating
-    struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
     struct cds_link link;
+    struct cds_counters counters; // `stray` and the last four stay elsewhere until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -218,12 +219,25 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found
  * good is on the wire before the rest of it is built. First: may it be sent? CDS_OK: it has begun,
- * and the rest must follow at once; CDS_PENDING: it has not, as it is not its turn; else why not. Of
- * the packet only its size is known yet. Then, unless it was refused, the packet, whole but for a
- * checksum that will be there within a few byte times; returns what cds_bus_submit() does. */
-enum cds_result cds_bus_begin_(struct cds_bus *bus, struct cds_request *request);
-enum cds_result cds_bus_follow_(struct cds_bus *bus, struct cds_request *request,
-                                enum cds_result begun);
+ * and the rest must follow at once; CDS_PENDING: it has not, as it is not its turn; else why not.
+ * Of the packet only its size is known yet. Then, unless it was refused, the packet, whole but for
+ * a checksum that will be there within a few byte times; returns what cds_bus_submit() does. */
+uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request);
+uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
+
+/* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
+ * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost
+ * nothing. */
+uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
+void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
+void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange
+void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
+void cds_bus_count_(uint16_t *counter);
+bool cds_bus_repeats_(struct cds_request *request); // is it to be sent once more?
+uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes); // of a packet
+
+/* Has `observer`, which must stay, watch the bus; NULL: nobody. */
+void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer);
 
 /* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
  * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,
@@ -257,7 +271,7 @@ static inline enum cds_bus_state cds_bus_state(const struct cds_bus *bus)
     return (enum cds_bus_state)bus->line;
 }
 
-/* Copies the counters. */
+/* Copies the counters. A program that never calls this, nor has an observer, does not count. */
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out);
 
 /* Parameter `index` of the reply as a byte, or as a word (low byte first, R28), into *out. CDS_OK

@@ -48,17 +48,17 @@ struct cds_link {
 /* Starts listening. Main context. */
 void cds_link_open(struct cds_link *link, uint8_t port);
 
-/* Begins to send: `first`, the first byte of a packet, is on the wire when this returns, and the rest
- * of it must follow within a byte time, or the line idles meanwhile. Whatever was heard and not yet
- * taken will be thrown away. Main context; only while LISTENING. */
+/* Begins to send: `first`, the first byte of a packet, is on the wire when this returns, and the
+ * rest of it must follow within a byte time, or the line idles meanwhile. Whatever was heard and
+ * not yet taken will be thrown away. Main context; only while LISTENING. */
 static inline void cds_link_begin(uint8_t port, uint8_t first)
 {
     cds_port_high_z(port); // the receiver is off: nothing stale can follow
     cds_port_talk(port, first);
 }
 
-/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 2) at `packet`, but for the
- * first. They must stay as they are until the link listens again. Main context. */
+/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 2) at `packet`, but for
+ * the first. They must stay as they are until the link listens again. Main context. */
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
 
 /* Both at once. */

@@ -101,19 +101,19 @@ enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
 /* The same in two steps, for the library's own calls, so that a packet may have begun before it is
  * built. First: may it be? CDS_OK, and then the packet has its size; else what the functions above
  * return. Then its bytes. */
-enum cds_result cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id);
-enum cds_result cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address,
-                                     uint8_t length);
-enum cds_result cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
-                                      uint8_t length);
+uint8_t cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id);
+uint8_t cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                             uint8_t length);
+uint8_t cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                              uint8_t length);
 void cds_packet_build_bare_(const struct cds_packet *packet, uint8_t id, uint8_t instruction);
 void cds_packet_build_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                             uint8_t length);
 void cds_packet_build_write_(const struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length);
 
-/* cds_packet_end() in two steps: may it be ended? CDS_OK: then LENGTH is filled in. The checksum can
- * follow when the packet is on its way. */
+/* cds_packet_end() in two steps: may it be ended? CDS_OK: then LENGTH is filled in. The checksum
+ * can follow when the packet is on its way. */
 enum cds_result cds_packet_may_end_(struct cds_packet *packet);
 void cds_packet_seal_(const struct cds_packet *packet);
 

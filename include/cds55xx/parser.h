@@ -32,7 +32,9 @@ struct cds_parser {
     uint8_t longest; // LENGTH above this is refuted at once
     uint8_t seen;    // bytes of the candidate at the ring's tail examined so far
     uint8_t sum;     // of its bytes from the ID on
-    uint8_t length;  // its LENGTH, once seen
+    uint8_t length;  // its LENGTH, once seen, ...
+    uint8_t id;      // its ID,
+    uint8_t error;   // and its ERROR
     uint16_t stray;  // bytes, each with the FF before it, that began no packet; modulo 65536
 };
 

@@ -48,8 +48,8 @@ bool cds_port_line_is_high(uint8_t port);
 /* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
 uint32_t cds_port_now_us(void);
 
-/* Sets the alarm of the port to `at_us`, as of cds_port_now_us(): from then on it rings, until it is
- * set anew. It may ring too early, never too late. Main context. */
+/* Sets the alarm of the port to `at_us`, as of cds_port_now_us(): from then on it rings, until it
+ * is set anew. It may ring too early, never too late. Main context. */
 void cds_port_set_alarm(uint8_t port, uint32_t at_us);
 
 /* Does it ring? Cheaper than the clock: for every poll. Main context. */

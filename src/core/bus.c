@@ -2,12 +2,52 @@
 #include "cds55xx/bus.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #define NOBODY         UINT8_MAX // no ID
 #define BYTES_PER_POLL 20        // examined at the most
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
+
+/* Not copied for a bus that is known when the program is linked: by a pointer, an AVR reaches the
+ * fields in half as many words. */
+#define ONE_COPY __attribute__((noclone, noinline))
+
+/* What a program does not use: account.c and repeat.c have those that do something. */
+#define UNUSED __attribute__((weak))
+
+UNUSED uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
+{
+    (void)bus, (void)request;
+    return CDS_OK;
+}
+
+UNUSED void cds_bus_note_sent_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
+UNUSED void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
+{
+    (void)bus, (void)result;
+}
+
+UNUSED void cds_bus_note_undue_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
+UNUSED void cds_bus_count_(uint16_t *counter)
+{
+    (void)counter;
+}
+
+UNUSED bool cds_bus_repeats_(struct cds_request *request)
+{
+    (void)request;
+    return false;
+}
 
 static void cancel_all(struct cds_bus *bus)
 {
@@ -23,46 +63,45 @@ static uint16_t byte_time_us(uint8_t baud)
     return (uint16_t)(5u * (baud + 1u));
 }
 
-/* No candidate begun, and any packet would be of interest: none is due. */
-static void search_anew(struct cds_bus *bus)
+/* The exchange in flight is given up: notes until when its answer may still come. */
+static void give_up(struct cds_bus *bus, uint8_t result)
 {
-    cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX);
-}
-
-/* Notes who was asked last, and, if he was given up, until when he may still answer. */
-static void remember(struct cds_bus *bus, uint8_t result)
-{
-    const struct cds_request *request = bus->request;
-
     if (bus->in_flight != CDS_BUS_ASKS)
         return;
-    bus->last_id = bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
+    bus->last_id = bus->request->id;
     bus->last_result = result;
-    bus->owed = result != CDS_OK;
-    if (bus->owed)
-        bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
+    bus->owed = true;
+    bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - bus->request->return_delay_us;
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
     bool same = bus->byte_time_us && bus->port == port && bus->baud == baud;
+    struct cds_bus_observer *observer = bus->observer;
+    uint32_t late_us;
+    uint8_t last_id = NOBODY, last_result;
+    bool owed = false;
 
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    if (bus->in_flight)
-        remember(bus, CDS_CANCELLED);
+    give_up(bus, CDS_CANCELLED);
     cancel_all(bus);
-    *bus = (struct cds_bus){
-        .observer = bus->observer,
-        .port = port,
-        .baud = baud,
-        .byte_time_us = byte_time_us(baud),
-        .return_delay_us = CDS_RETURN_DELAY_MAX_US,
-        .late_us = bus->late_us,
-        .last_id = same ? bus->last_id : NOBODY, // at another rate no old answer is understood
-        .last_result = bus->last_result,
-        .owed = same && bus->owed,
-    };
-    search_anew(bus);
+    late_us = bus->late_us;
+    last_result = bus->last_result;
+    if (same) { // at another rate no old answer is understood
+        last_id = bus->last_id;
+        owed = bus->owed;
+    }
+    memset(bus, 0, sizeof *bus);
+    bus->observer = observer;
+    bus->port = port;
+    bus->baud = baud;
+    bus->byte_time_us = byte_time_us(baud);
+    bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
+    bus->late_us = late_us;
+    bus->last_id = last_id;
+    bus->last_result = last_result;
+    bus->owed = owed;
+    cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX); // any packet is of interest: none is due
     cds_link_open(&bus->link, port);
 }
 
@@ -84,11 +123,6 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     return CDS_OK;
 }
 
-void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats)
-{
-    bus->repeats = repeats;
-}
-
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
 {
     bus->return_delay_us = return_delay_us;
@@ -99,89 +133,63 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE;
 }
 
-/* Is the packet at the ring's tail the reply that is due? A servo that refuses sends its error bits
- * and no parameters. */
+/* Is the packet just found the reply that is due? A servo that refuses sends its error bits and no
+ * parameters. */
 static bool is_reply(const struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
-    uint8_t id = cds_ring_peek(&bus->link.rx, CDS_AT_ID);
-    uint8_t error = cds_ring_peek(&bus->link.rx, CDS_AT_ERROR);
-    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    const struct cds_parser *parser = &bus->parser;
+    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
 
-    if (request->id == CDS_BROADCAST_ID ? id > CDS_ID_MAX : id != request->id)
+    if (request->id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != request->id)
         return false;
-    if (error & CDS_ERROR_NONE_SUCH)
+    if (parser->error & CDS_ERROR_NONE_SUCH)
         return false;
     return parameters == request->reply_parameters || request->any_length ||
-           (parameters == 0 && error & CDS_ERRORS_OF_PACKET);
+           (parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET);
 }
 
 /* The instruction packet has served: the reply's parameters take its place in the buffer. */
 static void take_reply(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    const struct cds_ring *rx = &bus->link.rx;
     uint8_t *to = request->packet.bytes;
-    uint8_t length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    uint8_t from = (uint8_t)(rx->tail + CDS_AT_PARAMETERS);
+    uint8_t left = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    uint8_t from = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
 
-    request->id = cds_ring_peek(rx, CDS_AT_ID);
-    request->error = cds_ring_peek(rx, CDS_AT_ERROR);
-    request->length = length;
-    for (; length; length--)
-        *to++ = rx->bytes[from++ & (CDS_RING_SIZE - 1)];
-}
-
-/* A good packet that was not due: an answer too late, a second one, or whose? */
-SELDOM static void count_undue(struct cds_bus *bus)
-{
-    struct cds_bus_news news = {.event = CDS_BUS_FOREIGN,
-                                .id = cds_ring_peek(&bus->link.rx, CDS_AT_ID),
-                                .error = cds_ring_peek(&bus->link.rx, CDS_AT_ERROR)};
-
-    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID)
-        news.event = bus->last_result == CDS_OK ? CDS_BUS_EXTRA : CDS_BUS_LATE;
-    if (news.event == CDS_BUS_EXTRA)
-        bus->counters.extra++;
-    else if (news.event == CDS_BUS_LATE)
-        bus->counters.late++;
-    else
-        bus->counters.foreign++;
-    if (bus->observer)
-        bus->observer->on_news(bus->observer, &news);
+    bus->last_id = request->id;
+    bus->last_result = CDS_OK;
+    bus->owed = false;
+    request->id = bus->parser.id;
+    request->error = bus->parser.error;
+    request->length = left;
+    for (; left; left--)
+        *to++ = bus->link.rx.bytes[from++ & (CDS_RING_SIZE - 1)];
 }
 
 /* A candidate has become something. True when the exchange has ended well. Not inlined: what it
  * needs would be saved and restored for each byte. */
-__attribute__((noinline)) static bool decide(struct cds_bus *bus, enum cds_parsed parsed)
+static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
     bool ended;
 
     if (parsed == CDS_PARSED_REFUTED) {
-        bus->counters.refuted++;
+        cds_bus_count_(&bus->counters.refuted);
         bus->damaged = 1;
         return false;
     }
-    ended = bus->in_flight && is_reply(bus);
+    ended = bus->in_flight == CDS_BUS_ASKS && is_reply(bus);
     if (ended)
         take_reply(bus);
     else
-        count_undue(bus);
+        cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
     return ended;
 }
 
-/* Examines one byte. True when the exchange has ended well. */
-static bool parse_byte(struct cds_bus *bus)
-{
-    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
-
-    return parsed != CDS_PARSED_MORE && decide(bus, parsed);
-}
-
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
  * first to the last of them goes, and the search begins anew behind it. */
-SELDOM static void drop_broken(struct cds_bus *bus)
+static SELDOM void drop_broken(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
 
@@ -202,20 +210,12 @@ static uint8_t looked_to(const struct cds_bus *bus)
 /* Is there anything in the ring that was not looked at yet? */
 static bool heard(const struct cds_bus *bus)
 {
-    return bus->link.broken || looked_to(bus) != bus->link.rx.head;
-}
-
-/* The parameters of a reply, up to byte `end` of the ring, at most `most`; returns how many. */
-static uint8_t skim(struct cds_bus *bus, uint8_t end, uint8_t most)
-{
-    uint8_t count = (uint8_t)(end - looked_to(bus));
-
-    return cds_parser_skim(&bus->parser, &bus->link.rx, count < most ? count : most);
+    return (uint8_t)(bus->link.broken | (looked_to(bus) ^ bus->link.rx.head));
 }
 
 /* The deadline is over: returns the end of what had come when a poll first saw that. It is still
  * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
-SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
+static SELDOM uint8_t end_at_deadline(const struct cds_bus *bus)
 {
     uint8_t left = (uint8_t)(bus->close_at - looked_to(bus));
 
@@ -225,7 +225,7 @@ SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
 /* Parses what has been heard by now, or by the deadline if that is over, before and behind the
  * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
  * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
-static bool parse(struct cds_bus *bus)
+static ONE_COPY bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
     uint8_t left = BYTES_PER_POLL;
@@ -239,16 +239,14 @@ static bool parse(struct cds_bus *bus)
         broken = link->broken;
         if (broken)
             end = link->broken_at;
-        while (looked_to(bus) != end) {
-            if (bus->parser.seen > CDS_AT_LENGTH)
-                left = (uint8_t)(left - skim(bus, end, left));
+        for (; looked_to(bus) != end; left--) {
+            enum cds_parsed parsed;
+
             if (left == 0)
                 return false;
-            if (looked_to(bus) == end)
-                break;
-            if (parse_byte(bus))
+            parsed = cds_parser_step(&bus->parser, &link->rx);
+            if (parsed != CDS_PARSED_MORE && decide(bus, parsed))
                 return true;
-            left--;
         }
         if (broken)
             drop_broken(bus);
@@ -259,40 +257,30 @@ static bool parse(struct cds_bus *bus)
 /* The longest an exchange may take, of so many bytes both ways, with a reply after so long. */
 static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint16_t return_delay_us)
 {
-    return (uint32_t)bytes * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US;
+    return (uint32_t)bytes * bus->byte_time_us + (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
 /* The packet of the first request goes on from its header, which is on the wire. */
-static void send_rest(struct cds_bus *bus, uint32_t now_us)
+static ONE_COPY void send_rest(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
-    const uint8_t *bytes = request->packet.bytes;
     uint16_t size = request->packet.size, return_delay_us = 0;
-    uint8_t longest = CDS_LENGTH_MIN;
+    uint8_t longest = CDS_LENGTH_MIN, in_flight = CDS_BUS_TELLS;
 
-    cds_link_follow(&bus->link, bus->port, bytes, size);
-    bus->instruction = bytes[CDS_AT_INSTRUCTION];
-    bus->address = bytes[CDS_AT_PARAMETERS];
-    bus->in_flight = CDS_BUS_TELLS;
-    bus->damaged = 0;
-    bus->counters.sent++;
+    cds_link_follow(&bus->link, bus->port, request->packet.bytes, size);
+    cds_bus_note_sent_(bus);
     if (reply_is_due(request)) { // no servo sends more than it was asked for
-        bus->in_flight = CDS_BUS_ASKS;
+        in_flight = CDS_BUS_ASKS;
         longest = request->any_length ? CDS_PARSER_LENGTH_MAX
                                       : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
         return_delay_us = request->return_delay_us;
     }
+    bus->in_flight = in_flight;
+    bus->damaged = 0;
     cds_parser_begin(&bus->parser, longest);
-    bus->deadline_us = now_us + time_allowed_us(bus, size, return_delay_us);
+    bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
-}
-
-/* All of it. */
-static void send(struct cds_bus *bus, uint32_t now_us)
-{
-    cds_link_begin(bus->port, CDS_HEADER);
-    send_rest(bus, now_us);
 }
 
 bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
@@ -304,7 +292,7 @@ bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now
 
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
  * two byte times; low for so long without a byte is no use of it but a fault. */
-static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
+static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
 {
     bool high = cds_port_line_is_high(bus->port);
     bool used = heard(bus);
@@ -325,50 +313,37 @@ static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     return bus->line == CDS_BUS_OK;
 }
 
-/* What the observer says to it, now that it is submitted, or that its turn has come. */
-SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
+/* Sends the first request if the line lets it. If it is not to wait any longer, as it was not let
+ * before and its time is over, false. `anew`: it begins to wait, for a quiet line or until an old
+ * answer can no longer come, for as long as the longest exchange may take. */
+static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
 {
-    return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
-}
-
-/* The first request must wait for a quiet line, or until an old answer can no longer come: for as
- * long as the longest exchange may take. */
-SELDOM static void begin_waiting(struct cds_bus *bus, uint32_t now_us)
-{
-    bus->deadline_us =
-        now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
-}
-
-/* Sends the first request if the line lets it; else, `anew`, it begins to wait for that. */
-static bool send_if_quiet(struct cds_bus *bus, bool anew)
-{
-    struct cds_request *request = bus->request;
+    const struct cds_request *request = bus->request;
     uint32_t now_us = cds_port_now_us();
 
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
-        send(bus, now_us);
+        cds_link_begin(bus->port, CDS_HEADER);
+        send_rest(bus);
         return true;
     }
     if (anew)
-        begin_waiting(bus, now_us);
-    return false;
+        bus->deadline_us =
+            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    return (int32_t)(now_us - bus->deadline_us) < 0;
 }
 
-/* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
- * observer has changed its mind: the next poll ends it. `anew`: it has not waited before. */
-static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
+/* The turn of the first request begins. If the observer has changed its mind, the next poll sees.
+ */
+static void begin_turn(struct cds_bus *bus)
 {
-    uint8_t result = judge(bus, bus->request);
-
-    if (result != CDS_OK)
-        return result;
-    return send_if_quiet(bus, anew) ? CDS_OK : CDS_PENDING;
+    if (bus->request && cds_bus_judge_(bus, bus->request) == CDS_OK)
+        send_if_quiet(bus, true);
 }
 
 /* Puts the request into the queue, before those that are less urgent than `urgent`, but never
  * before one in flight, which is the first. */
-static void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
+static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
     struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
 
@@ -378,22 +353,14 @@ static void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urg
     *place = request;
 }
 
-enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
-                                    const uint8_t *data, uint8_t length)
-{
-    struct cds_bus_observer *observer = bus->observer;
-
-    return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
-}
-
 /* Is there nothing to be waited for? */
 static bool is_free(const struct cds_bus *bus)
 {
-    return !bus->request && !(bus->line | bus->owed) && !heard(bus) &&
+    return !bus->request && !(uint8_t)(bus->line | bus->owed) && !heard(bus) &&
            cds_port_line_is_high(bus->port);
 }
 
-enum cds_result cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
+ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
 
@@ -402,7 +369,9 @@ enum cds_result cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
     if (due != CDS_REPLY_NONE) {
         if (due > CDS_REPLY_MAX)
             return CDS_BAD_ARGUMENT;
-        if ((request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
+        if (request->any_length)
+            due = CDS_REPLY_ANY;
+        if (due > request->packet.room)
             return CDS_NO_ROOM;
     }
     if (bus->observer || !is_free(bus))
@@ -411,16 +380,14 @@ enum cds_result cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-enum cds_result cds_bus_follow_(struct cds_bus *bus, struct cds_request *request,
-                                enum cds_result begun)
+ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    uint8_t result;
-
     request->return_delay_us = bus->return_delay_us;
     if (begun != CDS_OK) {
-        result = judge(bus, request);
+        uint8_t result = cds_bus_judge_(bus, request);
+
         if (result != CDS_OK)
-            return (enum cds_result)result;
+            return result;
     }
     request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
@@ -428,7 +395,7 @@ enum cds_result cds_bus_follow_(struct cds_bus *bus, struct cds_request *request
     request->length = 0;
     insert(bus, request, request->urgent);
     if (begun == CDS_OK)
-        send_rest(bus, cds_port_now_us());
+        send_rest(bus);
     else if (bus->request == request)
         send_if_quiet(bus, true);
     return CDS_OK;
@@ -436,13 +403,12 @@ enum cds_result cds_bus_follow_(struct cds_bus *bus, struct cds_request *request
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
-    enum cds_result begun = CDS_BUSY;
+    uint8_t begun;
 
-    if (request->result != CDS_PENDING)
-        begun = cds_bus_begin_(bus, request);
-    if (begun > CDS_PENDING)
-        return begun;
-    return cds_bus_follow_(bus, request, begun);
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    begun = cds_bus_begin_(bus, request);
+    return (enum cds_result)(begun > CDS_PENDING ? begun : cds_bus_follow_(bus, request, begun));
 }
 
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
@@ -457,13 +423,57 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
-    if (place == &bus->request && bus->request)
-        start_if_quiet(bus, true); // it has waited for nothing yet
+    if (place == &bus->request)
+        begin_turn(bus); // it has waited for nothing yet
     return CDS_OK;
 }
 
-/* How the exchange in flight stands, now that its deadline is over and all was looked at that a poll
- * may look at. */
+/* The first request is over. The next one begins before on_end runs, so that what on_end submits
+ * takes its turn like any other. */
+static ONE_COPY void finish(struct cds_bus *bus, uint8_t result)
+{
+    struct cds_request *request = bus->request;
+
+    bus->request = request->next;
+    request->result = result;
+    if (bus->request)
+        begin_turn(bus);
+    if (request->on_end)
+        request->on_end(request);
+}
+
+/* The exchange in flight has ended: counts and tells how, and prepares for what may still come. */
+static void land(struct cds_bus *bus, uint8_t result)
+{
+    bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
+    cds_bus_note_end_(bus, result);
+    bus->in_flight = CDS_BUS_IDLE;
+}
+
+/* The same without a good reply: it is sent again, if it may be. */
+static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+{
+    struct cds_request *request = bus->request;
+
+    bus->closing = false;
+    give_up(bus, result);
+    if (result == CDS_CORRUPT) { // and the line may be so still
+        bus->line = CDS_BUS_BUSY;
+        bus->heard_us = now_us;
+    }
+    land(bus, result);
+    if (!cds_bus_repeats_(request)) {
+        finish(bus, result);
+        return;
+    }
+    cds_bus_count_(&bus->counters.repeated);
+    bus->request = request->next;
+    insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
+    begin_turn(bus);
+}
+
+/* How the exchange in flight stands, now that its deadline is over and all was looked at that a
+ * poll may look at. */
 static uint8_t outcome_late(struct cds_bus *bus)
 {
     if (bus->link.state != CDS_LINK_LISTENING) {
@@ -481,102 +491,8 @@ static uint8_t outcome_late(struct cds_bus *bus)
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
-static void count_end(struct cds_bus *bus, uint8_t result)
-{
-    if (result == CDS_OK)
-        bus->counters.ok++;
-    else if (result == CDS_CORRUPT)
-        bus->counters.corrupt++;
-    else
-        bus->counters.timeouts++;
-}
-
-SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
-{
-    const struct cds_request *request = bus->request;
-    struct cds_bus_news news = {.event = CDS_BUS_ENDED,
-                                .id = request->id,
-                                .error = request->error,
-                                .result = result,
-                                .instruction = bus->instruction,
-                                .address = bus->address,
-                                .request = request};
-
-    bus->observer->on_news(bus->observer, &news);
-}
-
-/* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
-static void note_end(struct cds_bus *bus, uint8_t result)
-{
-    count_end(bus, result);
-    bus->closing = false;
-    bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
-    remember(bus, result);
-    if (bus->observer)
-        tell_end(bus, result);
-}
-
-/* The first request is over. The next one begins before on_end runs, so that what on_end submits
- * takes its turn like any other. */
-static void finish(struct cds_bus *bus, uint8_t result)
-{
-    struct cds_request *request = bus->request;
-
-    bus->request = request->next;
-    request->result = result;
-    if (bus->request)
-        start_if_quiet(bus, true);
-    if (request->on_end)
-        request->on_end(request);
-}
-
-/* The exchange in flight has ended. */
-static void end(struct cds_bus *bus, uint8_t result)
-{
-    note_end(bus, result);
-    bus->in_flight = CDS_BUS_IDLE;
-    finish(bus, result);
-}
-
-/* ... without a good reply: it is sent again, if it may be. */
-static void end_badly(struct cds_bus *bus, uint8_t result, uint32_t now_us)
-{
-    struct cds_request *request = bus->request;
-
-    if (result == CDS_CORRUPT) { // and the line may be so still
-        bus->line = CDS_BUS_BUSY;
-        bus->heard_us = now_us;
-    }
-    if (request->repeats == 0) {
-        end(bus, result);
-        return;
-    }
-    note_end(bus, result);
-    bus->in_flight = CDS_BUS_IDLE;
-    request->repeats--;
-    bus->counters.repeated++;
-    bus->request = request->next;
-    insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
-    start_if_quiet(bus, true);
-}
-
-/* The first request waits for a quiet line. */
-static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
-{
-    uint8_t result = start_if_quiet(bus, false);
-
-    if (result == CDS_PENDING) {
-        if ((int32_t)(now_us - bus->deadline_us) < 0)
-            return;
-        bus->counters.unsent++;
-        result = CDS_LINE_BUSY;
-    }
-    if (result != CDS_OK)
-        finish(bus, result);
-}
-
 /* The alarm has rung, perhaps too early. */
-SELDOM static void look_at_deadline(struct cds_bus *bus)
+static SELDOM void look_at_deadline(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us();
     uint8_t result;
@@ -587,38 +503,44 @@ SELDOM static void look_at_deadline(struct cds_bus *bus)
     }
     result = outcome_late(bus);
     if (result != CDS_PENDING)
-        end_badly(bus, result, now_us);
+        fail(bus, result, now_us);
+}
+
+/* The first request waits for a quiet line. */
+static void wait_for_quiet(struct cds_bus *bus)
+{
+    uint8_t result = cds_bus_judge_(bus, bus->request);
+
+    if (result == CDS_OK && !send_if_quiet(bus, false)) {
+        cds_bus_count_(&bus->counters.unsent);
+        result = CDS_LINE_BUSY;
+    }
+    if (result != CDS_OK)
+        finish(bus, result);
 }
 
 /* Nothing is in flight. */
-static void poll_idle(struct cds_bus *bus)
+static ONE_COPY void poll_idle(struct cds_bus *bus)
 {
     if (bus->request)
-        wait_for_quiet(bus, cds_port_now_us());
+        wait_for_quiet(bus);
     else if (bus->byte_time_us && !is_free(bus))
         is_quiet(bus, cds_port_now_us());
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    if (!bus->in_flight)
+    if (!bus->in_flight) {
         poll_idle(bus);
-    else if (bus->link.state == CDS_LINK_LISTENING &&
-             (bus->in_flight == CDS_BUS_TELLS || (heard(bus) && parse(bus))))
-        end(bus, CDS_OK);
-    else if (cds_port_alarm_rings(bus->port)) // after parsing: what came by then is not late
+    } else if (bus->link.state == CDS_LINK_LISTENING &&
+               (bus->in_flight == CDS_BUS_TELLS || (heard(bus) && parse(bus)))) {
+        bus->closing = false;
+        land(bus, CDS_OK);
+        finish(bus, CDS_OK);
+    } else if (cds_port_alarm_rings(bus->port)) { // after parsing: what came by then is not late
         look_at_deadline(bus);
+    }
     return bus->request;
-}
-
-void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
-{
-    *out = bus->counters;
-    out->stray = bus->parser.stray;
-    out->framing_errors = cds_link_count(&bus->link.framing_errors);
-    out->overruns = cds_link_count(&bus->link.overruns);
-    out->ring_overflows = cds_link_count(&bus->link.ring_overflows);
-    out->echo_errors = cds_link_count(&bus->link.echo_errors);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

@@ -97,7 +97,7 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
 }
 
 /* The short ones are of a size known beforehand: room need not be counted byte by byte. */
-static enum cds_result claim(struct cds_packet *packet, uint8_t parameters)
+static uint8_t claim(struct cds_packet *packet, uint8_t parameters)
 {
     packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
     return packet->size > packet->room ? CDS_NO_ROOM : CDS_OK;
@@ -106,22 +106,21 @@ static enum cds_result claim(struct cds_packet *packet, uint8_t parameters)
 /* Is there anything to transfer, and does it lie within the control table? */
 static bool in_table(uint8_t address, uint8_t length)
 {
-    return length > 0 && length <= CDS_TABLE_SIZE && address <= CDS_TABLE_SIZE - length;
+    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE && address <= (uint8_t)(CDS_TABLE_SIZE - length);
 }
 
-enum cds_result cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id)
+uint8_t cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id)
 {
     return id > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : claim(packet, 0);
 }
 
-enum cds_result cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address,
-                                     uint8_t length)
+uint8_t cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
     return !in_table(address, length) || id > CDS_ID_MAX ? CDS_BAD_ARGUMENT : claim(packet, 2);
 }
 
-enum cds_result cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
-                                      uint8_t length)
+uint8_t cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
+                              uint8_t length)
 {
     if (!in_table(address, length) || id > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
@@ -169,11 +168,11 @@ void cds_packet_build_write_(const struct cds_packet *packet, uint8_t id, uint8_
 
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    enum cds_result result = cds_packet_may_be_bare_(packet, id);
+    uint8_t result = cds_packet_may_be_bare_(packet, id);
 
     if (result == CDS_OK)
         cds_packet_build_bare_(packet, id, instruction);
-    return result;
+    return (enum cds_result)result;
 }
 
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
@@ -194,21 +193,21 @@ enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id)
 enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
                                 uint8_t length)
 {
-    enum cds_result result = cds_packet_may_read_(packet, id, address, length);
+    uint8_t result = cds_packet_may_read_(packet, id, address, length);
 
     if (result == CDS_OK)
         cds_packet_build_read_(packet, id, address, length);
-    return result;
+    return (enum cds_result)result;
 }
 
 static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                                  uint8_t address, const uint8_t *data, uint8_t length)
 {
-    enum cds_result result = cds_packet_may_write_(packet, id, address, length);
+    uint8_t result = cds_packet_may_write_(packet, id, address, length);
 
     if (result == CDS_OK)
         cds_packet_build_write_(packet, id, instruction, address, data, length);
-    return result;
+    return (enum cds_result)result;
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,

@@ -1,58 +1,39 @@
 /* One servo's instructions; see servo.h. */
 #include "cds55xx/servo.h"
 
-static bool writes_to(uint8_t address, uint8_t first, uint8_t last)
+/* Instead of that of repeat.c, where nothing is repeated. */
+__attribute__((weak)) uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
 {
-    return first <= address && address <= last;
+    (void)bus, (void)bytes;
+    return 0;
 }
 
-/* May the packet be sent again when nobody knows whether it was carried out? Not if that does
- * something twice, if the servo may answer under another ID or at another rate by then, or if it
- * refuses the second one: a lock is set once (R6). */
-static bool bears_repeating(const uint8_t *bytes)
-{
-    uint8_t first = bytes[CDS_AT_PARAMETERS];
-    uint8_t last = (uint8_t)(first + bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 2);
-
-    switch (bytes[CDS_AT_INSTRUCTION]) {
-    case CDS_PING:
-    case CDS_READ: return true;
-    case CDS_WRITE:
-        return !writes_to(CDS_REG_ID, first, last) && !writes_to(CDS_REG_BAUD_RATE, first, last) &&
-               !writes_to(CDS_REG_LOCK, first, last);
-    default: return false;
-    }
-}
-
-/* In each of what follows: a request on its way must not be built over, for its buffer is to be sent;
- * and of a packet that is found good the header is on the wire while the rest is built. */
+/* In each of what follows: a request on its way must not be built over, for its buffer is to be
+ * sent; and of a packet that is found good the header is on the wire while the rest is built. */
 
 /* It is built. */
-static enum cds_result follow(struct cds_bus *bus, struct cds_request *request,
-                              enum cds_result begun)
+static enum cds_result follow(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    request->repeats = bus->repeats;
-    if (request->repeats && !bears_repeating(request->packet.bytes))
-        request->repeats = 0;
-    return cds_bus_follow_(bus, request, begun);
+    request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
+    return (enum cds_result)cds_bus_follow_(bus, request, begun);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                             uint8_t instruction)
 {
-    enum cds_result result;
+    uint8_t result;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = cds_packet_may_be_bare_(&request->packet, id);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
     request->reply_parameters = 0;
     if (id == CDS_BROADCAST_ID && instruction != CDS_PING) // who answers to that? (R1)
         request->reply_parameters = CDS_REPLY_NONE;
     result = cds_bus_begin_(bus, request);
     if (result > CDS_PENDING)
-        return result;
+        return (enum cds_result)result;
     cds_packet_build_bare_(&request->packet, id, instruction);
     return follow(bus, request, result);
 }
@@ -75,17 +56,17 @@ enum cds_result cds_servo_reset(struct cds_bus *bus, struct cds_request *request
 enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                uint8_t address, uint8_t length)
 {
-    enum cds_result result;
+    uint8_t result;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = cds_packet_may_read_(&request->packet, id, address, length);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
     request->reply_parameters = length;
     result = cds_bus_begin_(bus, request);
     if (result > CDS_PENDING)
-        return result;
+        return (enum cds_result)result;
     cds_packet_build_read_(&request->packet, id, address, length);
     return follow(bus, request, result);
 }
@@ -94,17 +75,17 @@ static enum cds_result with_data(struct cds_bus *bus, struct cds_request *reques
                                  uint8_t instruction, uint8_t address, const uint8_t *data,
                                  uint8_t length)
 {
-    enum cds_result result;
+    uint8_t result;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = cds_packet_may_write_(&request->packet, id, address, length);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
     request->reply_parameters = id == CDS_BROADCAST_ID ? CDS_REPLY_NONE : 0; // R1
     result = cds_bus_begin_(bus, request);
     if (result > CDS_PENDING)
-        return result;
+        return (enum cds_result)result;
     cds_packet_build_write_(&request->packet, id, instruction, address, data, length);
     return follow(bus, request, result);
 }
