@@ -63,12 +63,16 @@ static uint16_t byte_time_us(uint8_t baud)
     return (uint16_t)(5u * (baud + 1u));
 }
 
+static void give_back(struct cds_bus *bus);
+
 /* The exchange in flight is given up: notes until when its answer may still come. */
 static void give_up(struct cds_bus *bus, uint8_t result)
 {
-    if (bus->in_flight != CDS_BUS_ASKS)
+    if (bus->in_flight < CDS_BUS_ASKS)
         return;
-    bus->last_id = bus->request->id;
+    if (bus->in_flight == CDS_BUS_LAST)
+        give_back(bus);
+    bus->last_id = bus->asked;
     bus->last_result = result;
     bus->owed = true;
     bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - bus->request->return_delay_us;
@@ -157,14 +161,45 @@ static void take_reply(struct cds_bus *bus)
     uint8_t left = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
     uint8_t from = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
 
-    bus->last_id = request->id;
-    bus->last_result = CDS_OK;
-    bus->owed = false;
     request->id = bus->parser.id;
     request->error = bus->parser.error;
     request->length = left;
     for (; left; left--)
         *to++ = bus->link.rx.bytes[from++ & (CDS_RING_SIZE - 1)];
+}
+
+/* All but the checksum of a reply is here: it is taken now, for there is time. But what it replaces
+ * must be something that can be built again. */
+static ONE_COPY void take_ahead(struct cds_bus *bus)
+{
+    const struct cds_packet *packet = &bus->request->packet;
+    const uint8_t *bytes = packet->bytes;
+    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+
+    if (!is_reply(bus))
+        return;
+    if (parameters) {
+        if (packet->size != CDS_PACKET_SIZE(2) || bytes[CDS_AT_INSTRUCTION] != CDS_READ ||
+            bytes[CDS_AT_PARAMETERS + 1] != parameters)
+            return;
+        bus->address = bytes[CDS_AT_PARAMETERS];
+    }
+    take_reply(bus);
+    bus->last_at = (uint8_t)(bus->link.rx.tail + bus->parser.seen);
+    bus->in_flight = CDS_BUS_LAST;
+}
+
+/* It was too soon: the packet stands again as it was sent. */
+static SELDOM void give_back(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+
+    if (request->length)
+        cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
+    request->id = bus->asked;
+    request->error = 0;
+    request->length = 0;
+    bus->in_flight = CDS_BUS_ASKS;
 }
 
 /* A candidate has become something. True when the exchange has ended well. Not inlined: what it
@@ -251,6 +286,8 @@ static ONE_COPY bool parse(struct cds_bus *bus)
         if (broken)
             drop_broken(bus);
     } while (broken && left-- > 0);
+    if (bus->in_flight == CDS_BUS_ASKS && !bus->closing && cds_parser_is_last(&bus->parser))
+        take_ahead(bus);
     return false;
 }
 
@@ -277,6 +314,7 @@ static ONE_COPY void send_rest(struct cds_bus *bus)
         return_delay_us = request->return_delay_us;
     }
     bus->in_flight = in_flight;
+    bus->asked = request->id;
     bus->damaged = 0;
     cds_parser_begin(&bus->parser, longest);
     bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, size, return_delay_us);
@@ -446,8 +484,21 @@ static ONE_COPY void finish(struct cds_bus *bus, uint8_t result)
 static void land(struct cds_bus *bus, uint8_t result)
 {
     bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
+    bus->closing = false;
     cds_bus_note_end_(bus, result);
     bus->in_flight = CDS_BUS_IDLE;
+}
+
+/* ... well. */
+static void end_well(struct cds_bus *bus)
+{
+    if (bus->in_flight != CDS_BUS_TELLS) {
+        bus->last_id = bus->asked;
+        bus->last_result = CDS_OK;
+        bus->owed = false;
+    }
+    land(bus, CDS_OK);
+    finish(bus, CDS_OK);
 }
 
 /* The same without a good reply: it is sent again, if it may be. */
@@ -455,7 +506,6 @@ static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
-    bus->closing = false;
     give_up(bus, result);
     if (result == CDS_CORRUPT) { // and the line may be so still
         bus->line = CDS_BUS_BUSY;
@@ -486,6 +536,11 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
+    if (bus->in_flight == CDS_BUS_LAST) {
+        give_back(bus);
+        if (heard(bus) && parse(bus))
+            return CDS_OK;
+    }
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
@@ -502,7 +557,9 @@ static SELDOM void look_at_deadline(struct cds_bus *bus)
         return;
     }
     result = outcome_late(bus);
-    if (result != CDS_PENDING)
+    if (result == CDS_OK)
+        end_well(bus);
+    else if (result != CDS_PENDING)
         fail(bus, result, now_us);
 }
 
@@ -528,17 +585,41 @@ static ONE_COPY void poll_idle(struct cds_bus *bus)
         is_quiet(bus, cds_port_now_us());
 }
 
+/* The byte is here that was missing of the reply taken ahead. Was that right? */
+static bool ends_well(struct cds_bus *bus)
+{
+    const struct cds_link *link = &bus->link;
+
+    if (!link->broken &&
+        cds_parser_ends_well(&bus->parser, link->rx.bytes[bus->last_at & (CDS_RING_SIZE - 1)])) {
+        cds_parser_accept(&bus->parser, &bus->link.rx);
+        return true;
+    }
+    give_back(bus);
+    return parse(bus);
+}
+
+/* Something is in flight. Has it ended well? */
+static bool has_ended_well(struct cds_bus *bus, uint8_t in_flight)
+{
+    if (in_flight == CDS_BUS_LAST)
+        return bus->link.rx.head != bus->last_at && ends_well(bus);
+    if (bus->link.state != CDS_LINK_LISTENING)
+        return false;
+    return in_flight == CDS_BUS_TELLS || (heard(bus) && parse(bus));
+}
+
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    if (!bus->in_flight) {
+    uint8_t in_flight = bus->in_flight;
+
+    if (in_flight == CDS_BUS_IDLE) {
         poll_idle(bus);
-    } else if (bus->link.state == CDS_LINK_LISTENING &&
-               (bus->in_flight == CDS_BUS_TELLS || (heard(bus) && parse(bus)))) {
-        bus->closing = false;
-        land(bus, CDS_OK);
-        finish(bus, CDS_OK);
-    } else if (cds_port_alarm_rings(bus->port)) { // after parsing: what came by then is not late
-        look_at_deadline(bus);
+    } else if (has_ended_well(bus, in_flight)) {
+        end_well(bus);
+    } else {
+        if (cds_port_alarm_rings(bus->port)) // after parsing: what came by then is not late
+            look_at_deadline(bus);
     }
     return bus->request;
 }

@@ -34,7 +34,7 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
     parser->seen = (uint8_t)(at + 1);
     if (at >= CDS_AT_ERROR) {
         if (at == (uint8_t)(parser->length + CDS_AT_LENGTH))
-            return sum == SUM_OF_ALL ? CDS_PARSED_PACKET : refute(parser, ring);
+            return cds_parser_ends_well(parser, byte) ? CDS_PARSED_PACKET : refute(parser, ring);
         if (at == CDS_AT_ERROR)
             parser->error = byte;
     } else if (at == CDS_AT_LENGTH) {
