@@ -147,26 +147,29 @@ struct cds_bus_observer {
 enum cds_bus_flight {
     CDS_BUS_IDLE,  // nothing of ours
     CDS_BUS_TELLS, // the packet of the first request, and no reply is due
-    CDS_BUS_ASKS,  // ... and the reply to it is
-    CDS_BUS_LAST,  // ... of which but the checksum is here, at `last_at` of the ring
+    CDS_BUS_HOPES, // ... and the reply to it is, of which nothing was looked at yet
+    CDS_BUS_ASKS,  // ... and that, for which what comes is searched
+    CDS_BUS_TAKES, // ... which has begun, and goes into the request's buffer as it comes
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
     struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
-    uint8_t port;        // number of the bus on its board
-    uint8_t in_flight;   // enum cds_bus_flight
-    uint8_t line;        // enum cds_bus_state
-    bool owed;           // the one given up last may answer until `late_us`
-    uint8_t damaged;     // not 0: something of the reply came damaged
-    bool closing;        // the deadline is over, and bytes up to this index of the
-    uint8_t close_at;    // ring are still looked at
-    uint8_t last_id;     // of the last exchange with a reply due that is over,
-    uint8_t last_result; // and enum cds_result of it
-    uint8_t asked;       // ID in the packet in flight
-    uint8_t last_at;
-    uint8_t instruction, address;      // of the packet in flight
+    uint8_t port;                 // number of the bus on its board
+    uint8_t in_flight;            // enum cds_bus_flight
+    uint8_t line;                 // enum cds_bus_state
+    bool owed;                    // the one given up last may answer until `late_us`
+    uint8_t damaged;              // not 0: something of the reply came damaged
+    bool closing;                 // the deadline is over, and bytes up to this index of the
+    uint8_t close_at;             // ring are still looked at
+    uint8_t last_id;              // of the last exchange with a reply due that is over,
+    uint8_t last_result;          // and enum cds_result of it
+    uint8_t asked;                // ID in the packet in flight
+    uint8_t at;                   // of the reply that comes: index of its next byte in the ring,
+    uint8_t left;                 // bytes missing, the checksum too,
+    uint8_t *to;                  // where its next parameter goes
+    uint8_t instruction, address; // of the packet in flight
     struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
     uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
     uint32_t heard_us;                 // when others were last found using the line

@@ -59,12 +59,6 @@ static inline bool cds_parser_ends_well(const struct cds_parser *parser, uint8_t
     return (uint8_t)(parser->sum + byte) == UINT8_MAX; // it is ~ of the sum of the rest
 }
 
-/* Is nothing missing of the candidate but the checksum? */
-static inline bool cds_parser_is_last(const struct cds_parser *parser)
-{
-    return parser->seen > CDS_AT_ERROR && parser->seen == (uint8_t)(parser->length + CDS_AT_LENGTH);
-}
-
 /* Takes the packet just found out of the ring. Consumer's context. */
 void cds_parser_accept(struct cds_parser *parser, struct cds_ring *ring);
 

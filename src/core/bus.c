@@ -68,9 +68,9 @@ static void give_back(struct cds_bus *bus);
 /* The exchange in flight is given up: notes until when its answer may still come. */
 static void give_up(struct cds_bus *bus, uint8_t result)
 {
-    if (bus->in_flight < CDS_BUS_ASKS)
+    if (bus->in_flight < CDS_BUS_HOPES)
         return;
-    if (bus->in_flight == CDS_BUS_LAST)
+    if (bus->in_flight == CDS_BUS_TAKES)
         give_back(bus);
     bus->last_id = bus->asked;
     bus->last_result = result;
@@ -153,43 +153,26 @@ static bool is_reply(const struct cds_bus *bus)
            (parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET);
 }
 
-/* The instruction packet has served: the reply's parameters take its place in the buffer. */
-static void take_reply(struct cds_bus *bus)
+/* The instruction packet has served: the parameters of the reply whose ERROR the parser has just
+ * examined take its place in the buffer. */
+static void begin_taking(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    uint8_t *to = request->packet.bytes;
-    uint8_t left = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    uint8_t from = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
+    struct cds_parser *parser = &bus->parser;
+    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
 
-    request->id = bus->parser.id;
-    request->error = bus->parser.error;
-    request->length = left;
-    for (; left; left--)
-        *to++ = bus->link.rx.bytes[from++ & (CDS_RING_SIZE - 1)];
+    request->id = parser->id;
+    request->error = parser->error;
+    request->length = parameters;
+    parser->sum = (uint8_t)(parser->id + parser->length + parser->error);
+    bus->to = request->packet.bytes;
+    bus->left = (uint8_t)(parameters + 1u);
+    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
+    bus->in_flight = CDS_BUS_TAKES;
 }
 
-/* All but the checksum of a reply is here: it is taken now, for there is time. But what it replaces
- * must be something that can be built again. */
-static ONE_COPY void take_ahead(struct cds_bus *bus)
-{
-    const struct cds_packet *packet = &bus->request->packet;
-    const uint8_t *bytes = packet->bytes;
-    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-
-    if (!is_reply(bus))
-        return;
-    if (parameters) {
-        if (packet->size != CDS_PACKET_SIZE(2) || bytes[CDS_AT_INSTRUCTION] != CDS_READ ||
-            bytes[CDS_AT_PARAMETERS + 1] != parameters)
-            return;
-        bus->address = bytes[CDS_AT_PARAMETERS];
-    }
-    take_reply(bus);
-    bus->last_at = (uint8_t)(bus->link.rx.tail + bus->parser.seen);
-    bus->in_flight = CDS_BUS_LAST;
-}
-
-/* It was too soon: the packet stands again as it was sent. */
+/* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
+ * taken is looked at as any other bytes. */
 static SELDOM void give_back(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
@@ -199,27 +182,84 @@ static SELDOM void give_back(struct cds_bus *bus)
     request->id = bus->asked;
     request->error = 0;
     request->length = 0;
+    bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
     bus->in_flight = CDS_BUS_ASKS;
+}
+
+/* Takes what there is of the reply up to byte `end` of the ring, at most `most` bytes. True when
+ * that was all of it, and its checksum is right. */
+static ONE_COPY bool take(struct cds_bus *bus, uint8_t end, uint8_t most)
+{
+    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, byte;
+    uint8_t *to = bus->to;
+
+    do {
+        byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
+        if (--left == 0)
+            break;
+        *to++ = byte;
+        sum = (uint8_t)(sum + byte);
+        at++;
+    } while (at != end && --most);
+    bus->parser.sum = sum;
+    bus->at = at;
+    bus->to = to;
+    if (left) {
+        bus->left = left;
+        return false;
+    }
+    if (!cds_parser_ends_well(&bus->parser, byte)) {
+        give_back(bus);
+        return false;
+    }
+    bus->link.rx.tail = (uint8_t)(at + 1u);
+    bus->parser.seen = 0;
+    return true;
+}
+
+/* Can the packet in flight be built again, when the parameters of this reply have overwritten it?
+ */
+static bool is_read(struct cds_bus *bus)
+{
+    const struct cds_packet *packet = &bus->request->packet;
+    const uint8_t *bytes = packet->bytes;
+
+    bus->address = bytes[CDS_AT_PARAMETERS];
+    return packet->size == CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
+           (uint8_t)(bytes[CDS_AT_PARAMETERS + 1] + CDS_LENGTH_MIN) == bus->parser.length;
+}
+
+/* What has come begins just as the reply that is due: then it is taken as it comes, or there were
+ * no time to look at each byte between two at 1 Mbps. */
+static ONE_COPY void take_at_once(struct cds_bus *bus)
+{
+    const struct cds_ring *rx = &bus->link.rx;
+    struct cds_parser *parser = &bus->parser;
+
+    parser->id = cds_ring_peek(rx, CDS_AT_ID);
+    parser->length = cds_ring_peek(rx, CDS_AT_LENGTH);
+    parser->error = cds_ring_peek(rx, CDS_AT_ERROR);
+    if (cds_ring_peek(rx, 0) == CDS_HEADER && cds_ring_peek(rx, 1) == CDS_HEADER && is_reply(bus) &&
+        (parser->length == CDS_LENGTH_MIN || is_read(bus)))
+        begin_taking(bus);
 }
 
 /* A candidate has become something. True when the exchange has ended well. Not inlined: what it
  * needs would be saved and restored for each byte. */
 static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
-    bool ended;
-
     if (parsed == CDS_PARSED_REFUTED) {
         cds_bus_count_(&bus->counters.refuted);
         bus->damaged = 1;
         return false;
     }
-    ended = bus->in_flight == CDS_BUS_ASKS && is_reply(bus);
-    if (ended)
-        take_reply(bus);
-    else
-        cds_bus_note_undue_(bus);
+    if (bus->in_flight == CDS_BUS_ASKS && is_reply(bus)) {
+        begin_taking(bus);
+        return take(bus, bus->link.rx.head, UINT8_MAX);
+    }
+    cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
-    return ended;
+    return false;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -243,7 +283,7 @@ static uint8_t looked_to(const struct cds_bus *bus)
 }
 
 /* Is there anything in the ring that was not looked at yet? */
-static bool heard(const struct cds_bus *bus)
+static inline __attribute__((always_inline)) bool heard(const struct cds_bus *bus)
 {
     return (uint8_t)(bus->link.broken | (looked_to(bus) ^ bus->link.rx.head));
 }
@@ -286,8 +326,6 @@ static ONE_COPY bool parse(struct cds_bus *bus)
         if (broken)
             drop_broken(bus);
     } while (broken && left-- > 0);
-    if (bus->in_flight == CDS_BUS_ASKS && !bus->closing && cds_parser_is_last(&bus->parser))
-        take_ahead(bus);
     return false;
 }
 
@@ -307,7 +345,7 @@ static ONE_COPY void send_rest(struct cds_bus *bus)
     cds_link_follow(&bus->link, bus->port, request->packet.bytes, size);
     cds_bus_note_sent_(bus);
     if (reply_is_due(request)) { // no servo sends more than it was asked for
-        in_flight = CDS_BUS_ASKS;
+        in_flight = CDS_BUS_HOPES;
         longest = request->any_length ? CDS_PARSER_LENGTH_MAX
                                       : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
@@ -536,8 +574,10 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (bus->in_flight == CDS_BUS_LAST) {
-        give_back(bus);
+    if (bus->in_flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
+        if (bus->in_flight == CDS_BUS_TAKES)
+            give_back(bus);
+        bus->in_flight = CDS_BUS_ASKS;
         if (heard(bus) && parse(bus))
             return CDS_OK;
     }
@@ -585,28 +625,34 @@ static ONE_COPY void poll_idle(struct cds_bus *bus)
         is_quiet(bus, cds_port_now_us());
 }
 
-/* The byte is here that was missing of the reply taken ahead. Was that right? */
-static bool ends_well(struct cds_bus *bus)
+/* A reply is due. Has it come, and whole? */
+static bool has_reply(struct cds_bus *bus)
 {
     const struct cds_link *link = &bus->link;
+    uint8_t end = link->rx.head; // as in parse()
 
-    if (!link->broken &&
-        cds_parser_ends_well(&bus->parser, link->rx.bytes[bus->last_at & (CDS_RING_SIZE - 1)])) {
-        cds_parser_accept(&bus->parser, &bus->link.rx);
-        return true;
+    if (bus->in_flight == CDS_BUS_HOPES) {
+        if (!link->broken && (uint8_t)(end - link->rx.tail) < CDS_AT_PARAMETERS)
+            return false;
+        bus->in_flight = CDS_BUS_ASKS;
+        if (!link->broken)
+            take_at_once(bus);
     }
-    give_back(bus);
-    return parse(bus);
+    if (bus->in_flight == CDS_BUS_TAKES) {
+        if (end == bus->at)
+            return false;
+        if (link->broken)
+            give_back(bus);
+        else if (take(bus, end, BYTES_PER_POLL - CDS_AT_PARAMETERS))
+            return true;
+    }
+    return bus->in_flight == CDS_BUS_ASKS && heard(bus) && parse(bus);
 }
 
 /* Something is in flight. Has it ended well? */
 static bool has_ended_well(struct cds_bus *bus, uint8_t in_flight)
 {
-    if (in_flight == CDS_BUS_LAST)
-        return bus->link.rx.head != bus->last_at && ends_well(bus);
-    if (bus->link.state != CDS_LINK_LISTENING)
-        return false;
-    return in_flight == CDS_BUS_TELLS || (heard(bus) && parse(bus));
+    return bus->link.state == CDS_LINK_LISTENING && (in_flight == CDS_BUS_TELLS || has_reply(bus));
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
