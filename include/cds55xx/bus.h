@@ -146,7 +146,8 @@ struct cds_bus_observer {
 /* What is on the wire. */
 enum cds_bus_flight {
     CDS_BUS_IDLE,  // nothing of ours
-    CDS_BUS_TELLS, // the packet of the first request, and no reply is due
+    CDS_BUS_BEGUN, // the packet of the first request; what is due was not looked at yet
+    CDS_BUS_TELLS, // ... no reply is due
     CDS_BUS_HOPES, // ... and the reply to it is, of which nothing was looked at yet
     CDS_BUS_ASKS,  // ... and that, for which what comes is searched
     CDS_BUS_TAKES, // ... which has begun, and goes into the request's buffer as it comes

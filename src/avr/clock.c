@@ -15,29 +15,42 @@ void cds_avr_clock_open(void)
 {
     TIMER_CONTROL_B = 0;
     TIMER_COUNT = 0;
-    cds_avr_clock.overflows_us = 0;
+    cds_avr_clock.overflows[0] = cds_avr_clock.overflows[1] = cds_avr_clock.overflows[2] = 0;
     TIMER_FLAGS = TIMER_OVERFLOW_FLAG; // an old overflow must not count
     TIMER_INTERRUPTS |= TIMER_OVERFLOW_ENABLE;
     TIMER_CONTROL_B = TIMER_PRESCALE_8;
 }
 
 /* Without turning interrupts off, which would hold up the turnaround of a bus: if the handler ran
- * between the two readings of its count, they are taken again. */
+ * amid the reading of its count, all is read again. Half of 40 bits, of which 32 are kept. */
 uint32_t cds_port_now_us(void)
 {
-    uint32_t now_us;
-    uint16_t ticks;
+    union {
+        struct {
+            uint16_t ticks;
+            uint8_t overflows[2];
+        } part;
+        uint32_t whole;
+    } now;
+    uint8_t top;
     bool overflowed;
 
     do {
-        now_us = cds_avr_clock.overflows_us;
-        ticks = TIMER_COUNT;
+        now.part.overflows[0] = cds_avr_clock.overflows[0];
+        now.part.overflows[1] = cds_avr_clock.overflows[1];
+        top = cds_avr_clock.overflows[2];
+        now.part.ticks = TIMER_COUNT;
         overflowed = TIMER_FLAGS & TIMER_OVERFLOW_FLAG;
-    } while (now_us != cds_avr_clock.overflows_us);
-    if (overflowed && ticks < AVR_CLOCK_OVERFLOW_US)
-        now_us +=
-            AVR_CLOCK_OVERFLOW_US; // it overflowed before `ticks`, and its handler has yet to run
-    return now_us + (ticks >> 1);
+    } while (now.part.overflows[0] != cds_avr_clock.overflows[0]);
+    if (overflowed && (int16_t)now.part.ticks >= 0) { // before `ticks`; its handler has yet to run
+        now.whole += 0x10000;
+        if (now.whole < 0x10000)
+            top++;
+    }
+    now.whole >>= 1;
+    if (top & 1)
+        now.whole |= 0x80000000;
+    return now.whole;
 }
 
 /* Each bus has a compare unit of the timer: A, B or C. */

@@ -63,11 +63,14 @@ static uint16_t byte_time_us(uint8_t baud)
     return (uint16_t)(5u * (baud + 1u));
 }
 
+static void expect(struct cds_bus *bus);
 static void give_back(struct cds_bus *bus);
 
 /* The exchange in flight is given up: notes until when its answer may still come. */
 static void give_up(struct cds_bus *bus, uint8_t result)
 {
+    if (bus->in_flight == CDS_BUS_BEGUN)
+        expect(bus);
     if (bus->in_flight < CDS_BUS_HOPES)
         return;
     if (bus->in_flight == CDS_BUS_TAKES)
@@ -335,15 +338,25 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
     return (uint32_t)bytes * bus->byte_time_us + (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
-/* The packet of the first request goes on from its header, which is on the wire. */
-static ONE_COPY void send_rest(struct cds_bus *bus)
+/* The packet of the first request goes on from its header, which is on the wire. No more than must
+ * be: the caller waits, and there is time while the packet is sent. */
+static void send_rest(struct cds_bus *bus)
 {
-    const struct cds_request *request = bus->request;
+    const struct cds_packet *packet = &bus->request->packet;
+
+    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size);
+    bus->in_flight = CDS_BUS_BEGUN;
+    bus->deadline_us = cds_port_now_us(); // to be counted from here
+    cds_bus_note_sent_(bus);
+}
+
+/* What is due for the packet that has begun, and by when. */
+static ONE_COPY void expect(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
     uint16_t size = request->packet.size, return_delay_us = 0;
     uint8_t longest = CDS_LENGTH_MIN, in_flight = CDS_BUS_TELLS;
 
-    cds_link_follow(&bus->link, bus->port, request->packet.bytes, size);
-    cds_bus_note_sent_(bus);
     if (reply_is_due(request)) { // no servo sends more than it was asked for
         in_flight = CDS_BUS_HOPES;
         longest = request->any_length ? CDS_PARSER_LENGTH_MAX
@@ -355,7 +368,7 @@ static ONE_COPY void send_rest(struct cds_bus *bus)
     bus->asked = request->id;
     bus->damaged = 0;
     cds_parser_begin(&bus->parser, longest);
-    bus->deadline_us = cds_port_now_us() + time_allowed_us(bus, size, return_delay_us);
+    bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
 }
 
@@ -436,6 +449,20 @@ static bool is_free(const struct cds_bus *bus)
            cds_port_line_is_high(bus->port);
 }
 
+/* It is not its turn yet, as far as is known. */
+static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
+{
+    uint8_t result = cds_bus_judge_(bus, request);
+
+    if (result != CDS_OK)
+        return result;
+    request->result = CDS_PENDING;
+    insert(bus, request, request->urgent);
+    if (bus->request == request)
+        send_if_quiet(bus, true);
+    return CDS_OK;
+}
+
 ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
@@ -458,22 +485,16 @@ ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request
 
 ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    request->return_delay_us = bus->return_delay_us;
-    if (begun != CDS_OK) {
-        uint8_t result = cds_bus_judge_(bus, request);
-
-        if (result != CDS_OK)
-            return result;
-    }
-    request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
     request->error = 0;
     request->length = 0;
-    insert(bus, request, request->urgent);
-    if (begun == CDS_OK)
-        send_rest(bus);
-    else if (bus->request == request)
-        send_if_quiet(bus, true);
+    request->return_delay_us = bus->return_delay_us;
+    if (begun != CDS_OK)
+        return enqueue(bus, request);
+    request->result = CDS_PENDING;
+    request->next = NULL;
+    bus->request = request;
+    send_rest(bus);
     return CDS_OK;
 }
 
@@ -650,24 +671,29 @@ static bool has_reply(struct cds_bus *bus)
 }
 
 /* Something is in flight. Has it ended well? */
-static bool has_ended_well(struct cds_bus *bus, uint8_t in_flight)
+static bool has_ended_well(struct cds_bus *bus)
 {
-    return bus->link.state == CDS_LINK_LISTENING && (in_flight == CDS_BUS_TELLS || has_reply(bus));
+    return bus->link.state == CDS_LINK_LISTENING &&
+           (bus->in_flight == CDS_BUS_TELLS || has_reply(bus));
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t in_flight = bus->in_flight;
-
-    if (in_flight == CDS_BUS_IDLE) {
+    if (bus->in_flight == CDS_BUS_IDLE) {
         poll_idle(bus);
-    } else if (has_ended_well(bus, in_flight)) {
-        end_well(bus);
-    } else {
-        if (cds_port_alarm_rings(bus->port)) // after parsing: what came by then is not late
-            look_at_deadline(bus);
+        return bus->request;
     }
-    return bus->request;
+    if (bus->in_flight == CDS_BUS_BEGUN)
+        expect(bus);
+    if (has_ended_well(bus)) {
+        end_well(bus);
+        return bus->request;
+    }
+    if (cds_port_alarm_rings(bus->port)) { // after parsing: what came by then is not late
+        look_at_deadline(bus);
+        return bus->request;
+    }
+    return true;
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
