@@ -143,14 +143,15 @@ struct cds_bus_observer {
     uint8_t changed_id; // whom the last count concerns, or CDS_BROADCAST_ID
 };
 
-/* What is on the wire. */
+/* How far the bus is with its first request. */
 enum cds_bus_flight {
-    CDS_BUS_IDLE,  // nothing of ours
-    CDS_BUS_BEGUN, // the packet of the first request; what is due was not looked at yet
+    CDS_BUS_CLOSED,
+    CDS_BUS_IDLE,  // it waits, or there is none
+    CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
     CDS_BUS_TELLS, // ... no reply is due
-    CDS_BUS_HOPES, // ... and the reply to it is, of which nothing was looked at yet
-    CDS_BUS_ASKS,  // ... and that, for which what comes is searched
-    CDS_BUS_TAKES, // ... which has begun, and goes into the request's buffer as it comes
+    CDS_BUS_HOPES, // ... a reply is due, of which nothing was looked at yet
+    CDS_BUS_ASKS,  // ... and what comes is searched for it
+    CDS_BUS_TAKES, // ... and it goes into the request's buffer as it comes
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
@@ -158,7 +159,8 @@ struct cds_bus {
     struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
     uint8_t port;                 // number of the bus on its board
-    uint8_t in_flight;            // enum cds_bus_flight
+    uint8_t flight;               // enum cds_bus_flight
+    bool in_flight;               // beyond CDS_BUS_IDLE
     uint8_t line;                 // enum cds_bus_state
     bool owed;                    // the one given up last may answer until `late_us`
     uint8_t damaged;              // not 0: something of the reply came damaged
@@ -167,19 +169,19 @@ struct cds_bus {
     uint8_t last_id;              // of the last exchange with a reply due that is over,
     uint8_t last_result;          // and enum cds_result of it
     uint8_t asked;                // ID in the packet in flight
-    uint8_t at;                   // of the reply that comes: index of its next byte in the ring,
+    uint8_t at;                   // of the reply that is taken: index of its next byte in the ring,
     uint8_t left;                 // bytes missing, the checksum too,
     uint8_t *to;                  // where its next parameter goes
     uint8_t instruction, address; // of the packet in flight
     struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
     uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
-    uint32_t heard_us;                 // when others were last found using the line
-    uint32_t late_us;                  // until then the servo given up last may still answer
-    uint16_t byte_time_us;             // ten bits
     uint16_t return_delay_us;          // longest of any servo on this bus
-    uint8_t baud;                      // register value of its rate
-    uint8_t repeats;                   // given to each request that bears repeating
     struct cds_link link;
+    uint16_t byte_time_us;        // ten bits
+    uint32_t heard_us;            // when others were last found using the line
+    uint32_t late_us;             // until then the servo given up last may still answer
+    uint8_t baud;                 // register value of its rate
+    uint8_t repeats;              // given to each request that bears repeating
     struct cds_counters counters; // `stray` and the last four stay elsewhere until asked for
 };
 
@@ -226,15 +228,16 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found
  * good is on the wire before the rest of it is built. First: may it be sent? CDS_OK: it has begun,
- * and the rest must follow at once; CDS_PENDING: it has not, as it is not its turn; else why not.
- * Of the packet only its size is known yet. Then, unless it was refused, the packet, whole but for
- * a checksum that will be there within a few byte times; returns what cds_bus_submit() does. */
-uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request);
+ * and the rest must follow at once; CDS_PENDING: it has not, as it is not its turn; CDS_NO_ROOM.
+ * Then, unless it was refused, the packet, whole but for a checksum that will be there within a few
+ * byte times; returns what cds_bus_submit() does. */
+uint8_t cds_bus_begin_(struct cds_bus *bus, const struct cds_request *request);
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
  * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost
  * nothing. */
+bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
 void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
 void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange

@@ -2,6 +2,11 @@
  * read counters or have an observer. In all others bus.c has nothing in the place of these. */
 #include "cds55xx/bus.h"
 
+bool cds_bus_is_watched_(const struct cds_bus *bus)
+{
+    return bus->observer;
+}
+
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
 {
     return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);

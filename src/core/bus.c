@@ -17,6 +17,12 @@
 /* What a program does not use: account.c and repeat.c have those that do something. */
 #define UNUSED __attribute__((weak))
 
+UNUSED bool cds_bus_is_watched_(const struct cds_bus *bus)
+{
+    (void)bus;
+    return false;
+}
+
 UNUSED uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
 {
     (void)bus, (void)request;
@@ -69,11 +75,11 @@ static void give_back(struct cds_bus *bus);
 /* The exchange in flight is given up: notes until when its answer may still come. */
 static void give_up(struct cds_bus *bus, uint8_t result)
 {
-    if (bus->in_flight == CDS_BUS_BEGUN)
+    if (bus->flight == CDS_BUS_BEGUN)
         expect(bus);
-    if (bus->in_flight < CDS_BUS_HOPES)
+    if (bus->flight < CDS_BUS_HOPES)
         return;
-    if (bus->in_flight == CDS_BUS_TAKES)
+    if (bus->flight == CDS_BUS_TAKES)
         give_back(bus);
     bus->last_id = bus->asked;
     bus->last_result = result;
@@ -108,6 +114,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->last_id = last_id;
     bus->last_result = last_result;
     bus->owed = owed;
+    bus->flight = CDS_BUS_IDLE;
     cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX); // any packet is of interest: none is due
     cds_link_open(&bus->link, port);
 }
@@ -156,22 +163,20 @@ static bool is_reply(const struct cds_bus *bus)
            (parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET);
 }
 
-/* The instruction packet has served: the parameters of the reply whose ERROR the parser has just
- * examined take its place in the buffer. */
+/* The instruction packet has served: the parameters of the reply whose ID and LENGTH the parser has
+ * take its place in the buffer as they come. */
 static void begin_taking(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     struct cds_parser *parser = &bus->parser;
-    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
 
     request->id = parser->id;
-    request->error = parser->error;
-    request->length = parameters;
-    parser->sum = (uint8_t)(parser->id + parser->length + parser->error);
+    request->length = (uint8_t)(parser->length - CDS_LENGTH_MIN);
+    parser->sum = (uint8_t)(parser->id + parser->length);
     bus->to = request->packet.bytes;
-    bus->left = (uint8_t)(parameters + 1u);
-    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
-    bus->in_flight = CDS_BUS_TAKES;
+    bus->left = parser->length;
+    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
+    bus->flight = CDS_BUS_TAKES;
 }
 
 /* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
@@ -186,42 +191,56 @@ static SELDOM void give_back(struct cds_bus *bus)
     request->error = 0;
     request->length = 0;
     bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
-    bus->in_flight = CDS_BUS_ASKS;
+    bus->flight = CDS_BUS_ASKS;
 }
 
-/* Takes what there is of the reply up to byte `end` of the ring, at most `most` bytes. True when
- * that was all of it, and its checksum is right. */
-static ONE_COPY bool take(struct cds_bus *bus, uint8_t end, uint8_t most)
+/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
+static ONE_COPY void take(struct cds_bus *bus, uint8_t end)
 {
-    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, byte;
+    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum;
     uint8_t *to = bus->to;
 
     do {
-        byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
-        if (--left == 0)
-            break;
-        *to++ = byte;
+        uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
+
         sum = (uint8_t)(sum + byte);
+        if (left != bus->parser.length) {
+            *to++ = byte;
+        } else {
+            if (byte & CDS_ERROR_NONE_SUCH) {
+                give_back(bus);
+                return;
+            }
+            bus->request->error = byte;
+            bus->parser.error = byte;
+        }
         at++;
-    } while (at != end && --most);
+    } while (--left != 1 && at != end);
     bus->parser.sum = sum;
+    bus->left = left;
     bus->at = at;
     bus->to = to;
-    if (left) {
-        bus->left = left;
-        return false;
+}
+
+/* The same, and the checksum: all of them have come, or up to `end`. True when it ends well. */
+static inline __attribute__((always_inline)) bool take_all(struct cds_bus *bus, uint8_t end)
+{
+    if (bus->left != 1) {
+        take(bus, end);
+        if (bus->at == end || bus->left != 1)
+            return false;
     }
-    if (!cds_parser_ends_well(&bus->parser, byte)) {
+    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[bus->at & (CDS_RING_SIZE - 1)])) {
         give_back(bus);
         return false;
     }
-    bus->link.rx.tail = (uint8_t)(at + 1u);
+    bus->link.rx.tail = (uint8_t)(bus->at + 1u);
     bus->parser.seen = 0;
     return true;
 }
 
-/* Can the packet in flight be built again, when the parameters of this reply have overwritten it?
- */
+/* Can the packet in flight be built again, when the parameters of the reply that is due have
+ * overwritten it? */
 static bool is_read(struct cds_bus *bus)
 {
     const struct cds_packet *packet = &bus->request->packet;
@@ -229,22 +248,24 @@ static bool is_read(struct cds_bus *bus)
 
     bus->address = bytes[CDS_AT_PARAMETERS];
     return packet->size == CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
-           (uint8_t)(bytes[CDS_AT_PARAMETERS + 1] + CDS_LENGTH_MIN) == bus->parser.length;
+           bytes[CDS_AT_PARAMETERS + 1] == bus->request->reply_parameters;
 }
 
-/* What has come begins just as the reply that is due: then it is taken as it comes, or there were
- * no time to look at each byte between two at 1 Mbps. */
+/* If what has come begins just as the reply that is due, it is taken as it comes: there were no
+ * time to search it byte by byte at 1 Mbps. */
 static ONE_COPY void take_at_once(struct cds_bus *bus)
 {
     const struct cds_ring *rx = &bus->link.rx;
     struct cds_parser *parser = &bus->parser;
 
-    parser->id = cds_ring_peek(rx, CDS_AT_ID);
-    parser->length = cds_ring_peek(rx, CDS_AT_LENGTH);
-    parser->error = cds_ring_peek(rx, CDS_AT_ERROR);
-    if (cds_ring_peek(rx, 0) == CDS_HEADER && cds_ring_peek(rx, 1) == CDS_HEADER && is_reply(bus) &&
-        (parser->length == CDS_LENGTH_MIN || is_read(bus)))
-        begin_taking(bus);
+    bus->flight = CDS_BUS_ASKS;
+    if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
+        cds_ring_peek(rx, CDS_AT_ID) != bus->asked ||
+        cds_ring_peek(rx, CDS_AT_LENGTH) != parser->longest)
+        return;
+    parser->id = bus->asked;
+    parser->length = parser->longest;
+    begin_taking(bus);
 }
 
 /* A candidate has become something. True when the exchange has ended well. Not inlined: what it
@@ -256,9 +277,9 @@ static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
         bus->damaged = 1;
         return false;
     }
-    if (bus->in_flight == CDS_BUS_ASKS && is_reply(bus)) {
+    if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) {
         begin_taking(bus);
-        return take(bus, bus->link.rx.head, UINT8_MAX);
+        return take_all(bus, bus->link.rx.head);
     }
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
@@ -340,12 +361,11 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
 
 /* The packet of the first request goes on from its header, which is on the wire. No more than must
  * be: the caller waits, and there is time while the packet is sent. */
-static void send_rest(struct cds_bus *bus)
+static void send_rest(struct cds_bus *bus, const struct cds_request *request)
 {
-    const struct cds_packet *packet = &bus->request->packet;
-
-    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size);
-    bus->in_flight = CDS_BUS_BEGUN;
+    cds_link_follow(&bus->link, bus->port, request->packet.bytes, request->packet.size);
+    bus->flight = CDS_BUS_BEGUN;
+    bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
     cds_bus_note_sent_(bus);
 }
@@ -355,18 +375,25 @@ static ONE_COPY void expect(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint16_t size = request->packet.size, return_delay_us = 0;
-    uint8_t longest = CDS_LENGTH_MIN, in_flight = CDS_BUS_TELLS;
+    uint8_t longest = CDS_LENGTH_MIN, flight = CDS_BUS_TELLS;
 
+    bus->asked = request->id;
+    request->error = 0;
+    request->length = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
-        in_flight = CDS_BUS_HOPES;
-        longest = request->any_length ? CDS_PARSER_LENGTH_MAX
-                                      : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        flight = CDS_BUS_ASKS;
+        longest = CDS_PARSER_LENGTH_MAX;
+        if (!request->any_length) {
+            longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+            if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
+                flight = CDS_BUS_HOPES;
+        }
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
         return_delay_us = request->return_delay_us;
     }
-    bus->in_flight = in_flight;
-    bus->asked = request->id;
+    bus->flight = flight;
     bus->damaged = 0;
+    bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
     bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
@@ -389,6 +416,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
     if (bus->owed && (int32_t)(now_us - bus->late_us) >= 0)
         bus->owed = false; // for good: half an hour later the clock would not tell
     if (used) {
+        bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         parse(bus);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
@@ -413,7 +441,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
         cds_link_begin(bus->port, CDS_HEADER);
-        send_rest(bus);
+        send_rest(bus, request);
         return true;
     }
     if (anew)
@@ -442,42 +470,44 @@ static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, ui
     *place = request;
 }
 
-/* Is there nothing to be waited for? */
-static bool is_free(const struct cds_bus *bus)
+/* Is there nothing to be waited for? A request waits only where the observer, the line or an old
+ * answer make it. */
+static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *bus)
 {
-    return !bus->request && !(uint8_t)(bus->line | bus->owed) && !heard(bus) &&
+    return bus->flight == CDS_BUS_IDLE && !(uint8_t)(bus->line | bus->owed) && !heard(bus) &&
            cds_port_line_is_high(bus->port);
 }
 
 /* It is not its turn yet, as far as is known. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t result = cds_bus_judge_(bus, request);
+    uint8_t result;
 
+    if (bus->byte_time_us == 0)
+        return CDS_BAD_ARGUMENT;
+    result = cds_bus_judge_(bus, request);
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
     insert(bus, request, request->urgent);
     if (bus->request == request)
-        send_if_quiet(bus, true);
+        begin_turn(bus);
     return CDS_OK;
 }
 
-ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request)
+static SELDOM bool reply_fits(const struct cds_request *request)
 {
-    uint8_t due = request->reply_parameters;
+    return !reply_is_due(request) ||
+           (request->any_length ? CDS_REPLY_ANY : request->reply_parameters) <=
+               request->packet.room;
+}
 
-    if (bus->byte_time_us == 0)
-        return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE) {
-        if (due > CDS_REPLY_MAX)
-            return CDS_BAD_ARGUMENT;
-        if (request->any_length)
-            due = CDS_REPLY_ANY;
-        if (due > request->packet.room)
-            return CDS_NO_ROOM;
-    }
-    if (bus->observer || !is_free(bus))
+ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, const struct cds_request *request)
+{
+    if ((request->reply_parameters > CDS_PACKET_SIZE(0) || request->any_length) && // as any packet
+        !reply_fits(request))
+        return CDS_NO_ROOM;
+    if (cds_bus_is_watched_(bus) || !is_free(bus))
         return CDS_PENDING;
     cds_link_begin(bus->port, CDS_HEADER);
     return CDS_OK;
@@ -486,15 +516,13 @@ ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, struct cds_request *request
 ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
     request->id = request->packet.bytes[CDS_AT_ID];
-    request->error = 0;
-    request->length = 0;
     request->return_delay_us = bus->return_delay_us;
     if (begun != CDS_OK)
         return enqueue(bus, request);
     request->result = CDS_PENDING;
     request->next = NULL;
     bus->request = request;
-    send_rest(bus);
+    send_rest(bus, request);
     return CDS_OK;
 }
 
@@ -504,6 +532,9 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
+    if (bus->flight == CDS_BUS_CLOSED ||
+        (request->reply_parameters > CDS_REPLY_MAX && reply_is_due(request)))
+        return CDS_BAD_ARGUMENT;
     begun = cds_bus_begin_(bus, request);
     return (enum cds_result)(begun > CDS_PENDING ? begun : cds_bus_follow_(bus, request, begun));
 }
@@ -539,32 +570,20 @@ static ONE_COPY void finish(struct cds_bus *bus, uint8_t result)
         request->on_end(request);
 }
 
-/* The exchange in flight has ended: counts and tells how, and prepares for what may still come. */
+/* The exchange in flight has ended. */
 static void land(struct cds_bus *bus, uint8_t result)
 {
-    bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
-    bus->closing = false;
     cds_bus_note_end_(bus, result);
-    bus->in_flight = CDS_BUS_IDLE;
+    bus->flight = CDS_BUS_IDLE;
+    bus->in_flight = false;
 }
 
-/* ... well. */
-static void end_well(struct cds_bus *bus)
-{
-    if (bus->in_flight != CDS_BUS_TELLS) {
-        bus->last_id = bus->asked;
-        bus->last_result = CDS_OK;
-        bus->owed = false;
-    }
-    land(bus, CDS_OK);
-    finish(bus, CDS_OK);
-}
-
-/* The same without a good reply: it is sent again, if it may be. */
+/* ... without a good reply: it is sent again, if it may be. */
 static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
+    bus->closing = false;
     give_up(bus, result);
     if (result == CDS_CORRUPT) { // and the line may be so still
         bus->line = CDS_BUS_BUSY;
@@ -581,6 +600,18 @@ static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     begin_turn(bus);
 }
 
+/* ... well. */
+static void end_well(struct cds_bus *bus)
+{
+    if (bus->flight != CDS_BUS_TELLS) {
+        bus->last_id = bus->asked;
+        bus->last_result = CDS_OK;
+        bus->owed = false;
+    }
+    land(bus, CDS_OK);
+    finish(bus, CDS_OK);
+}
+
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
  * poll may look at. */
 static uint8_t outcome_late(struct cds_bus *bus)
@@ -589,16 +620,16 @@ static uint8_t outcome_late(struct cds_bus *bus)
         cds_link_abort(&bus->link, bus->port);
         return CDS_TIMEOUT;
     }
-    if (bus->in_flight == CDS_BUS_TELLS) // out in this very moment: the next poll ends it
+    if (bus->flight == CDS_BUS_TELLS) // out in this very moment: the next poll ends it
         return CDS_PENDING;
     if (!bus->closing) {
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (bus->in_flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
-        if (bus->in_flight == CDS_BUS_TAKES)
+    if (bus->flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
+        if (bus->flight == CDS_BUS_TAKES)
             give_back(bus);
-        bus->in_flight = CDS_BUS_ASKS;
+        bus->flight = CDS_BUS_ASKS;
         if (heard(bus) && parse(bus))
             return CDS_OK;
     }
@@ -618,10 +649,12 @@ static SELDOM void look_at_deadline(struct cds_bus *bus)
         return;
     }
     result = outcome_late(bus);
-    if (result == CDS_OK)
+    if (result == CDS_OK) {
+        bus->closing = false;
         end_well(bus);
-    else if (result != CDS_PENDING)
+    } else if (result != CDS_PENDING) {
         fail(bus, result, now_us);
+    }
 }
 
 /* The first request waits for a quiet line. */
@@ -638,62 +671,82 @@ static void wait_for_quiet(struct cds_bus *bus)
 }
 
 /* Nothing is in flight. */
-static ONE_COPY void poll_idle(struct cds_bus *bus)
+static ONE_COPY bool poll_idle(struct cds_bus *bus)
 {
     if (bus->request)
         wait_for_quiet(bus);
-    else if (bus->byte_time_us && !is_free(bus))
+    else if (bus->flight != CDS_BUS_CLOSED && !is_free(bus))
         is_quiet(bus, cds_port_now_us());
+    return bus->request;
 }
 
-/* A reply is due. Has it come, and whole? */
-static bool has_reply(struct cds_bus *bus)
+/* The search for the reply, or what is left of it: has it come, and whole? */
+static ONE_COPY bool search(struct cds_bus *bus)
+{
+    if (bus->flight == CDS_BUS_TAKES)
+        give_back(bus);
+    bus->flight = CDS_BUS_ASKS;
+    if (!heard(bus) || !parse(bus))
+        return false;
+    bus->closing = false;
+    return true;
+}
+
+/* A reply is taken, and its next byte is here, all of them before `end`. Has it come, and whole? */
+static inline __attribute__((always_inline)) bool go_on_taking(struct cds_bus *bus, uint8_t end)
+{
+    if (bus->link.broken)
+        return search(bus);
+    if ((uint8_t)(end - bus->at) > BYTES_PER_POLL)
+        end = (uint8_t)(bus->at + BYTES_PER_POLL);
+    if (take_all(bus, end))
+        return true;
+    return bus->flight == CDS_BUS_ASKS && search(bus);
+}
+
+/* Something is in flight that no reply is taken for yet. Has it ended well? */
+static ONE_COPY bool wait_for_reply(struct cds_bus *bus)
 {
     const struct cds_link *link = &bus->link;
-    uint8_t end = link->rx.head; // as in parse()
+    uint8_t end;
 
-    if (bus->in_flight == CDS_BUS_HOPES) {
-        if (!link->broken && (uint8_t)(end - link->rx.tail) < CDS_AT_PARAMETERS)
+    if (bus->flight == CDS_BUS_BEGUN)
+        expect(bus);
+    if (link->state != CDS_LINK_LISTENING)
+        return false;
+    if (bus->flight == CDS_BUS_TELLS)
+        return true;
+    end = link->rx.head; // before `broken`, as in parse()
+    if (bus->flight == CDS_BUS_HOPES && !link->broken) {
+        if ((uint8_t)(end - link->rx.tail) < CDS_AT_ERROR)
             return false;
-        bus->in_flight = CDS_BUS_ASKS;
-        if (!link->broken)
-            take_at_once(bus);
+        take_at_once(bus);
+        if (bus->flight == CDS_BUS_TAKES)
+            return end != bus->at && go_on_taking(bus, end);
     }
-    if (bus->in_flight == CDS_BUS_TAKES) {
-        if (end == bus->at)
-            return false;
-        if (link->broken)
-            give_back(bus);
-        else if (take(bus, end, BYTES_PER_POLL - CDS_AT_PARAMETERS))
-            return true;
-    }
-    return bus->in_flight == CDS_BUS_ASKS && heard(bus) && parse(bus);
-}
-
-/* Something is in flight. Has it ended well? */
-static bool has_ended_well(struct cds_bus *bus)
-{
-    return bus->link.state == CDS_LINK_LISTENING &&
-           (bus->in_flight == CDS_BUS_TELLS || has_reply(bus));
+    return search(bus);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    if (bus->in_flight == CDS_BUS_IDLE) {
-        poll_idle(bus);
-        return bus->request;
+    bool ended;
+
+    if (bus->flight == CDS_BUS_TAKES) {
+        uint8_t end = bus->link.rx.head; // before `broken`, as in parse()
+
+        ended = end != bus->at && go_on_taking(bus, end);
+    } else if (bus->flight <= CDS_BUS_IDLE) {
+        return poll_idle(bus);
+    } else {
+        ended = wait_for_reply(bus);
     }
-    if (bus->in_flight == CDS_BUS_BEGUN)
-        expect(bus);
-    if (has_ended_well(bus)) {
+    if (ended)
         end_well(bus);
-        return bus->request;
-    }
-    if (cds_port_alarm_rings(bus->port)) { // after parsing: what came by then is not late
+    else if (!cds_port_alarm_rings(bus->port)) // asked after parsing: what came by then is not late
+        return true;
+    else
         look_at_deadline(bus);
-        return bus->request;
-    }
-    return true;
+    return bus->request;
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
