@@ -194,8 +194,9 @@ static SELDOM void give_back(struct cds_bus *bus)
     bus->flight = CDS_BUS_ASKS;
 }
 
-/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
-static ONE_COPY void take(struct cds_bus *bus, uint8_t end)
+/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. True when but the
+ * checksum is missing, and that has come too. */
+static ONE_COPY bool take(struct cds_bus *bus, uint8_t end)
 {
     uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum;
     uint8_t *to = bus->to;
@@ -209,10 +210,9 @@ static ONE_COPY void take(struct cds_bus *bus, uint8_t end)
         } else {
             if (byte & CDS_ERROR_NONE_SUCH) {
                 give_back(bus);
-                return;
+                return false;
             }
             bus->request->error = byte;
-            bus->parser.error = byte;
         }
         at++;
     } while (--left != 1 && at != end);
@@ -220,21 +220,19 @@ static ONE_COPY void take(struct cds_bus *bus, uint8_t end)
     bus->left = left;
     bus->at = at;
     bus->to = to;
+    return left == 1 && at != end;
 }
 
-/* The same, and the checksum: all of them have come, or up to `end`. True when it ends well. */
-static inline __attribute__((always_inline)) bool take_all(struct cds_bus *bus, uint8_t end)
+/* The checksum has come: is it right? */
+static inline __attribute__((always_inline)) bool take_last(struct cds_bus *bus)
 {
-    if (bus->left != 1) {
-        take(bus, end);
-        if (bus->at == end || bus->left != 1)
-            return false;
-    }
-    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[bus->at & (CDS_RING_SIZE - 1)])) {
+    uint8_t at = bus->at;
+
+    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)])) {
         give_back(bus);
         return false;
     }
-    bus->link.rx.tail = (uint8_t)(bus->at + 1u);
+    bus->link.rx.tail = (uint8_t)(at + 1u);
     bus->parser.seen = 0;
     return true;
 }
@@ -279,7 +277,7 @@ static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
     }
     if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) {
         begin_taking(bus);
-        return take_all(bus, bus->link.rx.head);
+        return take(bus, bus->link.rx.head) && take_last(bus);
     }
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
@@ -452,7 +450,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
 
 /* The turn of the first request begins. If the observer has changed its mind, the next poll sees.
  */
-static void begin_turn(struct cds_bus *bus)
+static ONE_COPY void begin_turn(struct cds_bus *bus)
 {
     if (bus->request && cds_bus_judge_(bus, bus->request) == CDS_OK)
         send_if_quiet(bus, true);
@@ -558,16 +556,23 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 
 /* The first request is over. The next one begins before on_end runs, so that what on_end submits
  * takes its turn like any other. */
-static ONE_COPY void finish(struct cds_bus *bus, uint8_t result)
+static inline __attribute__((always_inline)) void finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
+    struct cds_request *next = request->next;
 
-    bus->request = request->next;
+    bus->request = next;
     request->result = result;
-    if (bus->request)
+    if (next)
         begin_turn(bus);
     if (request->on_end)
         request->on_end(request);
+}
+
+/* ... not well. */
+static SELDOM void finish_badly(struct cds_bus *bus, uint8_t result)
+{
+    finish(bus, result);
 }
 
 /* The exchange in flight has ended. */
@@ -591,7 +596,7 @@ static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     }
     land(bus, result);
     if (!cds_bus_repeats_(request)) {
-        finish(bus, result);
+        finish_badly(bus, result);
         return;
     }
     cds_bus_count_(&bus->counters.repeated);
@@ -600,16 +605,30 @@ static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     begin_turn(bus);
 }
 
-/* ... well. */
-static void end_well(struct cds_bus *bus)
+/* ... well. Returns whether there is more to do, as all below. */
+static ONE_COPY bool end_well(struct cds_bus *bus)
 {
-    if (bus->flight != CDS_BUS_TELLS) {
-        bus->last_id = bus->asked;
-        bus->last_result = CDS_OK;
-        bus->owed = false;
-    }
     land(bus, CDS_OK);
     finish(bus, CDS_OK);
+    return bus->request;
+}
+
+/* ... with a good reply. */
+static inline __attribute__((always_inline)) bool end_answered(struct cds_bus *bus)
+{
+    bus->last_id = bus->asked;
+    bus->last_result = CDS_OK;
+    bus->owed = false;
+    land(bus, CDS_OK);
+    finish(bus, CDS_OK);
+    return bus->request;
+}
+
+/* ... that was searched for, perhaps beyond the deadline. */
+static ONE_COPY bool end_search(struct cds_bus *bus)
+{
+    bus->closing = false;
+    return end_answered(bus);
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -639,22 +658,28 @@ static uint8_t outcome_late(struct cds_bus *bus)
 }
 
 /* The alarm has rung, perhaps too early. */
-static SELDOM void look_at_deadline(struct cds_bus *bus)
+static SELDOM bool look_at_deadline(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us();
     uint8_t result;
 
     if ((int32_t)(now_us - bus->deadline_us) < 0) {
         cds_port_set_alarm(bus->port, bus->deadline_us);
-        return;
+        return true;
     }
     result = outcome_late(bus);
-    if (result == CDS_OK) {
-        bus->closing = false;
-        end_well(bus);
-    } else if (result != CDS_PENDING) {
+    if (result == CDS_OK)
+        return end_search(bus);
+    if (result != CDS_PENDING)
         fail(bus, result, now_us);
-    }
+    return bus->request;
+}
+
+/* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
+ */
+static inline __attribute__((always_inline)) bool go_on(struct cds_bus *bus)
+{
+    return cds_port_alarm_rings(bus->port) ? look_at_deadline(bus) : true;
 }
 
 /* The first request waits for a quiet line. */
@@ -667,7 +692,7 @@ static void wait_for_quiet(struct cds_bus *bus)
         result = CDS_LINE_BUSY;
     }
     if (result != CDS_OK)
-        finish(bus, result);
+        finish_badly(bus, result);
 }
 
 /* Nothing is in flight. */
@@ -680,31 +705,32 @@ static ONE_COPY bool poll_idle(struct cds_bus *bus)
     return bus->request;
 }
 
-/* The search for the reply, or what is left of it: has it come, and whole? */
+/* Searches what comes for the reply from here on. */
 static ONE_COPY bool search(struct cds_bus *bus)
 {
     if (bus->flight == CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
-    if (!heard(bus) || !parse(bus))
-        return false;
-    bus->closing = false;
-    return true;
+    return heard(bus) && parse(bus) ? end_search(bus) : go_on(bus);
 }
 
-/* A reply is taken, and its next byte is here, all of them before `end`. Has it come, and whole? */
-static inline __attribute__((always_inline)) bool go_on_taking(struct cds_bus *bus, uint8_t end)
+/* All of the reply has come. */
+static ONE_COPY bool end_taking(struct cds_bus *bus)
 {
-    if (bus->link.broken)
-        return search(bus);
+    return take_last(bus) ? end_answered(bus) : search(bus);
+}
+
+/* Some of it has come, up to `end`. */
+static ONE_COPY bool take_more(struct cds_bus *bus, uint8_t end)
+{
     if ((uint8_t)(end - bus->at) > BYTES_PER_POLL)
         end = (uint8_t)(bus->at + BYTES_PER_POLL);
-    if (take_all(bus, end))
-        return true;
-    return bus->flight == CDS_BUS_ASKS && search(bus);
+    if (take(bus, end))
+        return end_taking(bus);
+    return bus->flight == CDS_BUS_TAKES ? go_on(bus) : search(bus);
 }
 
-/* Something is in flight that no reply is taken for yet. Has it ended well? */
+/* Something is in flight for which no reply is taken yet. */
 static ONE_COPY bool wait_for_reply(struct cds_bus *bus)
 {
     const struct cds_link *link = &bus->link;
@@ -713,40 +739,32 @@ static ONE_COPY bool wait_for_reply(struct cds_bus *bus)
     if (bus->flight == CDS_BUS_BEGUN)
         expect(bus);
     if (link->state != CDS_LINK_LISTENING)
-        return false;
+        return go_on(bus);
     if (bus->flight == CDS_BUS_TELLS)
-        return true;
+        return end_well(bus);
     end = link->rx.head; // before `broken`, as in parse()
-    if (bus->flight == CDS_BUS_HOPES && !link->broken) {
-        if ((uint8_t)(end - link->rx.tail) < CDS_AT_ERROR)
-            return false;
-        take_at_once(bus);
-        if (bus->flight == CDS_BUS_TAKES)
-            return end != bus->at && go_on_taking(bus, end);
-    }
-    return search(bus);
+    if (bus->flight == CDS_BUS_ASKS || link->broken)
+        return search(bus);
+    if ((uint8_t)(end - link->rx.tail) < CDS_AT_ERROR)
+        return go_on(bus);
+    take_at_once(bus);
+    if (bus->flight == CDS_BUS_ASKS)
+        return search(bus);
+    return end == bus->at ? go_on(bus) : take_more(bus, end);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    bool ended;
+    uint8_t end;
 
-    if (bus->flight == CDS_BUS_TAKES) {
-        uint8_t end = bus->link.rx.head; // before `broken`, as in parse()
-
-        ended = end != bus->at && go_on_taking(bus, end);
-    } else if (bus->flight <= CDS_BUS_IDLE) {
-        return poll_idle(bus);
-    } else {
-        ended = wait_for_reply(bus);
-    }
-    if (ended)
-        end_well(bus);
-    else if (!cds_port_alarm_rings(bus->port)) // asked after parsing: what came by then is not late
-        return true;
-    else
-        look_at_deadline(bus);
-    return bus->request;
+    if (bus->flight != CDS_BUS_TAKES)
+        return bus->flight > CDS_BUS_IDLE ? wait_for_reply(bus) : poll_idle(bus);
+    end = bus->link.rx.head; // before `broken`, as in parse()
+    if (end == bus->at)
+        return go_on(bus);
+    if (bus->link.broken)
+        return search(bus);
+    return bus->left == 1 ? end_taking(bus) : take_more(bus, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

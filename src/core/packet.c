@@ -116,7 +116,10 @@ uint8_t cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id)
 
 uint8_t cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    return !in_table(address, length) || id > CDS_ID_MAX ? CDS_BAD_ARGUMENT : claim(packet, 2);
+    if ((uint8_t)(length - 1u) >= CDS_TABLE_SIZE || address > (uint8_t)(CDS_TABLE_SIZE - length) ||
+        id > CDS_ID_MAX)
+        return CDS_BAD_ARGUMENT;
+    return claim(packet, 2);
 }
 
 uint8_t cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
