@@ -163,22 +163,6 @@ static bool is_reply(const struct cds_bus *bus)
            (parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET);
 }
 
-/* The instruction packet has served: the parameters of the reply whose ID and LENGTH the parser has
- * take its place in the buffer as they come. */
-static void begin_taking(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-    struct cds_parser *parser = &bus->parser;
-
-    request->id = parser->id;
-    request->length = (uint8_t)(parser->length - CDS_LENGTH_MIN);
-    parser->sum = (uint8_t)(parser->id + parser->length);
-    bus->to = request->packet.bytes;
-    bus->left = parser->length;
-    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
-    bus->flight = CDS_BUS_TAKES;
-}
-
 /* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
  * taken is looked at as any other bytes. */
 static SELDOM void give_back(struct cds_bus *bus)
@@ -194,47 +178,18 @@ static SELDOM void give_back(struct cds_bus *bus)
     bus->flight = CDS_BUS_ASKS;
 }
 
-/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. True when but the
- * checksum is missing, and that has come too. */
-static ONE_COPY bool take(struct cds_bus *bus, uint8_t end)
+/* The instruction packet has served: the parameters of the reply that the parser has found take its
+ * place in the buffer. */
+static SELDOM void take_reply(struct cds_bus *bus)
 {
-    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum;
-    uint8_t *to = bus->to;
+    struct cds_request *request = bus->request;
+    uint8_t *to = request->packet.bytes;
 
-    do {
-        uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
-
-        sum = (uint8_t)(sum + byte);
-        if (left != bus->parser.length) {
-            *to++ = byte;
-        } else {
-            if (byte & CDS_ERROR_NONE_SUCH) {
-                give_back(bus);
-                return false;
-            }
-            bus->request->error = byte;
-        }
-        at++;
-    } while (--left != 1 && at != end);
-    bus->parser.sum = sum;
-    bus->left = left;
-    bus->at = at;
-    bus->to = to;
-    return left == 1 && at != end;
-}
-
-/* The checksum has come: is it right? */
-static inline __attribute__((always_inline)) bool take_last(struct cds_bus *bus)
-{
-    uint8_t at = bus->at;
-
-    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)])) {
-        give_back(bus);
-        return false;
-    }
-    bus->link.rx.tail = (uint8_t)(at + 1u);
-    bus->parser.seen = 0;
-    return true;
+    request->id = bus->parser.id;
+    request->error = bus->parser.error;
+    request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    for (uint8_t i = 0; i < request->length; i++)
+        *to++ = cds_ring_peek(&bus->link.rx, (uint8_t)(CDS_AT_PARAMETERS + i));
 }
 
 /* Can the packet in flight be built again, when the parameters of the reply that is due have
@@ -249,39 +204,49 @@ static bool is_read(struct cds_bus *bus)
            bytes[CDS_AT_PARAMETERS + 1] == bus->request->reply_parameters;
 }
 
-/* If what has come begins just as the reply that is due, it is taken as it comes: there were no
- * time to search it byte by byte at 1 Mbps. */
-static ONE_COPY void take_at_once(struct cds_bus *bus)
+/* If what has come begins just as the reply that is due, up to LENGTH, its parameters take the
+ * place of the instruction packet as they come, for that has served: at 1 Mbps there were no time
+ * to search byte by byte. False: it must be searched for. */
+static ONE_COPY bool begin_taking(struct cds_bus *bus)
 {
     const struct cds_ring *rx = &bus->link.rx;
-    struct cds_parser *parser = &bus->parser;
+    uint8_t asked = bus->asked, length = bus->parser.longest;
+    struct cds_request *request;
 
-    bus->flight = CDS_BUS_ASKS;
     if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
-        cds_ring_peek(rx, CDS_AT_ID) != bus->asked ||
-        cds_ring_peek(rx, CDS_AT_LENGTH) != parser->longest)
-        return;
-    parser->id = bus->asked;
-    parser->length = parser->longest;
-    begin_taking(bus);
+        cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
+        return false;
+    bus->parser.id = asked;
+    bus->parser.length = length;
+    bus->parser.sum = (uint8_t)(asked + length);
+    bus->left = length;
+    bus->at = (uint8_t)(rx->tail + CDS_AT_ERROR);
+    request = bus->request;
+    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
+    bus->to = request->packet.bytes;
+    bus->flight = CDS_BUS_TAKES;
+    return true;
 }
 
-/* A candidate has become something. True when the exchange has ended well. Not inlined: what it
+/* A candidate has become something. True when that is the reply that is due. Not inlined: what it
  * needs would be saved and restored for each byte. */
 static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
+    bool ended = false;
+
     if (parsed == CDS_PARSED_REFUTED) {
         cds_bus_count_(&bus->counters.refuted);
         bus->damaged = 1;
         return false;
     }
     if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) {
-        begin_taking(bus);
-        return take(bus, bus->link.rx.head) && take_last(bus);
+        take_reply(bus);
+        ended = true;
+    } else {
+        cds_bus_note_undue_(bus);
     }
-    cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
-    return false;
+    return ended;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -554,25 +519,32 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The first request is over. The next one begins before on_end runs, so that what on_end submits
- * takes its turn like any other. */
-static inline __attribute__((always_inline)) void finish(struct cds_bus *bus, uint8_t result)
+/* The first request is over, and another waits or somebody is to be told. The next one begins
+ * before on_end runs, so that what on_end submits takes its turn like any other. */
+static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
+{
+    if (bus->request)
+        begin_turn(bus);
+    if (ended->on_end)
+        ended->on_end(ended);
+    return bus->request;
+}
+
+/* The first request is over. Returns whether there is more to do, as all below. */
+static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
     struct cds_request *next = request->next;
 
     bus->request = next;
     request->result = result;
-    if (next)
-        begin_turn(bus);
-    if (request->on_end)
-        request->on_end(request);
+    return next || request->on_end ? go_further(bus, request) : false;
 }
 
 /* ... not well. */
-static SELDOM void finish_badly(struct cds_bus *bus, uint8_t result)
+static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
 {
-    finish(bus, result);
+    return finish(bus, result);
 }
 
 /* The exchange in flight has ended. */
@@ -584,7 +556,7 @@ static void land(struct cds_bus *bus, uint8_t result)
 }
 
 /* ... without a good reply: it is sent again, if it may be. */
-static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+static SELDOM bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
@@ -595,40 +567,30 @@ static SELDOM void fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
         bus->heard_us = now_us;
     }
     land(bus, result);
-    if (!cds_bus_repeats_(request)) {
-        finish_badly(bus, result);
-        return;
-    }
+    if (!cds_bus_repeats_(request))
+        return finish_badly(bus, result);
     cds_bus_count_(&bus->counters.repeated);
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
     begin_turn(bus);
+    return true;
 }
 
-/* ... well. Returns whether there is more to do, as all below. */
+/* ... well. */
 static ONE_COPY bool end_well(struct cds_bus *bus)
 {
     land(bus, CDS_OK);
-    finish(bus, CDS_OK);
-    return bus->request;
+    return finish(bus, CDS_OK);
 }
 
 /* ... with a good reply. */
-static inline __attribute__((always_inline)) bool end_answered(struct cds_bus *bus)
+static ONE_COPY bool end_answered(struct cds_bus *bus)
 {
     bus->last_id = bus->asked;
     bus->last_result = CDS_OK;
     bus->owed = false;
-    land(bus, CDS_OK);
-    finish(bus, CDS_OK);
-    return bus->request;
-}
-
-/* ... that was searched for, perhaps beyond the deadline. */
-static ONE_COPY bool end_search(struct cds_bus *bus)
-{
     bus->closing = false;
-    return end_answered(bus);
+    return end_well(bus);
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -669,10 +631,8 @@ static SELDOM bool look_at_deadline(struct cds_bus *bus)
     }
     result = outcome_late(bus);
     if (result == CDS_OK)
-        return end_search(bus);
-    if (result != CDS_PENDING)
-        fail(bus, result, now_us);
-    return bus->request;
+        return end_answered(bus);
+    return result == CDS_PENDING ? true : fail(bus, result, now_us);
 }
 
 /* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
@@ -683,26 +643,27 @@ static inline __attribute__((always_inline)) bool go_on(struct cds_bus *bus)
 }
 
 /* The first request waits for a quiet line. */
-static void wait_for_quiet(struct cds_bus *bus)
+static bool wait_for_quiet(struct cds_bus *bus)
 {
     uint8_t result = cds_bus_judge_(bus, bus->request);
 
-    if (result == CDS_OK && !send_if_quiet(bus, false)) {
+    if (result == CDS_OK) {
+        if (send_if_quiet(bus, false))
+            return true;
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
-    if (result != CDS_OK)
-        finish_badly(bus, result);
+    return finish_badly(bus, result);
 }
 
 /* Nothing is in flight. */
 static ONE_COPY bool poll_idle(struct cds_bus *bus)
 {
     if (bus->request)
-        wait_for_quiet(bus);
-    else if (bus->flight != CDS_BUS_CLOSED && !is_free(bus))
+        return wait_for_quiet(bus);
+    if (bus->flight != CDS_BUS_CLOSED && !is_free(bus))
         is_quiet(bus, cds_port_now_us());
-    return bus->request;
+    return false;
 }
 
 /* Searches what comes for the reply from here on. */
@@ -711,60 +672,91 @@ static ONE_COPY bool search(struct cds_bus *bus)
     if (bus->flight == CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
-    return heard(bus) && parse(bus) ? end_search(bus) : go_on(bus);
+    return heard(bus) && parse(bus) ? end_answered(bus) : go_on(bus);
 }
 
-/* All of the reply has come. */
+/* All of a reply has come: is its checksum right? */
 static ONE_COPY bool end_taking(struct cds_bus *bus)
 {
-    return take_last(bus) ? end_answered(bus) : search(bus);
+    uint8_t at = bus->at;
+
+    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)]))
+        return search(bus);
+    bus->link.rx.tail = (uint8_t)(at + 1u);
+    bus->parser.seen = 0;
+    return end_answered(bus);
 }
 
-/* Some of it has come, up to `end`. */
-static ONE_COPY bool take_more(struct cds_bus *bus, uint8_t end)
+/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
+static ONE_COPY bool take(struct cds_bus *bus, uint8_t end)
 {
-    if ((uint8_t)(end - bus->at) > BYTES_PER_POLL)
-        end = (uint8_t)(bus->at + BYTES_PER_POLL);
-    if (take(bus, end))
-        return end_taking(bus);
-    return bus->flight == CDS_BUS_TAKES ? go_on(bus) : search(bus);
+    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, length = bus->parser.length;
+    uint8_t count = (uint8_t)(end - at);
+    uint8_t *to = bus->to;
+
+    if (count > BYTES_PER_POLL)
+        count = BYTES_PER_POLL;
+    do {
+        uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
+
+        sum = (uint8_t)(sum + byte);
+        if (left != length) {
+            *to++ = byte;
+        } else if (byte & CDS_ERROR_NONE_SUCH) {
+            return search(bus);
+        } else {
+            bus->request->error = byte;
+        }
+        at++;
+        left--;
+        count--;
+    } while (left != 1 && count);
+    bus->parser.sum = sum;
+    bus->left = left;
+    bus->at = at;
+    bus->to = to;
+    return count ? end_taking(bus) : go_on(bus);
 }
 
 /* Something is in flight for which no reply is taken yet. */
 static ONE_COPY bool wait_for_reply(struct cds_bus *bus)
 {
-    const struct cds_link *link = &bus->link;
     uint8_t end;
 
-    if (bus->flight == CDS_BUS_BEGUN)
-        expect(bus);
-    if (link->state != CDS_LINK_LISTENING)
+    if (bus->link.state != CDS_LINK_LISTENING)
         return go_on(bus);
-    if (bus->flight == CDS_BUS_TELLS)
-        return end_well(bus);
-    end = link->rx.head; // before `broken`, as in parse()
-    if (bus->flight == CDS_BUS_ASKS || link->broken)
-        return search(bus);
-    if ((uint8_t)(end - link->rx.tail) < CDS_AT_ERROR)
-        return go_on(bus);
-    take_at_once(bus);
-    if (bus->flight == CDS_BUS_ASKS)
-        return search(bus);
-    return end == bus->at ? go_on(bus) : take_more(bus, end);
+    end = bus->link.rx.head; // before `broken`, as in parse()
+    if (bus->flight == CDS_BUS_HOPES && !bus->link.broken) {
+        if ((uint8_t)(end - bus->link.rx.tail) < CDS_AT_ERROR)
+            return go_on(bus);
+        if (begin_taking(bus))
+            return end == bus->at ? go_on(bus) : take(bus, end);
+    }
+    return bus->flight == CDS_BUS_TELLS ? end_well(bus) : search(bus);
+}
+
+/* Something has just begun. */
+static ONE_COPY bool poll_begun(struct cds_bus *bus)
+{
+    expect(bus);
+    return wait_for_reply(bus);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t end;
+    uint8_t flight = bus->flight, end;
 
-    if (bus->flight != CDS_BUS_TAKES)
-        return bus->flight > CDS_BUS_IDLE ? wait_for_reply(bus) : poll_idle(bus);
+    if (flight != CDS_BUS_TAKES) {
+        if (flight > CDS_BUS_BEGUN)
+            return wait_for_reply(bus);
+        return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
+    }
     end = bus->link.rx.head; // before `broken`, as in parse()
     if (end == bus->at)
         return go_on(bus);
     if (bus->link.broken)
         return search(bus);
-    return bus->left == 1 ? end_taking(bus) : take_more(bus, end);
+    return bus->left == 1 ? end_taking(bus) : take(bus, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
