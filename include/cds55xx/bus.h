@@ -227,12 +227,12 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found
- * good is on the wire before the rest of it is built. First: may it be sent? CDS_OK: it has begun,
- * and the rest must follow at once; CDS_PENDING: it has not, as it is not its turn; CDS_NO_ROOM.
- * Then, unless it was refused, the packet, whole but for a checksum that will be there within a few
- * byte times; returns what cds_bus_submit() does. */
-uint8_t cds_bus_begin_(struct cds_bus *bus, const struct cds_request *request);
-uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
+ * good is on the wire before the rest of it is built. First, if cds_bus_has_room_(): has it begun,
+ * or is it not its turn? The rest must follow at once: the packet, whole but for a checksum that
+ * will be there within a few byte times; returns what cds_bus_submit() does. */
+bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
+bool cds_bus_begin_(struct cds_bus *bus);
+uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun);
 
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
  * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost

@@ -53,8 +53,7 @@ void cds_link_open(struct cds_link *link, uint8_t port);
  * not yet taken will be thrown away. Main context; only while LISTENING. */
 static inline void cds_link_begin(uint8_t port, uint8_t first)
 {
-    cds_port_high_z(port); // the receiver is off: nothing stale can follow
-    cds_port_talk(port, first);
+    cds_port_talk(port, first); // the receiver is off: nothing stale can follow
 }
 
 /* The rest of what cds_link_begin() has begun: the `size` bytes (at least 2) at `packet`, but for

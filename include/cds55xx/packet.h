@@ -112,9 +112,10 @@ void cds_packet_build_read_(const struct cds_packet *packet, uint8_t id, uint8_t
 void cds_packet_build_write_(const struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length);
 
-/* cds_packet_end() in two steps: may it be ended? CDS_OK: then LENGTH is filled in. The checksum
- * can follow when the packet is on its way. */
-enum cds_result cds_packet_may_end_(struct cds_packet *packet);
+/* cds_packet_end() in three steps: may it be ended? CDS_OK, or why not. Then LENGTH, and the
+ * checksum, which can follow when the packet is on its way. */
+uint8_t cds_packet_may_end_(const struct cds_packet *packet);
+void cds_packet_fill_(struct cds_packet *packet);
 void cds_packet_seal_(const struct cds_packet *packet);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().

@@ -25,8 +25,8 @@ void cds_port_high_z(uint8_t port);
 /* Driver off, then receiver on; on_rx from here on. Either context. */
 void cds_port_listen(uint8_t port);
 
-/* Receiver off, then driver and transmitter on, which gets its `first` byte at once. No events yet.
- * Main context; only in high impedance. */
+/* High impedance, then driver and transmitter on, which gets its `first` byte at once. No events
+ * yet. Main context. */
 void cds_port_talk(uint8_t port, uint8_t first);
 
 /* Events from here on: on_tx_ready as soon as another byte can be taken. Main context; only behind

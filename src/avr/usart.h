@@ -199,6 +199,7 @@ AVR_INLINE void avr_usart_talk(uint8_t port, uint8_t first)
 {
     struct avr_usart usart = avr_usart(port);
 
+    *usart.ucsrb = AVR_STATE_HIGH_Z; // first: no handler may find the enables half way
     avr_pin_low(usart.rx_enable);
     avr_pin_high(usart.tx_enable);
     *usart.ucsrb = usart.echoes ? AVR_STATE_ECHO_BEGINNING : AVR_STATE_BEGINNING;

@@ -270,7 +270,7 @@ static uint8_t looked_to(const struct cds_bus *bus)
 }
 
 /* Is there anything in the ring that was not looked at yet? */
-static inline __attribute__((always_inline)) bool heard(const struct cds_bus *bus)
+static inline __attribute__((always_inline)) uint8_t heard(const struct cds_bus *bus)
 {
     return (uint8_t)(bus->link.broken | (looked_to(bus) ^ bus->link.rx.head));
 }
@@ -324,13 +324,20 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
 
 /* The packet of the first request goes on from its header, which is on the wire. No more than must
  * be: the caller waits, and there is time while the packet is sent. */
-static void send_rest(struct cds_bus *bus, const struct cds_request *request)
+static inline __attribute__((always_inline)) void send_rest(struct cds_bus *bus,
+                                                            const struct cds_request *request)
 {
     cds_link_follow(&bus->link, bus->port, request->packet.bytes, request->packet.size);
     bus->flight = CDS_BUS_BEGUN;
     bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
     cds_bus_note_sent_(bus);
+}
+
+/* The same of the first request, whenever that was submitted. */
+static ONE_COPY void send_now(struct cds_bus *bus)
+{
+    send_rest(bus, bus->request);
 }
 
 /* What is due for the packet that has begun, and by when. */
@@ -374,7 +381,7 @@ bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now
 static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
 {
     bool high = cds_port_line_is_high(bus->port);
-    bool used = heard(bus);
+    uint8_t used = heard(bus);
 
     if (bus->owed && (int32_t)(now_us - bus->late_us) >= 0)
         bus->owed = false; // for good: half an hour later the clock would not tell
@@ -384,7 +391,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
         bus->line = CDS_BUS_BUSY;
-        used = true;
+        used = 1;
     }
     if (used || (!high && bus->line == CDS_BUS_FAULT))
         bus->heard_us = now_us;
@@ -404,7 +411,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
         cds_link_begin(bus->port, CDS_HEADER);
-        send_rest(bus, request);
+        send_now(bus);
         return true;
     }
     if (anew)
@@ -437,8 +444,9 @@ static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, ui
  * answer make it. */
 static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *bus)
 {
-    return bus->flight == CDS_BUS_IDLE && !(uint8_t)(bus->line | bus->owed) && !heard(bus) &&
-           cds_port_line_is_high(bus->port);
+    if (bus->flight != CDS_BUS_IDLE || (uint8_t)(bus->line | bus->owed) || heard(bus))
+        return false;
+    return cds_port_line_is_high(bus->port);
 }
 
 /* It is not its turn yet, as far as is known. */
@@ -458,29 +466,25 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-static SELDOM bool reply_fits(const struct cds_request *request)
+/* Is there room for a reply of so many parameters, or of any length? */
+ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters)
 {
-    return !reply_is_due(request) ||
-           (request->any_length ? CDS_REPLY_ANY : request->reply_parameters) <=
-               request->packet.room;
+    return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
 }
 
-ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus, const struct cds_request *request)
+ONE_COPY bool cds_bus_begin_(struct cds_bus *bus)
 {
-    if ((request->reply_parameters > CDS_PACKET_SIZE(0) || request->any_length) && // as any packet
-        !reply_fits(request))
-        return CDS_NO_ROOM;
     if (cds_bus_is_watched_(bus) || !is_free(bus))
-        return CDS_PENDING;
+        return false;
     cds_link_begin(bus->port, CDS_HEADER);
-    return CDS_OK;
+    return true;
 }
 
-ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
+ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun)
 {
     request->id = request->packet.bytes[CDS_AT_ID];
     request->return_delay_us = bus->return_delay_us;
-    if (begun != CDS_OK)
+    if (!begun)
         return enqueue(bus, request);
     request->result = CDS_PENDING;
     request->next = NULL;
@@ -491,15 +495,17 @@ ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *reques
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t begun;
+    uint8_t due = request->reply_parameters;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    if (bus->flight == CDS_BUS_CLOSED ||
-        (request->reply_parameters > CDS_REPLY_MAX && reply_is_due(request)))
-        return CDS_BAD_ARGUMENT;
-    begun = cds_bus_begin_(bus, request);
-    return (enum cds_result)(begun > CDS_PENDING ? begun : cds_bus_follow_(bus, request, begun));
+    if (due != CDS_REPLY_NONE) {
+        if (due > CDS_REPLY_MAX)
+            return CDS_BAD_ARGUMENT;
+        if (!cds_bus_has_room_(request, due))
+            return CDS_NO_ROOM;
+    }
+    return (enum cds_result)cds_bus_follow_(bus, request, cds_bus_begin_(bus));
 }
 
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)

@@ -65,21 +65,35 @@ static bool is_ended(const struct cds_packet *packet)
            packet->bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == packet->size;
 }
 
-enum cds_result cds_packet_may_end_(struct cds_packet *packet)
+/* Why, if it is not as any packet that cds_packet_begin() has begun. */
+static __attribute__((noinline, cold)) uint8_t may_hardly_end(const struct cds_packet *packet)
 {
+    if (packet->size == CDS_PACKET_REFUSED ||
+        (packet->size < packet->room && packet->bytes[CDS_AT_LENGTH] != 0) ||
+        (packet->size < packet->room && packet->size + 1u - LENGTH_OFFSET <= CDS_LENGTH_MAX))
+        return CDS_BAD_ARGUMENT;
+    return CDS_NO_ROOM;
+}
+
+uint8_t cds_packet_may_end_(const struct cds_packet *packet)
+{
+    const uint8_t *bytes = packet->bytes;
     uint16_t size = packet->size; // without the checksum
 
-    if (is_ended(packet))
+    if (size < packet->room && (uint16_t)(size + 1u - LENGTH_OFFSET) <= CDS_LENGTH_MAX &&
+        bytes[CDS_AT_LENGTH] == 0 && bytes[CDS_AT_ID] <= CDS_BROADCAST_ID)
         return CDS_OK;
-    if (size == CDS_PACKET_REFUSED || (size < packet->room && packet->bytes[CDS_AT_LENGTH] != 0))
-        return CDS_BAD_ARGUMENT;
-    if (size >= packet->room || size + 1u - LENGTH_OFFSET > CDS_LENGTH_MAX)
-        return CDS_NO_ROOM;
-    if (packet->bytes[CDS_AT_ID] > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
+    return is_ended(packet) ? CDS_OK : may_hardly_end(packet);
+}
+
+void cds_packet_fill_(struct cds_packet *packet)
+{
+    uint16_t size = packet->size;
+
+    if (packet->bytes[CDS_AT_LENGTH] != 0)
+        return; // it was ended before
     packet->bytes[CDS_AT_LENGTH] = (uint8_t)(size + 1u - LENGTH_OFFSET);
     packet->size = (uint16_t)(size + 1u);
-    return CDS_OK;
 }
 
 void cds_packet_seal_(const struct cds_packet *packet)
@@ -89,11 +103,13 @@ void cds_packet_seal_(const struct cds_packet *packet)
 
 enum cds_result cds_packet_end(struct cds_packet *packet)
 {
-    enum cds_result result = cds_packet_may_end_(packet);
+    uint8_t result = cds_packet_may_end_(packet);
 
-    if (result == CDS_OK)
+    if (result == CDS_OK) {
+        cds_packet_fill_(packet);
         cds_packet_seal_(packet);
-    return result;
+    }
+    return (enum cds_result)result;
 }
 
 /* The short ones are of a size known beforehand: room need not be counted byte by byte. */

@@ -12,7 +12,7 @@ __attribute__((weak)) uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, con
  * sent; and of a packet that is found good the header is on the wire while the rest is built. */
 
 /* It is built. */
-static enum cds_result follow(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
+static enum cds_result follow(struct cds_bus *bus, struct cds_request *request, bool begun)
 {
     request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
     return (enum cds_result)cds_bus_follow_(bus, request, begun);
@@ -22,6 +22,7 @@ static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, ui
                             uint8_t instruction)
 {
     uint8_t result;
+    bool begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
@@ -31,11 +32,11 @@ static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, ui
     request->reply_parameters = 0;
     if (id == CDS_BROADCAST_ID && instruction != CDS_PING) // who answers to that? (R1)
         request->reply_parameters = CDS_REPLY_NONE;
-    result = cds_bus_begin_(bus, request);
-    if (result > CDS_PENDING)
-        return (enum cds_result)result;
+    else if (!cds_bus_has_room_(request, 0))
+        return CDS_NO_ROOM;
+    begun = cds_bus_begin_(bus);
     cds_packet_build_bare_(&request->packet, id, instruction);
-    return follow(bus, request, result);
+    return follow(bus, request, begun);
 }
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
@@ -57,6 +58,7 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
                                uint8_t address, uint8_t length)
 {
     uint8_t result;
+    bool begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
@@ -64,11 +66,11 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
     if (result != CDS_OK)
         return (enum cds_result)result;
     request->reply_parameters = length;
-    result = cds_bus_begin_(bus, request);
-    if (result > CDS_PENDING)
-        return (enum cds_result)result;
+    if ((length > CDS_PACKET_SIZE(2) || request->any_length) && !cds_bus_has_room_(request, length))
+        return CDS_NO_ROOM;
+    begun = cds_bus_begin_(bus);
     cds_packet_build_read_(&request->packet, id, address, length);
-    return follow(bus, request, result);
+    return follow(bus, request, begun);
 }
 
 static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -76,18 +78,22 @@ static enum cds_result with_data(struct cds_bus *bus, struct cds_request *reques
                                  uint8_t length)
 {
     uint8_t result;
+    bool begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = cds_packet_may_write_(&request->packet, id, address, length);
     if (result != CDS_OK)
         return (enum cds_result)result;
-    request->reply_parameters = id == CDS_BROADCAST_ID ? CDS_REPLY_NONE : 0; // R1
-    result = cds_bus_begin_(bus, request);
-    if (result > CDS_PENDING)
-        return (enum cds_result)result;
+    request->reply_parameters = CDS_REPLY_NONE;
+    if (id != CDS_BROADCAST_ID) { // R1
+        request->reply_parameters = 0;
+        if (!cds_bus_has_room_(request, 0))
+            return CDS_NO_ROOM;
+    }
+    begun = cds_bus_begin_(bus);
     cds_packet_build_write_(&request->packet, id, instruction, address, data, length);
-    return follow(bus, request, result);
+    return follow(bus, request, begun);
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
