@@ -42,6 +42,10 @@ static void tell_end(struct cds_bus *bus, uint8_t result)
 
 void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 {
+    if (bus->flight != CDS_BUS_TELLS) {
+        bus->last_id = bus->asked;
+        bus->last_result = result;
+    }
     if (result == CDS_OK)
         bus->counters.ok++;
     else if (result == CDS_CORRUPT)

@@ -14,6 +14,10 @@
  * fields in half as many words. */
 #define ONE_COPY __attribute__((noclone, noinline))
 
+/* Such a copy is what is wanted where the time for a byte counts: a pointer less. Not inlined: what
+ * it needs would be saved and restored where it is not called. */
+#define APART __attribute__((noinline))
+
 /* What a program does not use: account.c and repeat.c have those that do something. */
 #define UNUSED __attribute__((weak))
 
@@ -207,7 +211,7 @@ static bool is_read(struct cds_bus *bus)
 /* If what has come begins just as the reply that is due, up to LENGTH, its parameters take the
  * place of the instruction packet as they come, for that has served: at 1 Mbps there were no time
  * to search byte by byte. False: it must be searched for. */
-static ONE_COPY bool begin_taking(struct cds_bus *bus)
+static APART bool begin_taking(struct cds_bus *bus)
 {
     const struct cds_ring *rx = &bus->link.rx;
     uint8_t asked = bus->asked, length = bus->parser.longest;
@@ -566,7 +570,6 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
-    bus->closing = false;
     give_up(bus, result);
     if (result == CDS_CORRUPT) { // and the line may be so still
         bus->line = CDS_BUS_BUSY;
@@ -583,19 +586,16 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 }
 
 /* ... well. */
-static ONE_COPY bool end_well(struct cds_bus *bus)
+static APART bool end_well(struct cds_bus *bus)
 {
     land(bus, CDS_OK);
     return finish(bus, CDS_OK);
 }
 
 /* ... with a good reply. */
-static ONE_COPY bool end_answered(struct cds_bus *bus)
+static APART bool end_answered(struct cds_bus *bus)
 {
-    bus->last_id = bus->asked;
-    bus->last_result = CDS_OK;
     bus->owed = false;
-    bus->closing = false;
     return end_well(bus);
 }
 
@@ -636,9 +636,10 @@ static SELDOM bool look_at_deadline(struct cds_bus *bus)
         return true;
     }
     result = outcome_late(bus);
-    if (result == CDS_OK)
-        return end_answered(bus);
-    return result == CDS_PENDING ? true : fail(bus, result, now_us);
+    if (result == CDS_PENDING)
+        return true;
+    bus->closing = false;
+    return result == CDS_OK ? end_answered(bus) : fail(bus, result, now_us);
 }
 
 /* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
@@ -673,16 +674,19 @@ static ONE_COPY bool poll_idle(struct cds_bus *bus)
 }
 
 /* Searches what comes for the reply from here on. */
-static ONE_COPY bool search(struct cds_bus *bus)
+static APART bool search(struct cds_bus *bus)
 {
     if (bus->flight == CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
-    return heard(bus) && parse(bus) ? end_answered(bus) : go_on(bus);
+    if (!heard(bus) || !parse(bus))
+        return go_on(bus);
+    bus->closing = false;
+    return end_answered(bus);
 }
 
 /* All of a reply has come: is its checksum right? */
-static ONE_COPY bool end_taking(struct cds_bus *bus)
+static APART bool end_taking(struct cds_bus *bus)
 {
     uint8_t at = bus->at;
 
@@ -694,7 +698,7 @@ static ONE_COPY bool end_taking(struct cds_bus *bus)
 }
 
 /* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
-static ONE_COPY bool take(struct cds_bus *bus, uint8_t end)
+static APART bool take(struct cds_bus *bus, uint8_t end)
 {
     uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, length = bus->parser.length;
     uint8_t count = (uint8_t)(end - at);
@@ -725,7 +729,7 @@ static ONE_COPY bool take(struct cds_bus *bus, uint8_t end)
 }
 
 /* Something is in flight for which no reply is taken yet. */
-static ONE_COPY bool wait_for_reply(struct cds_bus *bus)
+static APART bool wait_for_reply(struct cds_bus *bus)
 {
     uint8_t end;
 
@@ -742,7 +746,7 @@ static ONE_COPY bool wait_for_reply(struct cds_bus *bus)
 }
 
 /* Something has just begun. */
-static ONE_COPY bool poll_begun(struct cds_bus *bus)
+static APART bool poll_begun(struct cds_bus *bus)
 {
     expect(bus);
     return wait_for_reply(bus);
