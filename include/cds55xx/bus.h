@@ -152,6 +152,7 @@ enum cds_bus_flight {
     CDS_BUS_HOPES, // ... a reply is due, of which nothing was looked at yet
     CDS_BUS_ASKS,  // ... and what comes is searched for it
     CDS_BUS_TAKES, // ... and it goes into the request's buffer as it comes
+    CDS_BUS_ENDS,  // ... of which but the checksum is there
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */

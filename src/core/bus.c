@@ -83,7 +83,7 @@ static void give_up(struct cds_bus *bus, uint8_t result)
         expect(bus);
     if (bus->flight < CDS_BUS_HOPES)
         return;
-    if (bus->flight == CDS_BUS_TAKES)
+    if (bus->flight >= CDS_BUS_TAKES)
         give_back(bus);
     bus->last_id = bus->asked;
     bus->last_result = result;
@@ -548,7 +548,11 @@ static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, ui
 
     bus->request = next;
     request->result = result;
-    return next || request->on_end ? go_further(bus, request) : false;
+    if (next)
+        return go_further(bus, request);
+    if (request->on_end)
+        return go_further(bus, request);
+    return false;
 }
 
 /* ... not well. */
@@ -614,7 +618,7 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->close_at = bus->link.rx.head;
     }
     if (bus->flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
-        if (bus->flight == CDS_BUS_TAKES)
+        if (bus->flight >= CDS_BUS_TAKES)
             give_back(bus);
         bus->flight = CDS_BUS_ASKS;
         if (heard(bus) && parse(bus))
@@ -676,7 +680,7 @@ static ONE_COPY bool poll_idle(struct cds_bus *bus)
 /* Searches what comes for the reply from here on. */
 static APART bool search(struct cds_bus *bus)
 {
-    if (bus->flight == CDS_BUS_TAKES)
+    if (bus->flight >= CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
     if (!heard(bus) || !parse(bus))
@@ -725,7 +729,12 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
     bus->left = left;
     bus->at = at;
     bus->to = to;
-    return count ? end_taking(bus) : go_on(bus);
+    if (left == 1) {
+        bus->flight = CDS_BUS_ENDS;
+        if (count)
+            return end_taking(bus);
+    }
+    return go_on(bus);
 }
 
 /* Something is in flight for which no reply is taken yet. */
@@ -756,7 +765,7 @@ bool cds_bus_poll(struct cds_bus *bus)
 {
     uint8_t flight = bus->flight, end;
 
-    if (flight != CDS_BUS_TAKES) {
+    if (flight < CDS_BUS_TAKES) {
         if (flight > CDS_BUS_BEGUN)
             return wait_for_reply(bus);
         return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
@@ -766,7 +775,7 @@ bool cds_bus_poll(struct cds_bus *bus)
         return go_on(bus);
     if (bus->link.broken)
         return search(bus);
-    return bus->left == 1 ? end_taking(bus) : take(bus, end);
+    return flight == CDS_BUS_ENDS ? end_taking(bus) : take(bus, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

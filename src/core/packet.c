@@ -113,10 +113,9 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
 }
 
 /* The short ones are of a size known beforehand: room need not be counted byte by byte. */
-static uint8_t claim(struct cds_packet *packet, uint8_t parameters)
+static uint8_t claim(const struct cds_packet *packet, uint8_t parameters)
 {
-    packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
-    return packet->size > packet->room ? CDS_NO_ROOM : CDS_OK;
+    return CDS_PACKET_SIZE(parameters) > packet->room ? CDS_NO_ROOM : CDS_OK;
 }
 
 /* Is there anything to transfer, and does it lie within the control table? */
@@ -125,12 +124,13 @@ static bool in_table(uint8_t address, uint8_t length)
     return (uint8_t)(length - 1u) < CDS_TABLE_SIZE && address <= (uint8_t)(CDS_TABLE_SIZE - length);
 }
 
-uint8_t cds_packet_may_be_bare_(struct cds_packet *packet, uint8_t id)
+uint8_t cds_packet_may_be_bare_(const struct cds_packet *packet, uint8_t id)
 {
     return id > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : claim(packet, 0);
 }
 
-uint8_t cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
+uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
+                             uint8_t length)
 {
     if ((uint8_t)(length - 1u) >= CDS_TABLE_SIZE || address > (uint8_t)(CDS_TABLE_SIZE - length) ||
         id > CDS_ID_MAX)
@@ -138,7 +138,7 @@ uint8_t cds_packet_may_read_(struct cds_packet *packet, uint8_t id, uint8_t addr
     return claim(packet, 2);
 }
 
-uint8_t cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t address,
+uint8_t cds_packet_may_write_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                               uint8_t length)
 {
     if (!in_table(address, length) || id > CDS_BROADCAST_ID)
@@ -147,8 +147,11 @@ uint8_t cds_packet_may_write_(struct cds_packet *packet, uint8_t id, uint8_t add
 }
 
 /* What stands before the parameters; returns where they belong. */
-static uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint8_t instruction)
+static uint8_t *put_head(struct cds_packet *packet, uint8_t id, uint8_t length, uint8_t instruction)
 {
+    uint8_t *bytes = packet->bytes;
+
+    packet->size = (uint16_t)(length + LENGTH_OFFSET);
     *bytes++ = CDS_HEADER;
     *bytes++ = CDS_HEADER;
     *bytes++ = id;
@@ -157,27 +160,26 @@ static uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint8_t ins
     return bytes;
 }
 
-void cds_packet_build_bare_(const struct cds_packet *packet, uint8_t id, uint8_t instruction)
+void cds_packet_build_bare_(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN, instruction);
+    uint8_t *to = put_head(packet, id, CDS_LENGTH_MIN, instruction);
 
     *to = (uint8_t) ~(id + CDS_LENGTH_MIN + instruction);
 }
 
-void cds_packet_build_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
-                            uint8_t length)
+void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
+    uint8_t *to = put_head(packet, id, CDS_LENGTH_MIN + 2, CDS_READ);
 
     *to++ = address;
     *to++ = length;
     *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
 }
 
-void cds_packet_build_write_(const struct cds_packet *packet, uint8_t id, uint8_t instruction,
+void cds_packet_build_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
-    uint8_t *to = put_head(packet->bytes, id, (uint8_t)(length + CDS_LENGTH_MIN + 1), instruction);
+    uint8_t *to = put_head(packet, id, (uint8_t)(length + CDS_LENGTH_MIN + 1), instruction);
 
     *to++ = address;
     for (; length; length--)

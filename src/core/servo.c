@@ -65,10 +65,10 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
     result = cds_packet_may_read_(&request->packet, id, address, length);
     if (result != CDS_OK)
         return (enum cds_result)result;
-    request->reply_parameters = length;
     if ((length > CDS_PACKET_SIZE(2) || request->any_length) && !cds_bus_has_room_(request, length))
         return CDS_NO_ROOM;
     begun = cds_bus_begin_(bus);
+    request->reply_parameters = length;
     cds_packet_build_read_(&request->packet, id, address, length);
     return follow(bus, request, begun);
 }
