@@ -37,19 +37,22 @@ static void exchange_ended(struct cds_group_read *read)
 {
     const struct cds_request *request = read->request;
     struct cds_group_answer *answer = &read->answers[read->next];
-    uint8_t *data = &read->data[(uint16_t)read->next * read->length];
-    uint8_t result = request->result;
+    uint8_t result = request->result, left = read->length;
 
     if (result == CDS_OK) {
+        const uint8_t *from = request->packet.bytes;
+        uint8_t *to = &read->data[(uint16_t)read->next * left];
+
         answer->error = request->error;
-        if (request->length != read->length)
-            result = CDS_REFUSED;
-    }
-    if (result == CDS_OK) {
-        for (uint8_t i = 0; i < read->length; i++)
-            data[i] = request->packet.bytes[i];
+        if (request->length != left) {
+            answered(read, CDS_REFUSED);
+            return;
+        }
         answer->time_us = cds_port_now_us();
         answer->known = true;
+        do {
+            *to++ = *from++;
+        } while (--left);
     }
     answered(read, result);
 }
