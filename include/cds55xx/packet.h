@@ -98,17 +98,11 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id);
 enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
 
-/* The same in two steps, for the library's own calls, so that a packet may have begun before it is
- * built. First: may it be? CDS_OK, or what the functions above return. Then its size and bytes. */
-uint8_t cds_packet_may_be_bare_(const struct cds_packet *packet, uint8_t id);
+/* READ in two steps, for the library's own calls, so that the packet may have begun before it is
+ * built. First: may it be? CDS_OK, or what cds_packet_read() returns. Then its size and bytes. */
 uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                              uint8_t length);
-uint8_t cds_packet_may_write_(const struct cds_packet *packet, uint8_t id, uint8_t address,
-                              uint8_t length);
-void cds_packet_build_bare_(struct cds_packet *packet, uint8_t id, uint8_t instruction);
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length);
-void cds_packet_build_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
-                             uint8_t address, const uint8_t *data, uint8_t length);
 
 /* cds_packet_end() in three steps: may it be ended? CDS_OK, or why not. Then LENGTH, and the
  * checksum, which can follow when the packet is on its way. */

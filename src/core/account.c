@@ -2,6 +2,8 @@
  * read counters or have an observer. In all others bus.c has nothing in the place of these. */
 #include "cds55xx/bus.h"
 
+#define APART __attribute__((noinline)) // once, however often it is called
+
 bool cds_bus_is_watched_(const struct cds_bus *bus)
 {
     return bus->observer;
@@ -26,7 +28,7 @@ void cds_bus_note_sent_(struct cds_bus *bus)
     bus->counters.sent++;
 }
 
-static void tell_end(struct cds_bus *bus, uint8_t result)
+static APART void tell_end(struct cds_bus *bus, uint8_t result)
 {
     const struct cds_request *request = bus->request;
     struct cds_bus_news news = {.event = CDS_BUS_ENDED,
@@ -40,7 +42,7 @@ static void tell_end(struct cds_bus *bus, uint8_t result)
     bus->observer->on_news(bus->observer, &news);
 }
 
-void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
+APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 {
     if (bus->flight != CDS_BUS_TELLS) {
         bus->last_id = bus->asked;
@@ -57,7 +59,7 @@ void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 }
 
 /* A good packet that was not due: an answer too late, a second one, or whose? */
-void cds_bus_note_undue_(struct cds_bus *bus)
+APART void cds_bus_note_undue_(struct cds_bus *bus)
 {
     struct cds_bus_news news = {
         .event = CDS_BUS_FOREIGN, .id = bus->parser.id, .error = bus->parser.error};

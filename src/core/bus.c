@@ -200,11 +200,10 @@ static SELDOM void take_reply(struct cds_bus *bus)
  * overwritten it? */
 static bool is_read(struct cds_bus *bus)
 {
-    const struct cds_packet *packet = &bus->request->packet;
-    const uint8_t *bytes = packet->bytes;
+    const uint8_t *bytes = bus->request->packet.bytes;
 
     bus->address = bytes[CDS_AT_PARAMETERS];
-    return packet->size == CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
+    return bytes[CDS_AT_INSTRUCTION] == CDS_READ && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
            bytes[CDS_AT_PARAMETERS + 1] == bus->request->reply_parameters;
 }
 
@@ -328,20 +327,15 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
 
 /* The packet of the first request goes on from its header, which is on the wire. No more than must
  * be: the caller waits, and there is time while the packet is sent. */
-static inline __attribute__((always_inline)) void send_rest(struct cds_bus *bus,
-                                                            const struct cds_request *request)
+static ONE_COPY void send_rest(struct cds_bus *bus)
 {
-    cds_link_follow(&bus->link, bus->port, request->packet.bytes, request->packet.size);
+    const struct cds_packet *packet = &bus->request->packet;
+
+    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size);
     bus->flight = CDS_BUS_BEGUN;
     bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
     cds_bus_note_sent_(bus);
-}
-
-/* The same of the first request, whenever that was submitted. */
-static ONE_COPY void send_now(struct cds_bus *bus)
-{
-    send_rest(bus, bus->request);
 }
 
 /* What is due for the packet that has begun, and by when. */
@@ -415,7 +409,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
         cds_link_begin(bus->port, CDS_HEADER);
-        send_now(bus);
+        send_rest(bus);
         return true;
     }
     if (anew)
@@ -493,7 +487,7 @@ ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *reques
     request->result = CDS_PENDING;
     request->next = NULL;
     bus->request = request;
-    send_rest(bus, request);
+    send_rest(bus);
     return CDS_OK;
 }
 
@@ -541,7 +535,7 @@ static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
 }
 
 /* The first request is over. Returns whether there is more to do, as all below. */
-static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, uint8_t result)
+static APART bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
     struct cds_request *next = request->next;
@@ -553,12 +547,6 @@ static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, ui
     if (request->on_end)
         return go_further(bus, request);
     return false;
-}
-
-/* ... not well. */
-static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
-{
-    return finish(bus, result);
 }
 
 /* The exchange in flight has ended. */
@@ -581,7 +569,7 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     }
     land(bus, result);
     if (!cds_bus_repeats_(request))
-        return finish_badly(bus, result);
+        return finish(bus, result);
     cds_bus_count_(&bus->counters.repeated);
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
@@ -664,7 +652,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
-    return finish_badly(bus, result);
+    return finish(bus, result);
 }
 
 /* Nothing is in flight. */

@@ -119,81 +119,54 @@ static uint8_t claim(const struct cds_packet *packet, uint8_t parameters)
 }
 
 /* Is there anything to transfer, and does it lie within the control table? */
-static bool in_table(uint8_t address, uint8_t length)
+static inline __attribute__((always_inline)) bool in_table(uint8_t address, uint8_t length)
 {
     return (uint8_t)(length - 1u) < CDS_TABLE_SIZE && address <= (uint8_t)(CDS_TABLE_SIZE - length);
-}
-
-uint8_t cds_packet_may_be_bare_(const struct cds_packet *packet, uint8_t id)
-{
-    return id > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : claim(packet, 0);
 }
 
 uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                              uint8_t length)
 {
-    if ((uint8_t)(length - 1u) >= CDS_TABLE_SIZE || address > (uint8_t)(CDS_TABLE_SIZE - length) ||
-        id > CDS_ID_MAX)
+    if (!in_table(address, length))
+        return CDS_BAD_ARGUMENT;
+    if (id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
     return claim(packet, 2);
 }
 
-uint8_t cds_packet_may_write_(const struct cds_packet *packet, uint8_t id, uint8_t address,
-                              uint8_t length)
-{
-    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
-    return claim(packet, (uint8_t)(length + 1u));
-}
-
-/* What stands before the parameters; returns where they belong. */
-static uint8_t *put_head(struct cds_packet *packet, uint8_t id, uint8_t length, uint8_t instruction)
+/* What stands before the parameters, of which there are so many; returns where they belong. */
+static uint8_t *put_head(struct cds_packet *packet, uint8_t id, uint8_t parameters,
+                         uint8_t instruction)
 {
     uint8_t *bytes = packet->bytes;
 
-    packet->size = (uint16_t)(length + LENGTH_OFFSET);
+    packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
     *bytes++ = CDS_HEADER;
     *bytes++ = CDS_HEADER;
     *bytes++ = id;
-    *bytes++ = length;
+    *bytes++ = (uint8_t)(parameters + CDS_LENGTH_MIN);
     *bytes++ = instruction;
     return bytes;
 }
 
-void cds_packet_build_bare_(struct cds_packet *packet, uint8_t id, uint8_t instruction)
-{
-    uint8_t *to = put_head(packet, id, CDS_LENGTH_MIN, instruction);
-
-    *to = (uint8_t) ~(id + CDS_LENGTH_MIN + instruction);
-}
-
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    uint8_t *to = put_head(packet, id, CDS_LENGTH_MIN + 2, CDS_READ);
+    uint8_t *to = put_head(packet, id, 2, CDS_READ);
 
     *to++ = address;
     *to++ = length;
     *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
 }
 
-void cds_packet_build_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
-                             uint8_t address, const uint8_t *data, uint8_t length)
-{
-    uint8_t *to = put_head(packet, id, (uint8_t)(length + CDS_LENGTH_MIN + 1), instruction);
-
-    *to++ = address;
-    for (; length; length--)
-        *to++ = *data++;
-    cds_packet_seal_(packet);
-}
-
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    uint8_t result = cds_packet_may_be_bare_(packet, id);
-
-    if (result == CDS_OK)
-        cds_packet_build_bare_(packet, id, instruction);
-    return (enum cds_result)result;
+    if (id > CDS_BROADCAST_ID)
+        return CDS_BAD_ARGUMENT;
+    if (claim(packet, 0) != CDS_OK)
+        return CDS_NO_ROOM;
+    put_head(packet, id, 0, instruction);
+    cds_packet_seal_(packet);
+    return CDS_OK;
 }
 
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
@@ -224,11 +197,18 @@ enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t a
 static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                                  uint8_t address, const uint8_t *data, uint8_t length)
 {
-    uint8_t result = cds_packet_may_write_(packet, id, address, length);
+    uint8_t *to;
 
-    if (result == CDS_OK)
-        cds_packet_build_write_(packet, id, instruction, address, data, length);
-    return (enum cds_result)result;
+    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
+        return CDS_BAD_ARGUMENT;
+    if (claim(packet, (uint8_t)(length + 1u)) != CDS_OK)
+        return CDS_NO_ROOM;
+    to = put_head(packet, id, (uint8_t)(length + 1u), instruction);
+    *to++ = address;
+    for (; length; length--)
+        *to++ = *data++;
+    cds_packet_seal_(packet);
+    return CDS_OK;
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
