@@ -119,17 +119,20 @@ static uint8_t claim(const struct cds_packet *packet, uint8_t parameters)
 }
 
 /* Is there anything to transfer, and does it lie within the control table? */
-static inline __attribute__((always_inline)) bool in_table(uint8_t address, uint8_t length)
+static inline bool is_length(uint8_t length)
 {
-    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE && address <= (uint8_t)(CDS_TABLE_SIZE - length);
+    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE;
+}
+
+static inline bool is_within(uint8_t address, uint8_t length)
+{
+    return address <= (uint8_t)(CDS_TABLE_SIZE - length);
 }
 
 uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                              uint8_t length)
 {
-    if (!in_table(address, length))
-        return CDS_BAD_ARGUMENT;
-    if (id > CDS_ID_MAX)
+    if (!is_length(length) || !is_within(address, length) || id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
     return claim(packet, 2);
 }
@@ -199,7 +202,7 @@ static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t 
 {
     uint8_t *to;
 
-    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
+    if (!is_length(length) || !is_within(address, length) || id > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
     if (claim(packet, (uint8_t)(length + 1u)) != CDS_OK)
         return CDS_NO_ROOM;
@@ -225,7 +228,7 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
-    if (!in_table(address, length)) {
+    if (!is_length(length) || !is_within(address, length)) {
         packet->size = CDS_PACKET_REFUSED;
         return CDS_BAD_ARGUMENT;
     }
