@@ -535,7 +535,7 @@ static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
 }
 
 /* The first request is over. Returns whether there is more to do, as all below. */
-static APART bool finish(struct cds_bus *bus, uint8_t result)
+static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
     struct cds_request *next = request->next;
@@ -547,6 +547,12 @@ static APART bool finish(struct cds_bus *bus, uint8_t result)
     if (request->on_end)
         return go_further(bus, request);
     return false;
+}
+
+/* ... not well. */
+static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
+{
+    return finish(bus, result);
 }
 
 /* The exchange in flight has ended. */
@@ -569,7 +575,7 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     }
     land(bus, result);
     if (!cds_bus_repeats_(request))
-        return finish(bus, result);
+        return finish_badly(bus, result);
     cds_bus_count_(&bus->counters.repeated);
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
@@ -609,7 +615,7 @@ static uint8_t outcome_late(struct cds_bus *bus)
         if (bus->flight >= CDS_BUS_TAKES)
             give_back(bus);
         bus->flight = CDS_BUS_ASKS;
-        if (heard(bus) && parse(bus))
+        if (parse(bus))
             return CDS_OK;
     }
     if (looked_to(bus) != end_at_deadline(bus))
@@ -652,15 +658,15 @@ static bool wait_for_quiet(struct cds_bus *bus)
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
-    return finish(bus, result);
+    return finish_badly(bus, result);
 }
 
 /* Nothing is in flight. */
-static ONE_COPY bool poll_idle(struct cds_bus *bus)
+static bool poll_idle(struct cds_bus *bus)
 {
     if (bus->request)
         return wait_for_quiet(bus);
-    if (bus->flight != CDS_BUS_CLOSED && !is_free(bus))
+    if (bus->flight != CDS_BUS_CLOSED)
         is_quiet(bus, cds_port_now_us());
     return false;
 }
@@ -671,7 +677,7 @@ static APART bool search(struct cds_bus *bus)
     if (bus->flight >= CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
-    if (!heard(bus) || !parse(bus))
+    if (!parse(bus))
         return go_on(bus);
     bus->closing = false;
     return end_answered(bus);
