@@ -179,7 +179,7 @@ struct cds_bus {
     uint16_t return_delay_us;          // longest of any servo on this bus
     struct cds_link link;
     uint16_t byte_time_us;        // ten bits
-    uint32_t heard_us;            // when others were last found using the line
+    uint16_t heard_us;            // when others were last found using the line, modulo 65536
     uint32_t late_us;             // until then the servo given up last may still answer
     uint8_t baud;                 // register value of its rate
     uint8_t repeats;              // given to each request that bears repeating

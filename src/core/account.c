@@ -44,16 +44,17 @@ static APART void tell_end(struct cds_bus *bus, uint8_t result)
 
 APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 {
+    uint16_t *counter = &bus->counters.timeouts;
+
     if (bus->flight != CDS_BUS_TELLS) {
         bus->last_id = bus->asked;
         bus->last_result = result;
     }
     if (result == CDS_OK)
-        bus->counters.ok++;
+        counter = &bus->counters.ok;
     else if (result == CDS_CORRUPT)
-        bus->counters.corrupt++;
-    else
-        bus->counters.timeouts++;
+        counter = &bus->counters.corrupt;
+    (*counter)++;
     if (bus->observer)
         tell_end(bus, result);
 }
@@ -61,17 +62,19 @@ APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 /* A good packet that was not due: an answer too late, a second one, or whose? */
 APART void cds_bus_note_undue_(struct cds_bus *bus)
 {
+    uint16_t *counter = &bus->counters.foreign;
     struct cds_bus_news news = {
         .event = CDS_BUS_FOREIGN, .id = bus->parser.id, .error = bus->parser.error};
 
-    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID)
-        news.event = bus->last_result == CDS_OK ? CDS_BUS_EXTRA : CDS_BUS_LATE;
-    if (news.event == CDS_BUS_EXTRA)
-        bus->counters.extra++;
-    else if (news.event == CDS_BUS_LATE)
-        bus->counters.late++;
-    else
-        bus->counters.foreign++;
+    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID) {
+        news.event = CDS_BUS_LATE;
+        counter = &bus->counters.late;
+        if (bus->last_result == CDS_OK) {
+            news.event = CDS_BUS_EXTRA;
+            counter = &bus->counters.extra;
+        }
+    }
+    (*counter)++;
     if (bus->observer)
         bus->observer->on_news(bus->observer, &news);
 }

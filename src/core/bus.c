@@ -67,10 +67,11 @@ static void cancel_all(struct cds_bus *bus)
     }
 }
 
-/* Ten bits of (baud + 1) / 2 us. */
-static uint16_t byte_time_us(uint8_t baud)
+/* A byte is ten bits of (baud + 1) / 2 us. */
+static void set_rate(struct cds_bus *bus, uint8_t baud)
 {
-    return (uint16_t)(5u * (baud + 1u));
+    bus->baud = baud;
+    bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
 }
 
 static void expect(struct cds_bus *bus);
@@ -111,8 +112,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     memset(bus, 0, sizeof *bus);
     bus->observer = observer;
     bus->port = port;
-    bus->baud = baud;
-    bus->byte_time_us = byte_time_us(baud);
+    set_rate(bus, baud);
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
     bus->late_us = late_us;
     bus->last_id = last_id;
@@ -132,8 +132,7 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     if (bus->baud == baud)
         return CDS_OK;
     cds_port_open(bus->port, baud);
-    bus->baud = baud;
-    bus->byte_time_us = byte_time_us(baud);
+    set_rate(bus, baud);
     bus->line = CDS_BUS_OK;
     bus->last_id = NOBODY; // what was asked at the old rate is not answered at this one
     bus->owed = false;
@@ -184,7 +183,7 @@ static SELDOM void give_back(struct cds_bus *bus)
 
 /* The instruction packet has served: the parameters of the reply that the parser has found take its
  * place in the buffer. */
-static SELDOM void take_reply(struct cds_bus *bus)
+static void take_reply(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint8_t *to = request->packet.bytes;
@@ -392,8 +391,9 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
         used = 1;
     }
     if (used || (!high && bus->line == CDS_BUS_FAULT))
-        bus->heard_us = now_us;
-    else if (bus->line != CDS_BUS_OK && now_us - bus->heard_us >= 2u * bus->byte_time_us)
+        bus->heard_us = (uint16_t)now_us;
+    else if (bus->line != CDS_BUS_OK &&
+             (uint16_t)(now_us - bus->heard_us) >= 2u * bus->byte_time_us)
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
     return bus->line == CDS_BUS_OK;
 }
@@ -564,14 +564,14 @@ static void land(struct cds_bus *bus, uint8_t result)
 }
 
 /* ... without a good reply: it is sent again, if it may be. */
-static SELDOM bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+static bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 {
     struct cds_request *request = bus->request;
 
     give_up(bus, result);
     if (result == CDS_CORRUPT) { // and the line may be so still
         bus->line = CDS_BUS_BUSY;
-        bus->heard_us = now_us;
+        bus->heard_us = (uint16_t)now_us;
     }
     land(bus, result);
     if (!cds_bus_repeats_(request))
