@@ -68,13 +68,21 @@ static void send(struct cds_group_read *read)
         answered(read, (uint8_t)result);
 }
 
-enum cds_result cds_group_read_poll(struct cds_group_read *read)
+/* Apart, so that asking while the exchange goes on needs no frame. */
+static __attribute__((noinline)) enum cds_result go_on(struct cds_group_read *read)
 {
-    if (read->sent && read->request->result != CDS_PENDING)
+    if (read->sent)
         exchange_ended(read);
-    if (read->next < read->count && !read->sent)
+    if (read->next < read->count)
         send(read);
     return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
+}
+
+enum cds_result cds_group_read_poll(struct cds_group_read *read)
+{
+    if (read->sent && read->request->result == CDS_PENDING)
+        return CDS_PENDING;
+    return go_on(read);
 }
 
 uint32_t cds_group_read_age_us(const struct cds_group_answer *answer)
