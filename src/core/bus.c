@@ -691,9 +691,9 @@ static APART bool end_taking(struct cds_bus *bus)
 
     if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)]))
         return search(bus);
-    bus->link.rx.tail = (uint8_t)(at + 1u);
-    bus->parser.seen = 0;
-    return end_answered(bus);
+    bus->link.rx.tail = (uint8_t)(at + 1u); // and the parser has seen nothing behind it
+    bus->owed = false;
+    return end_well(bus);
 }
 
 /* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
