@@ -747,6 +747,67 @@ void test_good_reply_after_a_damaged_one_is_taken(void)
     TEST_ASSERT_EQUAL_UINT16(0, counters().corrupt);
 }
 
+/* A reply is taken as it comes, byte for byte; the packet in its place is needed again if it fails.
+ */
+static void assert_read_survives(const uint8_t *bytes, uint8_t count, uint8_t due)
+{
+    uint8_t packet[8], behind[sizeof buffer];
+
+    memset(buffer, 0xA5, sizeof buffer);
+    submit_read(5, due);
+    transmit();
+    memcpy(packet, buffer, sizeof packet);
+    memcpy(behind, buffer, sizeof buffer);
+    for (uint8_t i = 0; i < count; i++) {
+        hear(bytes + i, 1);
+        assert_pending();
+    }
+    port_fake.now_us += WORD_DEADLINE_US + due * 10u;
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_TRUE(request.result == CDS_TIMEOUT || request.result == CDS_CORRUPT);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(behind + 8, buffer + 8, sizeof buffer - 8);
+    TEST_ASSERT_EQUAL_UINT8(5, request.id);
+    TEST_ASSERT_EQUAL_HEX8(0, request.error);
+    TEST_ASSERT_EQUAL_UINT8(0, request.length);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    transmit();
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
+    port_fake.now_us += 100000;
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+}
+
+void test_a_read_that_failed_amid_its_reply_can_be_sent_again(void)
+{
+    static const uint8_t eleven[] = {0xFF, 0xFF, 0x05, 0x0D, 0x20, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
+    uint8_t bytes[sizeof word_reply];
+
+    for (uint8_t count = 0; count < sizeof word_reply; count++)
+        assert_read_survives(word_reply, count, 2);
+    memcpy(bytes, word_reply, sizeof bytes);
+    bytes[7] ^= 0x01;
+    assert_read_survives(bytes, sizeof bytes, 2);
+    bytes[4] = 0x80; // no servo's
+    assert_read_survives(bytes, sizeof bytes, 2);
+    assert_read_survives(eleven, sizeof eleven, 11);
+}
+
+void test_a_damaged_byte_in_a_reply_that_is_taken_is_not_bridged(void)
+{
+    for (uint8_t at = 4; at < sizeof word_reply; at++) {
+        setUp();
+        read_word();
+        for (uint8_t i = 0; i < sizeof word_reply; i++) {
+            if (i == at)
+                cds_link_on_rx(&bus.link, 0x00, CDS_LINE_FRAMING);
+            hear(word_reply + i, 1);
+            assert_pending();
+        }
+        assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
+        assert_next_is_ok();
+    }
+}
+
 void test_wrong_checksum_is_corrupt_at_the_deadline(void)
 {
     uint8_t bytes[sizeof word_reply];
