@@ -370,6 +370,20 @@ void test_deadline_of_the_longest_packet_at_the_slowest_rate(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, sync.result);
 }
 
+/* The port's alarm may ring too early for a deadline so far away. */
+void test_distant_deadline_is_kept_by_a_bus_polled_all_the_time(void)
+{
+    open_at(254);
+    submit_read(5, 50);
+    transmit();
+    for (uint8_t i = 0; i < 82; i++) {
+        assert_pending();
+        port_fake.now_us += 1000;
+    }
+    port_fake.now_us -= 82000;
+    assert_ends_at(64 * 1275L + 608, CDS_TIMEOUT);
+}
+
 void test_clock_wraps_during_an_exchange(void)
 {
     port_fake.now_us = 0xFFFFFFFF - 100;
@@ -790,6 +804,21 @@ void test_a_read_that_failed_amid_its_reply_can_be_sent_again(void)
     bytes[4] = 0x80; // no servo's
     assert_read_survives(bytes, sizeof bytes, 2);
     assert_read_survives(eleven, sizeof eleven, 11);
+}
+
+void test_opening_again_amid_a_reply_gives_the_packet_back(void)
+{
+    uint8_t packet[8];
+
+    read_word();
+    memcpy(packet, buffer, sizeof packet);
+    for (uint8_t i = 0; i < 7; i++) {
+        hear(word_reply + i, 1);
+        assert_pending();
+    }
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
 }
 
 void test_a_damaged_byte_in_a_reply_that_is_taken_is_not_bridged(void)
