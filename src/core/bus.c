@@ -181,20 +181,6 @@ static SELDOM void give_back(struct cds_bus *bus)
     bus->flight = CDS_BUS_ASKS;
 }
 
-/* The instruction packet has served: the parameters of the reply that the parser has found take its
- * place in the buffer. */
-static void take_reply(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-    uint8_t *to = request->packet.bytes;
-
-    request->id = bus->parser.id;
-    request->error = bus->parser.error;
-    request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    for (uint8_t i = 0; i < request->length; i++)
-        *to++ = cds_ring_peek(&bus->link.rx, (uint8_t)(CDS_AT_PARAMETERS + i));
-}
-
 /* Can the packet in flight be built again, when the parameters of the reply that is due have
  * overwritten it? Then nothing may stand behind it but what stood there before. */
 static bool is_read(struct cds_bus *bus)
@@ -207,27 +193,36 @@ static bool is_read(struct cds_bus *bus)
            bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
-/* If what has come begins just as the reply that is due, up to LENGTH, its parameters take the
- * place of the instruction packet as they come, for that has served: at 1 Mbps there were no time
- * to search byte by byte. False: it must be searched for. */
+/* The instruction packet has served: the parameters of the reply at the ring's tail, whose ID and
+ * LENGTH the parser has, take its place in the buffer. */
+static ONE_COPY void start_taking(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    uint8_t id = bus->parser.id, length = bus->parser.length;
+
+    request->id = id;
+    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
+    bus->to = request->packet.bytes;
+    bus->parser.sum = (uint8_t)(id + length);
+    bus->parser.seen = 0;
+    bus->left = length;
+    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
+    bus->flight = CDS_BUS_TAKES;
+}
+
+/* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
+ * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
 static APART bool begin_taking(struct cds_bus *bus)
 {
     const struct cds_ring *rx = &bus->link.rx;
     uint8_t asked = bus->asked, length = bus->parser.longest;
-    struct cds_request *request;
 
     if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
         cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
         return false;
     bus->parser.id = asked;
     bus->parser.length = length;
-    bus->parser.sum = (uint8_t)(asked + length);
-    bus->left = length;
-    bus->at = (uint8_t)(rx->tail + CDS_AT_ERROR);
-    request = bus->request;
-    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
-    bus->to = request->packet.bytes;
-    bus->flight = CDS_BUS_TAKES;
+    start_taking(bus);
     return true;
 }
 
@@ -235,21 +230,18 @@ static APART bool begin_taking(struct cds_bus *bus)
  * needs would be saved and restored for each byte. */
 static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
-    bool ended = false;
-
     if (parsed == CDS_PARSED_REFUTED) {
         cds_bus_count_(&bus->counters.refuted);
         bus->damaged = 1;
         return false;
     }
     if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) {
-        take_reply(bus);
-        ended = true;
-    } else {
-        cds_bus_note_undue_(bus);
+        start_taking(bus); // all of it is there
+        return true;
     }
+    cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
-    return ended;
+    return false;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -591,11 +583,13 @@ static APART bool end_well(struct cds_bus *bus)
     return finish(bus, CDS_OK);
 }
 
-/* ... with a good reply. */
-static APART bool end_answered(struct cds_bus *bus)
+static bool take(struct cds_bus *bus, uint8_t end);
+
+/* A search has found the reply. */
+static APART bool take_found(struct cds_bus *bus)
 {
-    bus->owed = false;
-    return end_well(bus);
+    bus->closing = false;
+    return take(bus, (uint8_t)(bus->at + bus->left));
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -637,8 +631,10 @@ static SELDOM bool look_at_deadline(struct cds_bus *bus)
     result = outcome_late(bus);
     if (result == CDS_PENDING)
         return true;
+    if (result == CDS_OK)
+        return take_found(bus);
     bus->closing = false;
-    return result == CDS_OK ? end_answered(bus) : fail(bus, result, now_us);
+    return fail(bus, result, now_us);
 }
 
 /* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
@@ -678,10 +674,7 @@ static APART bool search(struct cds_bus *bus)
     if (bus->flight >= CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
-    if (!parse(bus))
-        return go_on(bus);
-    bus->closing = false;
-    return end_answered(bus);
+    return parse(bus) ? take_found(bus) : go_on(bus);
 }
 
 /* All of a reply has come: is its checksum right? */
@@ -703,8 +696,6 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
     uint8_t count = (uint8_t)(end - at);
     uint8_t *to = bus->to;
 
-    if (count > BYTES_PER_POLL)
-        count = BYTES_PER_POLL;
     do {
         uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
 

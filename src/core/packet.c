@@ -58,32 +58,20 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
     return (uint8_t)~sum;
 }
 
-/* Ended already, and nothing put behind it? LENGTH is 0 until then. */
-static bool is_ended(const struct cds_packet *packet)
-{
-    return packet->size > CDS_AT_LENGTH && packet->size <= packet->room &&
-           packet->bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == packet->size;
-}
-
-/* Why, if it is not as any packet that cds_packet_begin() has begun. */
-static __attribute__((noinline, cold)) uint8_t may_hardly_end(const struct cds_packet *packet)
-{
-    if (packet->size == CDS_PACKET_REFUSED ||
-        (packet->size < packet->room && packet->bytes[CDS_AT_LENGTH] != 0) ||
-        (packet->size < packet->room && packet->size + 1u - LENGTH_OFFSET <= CDS_LENGTH_MAX))
-        return CDS_BAD_ARGUMENT;
-    return CDS_NO_ROOM;
-}
-
 uint8_t cds_packet_may_end_(const struct cds_packet *packet)
 {
     const uint8_t *bytes = packet->bytes;
     uint16_t size = packet->size; // without the checksum
 
-    if (size < packet->room && (uint16_t)(size + 1u - LENGTH_OFFSET) <= CDS_LENGTH_MAX &&
-        bytes[CDS_AT_LENGTH] == 0 && bytes[CDS_AT_ID] <= CDS_BROADCAST_ID)
+    if (size < packet->room && bytes[CDS_AT_LENGTH] == 0) {
+        if ((uint16_t)(size + 1u - LENGTH_OFFSET) > CDS_LENGTH_MAX)
+            return CDS_NO_ROOM;
+        return bytes[CDS_AT_ID] > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : CDS_OK;
+    }
+    if (size > CDS_AT_LENGTH && size <= packet->room &&
+        bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == size) // ended already, and nothing put behind it
         return CDS_OK;
-    return is_ended(packet) ? CDS_OK : may_hardly_end(packet);
+    return size < packet->room || size == CDS_PACKET_REFUSED ? CDS_BAD_ARGUMENT : CDS_NO_ROOM;
 }
 
 void cds_packet_fill_(struct cds_packet *packet)
