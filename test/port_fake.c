@@ -56,16 +56,6 @@ void cds_port_listen(uint8_t port)
     *line(port) = FAKE_LISTEN;
 }
 
-void cds_port_talk(uint8_t port)
-{
-    record(FAKE_TALK, port, 0);
-    breach_unless(*line(port) == FAKE_HIGH_Z);
-    *line(port) = FAKE_TALK;
-    port_fake.sent_size = 0;
-    if (port_fake.eager)
-        breach_unless(port_fake_transmit(port_fake.eager, port));
-}
-
 static void put_on_the_line(uint8_t byte)
 {
     if (port_fake.sent_size < FAKE_SENT_SIZE)
@@ -73,17 +63,36 @@ static void put_on_the_line(uint8_t byte)
     port_fake.sent_size++;
 }
 
+void cds_port_talk(uint8_t port, uint8_t first)
+{
+    cds_port_high_z(port);
+    record(FAKE_TALK, port, 0);
+    *line(port) = FAKE_TALK;
+    record(FAKE_TX, port, first);
+    port_fake.sent_size = 0;
+    port_fake.followed = false;
+    put_on_the_line(first);
+}
+
+void cds_port_follow(uint8_t port)
+{
+    breach_unless(*line(port) == FAKE_TALK && !port_fake.followed);
+    port_fake.followed = true;
+    if (port_fake.eager)
+        breach_unless(port_fake_transmit(port_fake.eager, port));
+}
+
 void cds_port_tx(uint8_t port, uint8_t byte)
 {
     record(FAKE_TX, port, byte);
-    breach_unless(*line(port) == FAKE_TALK);
+    breach_unless(*line(port) == FAKE_TALK && port_fake.followed);
     put_on_the_line(byte);
 }
 
 void cds_port_tx_last(uint8_t port, uint8_t byte)
 {
     record(FAKE_TX_LAST, port, byte);
-    breach_unless(*line(port) == FAKE_TALK);
+    breach_unless(*line(port) == FAKE_TALK && port_fake.followed);
     *line(port) = FAKE_TX_LAST;
     put_on_the_line(byte);
     port_fake.packets++;
@@ -100,6 +109,24 @@ uint32_t cds_port_now_us(void)
     port_fake.clock_reads++;
     port_fake.now_us += port_fake.us_per_reading;
     return port_fake.now_us;
+}
+
+void cds_port_set_alarm(uint8_t port, uint32_t at_us)
+{
+    (void)line(port);
+    port_fake.alarms_us[port % FAKE_PORTS] = at_us;
+}
+
+/* An alarm of 15 bits, as that of a timer: it rings early for what is far away. */
+bool cds_port_alarm_rings(uint8_t port)
+{
+    int32_t past_us;
+
+    port_fake.clock_reads++;
+    (void)line(port);
+    port_fake.now_us += port_fake.us_per_reading;
+    past_us = (int32_t)(port_fake.now_us - port_fake.alarms_us[port % FAKE_PORTS]);
+    return past_us >= 0 || past_us < -FAKE_ALARM_US;
 }
 
 void port_fake_settle(struct cds_bus *bus)

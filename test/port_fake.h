@@ -24,10 +24,11 @@ struct fake_entry {
 #define FAKE_LOG_SIZE  40  // verbs kept; later ones are only counted
 #define FAKE_SENT_SIZE 258 // the longest packet there is
 #define FAKE_PORTS     4
+#define FAKE_ALARM_US  32000 // the furthest an alarm is exact
 
 struct port_fake {
     uint32_t now_us;      // what cds_port_now_us() answers
-    uint16_t clock_reads; // how often it was asked
+    uint16_t clock_reads; // how often it, or an alarm, was asked
     uint16_t verbs;       // how many since reset or forget; the first of them are in `log`
     struct fake_entry log[FAKE_LOG_SIZE];
     uint8_t sent[FAKE_SENT_SIZE]; // what the driver has put on the line since the last talk
@@ -36,9 +37,11 @@ struct port_fake {
     uint16_t breaches;         // verbs out of place
     uint8_t lines[FAKE_PORTS]; // enum fake_verb: the last one that changed the direction
     uint8_t bauds[FAKE_PORTS]; // the register value each was last opened with
-    uint16_t us_per_reading;   // how far the clock moves on whenever it is asked
-    bool low;                  // somebody holds the line low
-    struct cds_link *eager;    // if set: its packets are on the line before talk returns
+    uint32_t alarms_us[FAKE_PORTS];
+    bool followed;           // the packet that has begun goes on
+    uint16_t us_per_reading; // how far the clock moves on whenever it is asked
+    bool low;                // somebody holds the line low
+    struct cds_link *eager;  // if set: its packets are on the line before talk returns
 };
 
 extern struct port_fake port_fake;

@@ -370,6 +370,20 @@ void test_deadline_of_the_longest_packet_at_the_slowest_rate(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, sync.result);
 }
 
+/* The port's alarm may ring too early for a deadline so far away. */
+void test_distant_deadline_is_kept_by_a_bus_polled_all_the_time(void)
+{
+    open_at(254);
+    submit_read(5, 50);
+    transmit();
+    for (uint8_t i = 0; i < 82; i++) {
+        assert_pending();
+        port_fake.now_us += 1000;
+    }
+    port_fake.now_us -= 82000;
+    assert_ends_at(64 * 1275L + 608, CDS_TIMEOUT);
+}
+
 void test_clock_wraps_during_an_exchange(void)
 {
     port_fake.now_us = 0xFFFFFFFF - 100;
@@ -686,7 +700,7 @@ static void assert_stuck_after(uint8_t bytes)
 
 void test_transmission_that_stops_anywhere_releases_the_line_at_the_deadline(void)
 {
-    for (uint8_t bytes = 0; bytes <= 6; bytes++) // 6: all given, but never complete
+    for (uint8_t bytes = 0; bytes <= 5; bytes++) // behind the first; 5: all given, never complete
         assert_stuck_after(bytes);
 }
 
@@ -745,6 +759,82 @@ void test_good_reply_after_a_damaged_one_is_taken(void)
     hear(word_reply, sizeof word_reply);
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_UINT16(0, counters().corrupt);
+}
+
+/* A reply is taken as it comes, byte for byte; the packet in its place is needed again if it fails.
+ */
+static void assert_read_survives(const uint8_t *bytes, uint8_t count, uint8_t due)
+{
+    uint8_t packet[8], behind[sizeof buffer];
+
+    memset(buffer, 0xA5, sizeof buffer);
+    submit_read(5, due);
+    transmit();
+    memcpy(packet, buffer, sizeof packet);
+    memcpy(behind, buffer, sizeof buffer);
+    for (uint8_t i = 0; i < count; i++) {
+        hear(bytes + i, 1);
+        assert_pending();
+    }
+    port_fake.now_us += WORD_DEADLINE_US + due * 10u;
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_TRUE(request.result == CDS_TIMEOUT || request.result == CDS_CORRUPT);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(behind + 8, buffer + 8, sizeof buffer - 8);
+    TEST_ASSERT_EQUAL_UINT8(5, request.id);
+    TEST_ASSERT_EQUAL_HEX8(0, request.error);
+    TEST_ASSERT_EQUAL_UINT8(0, request.length);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    transmit();
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
+    port_fake.now_us += 100000;
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+}
+
+void test_a_read_that_failed_amid_its_reply_can_be_sent_again(void)
+{
+    static const uint8_t eleven[] = {0xFF, 0xFF, 0x05, 0x0D, 0x20, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
+    uint8_t bytes[sizeof word_reply];
+
+    for (uint8_t count = 0; count < sizeof word_reply; count++)
+        assert_read_survives(word_reply, count, 2);
+    memcpy(bytes, word_reply, sizeof bytes);
+    bytes[7] ^= 0x01;
+    assert_read_survives(bytes, sizeof bytes, 2);
+    bytes[4] = 0x80; // no servo's
+    assert_read_survives(bytes, sizeof bytes, 2);
+    assert_read_survives(eleven, sizeof eleven, 11);
+}
+
+void test_opening_again_amid_a_reply_gives_the_packet_back(void)
+{
+    uint8_t packet[8];
+
+    read_word();
+    memcpy(packet, buffer, sizeof packet);
+    for (uint8_t i = 0; i < 7; i++) {
+        hear(word_reply + i, 1);
+        assert_pending();
+    }
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
+}
+
+void test_a_damaged_byte_in_a_reply_that_is_taken_is_not_bridged(void)
+{
+    for (uint8_t at = 4; at < sizeof word_reply; at++) {
+        setUp();
+        read_word();
+        for (uint8_t i = 0; i < sizeof word_reply; i++) {
+            if (i == at)
+                cds_link_on_rx(&bus.link, 0x00, CDS_LINE_FRAMING);
+            hear(word_reply + i, 1);
+            assert_pending();
+        }
+        assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
+        assert_next_is_ok();
+    }
 }
 
 void test_wrong_checksum_is_corrupt_at_the_deadline(void)

@@ -489,7 +489,7 @@ void test_move_in_too_small_a_buffer_is_refused(void)
 
 void test_move_on_a_bus_that_is_not_open_is_refused(void)
 {
-    bus.byte_time_us = 0;
+    memset(&bus, 0, sizeof bus);
     begin(2);
     assert_nothing_sent(CDS_BAD_ARGUMENT);
 }

@@ -298,6 +298,18 @@ void test_half_an_answer_by_the_deadline_and_the_rest_of_it_are_late(void)
     TEST_ASSERT_EQUAL_UINT16(1, counters().late);
 }
 
+void test_a_packet_longer_than_the_last_reply_due_is_found_all_the_same(void)
+{
+    static const uint8_t data[2] = {1, 2};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    assert_answered(&request, 5);
+    port_fake_answer(&bus.link, 6, 0, data, sizeof data);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().refuted);
+}
+
 void test_a_second_answer_is_extra(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));

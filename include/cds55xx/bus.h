@@ -68,7 +68,8 @@ struct cds_request {
     struct cds_request *next;             // the bus's own
     uint16_t return_delay_us;             // the longest this servo waits; set by submit
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
-    uint8_t repeats; // how often it may still be sent again if no good reply comes
+    uint8_t repeats; // how often it may still be sent again if no good reply comes; of use where
+                     // cds_bus_set_repeats() is
     uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
     bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
                      // says how long one may last
@@ -142,30 +143,47 @@ struct cds_bus_observer {
     uint8_t changed_id; // whom the last count concerns, or CDS_BROADCAST_ID
 };
 
+/* How far the bus is with its first request. */
+enum cds_bus_flight {
+    CDS_BUS_CLOSED,
+    CDS_BUS_IDLE,  // it waits, or there is none
+    CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
+    CDS_BUS_TELLS, // ... no reply is due
+    CDS_BUS_HOPES, // ... a reply is due, of which nothing was looked at yet
+    CDS_BUS_ASKS,  // ... and what comes is searched for it
+    CDS_BUS_TAKES, // ... and it goes into the request's buffer as it comes
+    CDS_BUS_ENDS,  // ... of which but the checksum is there
+};
+
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
-    struct cds_link link;
+    struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
-    struct cds_request *request;       // in flight, then those that wait, in their order; or NULL
-    struct cds_bus_observer *observer; // or NULL
+    uint8_t port;                 // number of the bus on its board
+    uint8_t flight;               // enum cds_bus_flight
+    bool in_flight;               // beyond CDS_BUS_IDLE
+    uint8_t line;                 // enum cds_bus_state
+    bool owed;                    // the one given up last may answer until `late_us`
+    uint8_t damaged;              // not 0: something of the reply came damaged
+    bool closing;                 // the deadline is over, and bytes up to this index of the
+    uint8_t close_at;             // ring are still looked at
+    uint8_t last_id;              // of the last exchange with a reply due that is over,
+    uint8_t last_result;          // and enum cds_result of it
+    uint8_t asked;                // ID in the packet in flight
+    uint8_t at;                   // of the reply that is taken: index of its next byte in the ring,
+    uint8_t left;                 // bytes missing, the checksum too,
+    uint8_t *to;                  // where its next parameter goes
+    uint8_t instruction, address; // of the packet in flight
+    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
     uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
-    uint32_t heard_us;                 // when others were last found using the line
-    uint32_t late_us;                  // until then the servo given up last may still answer
-    uint16_t byte_time_us;             // ten bits
     uint16_t return_delay_us;          // longest of any servo on this bus
-    uint8_t port;                      // number of the bus on its board
-    uint8_t baud;                      // register value of its rate
-    uint8_t line;                      // enum cds_bus_state
-    bool closing;                      // the deadline is over, and bytes up to this index of the
-    uint8_t close_at;                  // ring are still looked at
-    bool in_flight;                    // the first request's packet has been sent
-    uint8_t damaged;                   // not 0: something of the reply came damaged
-    uint8_t last_id;                   // of the last exchange with a reply due that is over,
-    uint8_t last_result;               // and enum cds_result of it
-    bool owed;                         // that one was given up, and may answer until `late_us`
-    uint8_t instruction, address;      // of the packet in flight
-    uint8_t repeats;                   // given to each request that bears repeating
-    struct cds_counters counters;      // `stray` and the last four stay elsewhere until asked for
+    struct cds_link link;
+    uint16_t byte_time_us;        // ten bits
+    uint16_t heard_us;            // when others were last found using the line, modulo 65536
+    uint32_t late_us;             // until then the servo given up last may still answer
+    uint8_t baud;                 // register value of its rate
+    uint8_t repeats;              // given to each request that bears repeating
+    struct cds_counters counters; // `stray` and the last four stay elsewhere until asked for
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -209,6 +227,29 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  * sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
+/* The same in two steps, for the library's own calls, so that the header of a packet that was found
+ * good is on the wire before the rest of it is built. First, if cds_bus_has_room_(): has it begun,
+ * or is it not its turn? The rest must follow at once: the packet, whole but for a checksum that
+ * will be there within a few byte times; returns what cds_bus_submit() does. */
+bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
+bool cds_bus_begin_(struct cds_bus *bus);
+uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun);
+
+/* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
+ * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost
+ * nothing. */
+bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
+uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
+void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
+void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange
+void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
+void cds_bus_count_(uint16_t *counter);
+bool cds_bus_repeats_(struct cds_request *request); // is it to be sent once more?
+uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes); // of a packet
+
+/* Has `observer`, which must stay, watch the bus; NULL: nobody. */
+void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer);
+
 /* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
  * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,
  * CDS_HELD. Nothing is sent.
@@ -241,7 +282,7 @@ static inline enum cds_bus_state cds_bus_state(const struct cds_bus *bus)
     return (enum cds_bus_state)bus->line;
 }
 
-/* Copies the counters. */
+/* Copies the counters. A program that never calls this, nor has an observer, does not count. */
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out);
 
 /* Parameter `index` of the reply as a byte, or as a word (low byte first, R28), into *out. CDS_OK

@@ -28,9 +28,9 @@ enum cds_link_state { CDS_LINK_HIGH_Z, CDS_LINK_LISTENING, CDS_LINK_TALKING, CDS
 /* What a receiver says of a byte: the port maps its status register to these. */
 enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 };
 
-/* What handlers and main context share of one bus. */
+/* What handlers and main context share of one bus. The ring last: an AVR reaches the first 64 bytes
+ * of a struct in one instruction. */
 struct cds_link {
-    struct cds_ring rx;             // bytes heard; the handlers put, the bus takes
     const uint8_t *volatile cursor; // next byte to be sent
     const uint8_t *volatile last;   // the packet's last byte
     const uint8_t *volatile echo;   // next byte to come back, where the receiver hears the driver
@@ -42,15 +42,31 @@ struct cds_link {
     volatile uint16_t overruns;
     volatile uint16_t ring_overflows;
     volatile uint16_t echo_errors;
+    struct cds_ring rx; // bytes heard; the handlers put, the bus takes
 };
 
 /* Starts listening. Main context. */
 void cds_link_open(struct cds_link *link, uint8_t port);
 
-/* Begins to send the `size` bytes (at least 1) at `packet`, which must stay as they are until the
- * link listens again. Whatever was heard and not yet taken is thrown away. Main context; only while
- * LISTENING. */
-void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
+/* Begins to send: `first`, the first byte of a packet, is on the wire when this returns, and the
+ * rest of it must follow within a byte time, or the line idles meanwhile. Whatever was heard and
+ * not yet taken will be thrown away. Main context; only while LISTENING. */
+static inline void cds_link_begin(uint8_t port, uint8_t first)
+{
+    cds_port_talk(port, first); // the receiver is off: nothing stale can follow
+}
+
+/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 2) at `packet`, but for
+ * the first. They must stay as they are until the link listens again. Main context. */
+void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
+
+/* Both at once. */
+static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
+                                 uint16_t size)
+{
+    cds_link_begin(port, packet[0]);
+    cds_link_follow(link, port, packet, size);
+}
 
 /* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */
 void cds_link_abort(struct cds_link *link, uint8_t port);

@@ -98,6 +98,18 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 enum cds_result cds_packet_action(struct cds_packet *packet, uint8_t id);
 enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id);
 
+/* READ in two steps, for the library's own calls, so that the packet may have begun before it is
+ * built. First: may it be? CDS_OK, or what cds_packet_read() returns. Then its size and bytes. */
+uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
+                             uint8_t length);
+void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length);
+
+/* cds_packet_end() in three steps: may it be ended? CDS_OK, or why not. Then LENGTH, and the
+ * checksum, which can follow when the packet is on its way. */
+uint8_t cds_packet_may_end_(const struct cds_packet *packet);
+void cds_packet_fill_(struct cds_packet *packet);
+void cds_packet_seal_(const struct cds_packet *packet);
+
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
  * `length`: bytes for each servo, 1 to 50, from register `address` (0 to 0x31) on. A block is the
  * ID (0 to 253) and `length` bytes of `data`. Begin returns CDS_OK, or CDS_BAD_ARGUMENT when

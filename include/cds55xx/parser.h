@@ -8,6 +8,7 @@
 #ifndef CDS_PARSER_H
 #define CDS_PARSER_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "cds55xx/packet.h" // CDS_AT_*
@@ -32,7 +33,9 @@ struct cds_parser {
     uint8_t longest; // LENGTH above this is refuted at once
     uint8_t seen;    // bytes of the candidate at the ring's tail examined so far
     uint8_t sum;     // of its bytes from the ID on
-    uint8_t length;  // its LENGTH, once seen
+    uint8_t length;  // its LENGTH, once seen, ...
+    uint8_t id;      // its ID,
+    uint8_t error;   // and its ERROR
     uint16_t stray;  // bytes, each with the FF before it, that began no packet; modulo 65536
 };
 
@@ -49,6 +52,12 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
  * decide nothing, and returns how many; `count` bytes that were not examined yet must be there. The
  * same as so many steps, and quicker. Consumer's context. */
 uint8_t cds_parser_skim(struct cds_parser *parser, const struct cds_ring *ring, uint8_t count);
+
+/* Is `byte` the checksum that ends the candidate well? */
+static inline bool cds_parser_ends_well(const struct cds_parser *parser, uint8_t byte)
+{
+    return (uint8_t)(parser->sum + byte) == UINT8_MAX; // it is ~ of the sum of the rest
+}
 
 /* Takes the packet just found out of the ring. Consumer's context. */
 void cds_parser_accept(struct cds_parser *parser, struct cds_ring *ring);

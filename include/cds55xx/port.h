@@ -25,9 +25,13 @@ void cds_port_high_z(uint8_t port);
 /* Driver off, then receiver on; on_rx from here on. Either context. */
 void cds_port_listen(uint8_t port);
 
-/* Receiver off, then driver and transmitter on; on_tx_ready as soon as a byte can be taken.
- * Main context. */
-void cds_port_talk(uint8_t port);
+/* High impedance, then driver and transmitter on, which gets its `first` byte at once. No events
+ * yet. Main context. */
+void cds_port_talk(uint8_t port, uint8_t first);
+
+/* Events from here on: on_tx_ready as soon as another byte can be taken. Main context; only behind
+ * cds_port_talk(). */
+void cds_port_follow(uint8_t port);
 
 /* Gives the transmitter the next byte. Only within on_tx_ready. */
 void cds_port_tx(uint8_t port, uint8_t byte);
@@ -43,6 +47,13 @@ bool cds_port_line_is_high(uint8_t port);
 
 /* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
 uint32_t cds_port_now_us(void);
+
+/* Sets the alarm of the port to `at_us`, as of cds_port_now_us(): from then on it rings, until it
+ * is set anew. It may ring too early, never too late. Main context. */
+void cds_port_set_alarm(uint8_t port, uint32_t at_us);
+
+/* Does it ring? Cheaper than the clock: for every poll. Main context. */
+bool cds_port_alarm_rings(uint8_t port);
 
 #ifdef __cplusplus
 }

@@ -61,7 +61,12 @@ AVR_INLINE void cds_port_listen(uint8_t port)
     struct cds_avr_clock cds_avr_clock;                                                            \
     ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK) /* the line's turnaround must not wait for it */       \
     {                                                                                              \
-        cds_avr_clock.overflows_us = cds_avr_clock.overflows_us + AVR_CLOCK_OVERFLOW_US;           \
+        uint8_t low = (uint8_t)(cds_avr_clock.overflows[0] + 1u);                                  \
+                                                                                                   \
+        cds_avr_clock.overflows[0] = low;                                                          \
+        if (low == 0 &&                                                                            \
+            (cds_avr_clock.overflows[1] = (uint8_t)(cds_avr_clock.overflows[1] + 1u)) == 0)        \
+            cds_avr_clock.overflows[2] = (uint8_t)(cds_avr_clock.overflows[2] + 1u);               \
     }
 
 #endif

@@ -13,7 +13,7 @@ extern "C" {
 
 /* What the clock knows besides its timer. */
 struct cds_avr_clock {
-    volatile uint32_t overflows_us; // time at the last overflow; written by its handler
+    volatile uint8_t overflows[3]; // low byte first; written by the handler
 };
 
 /* The program's one clock; CDS_AVR_CLOCK() of cds55xx_avr.h defines it. */

@@ -1,7 +1,6 @@
-/* The three handlers of a bus. Of one that does not hear itself they are by hand: what link.h says
- * of its events, for a link and registers that are constants. avr-gcc saves ten registers where
- * three do, and at 1 Mbps the receive handler runs every 160 cycles: these take half as long. The
- * events in C remain for wirings with an echo and for other chips.
+/* The three handlers of a bus, by hand: what link.h says of its events, for a link and registers
+ * that are constants. avr-gcc saves ten registers where three do, and at 1 Mbps the receive handler
+ * runs every 160 cycles: these take half as long.
  *
  * GCC promises naked functions for assembly only: nothing else stands in them but cbi and sbi on
  * the enables. SREG is kept in r0; r24 and Z do the work. Whatever they write is volatile in C.
@@ -32,9 +31,29 @@
     "adiw r30, 1              \n\t"                                             \
     "sts  %[" counter "]+1, r31 \n\t" "sts  %[" counter "], r30   \n\t"
 
-/* cds_link_on_rx(). A good byte: 54. The worst, with both errors: 82. */
-#define AVR_ON_RX_(link, number)                                                \
-    __asm__ volatile(AVR_ENTER_                                                 \
+/* cds_link_on_rx_echo(), before what it has in common with the next. An echo: 60; a damaged one: 71. */
+#define AVR_ECHO_                                                               \
+    "lds  r24, %[state]       \n\t" "cpi  r24, %[listening]   \n\t"             \
+    "breq 9f                  \n\t"                                             \
+    "lds  r30, %[echo]        \n\t" "lds  r31, %[echo]+1      \n\t"             \
+    "lds  r24, %[last]        \n\t" "inc  r24                 \n\t"             \
+    "cp   r24, r30            \n\t" "breq 7f                  \n\t"             \
+    "6: ld r24, Z+            \n\t"                                             \
+    "sts  %[echo]+1, r31      \n\t" "sts  %[echo], r30        \n\t"             \
+    "lds  r30, %[status]      \n\t" "andi r30, %[errors]      \n\t"             \
+    "lds  r31, %[data]        \n\t" "eor  r24, r31            \n\t"             \
+    "or   r24, r30            \n\t" "brne 8f                  \n\t"             \
+    AVR_LEAVE_                                                                  \
+    "7: sbiw r30, 1           \n\t" "lds  r24, %[last]+1      \n\t"             \
+    "cp   r24, r31            \n\t" "breq 9f                  \n\t"             \
+    "adiw r30, 1              \n\t" "rjmp 6b                  \n\t"             \
+    "8:                       \n\t" AVR_COUNT_("echo_errors")                   \
+    "rjmp 1f                  \n\t"                                             \
+    "9:                       \n\t"
+
+/* cds_link_on_rx(). A good byte: 54, with `echo` 59. The worst, with both errors: 82. */
+#define AVR_ON_RX_(link, number, echo_part)                                     \
+    __asm__ volatile(AVR_ENTER_ echo_part                                       \
     "lds  r24, %[status]      \n\t" "andi r24, %[errors]      \n\t"             \
     "brne 3f                  \n\t"                                             \
     "lds  r30, %[head]        \n\t" "lds  r24, %[tail]        \n\t"             \
@@ -66,11 +85,14 @@
        [bytes] "i"(&(link).rx.bytes[0]), [overflows] "i"(&(link).ring_overflows), \
        [framing_errors] "i"(&(link).framing_errors),                            \
        [overruns] "i"(&(link).overruns), [broken] "i"(&(link).broken),          \
-       [broken_at] "i"(&(link).broken_at), [whole_from] "i"(&(link).whole_from))
+       [broken_at] "i"(&(link).broken_at), [whole_from] "i"(&(link).whole_from), \
+       [state] "i"(&(link).state), [listening] "n"(CDS_LINK_LISTENING),         \
+       [echo] "i"(&(link).echo), [last] "i"(&(link).last),                      \
+       [echo_errors] "i"(&(link).echo_errors))
 
 /* cds_link_on_tx_ready(). A byte: 47. The last one: 60. Packets may be longer than 256 bytes, so
  * equal low bytes of `cursor` and `last` do not yet mean the end. */
-#define AVR_ON_TX_READY_(link, number)                                          \
+#define AVR_ON_TX_READY_(link, number, drain_state)                             \
     __asm__ volatile(AVR_ENTER_                                                 \
     "lds  r30, %[cursor]      \n\t" "lds  r31, %[cursor]+1    \n\t"             \
     "lds  r24, %[last]        \n\t" "cp   r24, r30            \n\t"             \
@@ -88,7 +110,7 @@
     :: [data] "n"(AVR_REGISTER(number, UDR)),                                   \
        [status] "n"(AVR_REGISTER3(number, UCSR, A)),                            \
        [control] "n"(AVR_REGISTER3(number, UCSR, B)),                           \
-       [forget] "n"(AVR_TXC | AVR_U2X), [drain] "n"(AVR_STATE_DRAINING),        \
+       [forget] "n"(AVR_TXC | AVR_U2X), [drain] "n"(drain_state),               \
        [draining] "n"(CDS_LINK_DRAINING), [cursor] "i"(&(link).cursor),         \
        [last] "i"(&(link).last), [state] "i"(&(link).state))
 
@@ -105,62 +127,34 @@
 
 // clang-format on
 
-/* Status goes with the byte and must be read before it. */
-static inline void avr_receive(struct cds_link *link, uint8_t port)
-{
-    struct avr_usart usart = avr_usart(port);
-    uint8_t status = *usart.ucsra & (AVR_FRAMING_ERROR | AVR_OVERRUN);
-    uint8_t byte = *usart.udr;
-    uint8_t errors = 0;
-
-    if (status & AVR_FRAMING_ERROR)
-        errors |= CDS_LINE_FRAMING;
-    if (status & AVR_OVERRUN)
-        errors |= CDS_LINE_OVERRUN;
-    cds_link_on_rx_echo(link, byte, errors);
-}
-
 #ifdef USART_RX_vect // one USART only, without a number
 #define AVR_VECTOR(usart, event) USART_##event##_vect
 #else
 #define AVR_VECTOR(usart, event) AVR_PASTE3(USART, usart, _##event##_vect)
 #endif
 
-/* A receiver that is off while the bus talks. */
-#define AVR_HANDLERS_TWO_ENABLES(bus, number) AVR_HANDLERS_DEAF_(bus, number)
-#define AVR_HANDLERS_ONE_ENABLE(bus, number)  AVR_HANDLERS_DEAF_(bus, number)
-#define AVR_HANDLERS_ADAPTER(bus, number)     AVR_HANDLERS_DEAF_(bus, number)
-#define AVR_HANDLERS_DEAF_(bus, number)                                                            \
+/* By wiring: is there an echo, and what is UCSRnB with the last byte? */
+#define AVR_HANDLERS_TWO_ENABLES(bus, number) AVR_HANDLERS_(bus, number, "", AVR_STATE_DRAINING)
+#define AVR_HANDLERS_ONE_ENABLE(bus, number)  AVR_HANDLERS_(bus, number, "", AVR_STATE_DRAINING)
+#define AVR_HANDLERS_ADAPTER(bus, number)     AVR_HANDLERS_(bus, number, "", AVR_STATE_DRAINING)
+#define AVR_HANDLERS_ADAPTER_ECHO(bus, number)                                                     \
+    AVR_HANDLERS_(bus, number, AVR_ECHO_, AVR_STATE_DRAINING)
+#define AVR_HANDLERS_TIED(bus, number)                                                             \
+    AVR_HANDLERS_(bus, number, AVR_ECHO_, AVR_STATE_TIED_DRAINING)
+
+#define AVR_HANDLERS_(bus, number, echo, drain)                                                    \
     ISR(AVR_VECTOR(AVR_BUS(number, _USART), RX), ISR_NAKED)                                        \
     {                                                                                              \
-        AVR_ON_RX_((bus).link, number);                                                            \
+        AVR_ON_RX_((bus).link, number, echo);                                                      \
     }                                                                                              \
     ISR(AVR_VECTOR(AVR_BUS(number, _USART), UDRE), ISR_NAKED)                                      \
     {                                                                                              \
-        AVR_ON_TX_READY_((bus).link, number);                                                      \
+        AVR_ON_TX_READY_((bus).link, number, drain);                                               \
     }                                                                                              \
     ISR(AVR_VECTOR(AVR_BUS(number, _USART), TX), ISR_NAKED)                                        \
     {                                                                                              \
         avr_usart_turn_around(number);                                                             \
         AVR_ON_TX_COMPLETE_((bus).link, number);                                                   \
-    }
-
-/* One that hears all that is sent: the events in C, for they have more to do. Flattened: with a
- * call in it the handler would save all registers, and fall behind 1 Mbps. */
-#define AVR_HANDLERS_TIED(bus, number)         AVR_HANDLERS_ECHO_(bus, number)
-#define AVR_HANDLERS_ADAPTER_ECHO(bus, number) AVR_HANDLERS_ECHO_(bus, number)
-#define AVR_HANDLERS_ECHO_(bus, number)                                                            \
-    ISR(AVR_VECTOR(AVR_BUS(number, _USART), RX), __attribute__((flatten)))                         \
-    {                                                                                              \
-        avr_receive(&(bus).link, number);                                                          \
-    }                                                                                              \
-    ISR(AVR_VECTOR(AVR_BUS(number, _USART), UDRE))                                                 \
-    {                                                                                              \
-        cds_link_on_tx_ready(&(bus).link, number);                                                 \
-    }                                                                                              \
-    ISR(AVR_VECTOR(AVR_BUS(number, _USART), TX))                                                   \
-    {                                                                                              \
-        cds_link_on_tx_complete(&(bus).link, number);                                              \
     }
 
 #endif

@@ -28,9 +28,14 @@ void cds_port_listen(uint8_t port)
     avr_usart_listen(port);
 }
 
-void cds_port_talk(uint8_t port)
+void cds_port_talk(uint8_t port, uint8_t first)
 {
-    avr_usart_talk(port);
+    avr_usart_talk(port, first);
+}
+
+void cds_port_follow(uint8_t port)
+{
+    avr_usart_follow(port);
 }
 
 bool cds_port_line_is_high(uint8_t port)

@@ -104,11 +104,14 @@ enum {
     /* UCSRnB in each state of the link */
     AVR_STATE_HIGH_Z = 0,
     AVR_STATE_LISTENING = 1 << 7 | 1 << 4, // RXCIE, RXEN
+    AVR_STATE_BEGINNING = 1 << 3,          // TXEN
     AVR_STATE_TALKING = 1 << 5 | 1 << 3,   // UDRIE, TXEN
     // TXCIE, TXEN; and RXEN, RXCIE: RX enable is still off, but the receiver needs no more once it
     // is on
     AVR_STATE_DRAINING = 1 << 6 | 1 << 3 | 1 << 4 | 1 << 7,
-    /* ... where there is an echo: RXCIE and RXEN stay */
+    /* ... where there is an echo: RXCIE and RXEN stay. The echo of the first byte may wait in the
+       receiver for the rest to follow. */
+    AVR_STATE_ECHO_BEGINNING = 1 << 4 | 1 << 3,
     AVR_STATE_ECHO_TALKING = 1 << 7 | 1 << 4 | 1 << 5 | 1 << 3,
     /* ... of tied pins: and TXEN goes with the last byte */
     AVR_STATE_TIED_DRAINING = 1 << 7 | 1 << 4 | 1 << 6,
@@ -192,12 +195,21 @@ AVR_INLINE void avr_usart_listen(uint8_t port)
     *usart.ucsrb = AVR_STATE_LISTENING;
 }
 
-AVR_INLINE void avr_usart_talk(uint8_t port)
+AVR_INLINE void avr_usart_talk(uint8_t port, uint8_t first)
 {
     struct avr_usart usart = avr_usart(port);
 
+    *usart.ucsrb = AVR_STATE_HIGH_Z; // first: no handler may find the enables half way
     avr_pin_low(usart.rx_enable);
     avr_pin_high(usart.tx_enable);
+    *usart.ucsrb = usart.echoes ? AVR_STATE_ECHO_BEGINNING : AVR_STATE_BEGINNING;
+    *usart.udr = first;
+}
+
+AVR_INLINE void avr_usart_follow(uint8_t port)
+{
+    struct avr_usart usart = avr_usart(port);
+
     *usart.ucsrb = usart.echoes ? AVR_STATE_ECHO_TALKING : AVR_STATE_TALKING;
 }
 

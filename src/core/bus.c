@@ -2,12 +2,62 @@
 #include "cds55xx/bus.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #define NOBODY         UINT8_MAX // no ID
 #define BYTES_PER_POLL 20        // examined at the most
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
+
+/* Not copied for a bus that is known when the program is linked: by a pointer, an AVR reaches the
+ * fields in half as many words. */
+#define ONE_COPY __attribute__((noclone, noinline))
+
+/* Such a copy is what is wanted where the time for a byte counts: a pointer less. Not inlined: what
+ * it needs would be saved and restored where it is not called. */
+#define APART __attribute__((noinline))
+
+/* What a program does not use: account.c and repeat.c have those that do something. */
+#define UNUSED __attribute__((weak))
+
+UNUSED bool cds_bus_is_watched_(const struct cds_bus *bus)
+{
+    (void)bus;
+    return false;
+}
+
+UNUSED uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
+{
+    (void)bus, (void)request;
+    return CDS_OK;
+}
+
+UNUSED void cds_bus_note_sent_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
+UNUSED void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
+{
+    (void)bus, (void)result;
+}
+
+UNUSED void cds_bus_note_undue_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
+UNUSED void cds_bus_count_(uint16_t *counter)
+{
+    (void)counter;
+}
+
+UNUSED bool cds_bus_repeats_(struct cds_request *request)
+{
+    (void)request;
+    return false;
+}
 
 static void cancel_all(struct cds_bus *bus)
 {
@@ -17,51 +67,59 @@ static void cancel_all(struct cds_bus *bus)
     }
 }
 
-/* Ten bits of (baud + 1) / 2 us. */
-static uint16_t byte_time_us(uint8_t baud)
+/* A byte is ten bits of (baud + 1) / 2 us. */
+static void set_rate(struct cds_bus *bus, uint8_t baud)
 {
-    return (uint16_t)(5u * (baud + 1u));
+    bus->baud = baud;
+    bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
 }
 
-/* No candidate begun, and any packet would be of interest: none is due. */
-static void search_anew(struct cds_bus *bus)
-{
-    cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX);
-}
+static void expect(struct cds_bus *bus);
+static void give_back(struct cds_bus *bus);
 
-/* Notes who was asked last, and until when the answer to that may come still. */
-static void remember(struct cds_bus *bus, uint8_t result)
+/* The exchange in flight is given up: notes until when its answer may still come. */
+static void give_up(struct cds_bus *bus, uint8_t result)
 {
-    const struct cds_request *request = bus->request;
-
-    if (request->reply_parameters == CDS_REPLY_NONE)
+    if (bus->flight == CDS_BUS_BEGUN)
+        expect(bus);
+    if (bus->flight < CDS_BUS_HOPES)
         return;
-    bus->last_id = bus->instruction == CDS_PING ? request->packet.bytes[CDS_AT_ID] : request->id;
+    if (bus->flight >= CDS_BUS_TAKES)
+        give_back(bus);
+    bus->last_id = bus->asked;
     bus->last_result = result;
-    bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - request->return_delay_us;
-    bus->owed = result != CDS_OK;
+    bus->owed = true;
+    bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - bus->request->return_delay_us;
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
     bool same = bus->byte_time_us && bus->port == port && bus->baud == baud;
+    struct cds_bus_observer *observer = bus->observer;
+    uint32_t late_us;
+    uint8_t last_id = NOBODY, last_result;
+    bool owed = false;
 
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    if (bus->in_flight)
-        remember(bus, CDS_CANCELLED);
+    give_up(bus, CDS_CANCELLED);
     cancel_all(bus);
-    *bus = (struct cds_bus){
-        .observer = bus->observer,
-        .port = port,
-        .baud = baud,
-        .byte_time_us = byte_time_us(baud),
-        .return_delay_us = CDS_RETURN_DELAY_MAX_US,
-        .late_us = bus->late_us,
-        .last_id = same ? bus->last_id : NOBODY, // at another rate no old answer is understood
-        .last_result = bus->last_result,
-        .owed = same && bus->owed,
-    };
-    search_anew(bus);
+    late_us = bus->late_us;
+    last_result = bus->last_result;
+    if (same) { // at another rate no old answer is understood
+        last_id = bus->last_id;
+        owed = bus->owed;
+    }
+    memset(bus, 0, sizeof *bus);
+    bus->observer = observer;
+    bus->port = port;
+    set_rate(bus, baud);
+    bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
+    bus->late_us = late_us;
+    bus->last_id = last_id;
+    bus->last_result = last_result;
+    bus->owed = owed;
+    bus->flight = CDS_BUS_IDLE;
+    cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX); // any packet is of interest: none is due
     cds_link_open(&bus->link, port);
 }
 
@@ -74,18 +132,12 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     if (bus->baud == baud)
         return CDS_OK;
     cds_port_open(bus->port, baud);
-    bus->baud = baud;
-    bus->byte_time_us = byte_time_us(baud);
+    set_rate(bus, baud);
     bus->line = CDS_BUS_OK;
     bus->last_id = NOBODY; // what was asked at the old rate is not answered at this one
     bus->owed = false;
     cds_link_open(&bus->link, bus->port);
     return CDS_OK;
-}
-
-void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats)
-{
-    bus->repeats = repeats;
 }
 
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
@@ -98,89 +150,103 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE;
 }
 
-/* Is the packet at the ring's tail the reply that is due? A servo that refuses sends its error bits
- * and no parameters. */
+/* Is the packet just found the reply that is due? A servo that refuses sends its error bits and no
+ * parameters. */
 static bool is_reply(const struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
-    uint8_t id = cds_ring_peek(&bus->link.rx, CDS_AT_ID);
-    uint8_t error = cds_ring_peek(&bus->link.rx, CDS_AT_ERROR);
-    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    const struct cds_parser *parser = &bus->parser;
+    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
 
-    if (request->id == CDS_BROADCAST_ID ? id > CDS_ID_MAX : id != request->id)
+    if (request->id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != request->id)
         return false;
-    if (error & CDS_ERROR_NONE_SUCH)
+    if (parser->error & CDS_ERROR_NONE_SUCH)
         return false;
     return parameters == request->reply_parameters || request->any_length ||
-           (parameters == 0 && error & CDS_ERRORS_OF_PACKET);
+           (parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET);
 }
 
-/* The instruction packet has served: the reply's parameters take its place in the buffer. */
-static void take_reply(struct cds_bus *bus)
+/* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
+ * taken is looked at as any other bytes. */
+static SELDOM void give_back(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
+
+    if (request->length)
+        cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
+    request->id = bus->asked;
+    request->error = 0;
+    request->length = 0;
+    bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
+    bus->flight = CDS_BUS_ASKS;
+}
+
+/* Can the packet in flight be built again, when the parameters of the reply that is due have
+ * overwritten it? Then nothing may stand behind it but what stood there before. */
+static bool is_read(struct cds_bus *bus)
+{
+    const uint8_t *bytes = bus->request->packet.bytes;
+    uint8_t due = bus->request->reply_parameters;
+
+    bus->address = bytes[CDS_AT_PARAMETERS];
+    return due <= CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
+           bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
+}
+
+/* The instruction packet has served: the parameters of the reply at the ring's tail, whose ID and
+ * LENGTH the parser has, take its place in the buffer. */
+static ONE_COPY void start_taking(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    uint8_t id = bus->parser.id, length = bus->parser.length;
+
+    request->id = id;
+    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
+    bus->to = request->packet.bytes;
+    bus->parser.sum = (uint8_t)(id + length);
+    bus->parser.seen = 0;
+    bus->left = length;
+    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
+    bus->flight = CDS_BUS_TAKES;
+}
+
+/* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
+ * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
+static APART bool begin_taking(struct cds_bus *bus)
+{
     const struct cds_ring *rx = &bus->link.rx;
-    uint8_t *to = request->packet.bytes;
-    uint8_t length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    uint8_t from = (uint8_t)(rx->tail + CDS_AT_PARAMETERS);
+    uint8_t asked = bus->asked, length = bus->parser.longest;
 
-    request->id = cds_ring_peek(rx, CDS_AT_ID);
-    request->error = cds_ring_peek(rx, CDS_AT_ERROR);
-    request->length = length;
-    for (; length; length--)
-        *to++ = rx->bytes[from++ & (CDS_RING_SIZE - 1)];
+    if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
+        cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
+        return false;
+    bus->parser.id = asked;
+    bus->parser.length = length;
+    start_taking(bus);
+    return true;
 }
 
-/* A good packet that was not due: an answer too late, a second one, or whose? */
-SELDOM static void count_undue(struct cds_bus *bus)
-{
-    struct cds_bus_news news = {.event = CDS_BUS_FOREIGN,
-                                .id = cds_ring_peek(&bus->link.rx, CDS_AT_ID),
-                                .error = cds_ring_peek(&bus->link.rx, CDS_AT_ERROR)};
-
-    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID)
-        news.event = bus->last_result == CDS_OK ? CDS_BUS_EXTRA : CDS_BUS_LATE;
-    if (news.event == CDS_BUS_EXTRA)
-        bus->counters.extra++;
-    else if (news.event == CDS_BUS_LATE)
-        bus->counters.late++;
-    else
-        bus->counters.foreign++;
-    if (bus->observer)
-        bus->observer->on_news(bus->observer, &news);
-}
-
-/* A candidate has become something. True when the exchange has ended well. Not inlined: what it
+/* A candidate has become something. True when that is the reply that is due. Not inlined: what it
  * needs would be saved and restored for each byte. */
-__attribute__((noinline)) static bool decide(struct cds_bus *bus, enum cds_parsed parsed)
+static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
 {
-    bool ended;
-
     if (parsed == CDS_PARSED_REFUTED) {
-        bus->counters.refuted++;
+        cds_bus_count_(&bus->counters.refuted);
         bus->damaged = 1;
         return false;
     }
-    ended = bus->in_flight && is_reply(bus);
-    if (ended)
-        take_reply(bus);
-    else
-        count_undue(bus);
+    if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) {
+        start_taking(bus); // all of it is there
+        return true;
+    }
+    cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
-    return ended;
-}
-
-/* Examines one byte. True when the exchange has ended well. */
-static bool parse_byte(struct cds_bus *bus)
-{
-    enum cds_parsed parsed = cds_parser_step(&bus->parser, &bus->link.rx);
-
-    return parsed != CDS_PARSED_MORE && decide(bus, parsed);
+    return false;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
  * first to the last of them goes, and the search begins anew behind it. */
-SELDOM static void drop_broken(struct cds_bus *bus)
+static SELDOM void drop_broken(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
 
@@ -199,22 +265,14 @@ static uint8_t looked_to(const struct cds_bus *bus)
 }
 
 /* Is there anything in the ring that was not looked at yet? */
-static bool heard(const struct cds_bus *bus)
+static inline __attribute__((always_inline)) uint8_t heard(const struct cds_bus *bus)
 {
-    return bus->link.broken || looked_to(bus) != bus->link.rx.head;
-}
-
-/* The parameters of a reply, up to byte `end` of the ring, at most `most`; returns how many. */
-static uint8_t skim(struct cds_bus *bus, uint8_t end, uint8_t most)
-{
-    uint8_t count = (uint8_t)(end - looked_to(bus));
-
-    return cds_parser_skim(&bus->parser, &bus->link.rx, count < most ? count : most);
+    return (uint8_t)(bus->link.broken | (looked_to(bus) ^ bus->link.rx.head));
 }
 
 /* The deadline is over: returns the end of what had come when a poll first saw that. It is still
  * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
-SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
+static SELDOM uint8_t end_at_deadline(const struct cds_bus *bus)
 {
     uint8_t left = (uint8_t)(bus->close_at - looked_to(bus));
 
@@ -224,7 +282,7 @@ SELDOM static uint8_t end_at_deadline(const struct cds_bus *bus)
 /* Parses what has been heard by now, or by the deadline if that is over, before and behind the
  * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
  * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
-static bool parse(struct cds_bus *bus)
+static ONE_COPY bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
     uint8_t left = BYTES_PER_POLL;
@@ -238,16 +296,14 @@ static bool parse(struct cds_bus *bus)
         broken = link->broken;
         if (broken)
             end = link->broken_at;
-        while (looked_to(bus) != end) {
-            if (bus->parser.seen > CDS_AT_LENGTH)
-                left = (uint8_t)(left - skim(bus, end, left));
+        for (; looked_to(bus) != end; left--) {
+            enum cds_parsed parsed;
+
             if (left == 0)
                 return false;
-            if (looked_to(bus) == end)
-                break;
-            if (parse_byte(bus))
+            parsed = cds_parser_step(&bus->parser, &link->rx);
+            if (parsed != CDS_PARSED_MORE && decide(bus, parsed))
                 return true;
-            left--;
         }
         if (broken)
             drop_broken(bus);
@@ -258,32 +314,49 @@ static bool parse(struct cds_bus *bus)
 /* The longest an exchange may take, of so many bytes both ways, with a reply after so long. */
 static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint16_t return_delay_us)
 {
-    return (uint32_t)bytes * bus->byte_time_us + return_delay_us + CDS_REPLY_MARGIN_US;
+    return (uint32_t)bytes * bus->byte_time_us + (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US);
 }
 
-/* Sends the packet of the first request of the queue. */
-static void start(struct cds_bus *bus, uint32_t now_us)
+/* The packet of the first request goes on from its header, which is on the wire. No more than must
+ * be: the caller waits, and there is time while the packet is sent. */
+static ONE_COPY void send_rest(struct cds_bus *bus)
 {
-    const struct cds_request *request = bus->request;
-    const uint8_t *bytes = request->packet.bytes;
-    uint16_t size = request->packet.size;
-    uint8_t longest = CDS_LENGTH_MIN;
+    const struct cds_packet *packet = &bus->request->packet;
 
-    cds_link_talk(&bus->link, bus->port, bytes, size);
+    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size);
+    bus->flight = CDS_BUS_BEGUN;
     bus->in_flight = true;
-    bus->closing = false;
-    bus->instruction = bytes[CDS_AT_INSTRUCTION];
-    bus->address = bytes[CDS_AT_PARAMETERS];
-    bus->damaged = 0;
-    bus->counters.sent++;
+    bus->deadline_us = cds_port_now_us(); // to be counted from here
+    cds_bus_note_sent_(bus);
+}
+
+/* What is due for the packet that has begun, and by when. */
+static ONE_COPY void expect(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    uint16_t size = request->packet.size, return_delay_us = 0;
+    uint8_t longest = CDS_LENGTH_MIN, flight = CDS_BUS_TELLS;
+
+    bus->asked = request->id;
+    request->error = 0;
+    request->length = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
-        longest = request->any_length ? CDS_PARSER_LENGTH_MAX
-                                      : (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        flight = CDS_BUS_ASKS;
+        longest = CDS_PARSER_LENGTH_MAX;
+        if (!request->any_length) {
+            longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+            if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
+                flight = CDS_BUS_HOPES;
+        }
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
+        return_delay_us = request->return_delay_us;
     }
+    bus->flight = flight;
+    bus->damaged = 0;
+    bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
-    bus->deadline_us =
-        now_us + time_allowed_us(bus, size, reply_is_due(request) ? request->return_delay_us : 0);
+    bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
+    cds_port_set_alarm(bus->port, bus->deadline_us);
 }
 
 bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
@@ -295,64 +368,60 @@ bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now
 
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
  * two byte times; low for so long without a byte is no use of it but a fault. */
-static bool is_quiet(struct cds_bus *bus, uint32_t now_us)
+static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
 {
     bool high = cds_port_line_is_high(bus->port);
-    bool used = heard(bus);
+    uint8_t used = heard(bus);
 
     if (bus->owed && (int32_t)(now_us - bus->late_us) >= 0)
         bus->owed = false; // for good: half an hour later the clock would not tell
     if (used) {
+        bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         parse(bus);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
         bus->line = CDS_BUS_BUSY;
-        used = true;
+        used = 1;
     }
     if (used || (!high && bus->line == CDS_BUS_FAULT))
-        bus->heard_us = now_us;
-    else if (bus->line != CDS_BUS_OK && now_us - bus->heard_us >= 2u * bus->byte_time_us)
+        bus->heard_us = (uint16_t)now_us;
+    else if (bus->line != CDS_BUS_OK &&
+             (uint16_t)(now_us - bus->heard_us) >= 2u * bus->byte_time_us)
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
     return bus->line == CDS_BUS_OK;
 }
 
-/* What the observer says to it, now that it is submitted, or that its turn has come. */
-SELDOM static uint8_t judge(struct cds_bus *bus, struct cds_request *request)
+/* Sends the first request if the line lets it. If it is not to wait any longer, as it was not let
+ * before and its time is over, false. `anew`: it begins to wait, for a quiet line or until an old
+ * answer can no longer come, for as long as the longest exchange may take. */
+static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
 {
-    return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
-}
+    const struct cds_request *request = bus->request;
+    uint32_t now_us = cds_port_now_us();
 
-/* The first request must wait for a quiet line, or until an old answer can no longer come: for as
- * long as the longest exchange may take. */
-SELDOM static void begin_waiting(struct cds_bus *bus, uint32_t now_us)
-{
-    bus->deadline_us =
-        now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
-}
-
-/* Sends the first request if observer and line let it. CDS_OK; CDS_PENDING: not yet; else the
- * observer has changed its mind: the next poll ends it. `anew`: it has not waited before. */
-static uint8_t start_if_quiet(struct cds_bus *bus, bool anew)
-{
-    struct cds_request *request = bus->request;
-    uint8_t result = judge(bus, request);
-    uint32_t now_us = cds_port_now_us(); // not before: the observer may take its time
-
-    if (result != CDS_OK)
-        return result;
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
-        start(bus, now_us);
-        return CDS_OK;
+        cds_link_begin(bus->port, CDS_HEADER);
+        send_rest(bus);
+        return true;
     }
     if (anew)
-        begin_waiting(bus, now_us);
-    return CDS_PENDING;
+        bus->deadline_us =
+            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    return (int32_t)(now_us - bus->deadline_us) < 0;
+}
+
+/* The turn of the first request begins. If the observer has changed its mind, the next poll sees.
+ */
+static ONE_COPY void begin_turn(struct cds_bus *bus)
+{
+    if (bus->request && cds_bus_judge_(bus, bus->request) == CDS_OK)
+        send_if_quiet(bus, true);
 }
 
 /* Puts the request into the queue, before those that are less urgent than `urgent`, but never
  * before one in flight, which is the first. */
-static void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
+static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
     struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
 
@@ -362,44 +431,72 @@ static void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urg
     *place = request;
 }
 
-enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
-                                    const uint8_t *data, uint8_t length)
+/* Is there nothing to be waited for? A request waits only where the observer, the line or an old
+ * answer make it. */
+static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *bus)
 {
-    struct cds_bus_observer *observer = bus->observer;
-
-    return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
+    if (bus->flight != CDS_BUS_IDLE || (uint8_t)(bus->line | bus->owed) || heard(bus))
+        return false;
+    return cds_port_line_is_high(bus->port);
 }
 
-/* May this be sent, as far as can be told before it is its turn? Sets what it needs. */
-static uint8_t admit(struct cds_bus *bus, struct cds_request *request)
+/* It is not its turn yet, as far as is known. */
+static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t due = request->reply_parameters;
+    uint8_t result;
 
-    if (bus->byte_time_us == 0 || (due > CDS_REPLY_MAX && due != CDS_REPLY_NONE))
+    if (bus->byte_time_us == 0)
         return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE && (request->any_length ? CDS_REPLY_ANY : due) > request->packet.room)
-        return CDS_NO_ROOM;
+    result = cds_bus_judge_(bus, request);
+    if (result != CDS_OK)
+        return result;
+    request->result = CDS_PENDING;
+    insert(bus, request, request->urgent);
+    if (bus->request == request)
+        begin_turn(bus);
+    return CDS_OK;
+}
+
+/* Is there room for a reply of so many parameters, or of any length? */
+ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters)
+{
+    return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
+}
+
+ONE_COPY bool cds_bus_begin_(struct cds_bus *bus)
+{
+    if (cds_bus_is_watched_(bus) || !is_free(bus))
+        return false;
+    cds_link_begin(bus->port, CDS_HEADER);
+    return true;
+}
+
+ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun)
+{
+    request->id = request->packet.bytes[CDS_AT_ID];
     request->return_delay_us = bus->return_delay_us;
-    return judge(bus, request);
+    if (!begun)
+        return enqueue(bus, request);
+    request->result = CDS_PENDING;
+    request->next = NULL;
+    bus->request = request;
+    send_rest(bus);
+    return CDS_OK;
 }
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t result;
+    uint8_t due = request->reply_parameters;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    result = admit(bus, request);
-    if (result != CDS_OK)
-        return (enum cds_result)result;
-    request->result = CDS_PENDING;
-    request->id = request->packet.bytes[CDS_AT_ID];
-    request->error = 0;
-    request->length = 0;
-    insert(bus, request, request->urgent);
-    if (bus->request == request)
-        start_if_quiet(bus, true);
-    return CDS_OK;
+    if (due != CDS_REPLY_NONE) {
+        if (due > CDS_REPLY_MAX)
+            return CDS_BAD_ARGUMENT;
+        if (!cds_bus_has_room_(request, due))
+            return CDS_NO_ROOM;
+    }
+    return (enum cds_result)cds_bus_follow_(bus, request, cds_bus_begin_(bus));
 }
 
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
@@ -414,152 +511,257 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
-    if (place == &bus->request && bus->request)
-        start_if_quiet(bus, true); // it has waited for nothing yet
+    if (place == &bus->request)
+        begin_turn(bus); // it has waited for nothing yet
     return CDS_OK;
 }
 
-/* The same when the deadline is over. */
-SELDOM static enum cds_result outcome_late(struct cds_bus *bus)
+/* The first request is over, and another waits or somebody is to be told. The next one begins
+ * before on_end runs, so that what on_end submits takes its turn like any other. */
+static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
+{
+    if (bus->request)
+        begin_turn(bus);
+    if (ended->on_end)
+        ended->on_end(ended);
+    return bus->request;
+}
+
+/* The first request is over. Returns whether there is more to do, as all below. */
+static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, uint8_t result)
+{
+    struct cds_request *request = bus->request;
+    struct cds_request *next = request->next;
+
+    bus->request = next;
+    request->result = result;
+    if (next)
+        return go_further(bus, request);
+    if (request->on_end)
+        return go_further(bus, request);
+    return false;
+}
+
+/* ... not well. */
+static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
+{
+    return finish(bus, result);
+}
+
+/* The exchange in flight has ended. */
+static void land(struct cds_bus *bus, uint8_t result)
+{
+    cds_bus_note_end_(bus, result);
+    bus->flight = CDS_BUS_IDLE;
+    bus->in_flight = false;
+}
+
+/* ... without a good reply: it is sent again, if it may be. */
+static bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+{
+    struct cds_request *request = bus->request;
+
+    give_up(bus, result);
+    if (result == CDS_CORRUPT) { // and the line may be so still
+        bus->line = CDS_BUS_BUSY;
+        bus->heard_us = (uint16_t)now_us;
+    }
+    land(bus, result);
+    if (!cds_bus_repeats_(request))
+        return finish_badly(bus, result);
+    cds_bus_count_(&bus->counters.repeated);
+    bus->request = request->next;
+    insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
+    begin_turn(bus);
+    return true;
+}
+
+/* ... well. */
+static APART bool end_well(struct cds_bus *bus)
+{
+    land(bus, CDS_OK);
+    return finish(bus, CDS_OK);
+}
+
+static bool take(struct cds_bus *bus, uint8_t end);
+
+/* A search has found the reply. */
+static APART bool take_found(struct cds_bus *bus)
+{
+    bus->closing = false;
+    return take(bus, (uint8_t)(bus->at + bus->left));
+}
+
+/* How the exchange in flight stands, now that its deadline is over and all was looked at that a
+ * poll may look at. */
+static uint8_t outcome_late(struct cds_bus *bus)
 {
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
         return CDS_TIMEOUT;
     }
+    if (bus->flight == CDS_BUS_TELLS) // out in this very moment: the next poll ends it
+        return CDS_PENDING;
     if (!bus->closing) {
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
-        return CDS_OK;
+    if (bus->flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
+        if (bus->flight >= CDS_BUS_TAKES)
+            give_back(bus);
+        bus->flight = CDS_BUS_ASKS;
+        if (parse(bus))
+            return CDS_OK;
+    }
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
-/* How the exchange in flight stands, seen at `now_us`. */
-static uint8_t outcome(struct cds_bus *bus, uint32_t now_us)
+/* The alarm has rung, perhaps too early. */
+static SELDOM bool look_at_deadline(struct cds_bus *bus)
 {
-    if ((int32_t)(now_us - bus->deadline_us) >= 0)
-        return outcome_late(bus);
-    if (bus->link.state != CDS_LINK_LISTENING)
-        return CDS_PENDING;
-    if (!reply_is_due(bus->request) || (heard(bus) && parse(bus)))
-        return CDS_OK;
-    return CDS_PENDING;
-}
+    uint32_t now_us = cds_port_now_us();
+    uint8_t result;
 
-static void count_end(struct cds_bus *bus, uint8_t result)
-{
+    if ((int32_t)(now_us - bus->deadline_us) < 0) {
+        cds_port_set_alarm(bus->port, bus->deadline_us);
+        return true;
+    }
+    result = outcome_late(bus);
+    if (result == CDS_PENDING)
+        return true;
     if (result == CDS_OK)
-        bus->counters.ok++;
-    else if (result == CDS_CORRUPT)
-        bus->counters.corrupt++;
-    else
-        bus->counters.timeouts++;
-}
-
-SELDOM static void tell_end(struct cds_bus *bus, uint8_t result)
-{
-    const struct cds_request *request = bus->request;
-    struct cds_bus_news news = {.event = CDS_BUS_ENDED,
-                                .id = request->id,
-                                .error = request->error,
-                                .result = result,
-                                .instruction = bus->instruction,
-                                .address = bus->address,
-                                .request = request};
-
-    bus->observer->on_news(bus->observer, &news);
-}
-
-/* Counts and tells how the exchange in flight has ended, and prepares for what may still come. */
-static void note_end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
-{
-    count_end(bus, result);
+        return take_found(bus);
     bus->closing = false;
-    bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
-    remember(bus, result);
-    if (result == CDS_CORRUPT) { // and the line may be so still
-        bus->line = CDS_BUS_BUSY;
-        bus->heard_us = now_us;
-    }
-    if (bus->observer)
-        tell_end(bus, result);
+    return fail(bus, result, now_us);
 }
 
-/* The first request is over. The next one begins before on_end runs, so that what on_end submits
- * takes its turn like any other. */
-static void finish(struct cds_bus *bus, uint8_t result)
+/* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
+ */
+static inline __attribute__((always_inline)) bool go_on(struct cds_bus *bus)
 {
-    struct cds_request *request = bus->request;
-
-    bus->request = request->next;
-    request->result = result;
-    if (bus->request)
-        start_if_quiet(bus, true);
-    if (request->on_end)
-        request->on_end(request);
-}
-
-/* The exchange in flight has ended: sends it again if it may be, else it is over. */
-static void end(struct cds_bus *bus, uint8_t result, uint32_t now_us)
-{
-    struct cds_request *request = bus->request;
-
-    note_end(bus, result, now_us);
-    bus->in_flight = false;
-    if (result == CDS_OK || request->repeats == 0) {
-        finish(bus, result);
-        return;
-    }
-    request->repeats--;
-    bus->counters.repeated++;
-    bus->request = request->next;
-    insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
-    start_if_quiet(bus, true);
+    return cds_port_alarm_rings(bus->port) ? look_at_deadline(bus) : true;
 }
 
 /* The first request waits for a quiet line. */
-static void wait_for_quiet(struct cds_bus *bus, uint32_t now_us)
+static bool wait_for_quiet(struct cds_bus *bus)
 {
-    uint8_t result = start_if_quiet(bus, false);
+    uint8_t result = cds_bus_judge_(bus, bus->request);
 
-    if (result == CDS_PENDING) {
-        if ((int32_t)(now_us - bus->deadline_us) < 0)
-            return;
-        bus->counters.unsent++;
+    if (result == CDS_OK) {
+        if (send_if_quiet(bus, false))
+            return true;
+        cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
-    if (result != CDS_OK)
-        finish(bus, result);
+    return finish_badly(bus, result);
+}
+
+/* Nothing is in flight. */
+static bool poll_idle(struct cds_bus *bus)
+{
+    if (bus->request)
+        return wait_for_quiet(bus);
+    if (bus->flight != CDS_BUS_CLOSED)
+        is_quiet(bus, cds_port_now_us());
+    return false;
+}
+
+/* Searches what comes for the reply from here on. */
+static APART bool search(struct cds_bus *bus)
+{
+    if (bus->flight >= CDS_BUS_TAKES)
+        give_back(bus);
+    bus->flight = CDS_BUS_ASKS;
+    return parse(bus) ? take_found(bus) : go_on(bus);
+}
+
+/* All of a reply has come: is its checksum right? */
+static APART bool end_taking(struct cds_bus *bus)
+{
+    uint8_t at = bus->at;
+
+    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)]))
+        return search(bus);
+    bus->link.rx.tail = (uint8_t)(at + 1u); // and the parser has seen nothing behind it
+    bus->owed = false;
+    return end_well(bus);
+}
+
+/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
+static APART bool take(struct cds_bus *bus, uint8_t end)
+{
+    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, length = bus->parser.length;
+    uint8_t count = (uint8_t)(end - at);
+    uint8_t *to = bus->to;
+
+    do {
+        uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
+
+        sum = (uint8_t)(sum + byte);
+        if (left != length) {
+            *to++ = byte;
+        } else if (byte & CDS_ERROR_NONE_SUCH) {
+            return search(bus);
+        } else {
+            bus->request->error = byte;
+        }
+        at++;
+        left--;
+        count--;
+    } while (left != 1 && count);
+    bus->parser.sum = sum;
+    bus->left = left;
+    bus->at = at;
+    bus->to = to;
+    if (left == 1) {
+        bus->flight = CDS_BUS_ENDS;
+        if (count)
+            return end_taking(bus);
+    }
+    return go_on(bus);
+}
+
+/* Something is in flight for which no reply is taken yet. */
+static APART bool wait_for_reply(struct cds_bus *bus)
+{
+    uint8_t end;
+
+    if (bus->link.state != CDS_LINK_LISTENING)
+        return go_on(bus);
+    end = bus->link.rx.head; // before `broken`, as in parse()
+    if (bus->flight == CDS_BUS_HOPES && !bus->link.broken) {
+        if ((uint8_t)(end - bus->link.rx.tail) < CDS_AT_ERROR)
+            return go_on(bus);
+        if (begin_taking(bus))
+            return end == bus->at ? go_on(bus) : take(bus, end);
+    }
+    return bus->flight == CDS_BUS_TELLS ? end_well(bus) : search(bus);
+}
+
+/* Something has just begun. */
+static APART bool poll_begun(struct cds_bus *bus)
+{
+    expect(bus);
+    return wait_for_reply(bus);
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint32_t now_us = cds_port_now_us(); // before parsing: what came by then is not late
-    uint8_t result;
+    uint8_t flight = bus->flight, end;
 
-    if (bus->in_flight) {
-        result = outcome(bus, now_us);
-        if (result != CDS_PENDING)
-            end(bus, result, now_us);
-    } else if (bus->request) {
-        wait_for_quiet(bus, now_us);
-    } else if (bus->byte_time_us) {
-        is_quiet(bus, now_us);
+    if (flight < CDS_BUS_TAKES) {
+        if (flight > CDS_BUS_BEGUN)
+            return wait_for_reply(bus);
+        return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
     }
-    return bus->request;
-}
-
-void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
-{
-    *out = bus->counters;
-    out->stray = bus->parser.stray;
-    out->framing_errors = cds_link_count(&bus->link.framing_errors);
-    out->overruns = cds_link_count(&bus->link.overruns);
-    out->ring_overflows = cds_link_count(&bus->link.ring_overflows);
-    out->echo_errors = cds_link_count(&bus->link.echo_errors);
+    end = bus->link.rx.head; // before `broken`, as in parse()
+    if (end == bus->at)
+        return go_on(bus);
+    if (bus->link.broken)
+        return search(bus);
+    return flight == CDS_BUS_ENDS ? end_taking(bus) : take(bus, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

@@ -41,14 +41,19 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
 
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
 {
-    enum cds_result result;
+    uint8_t result;
+    bool begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    result = cds_packet_end(&request->packet);
+    result = cds_packet_may_end_(&request->packet);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
+    begun = cds_bus_begin_(bus);
+    cds_packet_fill_(&request->packet);
     request->reply_parameters = CDS_REPLY_NONE;
     request->repeats = 0;
-    return cds_bus_submit(bus, request);
+    result = cds_bus_follow_(bus, request, begun);
+    cds_packet_seal_(&request->packet); // its turn on the wire comes last
+    return (enum cds_result)result;
 }

@@ -37,19 +37,22 @@ static void exchange_ended(struct cds_group_read *read)
 {
     const struct cds_request *request = read->request;
     struct cds_group_answer *answer = &read->answers[read->next];
-    uint8_t *data = &read->data[(uint16_t)read->next * read->length];
-    uint8_t result = request->result;
+    uint8_t result = request->result, left = read->length;
 
     if (result == CDS_OK) {
+        const uint8_t *from = request->packet.bytes;
+        uint8_t *to = &read->data[(uint16_t)read->next * left];
+
         answer->error = request->error;
-        if (request->length != read->length)
-            result = CDS_REFUSED;
-    }
-    if (result == CDS_OK) {
-        for (uint8_t i = 0; i < read->length; i++)
-            data[i] = request->packet.bytes[i];
+        if (request->length != left) {
+            answered(read, CDS_REFUSED);
+            return;
+        }
         answer->time_us = cds_port_now_us();
         answer->known = true;
+        do {
+            *to++ = *from++;
+        } while (--left);
     }
     answered(read, result);
 }
@@ -65,13 +68,21 @@ static void send(struct cds_group_read *read)
         answered(read, (uint8_t)result);
 }
 
-enum cds_result cds_group_read_poll(struct cds_group_read *read)
+/* Apart, so that asking while the exchange goes on needs no frame. */
+static __attribute__((noinline)) enum cds_result go_on(struct cds_group_read *read)
 {
-    if (read->sent && read->request->result != CDS_PENDING)
+    if (read->sent)
         exchange_ended(read);
-    if (read->next < read->count && !read->sent)
+    if (read->next < read->count)
         send(read);
     return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
+}
+
+enum cds_result cds_group_read_poll(struct cds_group_read *read)
+{
+    if (read->sent && read->request->result == CDS_PENDING)
+        return CDS_PENDING;
+    return go_on(read);
 }
 
 uint32_t cds_group_read_age_us(const struct cds_group_answer *answer)

@@ -6,17 +6,16 @@ void cds_link_open(struct cds_link *link, uint8_t port)
     cds_link_abort(link, port);
 }
 
-void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size)
+void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size)
 {
-    cds_port_high_z(port); // the receiver is off: nothing stale can follow
     link->rx.tail = link->rx.head;
     link->broken = 0;
     __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
-    link->cursor = packet;
+    link->cursor = packet + 1;
     link->last = packet + size - 1;
     link->echo = packet;
     link->state = CDS_LINK_TALKING; // before the verb: its first event may come at once
-    cds_port_talk(port);
+    cds_port_follow(port);
 }
 
 void cds_link_abort(struct cds_link *link, uint8_t port)

@@ -58,39 +58,80 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
     return (uint8_t)~sum;
 }
 
-/* Ended already, and nothing put behind it? LENGTH is 0 until then. */
-static bool is_ended(const struct cds_packet *packet)
+uint8_t cds_packet_may_end_(const struct cds_packet *packet)
 {
-    return packet->size > CDS_AT_LENGTH && packet->size <= packet->room &&
-           packet->bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == packet->size;
+    const uint8_t *bytes = packet->bytes;
+    uint16_t size = packet->size; // without the checksum
+
+    if (size < packet->room && bytes[CDS_AT_LENGTH] == 0) {
+        if ((uint16_t)(size + 1u - LENGTH_OFFSET) > CDS_LENGTH_MAX)
+            return CDS_NO_ROOM;
+        return bytes[CDS_AT_ID] > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : CDS_OK;
+    }
+    if (size > CDS_AT_LENGTH && size <= packet->room &&
+        bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == size) // ended already, and nothing put behind it
+        return CDS_OK;
+    return size < packet->room || size == CDS_PACKET_REFUSED ? CDS_BAD_ARGUMENT : CDS_NO_ROOM;
+}
+
+void cds_packet_fill_(struct cds_packet *packet)
+{
+    uint16_t size = packet->size;
+
+    if (packet->bytes[CDS_AT_LENGTH] != 0)
+        return; // it was ended before
+    packet->bytes[CDS_AT_LENGTH] = (uint8_t)(size + 1u - LENGTH_OFFSET);
+    packet->size = (uint16_t)(size + 1u);
+}
+
+void cds_packet_seal_(const struct cds_packet *packet)
+{
+    packet->bytes[packet->size - 1] = cds_packet_checksum(packet->bytes);
 }
 
 enum cds_result cds_packet_end(struct cds_packet *packet)
 {
-    uint16_t size = packet->size; // without the checksum
+    uint8_t result = cds_packet_may_end_(packet);
 
-    if (is_ended(packet))
-        return CDS_OK;
-    if (size == CDS_PACKET_REFUSED || (size < packet->room && packet->bytes[CDS_AT_LENGTH] != 0))
-        return CDS_BAD_ARGUMENT;
-    if (size >= packet->room || size + 1u - LENGTH_OFFSET > CDS_LENGTH_MAX)
-        return CDS_NO_ROOM;
-    if (packet->bytes[CDS_AT_ID] > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
-    packet->bytes[CDS_AT_LENGTH] = (uint8_t)(size + 1u - LENGTH_OFFSET);
-    cds_packet_put(packet, cds_packet_checksum(packet->bytes));
-    return CDS_OK;
+    if (result == CDS_OK) {
+        cds_packet_fill_(packet);
+        cds_packet_seal_(packet);
+    }
+    return (enum cds_result)result;
 }
 
-/* The short ones, of a size known beforehand, need no counting of room byte by byte. Returns where
- * the parameters belong, or NULL if there is no room. */
-static uint8_t *open(struct cds_packet *packet, uint8_t id, uint8_t instruction, uint8_t parameters)
+/* The short ones are of a size known beforehand: room need not be counted byte by byte. */
+static uint8_t claim(const struct cds_packet *packet, uint8_t parameters)
+{
+    return CDS_PACKET_SIZE(parameters) > packet->room ? CDS_NO_ROOM : CDS_OK;
+}
+
+/* Is there anything to transfer, and does it lie within the control table? */
+static inline bool is_length(uint8_t length)
+{
+    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE;
+}
+
+static inline bool is_within(uint8_t address, uint8_t length)
+{
+    return address <= (uint8_t)(CDS_TABLE_SIZE - length);
+}
+
+uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
+                             uint8_t length)
+{
+    if (!is_length(length) || !is_within(address, length) || id > CDS_ID_MAX)
+        return CDS_BAD_ARGUMENT;
+    return claim(packet, 2);
+}
+
+/* What stands before the parameters, of which there are so many; returns where they belong. */
+static uint8_t *put_head(struct cds_packet *packet, uint8_t id, uint8_t parameters,
+                         uint8_t instruction)
 {
     uint8_t *bytes = packet->bytes;
 
     packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
-    if (packet->size > packet->room)
-        return NULL;
     *bytes++ = CDS_HEADER;
     *bytes++ = CDS_HEADER;
     *bytes++ = id;
@@ -99,21 +140,24 @@ static uint8_t *open(struct cds_packet *packet, uint8_t id, uint8_t instruction,
     return bytes;
 }
 
-/* Its parameters end before `checksum`. */
-static enum cds_result close(const struct cds_packet *packet, uint8_t *checksum)
+void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    *checksum = cds_packet_checksum(packet->bytes);
-    return CDS_OK;
+    uint8_t *to = put_head(packet, id, 2, CDS_READ);
+
+    *to++ = address;
+    *to++ = length;
+    *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
 }
 
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    uint8_t *parameters;
-
     if (id > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
-    parameters = open(packet, id, instruction, 0);
-    return parameters ? close(packet, parameters) : CDS_NO_ROOM;
+    if (claim(packet, 0) != CDS_OK)
+        return CDS_NO_ROOM;
+    put_head(packet, id, 0, instruction);
+    cds_packet_seal_(packet);
+    return CDS_OK;
 }
 
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
@@ -131,41 +175,31 @@ enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id)
     return bare(packet, id, CDS_RESET);
 }
 
-/* Is there anything to transfer, and does it lie within the control table? */
-static bool in_table(uint8_t address, uint8_t length)
-{
-    return length > 0 && length <= CDS_TABLE_SIZE && address <= CDS_TABLE_SIZE - length;
-}
-
 enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
                                 uint8_t length)
 {
-    uint8_t *parameters;
+    uint8_t result = cds_packet_may_read_(packet, id, address, length);
 
-    if (!in_table(address, length) || id > CDS_ID_MAX)
-        return CDS_BAD_ARGUMENT;
-    parameters = open(packet, id, CDS_READ, 2);
-    if (!parameters)
-        return CDS_NO_ROOM;
-    *parameters++ = address;
-    *parameters++ = length;
-    return close(packet, parameters);
+    if (result == CDS_OK)
+        cds_packet_build_read_(packet, id, address, length);
+    return (enum cds_result)result;
 }
 
 static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                                  uint8_t address, const uint8_t *data, uint8_t length)
 {
-    uint8_t *parameters;
+    uint8_t *to;
 
-    if (!in_table(address, length) || id > CDS_BROADCAST_ID)
+    if (!is_length(length) || !is_within(address, length) || id > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
-    parameters = open(packet, id, instruction, (uint8_t)(length + 1u));
-    if (!parameters)
+    if (claim(packet, (uint8_t)(length + 1u)) != CDS_OK)
         return CDS_NO_ROOM;
-    *parameters++ = address;
+    to = put_head(packet, id, (uint8_t)(length + 1u), instruction);
+    *to++ = address;
     for (; length; length--)
-        *parameters++ = *data++;
-    return close(packet, parameters);
+        *to++ = *data++;
+    cds_packet_seal_(packet);
+    return CDS_OK;
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
@@ -182,7 +216,7 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
-    if (!in_table(address, length)) {
+    if (!is_length(length) || !is_within(address, length)) {
         packet->size = CDS_PACKET_REFUSED;
         return CDS_BAD_ARGUMENT;
     }

@@ -1,6 +1,9 @@
 /* Finding packets in a ring; see parser.h. */
 #include "cds55xx/parser.h"
 
+#define SUM_OF_ALL                                                                                 \
+    UINT8_MAX // of a packet from the ID on, with its checksum, which is ~ of the rest
+
 void cds_parser_begin(struct cds_parser *parser, uint8_t longest)
 {
     parser->longest = longest;
@@ -24,37 +27,36 @@ static enum cds_parsed refute(struct cds_parser *parser, struct cds_ring *ring)
 
 enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring)
 {
-    uint8_t byte = cds_ring_peek(ring, parser->seen);
-    uint8_t at = parser->seen++;
-    uint8_t checksum;
+    uint8_t at = parser->seen;
+    uint8_t byte = cds_ring_peek(ring, at);
+    uint8_t sum = (uint8_t)(parser->sum + byte);
 
-    if (at < CDS_AT_ID) {
-        if (byte != CDS_HEADER) { // it is none of the two, and begins none either
-            skip(parser, ring, (uint8_t)(at + 1));
-            parser->stray++;
-            return CDS_PARSED_MORE;
-        }
-        parser->sum = 0;
-        return CDS_PARSED_MORE;
-    }
-    if (at == CDS_AT_ID && byte == CDS_HEADER) { // R27: still header; the last two of them count
-        cds_ring_drop(ring, 1);
-        parser->seen = CDS_AT_ID;
-        return CDS_PARSED_MORE;
-    }
-    if (at == CDS_AT_LENGTH) {
+    parser->seen = (uint8_t)(at + 1);
+    if (at >= CDS_AT_ERROR) {
+        if (at == (uint8_t)(parser->length + CDS_AT_LENGTH))
+            return cds_parser_ends_well(parser, byte) ? CDS_PARSED_PACKET : refute(parser, ring);
+        if (at == CDS_AT_ERROR)
+            parser->error = byte;
+    } else if (at == CDS_AT_LENGTH) {
         if (byte < CDS_LENGTH_MIN || byte > parser->longest)
             return refute(parser, ring);
         parser->length = byte;
+    } else if (at == CDS_AT_ID) {
+        if (byte == CDS_HEADER) { // R27: still header; the last two of them count
+            cds_ring_drop(ring, 1);
+            parser->seen = CDS_AT_ID;
+            return CDS_PARSED_MORE;
+        }
+        parser->id = byte;
+    } else {
+        if (byte != CDS_HEADER) { // it is none of the two, and begins none either
+            skip(parser, ring, (uint8_t)(at + 1));
+            parser->stray++;
+        }
+        sum = 0;
     }
-    if (at < CDS_AT_ERROR || at < (uint8_t)(parser->length + CDS_AT_LENGTH)) {
-        parser->sum = (uint8_t)(parser->sum + byte);
-        return CDS_PARSED_MORE;
-    }
-    checksum = (uint8_t)~parser->sum;
-    if (byte != checksum)
-        return refute(parser, ring);
-    return CDS_PARSED_PACKET;
+    parser->sum = sum;
+    return CDS_PARSED_MORE;
 }
 
 uint8_t cds_parser_skim(struct cds_parser *parser, const struct cds_ring *ring, uint8_t count)

@@ -867,7 +867,7 @@ enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
         .echo_errors = cds_link_count(&bus->link.echo_errors),
         .count = count,
     };
-    bus->observer = &roster->observer;
+    cds_bus_set_observer(bus, &roster->observer);
     return CDS_OK;
 }
 

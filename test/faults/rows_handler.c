@@ -48,7 +48,7 @@ static void hold_release(struct check *check, const struct job *job, unsigned cy
     struct rig *rig = check->rig;
     int64_t complete = rows_packet_size(job) * RIG_BYTE;
     if (rig_tied(rig)) { // behind the one that gives the last byte, before that of the echo
-        rig_hold(rig, complete - 215, (uint16_t)((cycles + 125) / 4));
+        rig_hold(rig, complete - 215, (uint16_t)((cycles + 185) / 4));
     } else {
         uint16_t loops = (uint16_t)((cycles + 100) / 4);
         rig_hold(rig, complete + cycles - 4 * loops - HOLD_ENDS, loops);

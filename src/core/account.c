@@ -1,0 +1,103 @@
+/* What becomes of the exchanges of a bus, counted, and told to whoever watches: for programs that
+ * read counters or have an observer. In all others bus.c has nothing in the place of these. */
+#include "cds55xx/bus.h"
+
+#define APART __attribute__((noinline)) // once, however often it is called
+
+bool cds_bus_is_watched_(const struct cds_bus *bus)
+{
+    return bus->observer;
+}
+
+uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
+{
+    return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
+}
+
+void cds_bus_count_(uint16_t *counter)
+{
+    (*counter)++;
+}
+
+void cds_bus_note_sent_(struct cds_bus *bus)
+{
+    const uint8_t *bytes = bus->request->packet.bytes;
+
+    bus->instruction = bytes[CDS_AT_INSTRUCTION];
+    bus->address = bytes[CDS_AT_PARAMETERS];
+    bus->counters.sent++;
+}
+
+static APART void tell_end(struct cds_bus *bus, uint8_t result)
+{
+    const struct cds_request *request = bus->request;
+    struct cds_bus_news news = {.event = CDS_BUS_ENDED,
+                                .id = request->id,
+                                .error = request->error,
+                                .result = result,
+                                .instruction = bus->instruction,
+                                .address = bus->address,
+                                .request = request};
+
+    bus->observer->on_news(bus->observer, &news);
+}
+
+APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
+{
+    uint16_t *counter = &bus->counters.timeouts;
+
+    if (bus->flight != CDS_BUS_TELLS) {
+        bus->last_id = bus->asked;
+        bus->last_result = result;
+    }
+    if (result == CDS_OK)
+        counter = &bus->counters.ok;
+    else if (result == CDS_CORRUPT)
+        counter = &bus->counters.corrupt;
+    (*counter)++;
+    if (bus->observer)
+        tell_end(bus, result);
+}
+
+/* A good packet that was not due: an answer too late, a second one, or whose? */
+APART void cds_bus_note_undue_(struct cds_bus *bus)
+{
+    uint16_t *counter = &bus->counters.foreign;
+    struct cds_bus_news news = {
+        .event = CDS_BUS_FOREIGN, .id = bus->parser.id, .error = bus->parser.error};
+
+    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID) {
+        news.event = CDS_BUS_LATE;
+        counter = &bus->counters.late;
+        if (bus->last_result == CDS_OK) {
+            news.event = CDS_BUS_EXTRA;
+            counter = &bus->counters.extra;
+        }
+    }
+    (*counter)++;
+    if (bus->observer)
+        bus->observer->on_news(bus->observer, &news);
+}
+
+void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer)
+{
+    bus->observer = observer;
+}
+
+enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
+                                    const uint8_t *data, uint8_t length)
+{
+    struct cds_bus_observer *observer = bus->observer;
+
+    return observer ? observer->admit_block(observer, id, address, data, length) : CDS_OK;
+}
+
+void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
+{
+    *out = bus->counters;
+    out->stray = bus->parser.stray;
+    out->framing_errors = cds_link_count(&bus->link.framing_errors);
+    out->overruns = cds_link_count(&bus->link.overruns);
+    out->ring_overflows = cds_link_count(&bus->link.ring_overflows);
+    out->echo_errors = cds_link_count(&bus->link.echo_errors);
+}

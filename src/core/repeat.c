@@ -1,0 +1,45 @@
+/* Sending again what has got no good reply: for programs that ask for it. In all others bus.c and
+ * servo.c have nothing in the place of these. */
+#include "cds55xx/bus.h"
+#include "cds55xx/control_table.h"
+
+static bool writes_to(uint8_t address, uint8_t first, uint8_t last)
+{
+    return first <= address && address <= last;
+}
+
+/* May the packet be sent again when nobody knows whether it was carried out? Not if that does
+ * something twice, if the servo may answer under another ID or at another rate by then, or if it
+ * refuses the second one: a lock is set once (R6). */
+static bool bears_repeating(const uint8_t *bytes)
+{
+    uint8_t first = bytes[CDS_AT_PARAMETERS];
+    uint8_t last = (uint8_t)(first + bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 2);
+
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_PING:
+    case CDS_READ: return true;
+    case CDS_WRITE:
+        return !writes_to(CDS_REG_ID, first, last) && !writes_to(CDS_REG_BAUD_RATE, first, last) &&
+               !writes_to(CDS_REG_LOCK, first, last);
+    default: return false;
+    }
+}
+
+void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats)
+{
+    bus->repeats = repeats;
+}
+
+uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
+{
+    return bus->repeats && bears_repeating(bytes) ? bus->repeats : 0;
+}
+
+bool cds_bus_repeats_(struct cds_request *request)
+{
+    if (request->repeats == 0)
+        return false;
+    request->repeats--;
+    return true;
+}
