@@ -89,7 +89,7 @@ static void build_read(struct cds_request *read, uint8_t id, uint8_t address, ui
 
     *bytes++ = CDS_HEADER;
     *bytes++ = CDS_HEADER;
-    *bytes++ = id;
+    *bytes++ = read->id = id;
     *bytes++ = CDS_LENGTH_MIN + 2;
     *bytes++ = CDS_READ;
     *bytes++ = address;
@@ -108,19 +108,17 @@ static void ask(struct gather *gather)
 
     gather->asked = read;
     if (gather->bulk) {
-        gather->id = next[1];
         gather->next = next + BULK_ITEM;
         build_read(read, next[1], next[2], next[0]);
     } else {
-        gather->id = next[0];
         gather->next = next + 1;
         build_read(read, next[0], gather->address, gather->each);
     }
     read->repeats = gather->bus->repeats;
-    gather->local = gather->id == gather->device_id;
+    gather->local = read->id == gather->device_id;
     if (gather->local)
         result = CDS_PENDING;
-    else if (gather->id <= CDS_ID_MAX)
+    else if (read->id <= CDS_ID_MAX)
         result = cds_bus_submit(gather->bus, read);
     if (result != CDS_OK)
         read->result = (uint8_t)result;
@@ -146,7 +144,6 @@ static void obey(struct gather *gather, struct cds_request *read)
 {
     struct device *device = gather->device;
 
-    read->id = gather->device_id;
     if (read->reply_parameters == 0) {
         read->error = CDS_ERROR_RANGE;
         read->length = 0;
@@ -169,7 +166,7 @@ static void keep(struct gather *gather, const struct cds_request *read)
     } else {
         memset(gather->to, MISSING, each);
         gather->error = GATHER_ERROR_FAILED;
-        device_note_failure(gather->device, gather->id);
+        device_note_failure(gather->device, read->id);
     }
     gather->to += each;
 }
@@ -199,7 +196,7 @@ static void go_on(struct gather *gather)
     if (!gather->bulk) {
         keep(gather, read);
     } else if (read->result != CDS_OK) {
-        device_note_failure(gather->device, gather->id);
+        device_note_failure(gather->device, read->id);
         gather->count = gather->done; // the others wait for it in vain
         return;
     }
