@@ -4,7 +4,7 @@
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
 {
-    *bridge = (struct bridge){.bus = bus, .host = host, .device = device, .output = output};
+    *bridge = (struct bridge){.host = host};
     bridge->request.packet.bytes = bytes;
     bridge->request.packet.room = HOST_PACKET_MAX;
     bridge->request.any_length = true;
@@ -25,7 +25,7 @@ static void pass(struct bridge *bridge)
     struct cds_request *request = &bridge->request;
 
     request->reply_parameters = gather_reply_due(request->packet.bytes);
-    if (cds_bus_submit(bridge->bus, request) != CDS_OK) {
+    if (cds_bus_submit(bridge->gather.bus, request) != CDS_OK) {
         bridge->counters.refused++;
         return;
     }
@@ -55,7 +55,7 @@ static void await_reply(struct bridge *bridge)
 
 static void ask_device(struct bridge *bridge)
 {
-    struct device *device = bridge->device;
+    struct device *device = bridge->gather.device;
 
     bridge->state = BRIDGE_DEVICE;
     if (device_obey(device, bridge->request.packet.bytes))
@@ -85,7 +85,7 @@ static void begin_gathering(struct bridge *bridge, uint8_t own)
 static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
-    uint8_t own = device_id(bridge->device);
+    uint8_t own = device_id(bridge->gather.device);
     uint8_t id, instruction;
 
     packet->bytes = host_take(bridge->host, packet->bytes);
@@ -113,7 +113,7 @@ void bridge_poll(struct bridge *bridge)
     case BRIDGE_GATHERING: gather(bridge); break;
     default: break;
     }
-    if (bridge->state == BRIDGE_ANSWERING && answer_put(&bridge->answer, bridge->output))
+    if (bridge->state == BRIDGE_ANSWERING && answer_put(&bridge->answer, bridge->gather.output))
         bridge->state = BRIDGE_IDLE;
 }
 

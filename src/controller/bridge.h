@@ -37,12 +37,9 @@ struct bridge_counters {
 
 /* All state of the bridge. Zero it, then bridge_open(). */
 struct bridge {
-    struct cds_bus *bus;
     struct host *host;
-    struct device *device;
-    struct cds_ring *output;
     struct cds_request request; // its buffer changes places with the host's
-    struct gather gather;
+    struct gather gather;       // it knows bus, device and output
     struct answer answer;
     uint8_t state; // enum bridge_state
     struct bridge_counters counters;

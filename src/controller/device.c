@@ -84,8 +84,7 @@ static uint8_t read(struct device *device, uint8_t *packet)
         return CDS_ERROR_RANGE;
     device->from = from;
     device->length = count;
-    device->next = 0;
-    device->reading = true;
+    device->left = DEVICE_REGISTER_COUNT;
     memset(packet, 0, count); // where there is no register
     return 0;
 }
@@ -105,16 +104,13 @@ static void put_register(const struct device *device, uint8_t *packet, uint8_t r
 /* Goes on with a READ; true when all of it is there. */
 static bool read_on(struct device *device, uint8_t *packet)
 {
-    uint8_t left = READ_PER_CALL;
+    for (uint8_t looks = READ_PER_CALL; looks && device->left; looks--) {
+        uint8_t reg = (uint8_t)(DEVICE_REGISTER_COUNT - device->left--);
 
-    for (; device->next < DEVICE_REGISTER_COUNT; device->next++) {
-        if (left-- == 0)
-            return false;
-        if (overlaps(device->next, device->from, device->length))
-            put_register(device, packet, device->next);
+        if (overlaps(reg, device->from, device->length))
+            put_register(device, packet, reg);
     }
-    device->reading = false;
-    return true;
+    return device->left == 0;
 }
 
 /* --- WRITE -------------------------------------------------------------------------------------
@@ -194,7 +190,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
 
 bool device_obey(struct device *device, uint8_t *packet)
 {
-    if (!device->unsettled && !device->reading) {
+    if (!device->unsettled && !device->left) {
         device->length = 0;
         switch (packet[CDS_AT_INSTRUCTION]) {
         case CDS_PING: device->error = without_parameters(packet); break;
@@ -206,5 +202,5 @@ bool device_obey(struct device *device, uint8_t *packet)
     }
     if (device->unsettled)
         device->unsettled = !device->world->settled(device->owner);
-    return !device->unsettled && (!device->reading || read_on(device, packet));
+    return !device->unsettled && read_on(device, packet);
 }

@@ -98,8 +98,7 @@ struct device {
     void *owner;           // of its values
     uint8_t error, length; // of the answer: CDS_ERROR_* bits, parameters
     bool unsettled;        // what was asked is done but for world->settled()
-    bool reading;          // a READ goes on
-    uint8_t next, from;    // ... with this register; its first address
+    uint8_t left, from;    // of a READ: registers to be looked at, its first address
     uint8_t failed;        // servos, of
     uint8_t failed_ids[32];
 };

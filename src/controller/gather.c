@@ -48,7 +48,7 @@ static void begin_sync(struct gather *gather, uint8_t *packet)
     gather->bulk = false;
     gather->error = CDS_ERROR_RANGE;
     gather->length = 0;
-    gather->count = 0;
+    gather->left = 0;
     if (parameters < 3)
         return;
     gather->address = packet[CDS_AT_PARAMETERS];
@@ -58,7 +58,7 @@ static void begin_sync(struct gather *gather, uint8_t *packet)
     if (size == 0 || size > DATA_MAX)
         return;
     gather->error = 0;
-    gather->count = parameters;
+    gather->left = parameters;
     gather->length = (uint8_t)size;
     /* The IDs give way to the data, which grow faster than IDs are used up: from the other end. */
     gather->next =
@@ -72,14 +72,14 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
 
     gather->bulk = true;
     gather->next = item;
-    gather->count = 0;
+    gather->left = 0;
     for (; left >= BULK_ITEM && left <= DATA_MAX; left = (uint8_t)(left - BULK_ITEM)) {
         if (item[1] > CDS_ID_MAX)
             return false;
         item += BULK_ITEM;
-        gather->count++;
+        gather->left++;
     }
-    return left == 0 && gather->count;
+    return left == 0 && gather->left;
 }
 
 /* A READ, put together by hand: what takes long here is missing between two packets of the bus. */
@@ -89,7 +89,7 @@ static void build_read(struct cds_request *read, uint8_t id, uint8_t address, ui
 
     *bytes++ = CDS_HEADER;
     *bytes++ = CDS_HEADER;
-    *bytes++ = id;
+    *bytes++ = read->id = id;
     *bytes++ = CDS_LENGTH_MIN + 2;
     *bytes++ = CDS_READ;
     *bytes++ = address;
@@ -108,19 +108,16 @@ static void ask(struct gather *gather)
 
     gather->asked = read;
     if (gather->bulk) {
-        gather->id = next[1];
         gather->next = next + BULK_ITEM;
         build_read(read, next[1], next[2], next[0]);
     } else {
-        gather->id = next[0];
         gather->next = next + 1;
         build_read(read, next[0], gather->address, gather->each);
     }
     read->repeats = gather->bus->repeats;
-    gather->local = gather->id == gather->device_id;
-    if (gather->local)
+    if (read->id == gather->device_id) // nothing is sent
         result = CDS_PENDING;
-    else if (gather->id <= CDS_ID_MAX)
+    else if (read->id <= CDS_ID_MAX)
         result = cds_bus_submit(gather->bus, read);
     if (result != CDS_OK)
         read->result = (uint8_t)result;
@@ -129,14 +126,13 @@ static void ask(struct gather *gather)
 bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
     gather->device_id = device_id;
-    gather->done = 0;
     gather->sending = false;
     device_forget_failures(gather->device);
     if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
         begin_sync(gather, packet);
     else if (!begin_bulk(gather, packet))
         return false;
-    if (gather->count)
+    if (gather->left)
         ask(gather);
     return true;
 }
@@ -146,7 +142,6 @@ static void obey(struct gather *gather, struct cds_request *read)
 {
     struct device *device = gather->device;
 
-    read->id = gather->device_id;
     if (read->reply_parameters == 0) {
         read->error = CDS_ERROR_RANGE;
         read->length = 0;
@@ -169,7 +164,7 @@ static void keep(struct gather *gather, const struct cds_request *read)
     } else {
         memset(gather->to, MISSING, each);
         gather->error = GATHER_ERROR_FAILED;
-        device_note_failure(gather->device, gather->id);
+        device_note_failure(gather->device, read->id);
     }
     gather->to += each;
 }
@@ -191,19 +186,19 @@ static void go_on(struct gather *gather)
 {
     struct cds_request *read = gather->asked;
 
-    if (read->result == CDS_PENDING && gather->local)
+    if (read->result == CDS_PENDING && read->id == gather->device_id)
         obey(gather, read);
     if (read->result == CDS_PENDING)
         return;
-    gather->done++;
+    gather->left--;
     if (!gather->bulk) {
         keep(gather, read);
     } else if (read->result != CDS_OK) {
-        device_note_failure(gather->device, gather->id);
-        gather->count = gather->done; // the others wait for it in vain
+        device_note_failure(gather->device, read->id);
+        gather->left = 0; // the others wait for it in vain
         return;
     }
-    if (gather->done < gather->count)
+    if (gather->left)
         ask(gather);
     if (gather->bulk)
         hand_over(gather, read);
@@ -213,9 +208,9 @@ enum gather_turn gather_poll(struct gather *gather)
 {
     if (gather->sending)
         send_on(gather);
-    else if (gather->done < gather->count)
+    else if (gather->left)
         go_on(gather);
-    if (gather->sending || gather->done < gather->count)
+    if (gather->sending || gather->left)
         return GATHER_MORE;
     return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
 }

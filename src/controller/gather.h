@@ -37,16 +37,14 @@ struct gather {
     struct device *device;
     struct cds_ring *output;
     struct cds_request read[2]; // in turn: of one the reply leaves, the other is
-    struct cds_request *asked;  // ... what was asked last, of
-    uint8_t id;                 // ... this servo
+    struct cds_request *asked;  // ... what was asked last
     uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_ANY + ANSWER_BEHIND];
     struct answer out;   // of a BULK READ: what is on its way to the host
     bool sending;        // `out` is not all in the ring
-    bool local;          // the device itself is asked: nothing was sent
     bool bulk;           // else a SYNC READ
     uint8_t *to;         // of a SYNC READ: data of the servo asked; of the status packet, with ...
     const uint8_t *next; // what is asked of whom, from the servo asked next on
-    uint8_t count, done; // servos
+    uint8_t left;        // servos that have not answered
     uint8_t address, each;
     uint8_t device_id;
     uint8_t error, length; // ... of GATHER_ANSWER

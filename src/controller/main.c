@@ -44,7 +44,8 @@ static struct {
     struct memory memory;
     struct robot robot;
     struct console console;
-    uint8_t packets[3][ANSWER_BEFORE + HOST_PACKET_MAX]; // from the host, on the bridge, console's
+    uint8_t packets[2][ANSWER_BEFORE + HOST_PACKET_MAX]; // from the host, on the bridge
+    uint8_t packet[HOST_PACKET_MAX];                     // of the console
     struct cds_request request;
     uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
     uint8_t host_baud;   // as in the settings, in force
@@ -126,7 +127,7 @@ static void begin_keeper(void)
 static void open(void)
 {
     settings_load(&controller.store, &controller.settings);
-    controller.request = (struct cds_request)CDS_REQUEST(controller.packets[2]);
+    controller.request = (struct cds_request)CDS_REQUEST(controller.packet);
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
     serial_open(&controller.serial, divisor_of(controller.host_baud));
