@@ -174,10 +174,12 @@ static SELDOM void give_back(struct cds_bus *bus)
 
     if (request->length)
         cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
+    bus->parser.error = request->error;
     request->id = bus->asked;
     request->error = 0;
     request->length = 0;
     bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
+    bus->parser.id = bus->asked;
     bus->flight = CDS_BUS_ASKS;
 }
 
