@@ -806,6 +806,44 @@ void test_a_read_that_failed_amid_its_reply_can_be_sent_again(void)
     assert_read_survives(eleven, sizeof eleven, 11);
 }
 
+static struct cds_bus_news told;
+
+static enum cds_result admit_all(struct cds_bus_observer *observer, struct cds_request *asked)
+{
+    (void)observer;
+    (void)asked;
+    return CDS_OK;
+}
+
+static void keep_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    told = *news;
+}
+
+/* What was taken of it before the deadline is known when the rest has come. */
+void test_the_news_of_a_late_reply_are_those_of_all_of_it(void)
+{
+    static const uint8_t hot[] = {0xFF, 0xFF, 0x05, 0x04, 0x04, 0x34, 0x12, 0xAC};
+    struct cds_bus_observer observer = {.admit = admit_all, .on_news = keep_news};
+
+    for (uint8_t cut = 4; cut < sizeof hot; cut++) {
+        setUp();
+        cds_bus_set_observer(&bus, &observer);
+        read_word();
+        hear(hot, cut);
+        assert_ends_at(WORD_DEADLINE_US, CDS_TIMEOUT);
+        TEST_ASSERT_EQUAL(CDS_BUS_ENDED, told.event);
+        TEST_ASSERT_EQUAL_HEX8(0, told.error);
+        hear(hot + cut, (uint8_t)(sizeof hot - cut));
+        cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL(CDS_BUS_LATE, told.event);
+        TEST_ASSERT_EQUAL_UINT8(5, told.id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERHEATING, told.error);
+        cds_bus_set_observer(&bus, NULL);
+    }
+}
+
 void test_opening_again_amid_a_reply_gives_the_packet_back(void)
 {
     uint8_t packet[8];

@@ -60,7 +60,8 @@ static inline void cds_link_begin(uint8_t port, uint8_t first)
  * the first. They must stay as they are until the link listens again. Main context. */
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
 
-/* Both at once. */
+/* Both at once: sends the `size` bytes (at least 2) at `packet`. Main context; only while
+ * LISTENING. */
 static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
                                  uint16_t size)
 {

@@ -53,7 +53,7 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
  * same as so many steps, and quicker. Consumer's context. */
 uint8_t cds_parser_skim(struct cds_parser *parser, const struct cds_ring *ring, uint8_t count);
 
-/* Is `byte` the checksum that ends the candidate well? */
+/* Is `byte` (any) the checksum that ends the candidate well? Either context. */
 static inline bool cds_parser_ends_well(const struct cds_parser *parser, uint8_t byte)
 {
     return (uint8_t)(parser->sum + byte) == UINT8_MAX; // it is ~ of the sum of the rest

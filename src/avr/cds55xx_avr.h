@@ -56,7 +56,8 @@ AVR_INLINE void cds_port_listen(uint8_t port)
  * line around before anything is saved. */
 #define CDS_AVR_BUS(bus, number) AVR_PASTE(AVR_HANDLERS_, AVR_BUS(number, _WIRING))(bus, number)
 
-/* Binds the board's BOARD_CLOCK_TIMER. At file scope, once. */
+/* Binds the board's BOARD_CLOCK_TIMER: its count, and of its compare units A, B and C one for each
+ * bus. At file scope, once. */
 #define CDS_AVR_CLOCK()                                                                            \
     struct cds_avr_clock cds_avr_clock;                                                            \
     ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK) /* the line's turnaround must not wait for it */       \

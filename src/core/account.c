@@ -14,7 +14,7 @@ uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
     return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
-void cds_bus_count_(uint16_t *counter)
+APART void cds_bus_count_(uint16_t *counter)
 {
     (*counter)++;
 }
@@ -28,22 +28,25 @@ void cds_bus_note_sent_(struct cds_bus *bus)
     bus->counters.sent++;
 }
 
-static APART void tell_end(struct cds_bus *bus, uint8_t result)
+/* What news there is. Of a packet that was not due, only event, ID and error mean anything. */
+static APART void tell(struct cds_bus *bus, uint8_t event, uint8_t id, uint8_t error,
+                       uint8_t result)
 {
-    const struct cds_request *request = bus->request;
-    struct cds_bus_news news = {.event = CDS_BUS_ENDED,
-                                .id = request->id,
-                                .error = request->error,
+    struct cds_bus_news news = {.event = event,
+                                .id = id,
+                                .error = error,
                                 .result = result,
                                 .instruction = bus->instruction,
                                 .address = bus->address,
-                                .request = request};
+                                .request = bus->request};
 
-    bus->observer->on_news(bus->observer, &news);
+    if (bus->observer)
+        bus->observer->on_news(bus->observer, &news);
 }
 
 APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 {
+    const struct cds_request *request = bus->request;
     uint16_t *counter = &bus->counters.timeouts;
 
     if (bus->flight != CDS_BUS_TELLS) {
@@ -54,29 +57,26 @@ APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
         counter = &bus->counters.ok;
     else if (result == CDS_CORRUPT)
         counter = &bus->counters.corrupt;
-    (*counter)++;
-    if (bus->observer)
-        tell_end(bus, result);
+    cds_bus_count_(counter);
+    tell(bus, CDS_BUS_ENDED, request->id, request->error, result);
 }
 
 /* A good packet that was not due: an answer too late, a second one, or whose? */
 APART void cds_bus_note_undue_(struct cds_bus *bus)
 {
     uint16_t *counter = &bus->counters.foreign;
-    struct cds_bus_news news = {
-        .event = CDS_BUS_FOREIGN, .id = bus->parser.id, .error = bus->parser.error};
+    uint8_t event = CDS_BUS_FOREIGN, id = bus->parser.id;
 
-    if (bus->last_id == news.id || bus->last_id == CDS_BROADCAST_ID) {
-        news.event = CDS_BUS_LATE;
+    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
+        event = CDS_BUS_LATE;
         counter = &bus->counters.late;
         if (bus->last_result == CDS_OK) {
-            news.event = CDS_BUS_EXTRA;
+            event = CDS_BUS_EXTRA;
             counter = &bus->counters.extra;
         }
     }
-    (*counter)++;
-    if (bus->observer)
-        bus->observer->on_news(bus->observer, &news);
+    cds_bus_count_(counter);
+    tell(bus, event, id, bus->parser.error, CDS_PENDING); // nothing has ended
 }
 
 void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer)

@@ -174,10 +174,12 @@ static SELDOM void give_back(struct cds_bus *bus)
 
     if (request->length)
         cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
+    bus->parser.error = request->error;
     request->id = bus->asked;
     request->error = 0;
     request->length = 0;
     bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
+    bus->parser.id = bus->asked;
     bus->flight = CDS_BUS_ASKS;
 }
 
@@ -193,12 +195,11 @@ static bool is_read(struct cds_bus *bus)
            bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
-/* The instruction packet has served: the parameters of the reply at the ring's tail, whose ID and
- * LENGTH the parser has, take its place in the buffer. */
-static ONE_COPY void start_taking(struct cds_bus *bus)
+/* The instruction packet has served: the parameters of the reply at the ring's tail, of this ID and
+ * LENGTH, take its place in the buffer. True. */
+static APART bool start_taking(struct cds_bus *bus, uint8_t id, uint8_t length)
 {
     struct cds_request *request = bus->request;
-    uint8_t id = bus->parser.id, length = bus->parser.length;
 
     request->id = id;
     request->length = (uint8_t)(length - CDS_LENGTH_MIN);
@@ -208,6 +209,7 @@ static ONE_COPY void start_taking(struct cds_bus *bus)
     bus->left = length;
     bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
     bus->flight = CDS_BUS_TAKES;
+    return true;
 }
 
 /* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
@@ -220,10 +222,8 @@ static APART bool begin_taking(struct cds_bus *bus)
     if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
         cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
         return false;
-    bus->parser.id = asked;
     bus->parser.length = length;
-    start_taking(bus);
-    return true;
+    return start_taking(bus, asked, length);
 }
 
 /* A candidate has become something. True when that is the reply that is due. Not inlined: what it
@@ -235,10 +235,8 @@ static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
         bus->damaged = 1;
         return false;
     }
-    if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) {
-        start_taking(bus); // all of it is there
-        return true;
-    }
+    if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) // all of it is there
+        return start_taking(bus, bus->parser.id, bus->parser.length);
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
     return false;
