@@ -67,19 +67,11 @@ force:
 AVR_CC := avr-gcc
 AVR_AR := avr-gcc-ar
 AVR_SIZE := avr-size
+# Without -mstrict-X gcc 5 reaches fields behind X by adding to it and taking that back.
 AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
-	-fno-common $(WARNINGS)
+	-fno-common -mstrict-X $(WARNINGS)
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
-
-# Of the controller's firmware: enums of one byte, X used for what it can do, no tables in RAM for a
-# switch; and 3.5 KB less, for cycles in functions that keep many registers, but for QUICK sources,
-# which run between two packets of the bus, or for each character.
-SMALL := -fshort-enums -mstrict-X -fno-tree-switch-conversion -mcall-prologues \
-	-fira-algorithm=priority -fipa-pta -fno-jump-tables -maccumulate-args
-SMALLEST := -fno-inline-small-functions -fno-move-loop-invariants -fno-tree-sink \
-	-fno-tree-loop-im -fno-tree-dominator-opts -fno-tree-fre -fno-ipa-sra -fno-tree-loop-optimize
-QUICK := $(addprefix src/core/,bus.c parser.c) $(addprefix src/controller/,writer.c answer.c gather.c bridge.c)
 
 CORE_SRC := $(wildcard src/core/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
@@ -98,32 +90,23 @@ define board_rules
 $(1)_MCU := $(MCU)
 $(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
-$(1)_OWN := $(SMALL)
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$($(1)_OWN) $$(SMALLEST) $$(QUICK))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK))
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
 
-# The firmware's own objects, of the library's sources too: what makes them small would make objects
-# of the library that do not go with anybody else's.
-build/$(1)/own/%.o: %.c build/$(1)/flags | tools $(TEXTS)
-	$$(call say,CC,$$@)
-	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$($(1)_OWN) $$(if $$(filter $$(QUICK),$$<),,$$(SMALLEST)) \
-	  $$(DEPFILES) -c $$< -o $$@
-
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
 	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
 
-build/$(1)/controller.elf: $(if $(FIRMWARE),build/$(1)/obj/$(FIRMWARE:.c=.o) build/$(1)/libcds55xx.a, \
-		$(patsubst %.c,build/$(1)/own/%.o,$(FIRMWARE_SRC) $(LIBRARY_SRC)))
+build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
+		build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $(FIRMWARE),,$$($(1)_OWN)) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
@@ -143,11 +126,11 @@ build/$(1)/bench/%.elf: build/$(1)/obj/test/bench/%.o build/$(1)/libcds55xx.a
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # The firmware with something beside it: it includes main.c.
-build/$(1)/program/flood.elf: build/$(1)/own/test/program/flood.o \
-		$(patsubst %.c,build/$(1)/own/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC)) $(LIBRARY_SRC))
+build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
+		$(patsubst %.c,build/$(1)/obj/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC))) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$($(1)_OWN) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)

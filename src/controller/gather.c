@@ -14,8 +14,7 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
         gather->read[i].packet.bytes = gather->bytes[i] + ANSWER_BEFORE;
-        gather->read[i].packet.room = CDS_REPLY_ANY;
-        gather->read[i].any_length = true;
+        gather->read[i].packet.room = CDS_REPLY_MAX;
     }
 }
 

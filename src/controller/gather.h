@@ -38,7 +38,7 @@ struct gather {
     struct cds_ring *output;
     struct cds_request read[2]; // in turn: of one the reply leaves, the other is
     struct cds_request *asked;  // ... what was asked last
-    uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_ANY + ANSWER_BEHIND];
+    uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_MAX + ANSWER_BEHIND];
     struct answer out;   // of a BULK READ: what is on its way to the host
     bool sending;        // `out` is not all in the ring
     bool bulk;           // else a SYNC READ
