@@ -33,28 +33,19 @@ static void answered(struct cds_group_read *read, uint8_t result)
     read->sent = false;
 }
 
-static void exchange_ended(struct cds_group_read *read)
+/* Copies what servo `next` has answered, for its packet will be built over. */
+static uint8_t take_data(struct cds_group_read *read)
 {
-    const struct cds_request *request = read->request;
-    struct cds_group_answer *answer = &read->answers[read->next];
-    uint8_t result = request->result, left = read->length;
+    const uint8_t *from = read->request->packet.bytes;
+    uint8_t left = read->length;
+    uint8_t *to = &read->data[(uint16_t)read->next * left];
 
-    if (result == CDS_OK) {
-        const uint8_t *from = request->packet.bytes;
-        uint8_t *to = &read->data[(uint16_t)read->next * left];
-
-        answer->error = request->error;
-        if (request->length != left) {
-            answered(read, CDS_REFUSED);
-            return;
-        }
-        answer->time_us = cds_port_now_us();
-        answer->known = true;
-        do {
-            *to++ = *from++;
-        } while (--left);
-    }
-    answered(read, result);
+    if (read->request->length != left)
+        return CDS_REFUSED;
+    do {
+        *to++ = *from++;
+    } while (--left);
+    return CDS_OK;
 }
 
 static void send(struct cds_group_read *read)
@@ -68,12 +59,32 @@ static void send(struct cds_group_read *read)
         answered(read, (uint8_t)result);
 }
 
+/* The exchange is over. The next one is first, as the bus is idle meanwhile. */
+static void exchange_ended(struct cds_group_read *read)
+{
+    struct cds_group_answer *answer = &read->answers[read->next];
+    uint8_t result = read->request->result, error = read->request->error;
+    bool answers = result == CDS_OK;
+
+    if (answers)
+        result = take_data(read);
+    answered(read, result);
+    if (read->next < read->count)
+        send(read);
+    if (answers)
+        answer->error = error;
+    if (result == CDS_OK) {
+        answer->time_us = cds_port_now_us();
+        answer->known = true;
+    }
+}
+
 /* Apart, so that asking while the exchange goes on needs no frame. */
 static __attribute__((noinline)) enum cds_result go_on(struct cds_group_read *read)
 {
     if (read->sent)
         exchange_ended(read);
-    if (read->next < read->count)
+    else if (read->next < read->count)
         send(read);
     return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
 }
