@@ -24,9 +24,8 @@ void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
 }
 
 /* Servo `next` is done with, so or so. */
-static void answered(struct cds_group_read *read, uint8_t result)
+static inline void done(struct cds_group_read *read, uint8_t result)
 {
-    read->answers[read->next].result = result;
     if (read->result == CDS_OK)
         read->result = result;
     read->next++;
@@ -56,21 +55,26 @@ static void send(struct cds_group_read *read)
     if (result == CDS_OK)
         read->sent = true;
     else if (result != CDS_BUSY) // an argument: nothing was sent to this servo
-        answered(read, (uint8_t)result);
+    {
+        read->answers[read->next].result = (uint8_t)result;
+        done(read, (uint8_t)result);
+    }
 }
 
 /* The exchange is over. The next one is first, as the bus is idle meanwhile. */
 static void exchange_ended(struct cds_group_read *read)
 {
-    struct cds_group_answer *answer = &read->answers[read->next];
-    uint8_t result = read->request->result, error = read->request->error;
+    uint8_t result = read->request->result, error = read->request->error, ended = read->next;
     bool answers = result == CDS_OK;
+    struct cds_group_answer *answer;
 
     if (answers)
         result = take_data(read);
-    answered(read, result);
+    done(read, result);
     if (read->next < read->count)
         send(read);
+    answer = &read->answers[ended];
+    answer->result = result;
     if (answers)
         answer->error = error;
     if (result == CDS_OK) {
