@@ -52,10 +52,9 @@ static void send(struct cds_group_read *read)
     enum cds_result result = cds_servo_read(read->bus, read->request, read->ids[read->next],
                                             read->address, read->length);
 
-    if (result == CDS_OK)
+    if (result == CDS_OK) {
         read->sent = true;
-    else if (result != CDS_BUSY) // an argument: nothing was sent to this servo
-    {
+    } else if (result != CDS_BUSY) { // an argument: nothing was sent to this servo
         read->answers[read->next].result = (uint8_t)result;
         done(read, (uint8_t)result);
     }
