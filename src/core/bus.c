@@ -317,11 +317,11 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
 
 /* The packet of the first request goes on from its header, which is on the wire. No more than must
  * be: the caller waits, and there is time while the packet is sent. */
-static ONE_COPY void send_rest(struct cds_bus *bus)
+static ONE_COPY void send_rest(struct cds_bus *bus, uint8_t begun)
 {
     const struct cds_packet *packet = &bus->request->packet;
 
-    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size);
+    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
     bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
@@ -399,8 +399,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
 
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
-        cds_link_begin(bus->port, CDS_HEADER);
-        send_rest(bus);
+        send_rest(bus, cds_link_begin(bus->port, CDS_HEADER));
         return true;
     }
     if (anew)
@@ -461,15 +460,14 @@ ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t param
     return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
 }
 
-ONE_COPY bool cds_bus_begin_(struct cds_bus *bus)
+ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 {
     if (cds_bus_is_watched_(bus) || !is_free(bus))
-        return false;
-    cds_link_begin(bus->port, CDS_HEADER);
-    return true;
+        return 0;
+    return cds_link_begin(bus->port, CDS_HEADER);
 }
 
-ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun)
+ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
     request->id = request->packet.bytes[CDS_AT_ID];
     request->return_delay_us = bus->return_delay_us;
@@ -478,7 +476,7 @@ ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *reques
     request->result = CDS_PENDING;
     request->next = NULL;
     bus->request = request;
-    send_rest(bus);
+    send_rest(bus, begun);
     return CDS_OK;
 }
 
