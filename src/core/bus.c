@@ -68,7 +68,7 @@ static void cancel_all(struct cds_bus *bus)
 }
 
 /* A byte is ten bits of (baud + 1) / 2 us. */
-static void set_rate(struct cds_bus *bus, uint8_t baud)
+static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
 {
     bus->baud = baud;
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
@@ -615,7 +615,7 @@ static uint8_t outcome_late(struct cds_bus *bus)
 }
 
 /* The alarm has rung, perhaps too early. */
-static SELDOM bool look_at_deadline(struct cds_bus *bus)
+static APART bool look_at_deadline(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us();
     uint8_t result;
@@ -737,7 +737,7 @@ static APART bool wait_for_reply(struct cds_bus *bus)
 }
 
 /* Something has just begun. */
-static APART bool poll_begun(struct cds_bus *bus)
+static bool poll_begun(struct cds_bus *bus)
 {
     expect(bus);
     return wait_for_reply(bus);
