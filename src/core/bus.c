@@ -125,7 +125,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 
 enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
 {
-    if (bus->byte_time_us == 0 || baud > CDS_BAUD_MAX)
+    if (bus->flight == CDS_BUS_CLOSED || baud > CDS_BAUD_MAX)
         return CDS_BAD_ARGUMENT;
     if (bus->request)
         return CDS_BUSY;
@@ -217,7 +217,8 @@ static APART bool start_taking(struct cds_bus *bus, uint8_t id, uint8_t length)
 static APART bool begin_taking(struct cds_bus *bus)
 {
     const struct cds_ring *rx = &bus->link.rx;
-    uint8_t asked = bus->asked, length = bus->parser.longest;
+    uint8_t asked = bus->asked;
+    uint8_t length = (uint8_t)(bus->request->reply_parameters + CDS_LENGTH_MIN);
 
     if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
         cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
@@ -340,18 +341,16 @@ static ONE_COPY void expect(struct cds_bus *bus)
     request->length = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
         flight = CDS_BUS_ASKS;
-        longest = CDS_PARSER_LENGTH_MAX;
-        if (!request->any_length) {
-            longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
-            if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
-                flight = CDS_BUS_HOPES;
-        }
+        longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
+            flight = CDS_BUS_HOPES;
+        if (request->any_length)
+            longest = CDS_PARSER_LENGTH_MAX;
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
         return_delay_us = request->return_delay_us;
     }
     bus->flight = flight;
     bus->damaged = 0;
-    bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
     bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
@@ -448,6 +447,7 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
+    request->id = request->packet.bytes[CDS_AT_ID];
     insert(bus, request, request->urgent);
     if (bus->request == request)
         begin_turn(bus);
@@ -469,14 +469,14 @@ ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 
 ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    request->id = request->packet.bytes[CDS_AT_ID];
     request->return_delay_us = bus->return_delay_us;
     if (!begun)
         return enqueue(bus, request);
-    request->result = CDS_PENDING;
-    request->next = NULL;
     bus->request = request;
-    send_rest(bus, begun);
+    send_rest(bus, begun); // first: the line waits for it
+    request->result = CDS_PENDING;
+    request->id = request->packet.bytes[CDS_AT_ID];
+    request->next = NULL;
     return CDS_OK;
 }
 
