@@ -63,15 +63,16 @@ static void put_on_the_line(uint8_t byte)
     port_fake.sent_size++;
 }
 
-void cds_port_talk(uint8_t port, uint8_t first)
+uint8_t cds_port_talk(uint8_t port, uint8_t byte)
 {
     cds_port_high_z(port);
     record(FAKE_TALK, port, 0);
     *line(port) = FAKE_TALK;
-    record(FAKE_TX, port, first);
+    record(FAKE_TX, port, byte);
     port_fake.sent_size = 0;
     port_fake.followed = false;
-    put_on_the_line(first);
+    put_on_the_line(byte);
+    return 1;
 }
 
 void cds_port_follow(uint8_t port)

@@ -130,12 +130,12 @@ void test_driver_is_held_until_complete(void)
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[PORT]);
 }
 
-void test_second_byte_of_two_is_the_last(void)
+void test_what_has_begun_is_not_given_again(void)
 {
-    cds_link_talk(&link_, PORT, packet, 2);
-    assert_verb(2, FAKE_TX, 0xFF);
+    cds_link_begin(PORT, 0xFF);
+    cds_link_follow(&link_, PORT, packet, 3, 2);
     cds_link_on_tx_ready(&link_, PORT);
-    assert_verb(3, FAKE_TX_LAST, 0xFF);
+    assert_verb(3, FAKE_TX_LAST, 0x01);
     TEST_ASSERT_EQUAL(CDS_LINK_DRAINING, link_.state);
 }
 

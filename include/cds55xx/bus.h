@@ -232,8 +232,8 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
  * or is it not its turn? The rest must follow at once: the packet, whole but for a checksum that
  * will be there within a few byte times; returns what cds_bus_submit() does. */
 bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
-bool cds_bus_begin_(struct cds_bus *bus);
-uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun);
+uint8_t cds_bus_begin_(struct cds_bus *bus);
+uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
  * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost

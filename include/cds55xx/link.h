@@ -48,25 +48,27 @@ struct cds_link {
 /* Starts listening. Main context. */
 void cds_link_open(struct cds_link *link, uint8_t port);
 
-/* Begins to send: `first`, the first byte of a packet, is on the wire when this returns, and the
- * rest of it must follow within a byte time, or the line idles meanwhile. Whatever was heard and
- * not yet taken will be thrown away. Main context; only while LISTENING. */
-static inline void cds_link_begin(uint8_t port, uint8_t first)
+/* Begins to send a packet whose first two bytes are `header`, any byte: one of them, or both, are
+ * on their way when this returns. How many: 1 or 2. The rest must follow within as many byte times,
+ * or the line idles meanwhile. Whatever was heard and not yet taken will be thrown away. Main
+ * context; only while LISTENING. */
+static inline uint8_t cds_link_begin(uint8_t port, uint8_t header)
 {
-    cds_port_talk(port, first); // the receiver is off: nothing stale can follow
+    return cds_port_talk(port, header); // the receiver is off: nothing stale can follow
 }
 
-/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 2) at `packet`, but for
- * the first. They must stay as they are until the link listens again. Main context. */
-void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
+/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 3) at `packet`, but for
+ * the first `begun` (1 or 2). They must stay as they are until the link listens again. Main
+ * context. */
+void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
+                     uint8_t begun);
 
-/* Both at once: sends the `size` bytes (at least 2) at `packet`. Main context; only while
- * LISTENING. */
+/* Both at once: sends the `size` bytes (at least 3) at `packet`, which begins with two equal ones.
+ * Main context; only while LISTENING. */
 static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
                                  uint16_t size)
 {
-    cds_link_begin(port, packet[0]);
-    cds_link_follow(link, port, packet, size);
+    cds_link_follow(link, port, packet, size, cds_link_begin(port, packet[0]));
 }
 
 /* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */

@@ -28,9 +28,9 @@ void cds_port_listen(uint8_t port)
     avr_usart_listen(port);
 }
 
-void cds_port_talk(uint8_t port, uint8_t first)
+uint8_t cds_port_talk(uint8_t port, uint8_t byte)
 {
-    avr_usart_talk(port, first);
+    return avr_usart_talk(port, byte);
 }
 
 void cds_port_follow(uint8_t port)

@@ -95,6 +95,7 @@ struct avr_usart {
 /* The bits of UCSRnA, B and C stand at the same places in every USART of every ATmega here. */
 enum {
     AVR_TXC = 1 << 6,
+    AVR_UDRE = 1 << 5,
     AVR_FRAMING_ERROR_BIT = 4,
     AVR_FRAMING_ERROR = 1 << AVR_FRAMING_ERROR_BIT,
     AVR_OVERRUN_BIT = 3,
@@ -195,7 +196,7 @@ AVR_INLINE void avr_usart_listen(uint8_t port)
     *usart.ucsrb = AVR_STATE_LISTENING;
 }
 
-AVR_INLINE void avr_usart_talk(uint8_t port, uint8_t first)
+AVR_INLINE uint8_t avr_usart_talk(uint8_t port, uint8_t byte)
 {
     struct avr_usart usart = avr_usart(port);
 
@@ -203,7 +204,11 @@ AVR_INLINE void avr_usart_talk(uint8_t port, uint8_t first)
     avr_pin_low(usart.rx_enable);
     avr_pin_high(usart.tx_enable);
     *usart.ucsrb = usart.echoes ? AVR_STATE_ECHO_BEGINNING : AVR_STATE_BEGINNING;
-    *usart.udr = first;
+    *usart.udr = byte;
+    if (!(*usart.ucsra & AVR_UDRE)) // not yet in the shift register
+        return 1;
+    *usart.udr = byte;
+    return 2;
 }
 
 AVR_INLINE void avr_usart_follow(uint8_t port)

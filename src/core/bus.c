@@ -68,7 +68,7 @@ static void cancel_all(struct cds_bus *bus)
 }
 
 /* A byte is ten bits of (baud + 1) / 2 us. */
-static void set_rate(struct cds_bus *bus, uint8_t baud)
+static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
 {
     bus->baud = baud;
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
@@ -125,7 +125,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 
 enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
 {
-    if (bus->byte_time_us == 0 || baud > CDS_BAUD_MAX)
+    if (bus->flight == CDS_BUS_CLOSED || baud > CDS_BAUD_MAX)
         return CDS_BAD_ARGUMENT;
     if (bus->request)
         return CDS_BUSY;
@@ -217,7 +217,8 @@ static APART bool start_taking(struct cds_bus *bus, uint8_t id, uint8_t length)
 static APART bool begin_taking(struct cds_bus *bus)
 {
     const struct cds_ring *rx = &bus->link.rx;
-    uint8_t asked = bus->asked, length = bus->parser.longest;
+    uint8_t asked = bus->asked;
+    uint8_t length = (uint8_t)(bus->request->reply_parameters + CDS_LENGTH_MIN);
 
     if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
         cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
@@ -317,11 +318,11 @@ static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint1
 
 /* The packet of the first request goes on from its header, which is on the wire. No more than must
  * be: the caller waits, and there is time while the packet is sent. */
-static ONE_COPY void send_rest(struct cds_bus *bus)
+static ONE_COPY void send_rest(struct cds_bus *bus, uint8_t begun)
 {
     const struct cds_packet *packet = &bus->request->packet;
 
-    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size);
+    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
     bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
@@ -340,18 +341,16 @@ static ONE_COPY void expect(struct cds_bus *bus)
     request->length = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
         flight = CDS_BUS_ASKS;
-        longest = CDS_PARSER_LENGTH_MAX;
-        if (!request->any_length) {
-            longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
-            if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
-                flight = CDS_BUS_HOPES;
-        }
+        longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+        if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
+            flight = CDS_BUS_HOPES;
+        if (request->any_length)
+            longest = CDS_PARSER_LENGTH_MAX;
         size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
         return_delay_us = request->return_delay_us;
     }
     bus->flight = flight;
     bus->damaged = 0;
-    bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
     bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
@@ -399,8 +398,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
 
     if (is_quiet(bus, now_us) &&
         !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
-        cds_link_begin(bus->port, CDS_HEADER);
-        send_rest(bus);
+        send_rest(bus, cds_link_begin(bus->port, CDS_HEADER));
         return true;
     }
     if (anew)
@@ -449,6 +447,7 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
+    request->id = request->packet.bytes[CDS_AT_ID];
     insert(bus, request, request->urgent);
     if (bus->request == request)
         begin_turn(bus);
@@ -461,24 +460,23 @@ ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t param
     return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
 }
 
-ONE_COPY bool cds_bus_begin_(struct cds_bus *bus)
+ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 {
     if (cds_bus_is_watched_(bus) || !is_free(bus))
-        return false;
-    cds_link_begin(bus->port, CDS_HEADER);
-    return true;
+        return 0;
+    return cds_link_begin(bus->port, CDS_HEADER);
 }
 
-ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, bool begun)
+ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    request->id = request->packet.bytes[CDS_AT_ID];
     request->return_delay_us = bus->return_delay_us;
     if (!begun)
         return enqueue(bus, request);
-    request->result = CDS_PENDING;
-    request->next = NULL;
     bus->request = request;
-    send_rest(bus);
+    send_rest(bus, begun); // first: the line waits for it
+    request->result = CDS_PENDING;
+    request->id = request->packet.bytes[CDS_AT_ID];
+    request->next = NULL;
     return CDS_OK;
 }
 
@@ -617,7 +615,7 @@ static uint8_t outcome_late(struct cds_bus *bus)
 }
 
 /* The alarm has rung, perhaps too early. */
-static SELDOM bool look_at_deadline(struct cds_bus *bus)
+static APART bool look_at_deadline(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us();
     uint8_t result;
@@ -739,7 +737,7 @@ static APART bool wait_for_reply(struct cds_bus *bus)
 }
 
 /* Something has just begun. */
-static APART bool poll_begun(struct cds_bus *bus)
+static bool poll_begun(struct cds_bus *bus)
 {
     expect(bus);
     return wait_for_reply(bus);

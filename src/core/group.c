@@ -42,7 +42,7 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
-    bool begun;
+    uint8_t begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;

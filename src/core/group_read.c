@@ -24,37 +24,27 @@ void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
 }
 
 /* Servo `next` is done with, so or so. */
-static void answered(struct cds_group_read *read, uint8_t result)
+static inline void done(struct cds_group_read *read, uint8_t result)
 {
-    read->answers[read->next].result = result;
     if (read->result == CDS_OK)
         read->result = result;
     read->next++;
     read->sent = false;
 }
 
-static void exchange_ended(struct cds_group_read *read)
+/* Copies what servo `next` has answered, for its packet will be built over. */
+static uint8_t take_data(struct cds_group_read *read)
 {
-    const struct cds_request *request = read->request;
-    struct cds_group_answer *answer = &read->answers[read->next];
-    uint8_t result = request->result, left = read->length;
+    const uint8_t *from = read->request->packet.bytes;
+    uint8_t left = read->length;
+    uint8_t *to = &read->data[(uint16_t)read->next * left];
 
-    if (result == CDS_OK) {
-        const uint8_t *from = request->packet.bytes;
-        uint8_t *to = &read->data[(uint16_t)read->next * left];
-
-        answer->error = request->error;
-        if (request->length != left) {
-            answered(read, CDS_REFUSED);
-            return;
-        }
-        answer->time_us = cds_port_now_us();
-        answer->known = true;
-        do {
-            *to++ = *from++;
-        } while (--left);
-    }
-    answered(read, result);
+    if (read->request->length != left)
+        return CDS_REFUSED;
+    do {
+        *to++ = *from++;
+    } while (--left);
+    return CDS_OK;
 }
 
 static void send(struct cds_group_read *read)
@@ -62,10 +52,34 @@ static void send(struct cds_group_read *read)
     enum cds_result result = cds_servo_read(read->bus, read->request, read->ids[read->next],
                                             read->address, read->length);
 
-    if (result == CDS_OK)
+    if (result == CDS_OK) {
         read->sent = true;
-    else if (result != CDS_BUSY) // an argument: nothing was sent to this servo
-        answered(read, (uint8_t)result);
+    } else if (result != CDS_BUSY) { // an argument: nothing was sent to this servo
+        read->answers[read->next].result = (uint8_t)result;
+        done(read, (uint8_t)result);
+    }
+}
+
+/* The exchange is over. The next one is first, as the bus is idle meanwhile. */
+static void exchange_ended(struct cds_group_read *read)
+{
+    uint8_t result = read->request->result, error = read->request->error, ended = read->next;
+    bool answers = result == CDS_OK;
+    struct cds_group_answer *answer;
+
+    if (answers)
+        result = take_data(read);
+    done(read, result);
+    if (read->next < read->count)
+        send(read);
+    answer = &read->answers[ended];
+    answer->result = result;
+    if (answers)
+        answer->error = error;
+    if (result == CDS_OK) {
+        answer->time_us = cds_port_now_us();
+        answer->known = true;
+    }
 }
 
 /* Apart, so that asking while the exchange goes on needs no frame. */
@@ -73,7 +87,7 @@ static __attribute__((noinline)) enum cds_result go_on(struct cds_group_read *re
 {
     if (read->sent)
         exchange_ended(read);
-    if (read->next < read->count)
+    else if (read->next < read->count)
         send(read);
     return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
 }

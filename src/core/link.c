@@ -6,12 +6,13 @@ void cds_link_open(struct cds_link *link, uint8_t port)
     cds_link_abort(link, port);
 }
 
-void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size)
+void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
+                     uint8_t begun)
 {
     link->rx.tail = link->rx.head;
     link->broken = 0;
     __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
-    link->cursor = packet + 1;
+    link->cursor = packet + begun;
     link->last = packet + size - 1;
     link->echo = packet;
     link->state = CDS_LINK_TALKING; // before the verb: its first event may come at once

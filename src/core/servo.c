@@ -38,7 +38,7 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
                                uint8_t address, uint8_t length)
 {
     uint8_t result;
-    bool begun;
+    uint8_t begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
