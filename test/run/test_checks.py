@@ -137,10 +137,9 @@ class Headers(unittest.TestCase):
         self.assertIn("cds_setup_lock_begin: its result CDS_LIMIT", self.check("setup.h")[1])
 
     def test_a_result_of_a_static_function_that_is_handed_on(self):
-        self.missing("src/core/packet.c", "    parameters = open(packet, id, instruction, (uint8_t)",
-                     "    if (!length) return CDS_HELD;\n    parameters = open(packet, id, instruction,"
-                     " (uint8_t)", "cds_packet_write: its result CDS_HELD",
-                     "include/cds55xx/packet.h")
+        self.missing("src/core/packet.c", "    if (claim(packet, (uint8_t)(length + 1u))",
+                     "    if (!length) return CDS_HELD;\n    if (claim(packet, (uint8_t)(length + 1u))",
+                     "cds_packet_write: its result CDS_HELD", "include/cds55xx/packet.h")
 
     def test_a_result_that_a_call_in_flight_ends_with(self):
         self.missing("src/core/group_move.c", "    move->reason = result;",
