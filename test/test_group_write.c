@@ -196,7 +196,7 @@ void test_bad_arguments_are_refused(void)
     cds_group_write_begin(&group, &bus, &request, ids, 60, 0x2F, 4, data);
     assert_refused(CDS_BAD_ARGUMENT);
     begin(60, 4);
-    bus.byte_time_us = 0; // not open
+    bus = (struct cds_bus){.port = 0}; // not open
     assert_refused(CDS_BAD_ARGUMENT);
 }
 
