@@ -428,7 +428,7 @@ static void knocked(struct cds_diagnose *diagnose)
     const struct cds_diagnose_tally *series = &diagnose->series;
 
     diagnose->ping = *series;
-    if (series->answered || series->damaged) {
+    if (series->answered || series->damaged > diagnose->late) { // else it was whole in the end
         diagnose->found_id = diagnose->target;
         enter(diagnose, SAME);
     } else if (diagnose->late) {

@@ -197,7 +197,7 @@ class Diagnose(unittest.TestCase):
     def test_slow(self):
         self.assertEqual(self.runs("r 2\nw 1 5 254\nd 1\nr 508\nd 1\n"), ["SLOW", "OK"])
         self.assertEqual(self.found[0]["value"], 508)
-        for us in (200, 900):
+        for us in (180, 200, 210, 220, 240, 260, 280, 900): # amid the reply, or before it
             self.assertEqual(self.runs("w 1 5 254\nd 1\n", "1", f"quirk 1 extra_turnaround_us {us}"),
                              ["SLOW"])
             self.assertEqual(self.found[0]["value"], 0)
