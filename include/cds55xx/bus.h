@@ -187,11 +187,13 @@ struct cds_bus {
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
- * (`baud` 0 to 254) and listens. `port` is not checked: it must be the number this very bus was
- * bound to (on an AVR by CDS_AVR_BUS(bus, port)). There a number the board does not have works the
- * registers of port 0, one that no bus is bound to restarts the program at the first interrupt, and
- * one bound to another bus mixes up the two. Counters start at 0. Requests in flight or waiting, if
- * the bus was open already, end as CDS_CANCELLED, without on_end. */
+ * (`baud` 0 to 254) and listens. What went on on the line before is not known: who opens it amid
+ * the talk of others waits for two byte times before the first request. `port` is not checked: it
+ * must be the number this very bus was bound to (on an AVR by CDS_AVR_BUS(bus, port)). There a
+ * number the board does not have works the registers of port 0, one that no bus is bound to
+ * restarts the program at the first interrupt, and one bound to another bus mixes up the two.
+ * Counters start at 0. Requests in flight or waiting, if the bus was open already, end as
+ * CDS_CANCELLED, without on_end. */
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
 
 /* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04; counters and

@@ -5,6 +5,7 @@
 #include <cds55xx/servo.h>
 #include <cds55xx/wait.h>
 #include <cds55xx_avr.h>
+#include <util/delay.h>
 
 #include "say.h"
 
@@ -58,6 +59,7 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    _delay_us(50); // what went on on the line before is not known
     cds_bus_set_return_delay(&bus, 2);
     cds_wait_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 1);
     for (uint16_t round = 0; round < ROUNDS; round++) {

@@ -234,9 +234,10 @@ class SeveralBuses(unittest.TestCase):
             self.simulate(delay, 40, 3)
 
     def test_two_buses_go_on_undisturbed_while_the_third_is_dead(self):
-        clean = self.simulate(1, 2, 3)
+        # At the factory's return delay the handlers of one bus may hold up the turnaround of another.
+        clean = self.simulate(5, 2, 3)
         for fault in ["1:stuck low", "1:stuck high", "1:brownout 2 5000"]:
-            run = self.simulate(1, 2, 3, "--fault", fault)
+            run = self.simulate(5, 2, 3, "--fault", fault)
             self.assertEqual(run.status, 0, run.output)
             for number in (0, 2):
                 bus, before = run.buses[number], clean.buses[number]
@@ -269,7 +270,6 @@ class SeveralBuses(unittest.TestCase):
             self.assertNotIn("sts", before[before.index("cli"):])  # of SREG, or to elsewhere
 
     def test_a_bus_that_flips_bits_fails_alone(self):
-        # At the factory's return delay the handlers of one bus may hold up the turnaround of another.
         run = self.simulate(25, 2, 3, "--fault", "1:noise 500")
         self.assertEqual(run.status, 0, run.output)
         for number in (0, 2):
