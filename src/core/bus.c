@@ -579,13 +579,26 @@ static APART bool end_well(struct cds_bus *bus)
     return finish(bus, CDS_OK);
 }
 
-static bool take(struct cds_bus *bus, uint8_t end);
+/* The reply is taken, up to the checksum at `at` of the ring. */
+static APART bool accept(struct cds_bus *bus, uint8_t at)
+{
+    bus->link.rx.tail = (uint8_t)(at + 1u); // and the parser has seen nothing behind it
+    bus->owed = false;
+    return end_well(bus);
+}
 
-/* A search has found the reply. */
+/* A search has found the reply, all of it. */
 static APART bool take_found(struct cds_bus *bus)
 {
+    struct cds_request *request = bus->request;
+    uint8_t *to = request->packet.bytes;
+    uint8_t at = (uint8_t)(bus->at + 1u); // behind ERROR
+
     bus->closing = false;
-    return take(bus, (uint8_t)(bus->at + bus->left));
+    request->error = bus->parser.error;
+    for (uint8_t left = request->length; left; left--)
+        *to++ = bus->link.rx.bytes[at++ & (CDS_RING_SIZE - 1)];
+    return accept(bus, at);
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -680,9 +693,7 @@ static APART bool end_taking(struct cds_bus *bus)
 
     if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)]))
         return search(bus);
-    bus->link.rx.tail = (uint8_t)(at + 1u); // and the parser has seen nothing behind it
-    bus->owed = false;
-    return end_well(bus);
+    return accept(bus, at);
 }
 
 /* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
