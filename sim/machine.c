@@ -6,6 +6,8 @@
 
 #include <simavr/avr_watchdog.h>
 
+#include "flags.h"
+
 #define DATA_SPACE 0x10000u // what an AVR's pointers can reach
 #define SOON       16       // cycles: enter a vector without a handler and jump to 0
 
@@ -252,6 +254,9 @@ bool machine_init(struct machine *machine, struct schedule *schedule, const char
     avr->sleep = sleep_callback;
     machine->run = avr->run;
     cpu_init(&machine->cpu, avr, exact);
+    if (exact) {
+        flags_init(avr);
+    }
     eeprom_init(&machine->eeprom, avr, schedule, exact);
     watch_resets(machine);
     schedule->on_earlier = head_moved;

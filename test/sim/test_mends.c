@@ -93,6 +93,17 @@ void test_txcie_fires_when_txc_is_set_already(void)
     TEST_ASSERT_EQUAL_INT(1, figure(&stock, "flag"));
 }
 
+void test_a_flag_of_a_timer_is_cleared_alone(void)
+{
+    run_both("timer_flags");
+    TEST_ASSERT_EQUAL_HEX8(0x14, figure(&exact, "before"));
+    TEST_ASSERT_EQUAL_HEX8(0x04, figure(&exact, "after"));
+    TEST_ASSERT_EQUAL_INT(1, figure(&exact, "interrupts"));
+    TEST_ASSERT_EQUAL_HEX8(0x14, figure(&stock, "before"));
+    TEST_ASSERT_EQUAL_HEX8(0x00, figure(&stock, "after"));
+    TEST_ASSERT_EQUAL_INT(0, figure(&stock, "interrupts"));
+}
+
 void test_rxc_interrupts_as_long_as_it_is_set(void)
 {
     run_both("rx_level");
