@@ -31,23 +31,25 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
+#define STEP_US 50 // of time in which nobody is on the line
+
+/* The main loop for so long. */
 static void run(uint32_t us)
 {
-    while (us--) {
+    uint32_t begin_us = port_fake.now_us;
+
+    while (port_fake.now_us - begin_us < us) {
         torque_wire(&bus);
         cds_bus_poll(&bus);
         robot_poll(&robot);
+        if (!bus.request && !wire.answering)
+            port_fake.now_us += STEP_US;
     }
 }
 
-/* The main loop for a long time in which little happens. */
 static void wait_ms(uint16_t ms)
 {
-    while (ms--) {
-        if (!bus.request) // time does not leap over an exchange
-            port_fake.now_us += 500;
-        run(bus.request ? 1000 : 500);
-    }
+    run(1000ul * ms);
 }
 
 static void meet(uint8_t id)
