@@ -223,10 +223,12 @@ sim: build/host/cds55xx-sim
 demo: build/atmega128/controller.elf build/host/cds55xx-sim
 	@scripts/demo.sh
 
-## run: BOARD's firmware and 18 servos in real time; its console is a pty: Ctrl-C ends it
+SERVOS ?= 1-18
+
+## run: BOARD's firmware and servos (SERVOS=1-18) in real time; its console is a pty: Ctrl-C ends it
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
-	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos 1-18 --host pty
+	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --host pty
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed

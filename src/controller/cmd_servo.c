@@ -46,6 +46,8 @@ uint8_t move_begin(struct console *console)
 
     if (result == 0 && line->numbers == 2)
         result = take_raw(console, 1, CDS_UNIT_MRPM);
+    if (result == 0 && robot_cycles(console->robot, line->id))
+        result = ERROR_CYCLE; // whose goals come 4 ms later
     if (result)
         return result;
     if (line->id != CDS_BROADCAST_ID)
@@ -59,15 +61,16 @@ uint8_t move_begin(struct console *console)
 static void look(struct console *console)
 {
     const uint8_t *bytes = console->line.request->packet.bytes;
+    bool off = bytes[LOOK_SIZE - 1] == 0;
 
     if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
         console->error = ERROR_ENDLESS;
         return;
     }
-    if (bytes[LOOK_SIZE - 1] == 0)
-        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
     console->error =
         servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
+    if (off && console->error == 0)
+        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
 }
 
 bool move_poll(struct console *console)
@@ -86,6 +89,8 @@ uint8_t turn_begin(struct console *console)
     static const uint8_t no_limits[4];
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
+    if (error == 0 && robot_cycles(console->robot, console->line.id))
+        error = ERROR_CYCLE;
     if (error)
         return error;
     return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, sizeof no_limits);

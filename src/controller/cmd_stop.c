@@ -41,19 +41,26 @@ bool stop_poll(struct console *console)
 uint8_t release_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    struct cds_roster_servo *servo = NULL;
+    struct cds_roster *roster = &robot->crew.roster;
+    struct cds_roster_servo *servo = roster->servos;
+    uint8_t id = console->line.id, error = ERROR_NOT_KNOWN;
 
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
-    if (console->line.id != CDS_BROADCAST_ID) {
-        servo = console_servo(console);
-        if (servo == NULL)
-            return ERROR_NOT_KNOWN;
-    } else {
+    if (console->keeper->link_lost)
+        return ERROR_LINK_LOST;
+    if (id == CDS_BROADCAST_ID) {
         crew_unhold(&robot->crew);
+        cds_roster_release(roster, NULL);
+        return 0;
     }
-    cds_roster_release(&robot->crew.roster, servo);
-    return 0;
+    for (uint8_t left = roster->count; left; left--, servo++) {
+        if (servo->id == id) { // two may have it
+            cds_roster_release(roster, servo);
+            error = 0;
+        }
+    }
+    return error;
 }
 
 /* ---- limits ---- */

@@ -55,6 +55,7 @@
       "the older settings still hold; try again, or replace the chip")                             \
     X(ERROR_SAVING, 63, "settings are being saved", "try again in 0.2 s")                          \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
+    X(ERROR_LINK_LOST, 65, "the host link was lost", "'clear' once that is seen to")               \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
       "it does not know the instruction, or ACTION found nothing registered")                      \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \

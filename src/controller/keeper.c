@@ -13,7 +13,7 @@ void keeper_begin(struct keeper *keeper, uint8_t reset_cause)
 void keeper_heard(struct keeper *keeper)
 {
     keeper->heard_us = cds_port_now_us();
-    keeper->watching = keeper->settings->link_loss_ms != 0;
+    keeper->watching = true;
 }
 
 bool keeper_follow(struct keeper *keeper)
@@ -40,7 +40,6 @@ static void watch_rate(struct keeper *keeper)
 /* Torque off comes with a hold: or the next goal would switch torque on again. */
 static void lose_link(struct keeper *keeper)
 {
-    keeper->watching = false;
     keeper->link_lost = true;
     if (keeper->settings->link_loss_action == KEEPER_TORQUE_OFF)
         robot_stop(keeper->robot);
@@ -52,10 +51,8 @@ static void watch_link(struct keeper *keeper)
 {
     uint32_t limit_us = keeper->settings->link_loss_ms * (uint32_t)1000;
 
-    if (limit_us == 0)
-        keeper->watching = false; // armed anew, it waits for the host's next byte
-    else if (keeper->watching && !keeper->link_lost &&
-             cds_port_now_us() - keeper->heard_us >= limit_us)
+    if (limit_us && keeper->watching && !keeper->link_lost &&
+        cds_port_now_us() - keeper->heard_us >= limit_us)
         lose_link(keeper);
 }
 
@@ -107,6 +104,6 @@ bool keeper_clear(struct keeper *keeper)
             cds_roster_release(roster, servo);
     cds_roster_acknowledge(roster, NULL);
     keeper->link_lost = false;
-    keeper->watching = false;
+    keeper_heard(keeper); // who has asked for this is there
     return true;
 }

@@ -40,7 +40,7 @@ struct keeper {
     uint8_t next;         // servo of the robot whose alarms are looked at next
     uint8_t alarm_id;     // whose `alarm` it is
     uint8_t alarm;        // to be told now: CDS_ERROR_* bits, or 0; who has told them clears them
-    bool watching;        // the host has been heard since the watch was armed
+    bool watching;        // the host has been heard since the reset
     bool link_lost;       // until keeper_clear()
     bool unsettled;       // what the settings say of the bus is not in force yet
     uint8_t told[ROBOT_SERVOS]; // alarms told, of each servo
@@ -62,8 +62,8 @@ void keeper_poll(struct keeper *keeper);
 bool keeper_follow(struct keeper *keeper);
 
 /* Alarms and the loss of the link are seen to; servos that were held for it or for a stop, and for
- * nothing else, may be driven again. Nothing is sent. The watch begins anew with the next byte of
- * the host. False: torque off is under way, nothing was done. */
+ * nothing else, may be driven again. Nothing is sent. The watch begins anew. False: torque off is
+ * under way, nothing was done. */
 bool keeper_clear(struct keeper *keeper);
 
 #endif

@@ -22,6 +22,12 @@ bool robot_idle(const struct robot *robot)
     return robot->operation == ROBOT_IDLE && !robot_is_stopping(robot);
 }
 
+bool robot_cycles(const struct robot *robot, uint8_t id)
+{
+    return robot->operation == ROBOT_CYCLE &&
+           (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
+}
+
 uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
 {
     if (robot_is_stopping(robot))

@@ -102,6 +102,10 @@ bool robot_is_exclusive(const struct robot *robot);
 /* Nothing to do but the state check, which may wait for the next interrupt? */
 bool robot_idle(const struct robot *robot);
 
+/* Is a cycle running that sets the goal of servo `id`, 0 to 253, or of any if it is
+ * CDS_BROADCAST_ID? */
+bool robot_cycles(const struct robot *robot, uint8_t id);
+
 /* Prepares `work` for an operation that is then begun in it. 0; ERROR_CYCLE, ERROR_STOPPED: a cycle
  * or a stop is under way. */
 uint8_t robot_claim(struct robot *robot, enum robot_operation operation);

@@ -164,6 +164,14 @@ class HostLink(unittest.TestCase):
             self.assertFalse([p for p in sent if p.startswith("FF FF 01 05 03 1E 90 01")])
             self.assertEqual(len(sent), 7)
 
+    def test_the_watch_begins_with_the_line_that_sets_it_and_anew_with_clear(self):
+        for ms in (0, 1, 33, 100):
+            self.run_script(f"scan\n@wait {ms}\nsettings link_loss_ms 50\n@wait 200\nstatus\n"
+                            "@expect text host link: lost\n! release\n"
+                            "@expect text error 65: the host link was lost\n! release 1\n"
+                            "! write 1 GOAL_POSITION 400\nclear\n@wait 200\nstatus\n"
+                            "@expect text host link: lost\n", "atmega128")
+
     def test_torque_off_goes_out_three_times_and_is_verified(self):
         for board in BOARDS:
             run = self.run_script(
