@@ -31,19 +31,26 @@ enum gather_turn {
     GATHER_DONE,   // over
 };
 
+enum gather_other {
+    GATHER_ENDED,  // its reply is there, or none
+    GATHER_LEAVES, // ... and goes to the host
+    GATHER_LEFT,   // ... and is gone
+    GATHER_READY,  // to be sent to the next servo, if there is one
+};
+
 /* All state of it. Fields without a word are its own. */
 struct gather {
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
-    struct cds_request read[2]; // in turn: of one the reply leaves, the other is
-    struct cds_request *asked;  // ... what was asked last
+    struct cds_request read[2]; // in turn
+    struct cds_request *asked;  // what was asked last; how far the other one is:
+    uint8_t other;              // enum gather_other
     uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_MAX + ANSWER_BEHIND];
     struct answer out;   // of a BULK READ: what is on its way to the host
-    bool sending;        // `out` is not all in the ring
     bool bulk;           // else a SYNC READ
     uint8_t *to;         // of a SYNC READ: data of the servo asked; of the status packet, with ...
-    const uint8_t *next; // what is asked of whom, from the servo asked next on
+    const uint8_t *next; // what is asked of whom, from the READ built next on
     uint8_t left;        // servos that have not answered
     uint8_t address, each;
     uint8_t device_id;

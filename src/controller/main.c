@@ -19,11 +19,8 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* So many servos are read, one behind the other, before the rest of a turn is due, */
-#define SELDOM 16
-
-/* ... and one is waited for so often. */
-#define POLLS 16
+/* While servo after servo is read, bus and bridge are polled so often before the rest of a turn. */
+#define POLLS 255
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -191,20 +188,15 @@ static void poll_console(void)
     send_to_host();
 }
 
-/* Servo after servo is read: nothing comes between a reply and the READ of the next one. The reply
- * before leaves for the host as soon as the READ has left. */
-static void poll_hurriedly(void)
+/* What the bridge says leaves at once. */
+static void poll_bus(void)
 {
-    uint8_t left = SELDOM;
+    uint8_t left = POLLS;
 
     do {
-        for (uint8_t patience = UINT8_MAX; // 2300 cycles: a READ takes 1280
-             patience && controller.bus.link.state != CDS_LINK_LISTENING; patience--)
-            ;
-        send_to_host();
-        for (uint8_t polls = POLLS; polls && cds_bus_poll(&controller.bus); polls--)
-            ;
+        cds_bus_poll(&controller.bus);
         poll_bridge();
+        send_to_host();
     } while (bridge_hurries(&controller.bridge) && --left);
 }
 
@@ -218,11 +210,7 @@ __attribute__((noinline)) static void turn(void)
 
     watchdog_pet();
     controller.turns++;
-    if (bridge_hurries(&controller.bridge))
-        poll_hurriedly();
-    cds_bus_poll(&controller.bus);
-    poll_bridge();
-    send_to_host();
+    poll_bus();
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
