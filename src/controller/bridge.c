@@ -119,8 +119,7 @@ void bridge_poll(struct bridge *bridge)
 
 bool bridge_talks(const struct bridge *bridge)
 {
-    return bridge->state == BRIDGE_ANSWERING ||
-           (bridge->state == BRIDGE_GATHERING && gather_talks(&bridge->gather));
+    return bridge->state == BRIDGE_ANSWERING;
 }
 
 bool bridge_idle(const struct bridge *bridge)

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "answer.h"
+
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
 #define MISSING    UINT8_MAX // each byte of a servo that failed
@@ -151,7 +153,7 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
 {
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->bytes[i] + ANSWER_BEFORE;
+        gather->read[i].packet.bytes = gather->bytes[i];
         gather->read[i].packet.room = CDS_REPLY_MAX;
         gather->read[i].on_end = on_end;
         gather->read[i].owner = gather;
@@ -162,7 +164,7 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
     gather->device_id = device_id;
     gather->asked = gather->read;
-    gather->other = GATHER_LEAVES; // nothing does
+    gather->other = GATHER_SPENT;
     device_forget_failures(gather->device);
     if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
         begin_sync(gather, packet);
@@ -207,14 +209,17 @@ static void keep(struct gather *gather, const struct cds_request *read)
     gather->to += each;
 }
 
-static void hand_over(struct gather *gather, const struct cds_request *read)
+/* False: the host has not taken enough yet. */
+static bool hand_over(struct gather *gather, const struct cds_request *read)
 {
     if (!gather->bulk)
         keep(gather, read);
     else if (read->result == CDS_OK)
-        answer_begin(&gather->out, read->id, read->error, read->packet.bytes, read->length);
+        return answer_at_once(gather->output, read->id, read->error, read->packet.bytes,
+                              read->length);
     else
         device_note_failure(gather->device, read->id);
+    return true;
 }
 
 /* The servo asked, unless its end is seen to by the bus. */
@@ -231,25 +236,19 @@ static void look_after(struct gather *gather)
 enum gather_turn gather_poll(struct gather *gather)
 {
     switch (gather->other) {
-    case GATHER_ENDED: hand_over(gather, other_of(gather)); // fall through
-    case GATHER_LEAVES:
-        gather->other = answer_put(&gather->out, gather->output) ? GATHER_LEFT : GATHER_LEAVES;
-        return GATHER_MORE;
-    case GATHER_LEFT:
+    case GATHER_ENDED:
+        if (hand_over(gather, other_of(gather)))
+            gather->other = GATHER_SPENT;
+        break;
+    case GATHER_SPENT:
         if (gather->left > 1)
             build(gather, other_of(gather));
         gather->other = GATHER_READY;
-        return GATHER_MORE;
-    default: break;
-    }
-    if (gather->left) {
+        break;
+    default:
+        if (!gather->left)
+            return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
         look_after(gather);
-        return GATHER_MORE;
     }
-    return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
-}
-
-bool gather_talks(const struct gather *gather)
-{
-    return gather->other == GATHER_LEAVES;
+    return GATHER_MORE;
 }

@@ -17,9 +17,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "answer.h"      // struct answer
-#include "cds55xx/bus.h" // struct cds_request
-#include "device.h"      // struct device
+#include "cds55xx/bus.h"  // struct cds_request
+#include "cds55xx/ring.h" // struct cds_ring
+#include "device.h"       // struct device
 
 #define GATHER_SYNC_READ    0x84
 #define GATHER_BULK_READ    0x92
@@ -32,10 +32,9 @@ enum gather_turn {
 };
 
 enum gather_other {
-    GATHER_ENDED,  // its reply is there, or none
-    GATHER_LEAVES, // ... and goes to the host
-    GATHER_LEFT,   // ... and is gone
-    GATHER_READY,  // to be sent to the next servo, if there is one
+    GATHER_ENDED, // its reply is there, or none
+    GATHER_SPENT, // ... and was handed over
+    GATHER_READY, // to be sent to the next servo, if there is one
 };
 
 /* All state of it. Fields without a word are its own. */
@@ -46,8 +45,7 @@ struct gather {
     struct cds_request read[2]; // in turn
     struct cds_request *asked;  // what was asked last; how far the other one is:
     uint8_t other;              // enum gather_other
-    uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_MAX + ANSWER_BEHIND];
-    struct answer out;   // of a BULK READ: what is on its way to the host
+    uint8_t bytes[2][CDS_REPLY_MAX];
     bool bulk;           // else a SYNC READ
     uint8_t *to;         // of a SYNC READ: data of the servo asked; of the status packet, with ...
     const uint8_t *next; // what is asked of whom, from the READ built next on
@@ -70,9 +68,6 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
 
 /* Moves on; behind cds_bus_poll(). */
 enum gather_turn gather_poll(struct gather *gather);
-
-/* Is a status packet partly in the ring? */
-bool gather_talks(const struct gather *gather);
 
 /* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
  * CDS_REPLY_MAX. Manual: 2.4, R1. */

@@ -152,7 +152,7 @@ static void send_to_host(void)
     const struct cds_link *link = &controller.bus.link;
 
     if (link->state == CDS_LINK_LISTENING ||
-        (link->state == CDS_LINK_TALKING && (uint8_t)(link->last - link->cursor) > 1))
+        (link->state == CDS_LINK_TALKING && (uint8_t)(link->last - link->cursor)))
         serial_send(&controller.serial);
 }
 
