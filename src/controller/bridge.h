@@ -56,7 +56,8 @@ void bridge_poll(struct bridge *bridge);
 /* Is a status packet partly in the ring? Then nothing else may be put there. */
 bool bridge_talks(const struct bridge *bridge);
 
-/* Servo after servo is read: the sooner bridge_poll() is called again, the sooner it is over. */
+/* Servo after servo is read: the sooner cds_bus_poll() and bridge_poll() are called again, the
+ * sooner it is over. */
 static inline bool bridge_hurries(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_GATHERING;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "answer.h"
+#include "apart.h"
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
@@ -125,6 +126,39 @@ static void send(struct cds_bus *bus, struct cds_request *read)
         read->result = (uint8_t)result;
 }
 
+/* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
+ * registers for it. */
+static APART void keep(struct gather *gather, const struct cds_request *read)
+{
+    uint8_t each = gather->each;
+    bool good = read->result == CDS_OK && read->length == each;
+
+    if (!good)
+        device_note_failure(gather->device, read->id);
+    if (gather->bulk)
+        return;
+    if (good) {
+        memcpy(gather->to, read->packet.bytes, each);
+    } else {
+        memset(gather->to, MISSING, each);
+        gather->error = GATHER_ERROR_FAILED;
+    }
+    gather->to += each;
+}
+
+/* What has come of the READ that has ended; not yet, if the host has no room. */
+static void hand_over(struct gather *gather)
+{
+    const struct cds_request *read = other_of(gather);
+
+    if (!gather->bulk || read->result != CDS_OK)
+        keep(gather, read);
+    else if (!answer_at_once(gather->output, read->id, read->error, read->packet.bytes,
+                             read->length))
+        return;
+    gather->other = GATHER_SPENT;
+}
+
 /* The servo asked has ended: the next one is asked before anything else, unless the host has not
  * taken the reply before this one yet. In a BULK READ the others would wait in vain for one that
  * failed. */
@@ -141,6 +175,7 @@ static void go_on(struct gather *gather)
         gather->left = 0;
     if (gather->left)
         send(gather->bus, next);
+    hand_over(gather); // while the next one is asked
 }
 
 static void on_end(struct cds_request *ended)
@@ -194,34 +229,6 @@ static void obey(struct gather *gather, struct cds_request *read)
     read->result = CDS_OK;
 }
 
-/* Of a SYNC READ. */
-static void keep(struct gather *gather, const struct cds_request *read)
-{
-    uint8_t each = gather->each;
-
-    if (read->result == CDS_OK && read->length == each) {
-        memcpy(gather->to, read->packet.bytes, each);
-    } else {
-        memset(gather->to, MISSING, each);
-        gather->error = GATHER_ERROR_FAILED;
-        device_note_failure(gather->device, read->id);
-    }
-    gather->to += each;
-}
-
-/* False: the host has not taken enough yet. */
-static bool hand_over(struct gather *gather, const struct cds_request *read)
-{
-    if (!gather->bulk)
-        keep(gather, read);
-    else if (read->result == CDS_OK)
-        return answer_at_once(gather->output, read->id, read->error, read->packet.bytes,
-                              read->length);
-    else
-        device_note_failure(gather->device, read->id);
-    return true;
-}
-
 /* The servo asked, unless its end is seen to by the bus. */
 static void look_after(struct gather *gather)
 {
@@ -236,10 +243,7 @@ static void look_after(struct gather *gather)
 enum gather_turn gather_poll(struct gather *gather)
 {
     switch (gather->other) {
-    case GATHER_ENDED:
-        if (hand_over(gather, other_of(gather)))
-            gather->other = GATHER_SPENT;
-        break;
+    case GATHER_ENDED: hand_over(gather); break;
     case GATHER_SPENT:
         if (gather->left > 1)
             build(gather, other_of(gather));

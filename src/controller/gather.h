@@ -38,21 +38,21 @@ enum gather_other {
 };
 
 /* All state of it. Fields without a word are its own. */
-struct gather {
+struct gather { // the buffers last: what is near costs less to reach
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
-    struct cds_request read[2]; // in turn
-    struct cds_request *asked;  // what was asked last; how far the other one is:
-    uint8_t other;              // enum gather_other
-    uint8_t bytes[2][CDS_REPLY_MAX];
-    bool bulk;           // else a SYNC READ
-    uint8_t *to;         // of a SYNC READ: data of the servo asked; of the status packet, with ...
-    const uint8_t *next; // what is asked of whom, from the READ built next on
-    uint8_t left;        // servos that have not answered
+    struct cds_request *asked; // what was asked last; how far the other one is:
+    uint8_t other;             // enum gather_other
+    bool bulk;                 // else a SYNC READ
+    uint8_t left;              // servos that have not answered
     uint8_t address, each;
     uint8_t device_id;
-    uint8_t error, length; // ... of GATHER_ANSWER
+    uint8_t error, length;      // ... of GATHER_ANSWER
+    uint8_t *to;                // of a SYNC READ: data of the servo asked; of the status packet
+    const uint8_t *next;        // what is asked of whom, from the READ built next on
+    struct cds_request read[2]; // in turn
+    uint8_t bytes[2][CDS_REPLY_MAX];
 };
 
 /* Once. */
@@ -68,6 +68,13 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
 
 /* Moves on; behind cds_bus_poll(). */
 enum gather_turn gather_poll(struct gather *gather);
+
+/* Is there nothing to do before the servo asked has answered? */
+static inline bool gather_waits(const struct gather *gather)
+{
+    return gather->other == GATHER_READY && gather->asked->result == CDS_PENDING &&
+           gather->asked->id != gather->device_id;
+}
 
 /* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
  * CDS_REPLY_MAX. Manual: 2.4, R1. */

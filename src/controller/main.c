@@ -19,8 +19,8 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* While servo after servo is read, bus and bridge are polled so often before the rest of a turn. */
-#define POLLS 255
+/* While servo after servo is read, the bus is polled so often before the rest of a turn: 5 ms. */
+#define POLLS 1000
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -145,14 +145,12 @@ static void open(void)
 }
 
 /* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
- * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. Bytes
- * to go are counted modulo 256, which errs on the safe side. */
+ * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. They
+ * take 140 cycles; while the last byte is still to be given, that end is two byte times away, 320
+ * cycles at 1 Mbps. */
 static void send_to_host(void)
 {
-    const struct cds_link *link = &controller.bus.link;
-
-    if (link->state == CDS_LINK_LISTENING ||
-        (link->state == CDS_LINK_TALKING && (uint8_t)(link->last - link->cursor)))
+    if (controller.bus.link.state != CDS_LINK_DRAINING)
         serial_send(&controller.serial);
 }
 
@@ -191,13 +189,16 @@ static void poll_console(void)
 /* What the bridge says leaves at once. */
 static void poll_bus(void)
 {
-    uint8_t left = POLLS;
+    const struct bridge *bridge = &controller.bridge;
+    uint16_t left = POLLS;
 
     do {
-        cds_bus_poll(&controller.bus);
-        poll_bridge();
+        bool more = cds_bus_poll(&controller.bus);
+
         send_to_host();
-    } while (bridge_hurries(&controller.bridge) && --left);
+        if (!more || !bridge_hurries(bridge) || !gather_waits(&bridge->gather))
+            poll_bridge();
+    } while (bridge_hurries(bridge) && --left);
 }
 
 /* The main loop's body: the bus and who uses it in each turn, for goals are due at their time. So a
