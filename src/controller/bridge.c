@@ -121,7 +121,8 @@ void bridge_poll(struct bridge *bridge)
 
 bool bridge_talks(const struct bridge *bridge)
 {
-    return bridge->state == BRIDGE_ANSWERING;
+    return bridge->state == BRIDGE_ANSWERING ||
+           (bridge->state == BRIDGE_GATHERING && gather_talks(&bridge->gather));
 }
 
 bool bridge_idle(const struct bridge *bridge)

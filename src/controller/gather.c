@@ -61,17 +61,18 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
 {
     uint8_t left = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     const uint8_t *item = packet + CDS_AT_PARAMETERS + 1;
+    uint8_t servos = 0;
 
     gather->bulk = true;
     gather->next = item;
-    gather->left = 0;
     for (; left >= BULK_ITEM && left <= DATA_MAX; left = (uint8_t)(left - BULK_ITEM)) {
         if (item[1] > CDS_ID_MAX)
             return false;
         item += BULK_ITEM;
-        gather->left++;
+        servos++;
     }
-    return left == 0 && gather->left;
+    gather->left = servos;
+    return left == 0 && servos;
 }
 
 static struct cds_request *other_of(struct gather *gather)

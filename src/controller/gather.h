@@ -69,6 +69,12 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
 /* Moves on; behind cds_bus_poll(). */
 enum gather_turn gather_poll(struct gather *gather);
 
+/* Does a status packet wait for room in the ring? */
+static inline bool gather_talks(const struct gather *gather)
+{
+    return gather->other == GATHER_ENDED;
+}
+
 /* Is there nothing to do before the servo asked has answered? */
 static inline bool gather_waits(const struct gather *gather)
 {

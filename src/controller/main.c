@@ -186,18 +186,19 @@ static void poll_console(void)
     send_to_host();
 }
 
-/* What the bridge says leaves at once. */
+/* What the bridge has to say leaves at once. A reply is in the ring already when cds_bus_poll()
+ * returns. */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
     uint16_t left = POLLS;
 
     do {
-        bool more = cds_bus_poll(&controller.bus);
-
+        if (cds_bus_poll(&controller.bus) && bridge_waits(bridge))
+            continue;
         send_to_host();
-        if (!more || !bridge_hurries(bridge) || !gather_waits(&bridge->gather))
-            poll_bridge();
+        poll_bridge();
+        send_to_host();
     } while (bridge_hurries(bridge) && --left);
 }
 
