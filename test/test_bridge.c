@@ -705,7 +705,8 @@ void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
     SAY(254, BULK_READ, 0);
     SAY(254, BULK_READ, 0, 1, 1);
     SAY(254, BULK_READ, 0, 1, 254, 3);
-    TEST_ASSERT_EQUAL_UINT16(3, bridge.counters.refused);
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1);
+    TEST_ASSERT_EQUAL_UINT16(4, bridge.counters.refused);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
 }
