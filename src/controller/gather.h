@@ -48,8 +48,8 @@ struct gather { // the buffers last: what is near costs less to reach
     uint8_t left;              // servos that have not answered
     uint8_t address, each;
     uint8_t device_id;
-    uint8_t error, length;      // ... of GATHER_ANSWER
-    uint8_t *to;                // of a SYNC READ: data of the servo asked; of the status packet
+    uint8_t error, length;      // of GATHER_ANSWER
+    uint8_t *to;                // of a SYNC READ: where the next data of the status packet go
     const uint8_t *next;        // what is asked of whom, from the READ built next on
     struct cds_request read[2]; // in turn
     uint8_t bytes[2][CDS_REPLY_MAX];
