@@ -19,8 +19,9 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* While servo after servo is read, the bus is polled so often before the rest of a turn: 5 ms. */
-#define POLLS 1000
+/* While servo after servo is read, the bus is polled so often before the rest of a turn: 5 ms at
+ * the most, at 1 Mbps. */
+#define POLLS 250
 
 /* Of so many turns one looks after host link, alarms and memory, while there is other work. */
 #define KEPT_TURNS 8
@@ -191,7 +192,7 @@ static void poll_console(void)
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
-    uint16_t left = POLLS;
+    uint8_t left = POLLS;
 
     do {
         if (cds_bus_poll(&controller.bus) && bridge_waits(bridge))
