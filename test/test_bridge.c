@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "bridge.h"
+#include "cds55xx/control_table.h"
 #include "cds55xx/servo.h"
 #include "eeprom_fake.h"
 #include "port_fake.h"
@@ -600,6 +601,87 @@ void test_bulk_read_hands_over_each_reply_while_the_next_servo_is_asked(void)
     TEST_ASSERT_TRUE(bridge_idle(&bridge));
 }
 
+void test_the_next_servo_is_asked_by_the_poll_that_ends_the_reply(void)
+{
+    SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, 2, 3);
+    TEST_ASSERT_TRUE(sent());
+    turns(3);
+    fill(8, 0);
+    port_fake_answer(&bus.link, 1, 0, data, 8);
+    for (uint8_t i = 0; i < 3; i++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
+    TEST_ASSERT_EQUAL_UINT8(14, cds_ring_count(&output));
+    read_and_answer(2, 3, 1, 0, 1);
+}
+
+void test_a_bulk_read_waits_for_a_host_that_does_not_listen(void)
+{
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1, 2, 3, 1, 4, 3);
+    while (cds_ring_put(&output, 'x')) {
+    }
+    for (uint8_t id = 1; id <= 2; id++) {
+        TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+        TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+        port_fake_answer(&bus.link, id, 0, &id, 1);
+        for (uint8_t i = 0; i < 20; i++) {
+            cds_bus_poll(&bus);
+            bridge_poll(&bridge);
+        }
+    }
+    TEST_ASSERT_EQUAL(CDS_LINK_LISTENING, bus.link.state); // there is no place for a third reply
+    TEST_ASSERT_TRUE(bridge_talks(&bridge));               // text is not to take the room
+    turns(20);
+    TEST_ASSERT_EQUAL_UINT16(64 + 7 + 7, heard_size);
+    TEST_ASSERT_EQUAL_UINT8(1, heard[64 + 2]);
+    TEST_ASSERT_EQUAL_UINT8(2, heard[64 + 7 + 2]);
+    heard_size = 0;
+    read_and_answer(4, 3, 1, 0, 1);
+    assert_heard(4, 0, data, 1);
+}
+
+void test_what_the_observer_says_of_a_read_holds(void)
+{
+    bus.observer = &robot.crew.roster.observer;
+    crew_meet(&robot.crew, 2);
+    crew_meet(&robot.crew, 3);
+    robot.servos[0].status_return_level = 0; // answers PING only
+    robot.servos[1].return_delay = 250;      // 500 us
+    cds_bus_set_return_delay(&bus, 2);
+    SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
+    read_and_answer(1, 0x24, 1, 0, 1);
+    TEST_ASSERT_TRUE(sent());
+    turns(250);
+    fill(1, 30);
+    answer(3, 0, data, 1);
+    turns(20);
+    assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\x0A\xFF\x1E", 3);
+    TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
+    TEST_ASSERT_EQUAL_PTR(&robot.crew.roster.observer, bus.observer);
+}
+
+void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
+{
+    static uint8_t bytes[2][16];
+    struct cds_request ping = CDS_REQUEST(bytes[0]), torque = CDS_REQUEST(bytes[1]);
+
+    bus.observer = &robot.crew.roster.observer;
+    crew_meet(&robot.crew, 7);
+    SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
+    cds_servo_ping(&bus, &ping, 7);
+    read_and_answer(1, 0x24, 1, 0, 1);
+    assert_sent(7, CDS_PING, NULL, 0);
+    answer(7, 0, NULL, 0);
+    cds_servo_write(&bus, &torque, 7, CDS_REG_TORQUE_ENABLE, (const uint8_t *)"\1", 1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, torque.result);
+    crew_hold(&robot.crew);
+    read_and_answer(2, 0x24, 1, 0, 1);
+    TEST_ASSERT_EQUAL(CDS_HELD, torque.result);
+    read_and_answer(3, 0x24, 1, 0, 1);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x14\x1E", 3);
+}
+
 void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
 {
     SAY(254, BULK_READ, 0, 1, 1, 3, 1, 9, 3, 1, 2, 3, 1, 4, 3);
@@ -623,7 +705,8 @@ void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
     SAY(254, BULK_READ, 0);
     SAY(254, BULK_READ, 0, 1, 1);
     SAY(254, BULK_READ, 0, 1, 254, 3);
-    TEST_ASSERT_EQUAL_UINT16(3, bridge.counters.refused);
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1);
+    TEST_ASSERT_EQUAL_UINT16(4, bridge.counters.refused);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
 }

@@ -15,7 +15,6 @@ void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *par
     answer->left = (uint16_t)CDS_PACKET_SIZE(length);
 }
 
-/* Here cycles count: this is done while the bus is at work. */
 bool answer_put(struct answer *answer, struct cds_ring *ring)
 {
     const uint8_t *from = answer->from;
@@ -31,4 +30,30 @@ bool answer_put(struct answer *answer, struct cds_ring *ring)
     answer->from = from;
     answer->left = (uint16_t)(answer->left - count);
     return answer->left == 0;
+}
+
+#define PUT(byte) bytes[head++ & (CDS_RING_SIZE - 1)] = (byte)
+
+bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint8_t *parameters,
+                    uint8_t length)
+{
+    uint8_t head = ring->head, sum = (uint8_t)(id + length + CDS_LENGTH_MIN + error);
+    volatile uint8_t *bytes = ring->bytes;
+
+    if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) < CDS_PACKET_SIZE(length))
+        return false;
+    PUT(CDS_HEADER);
+    PUT(CDS_HEADER);
+    PUT(id);
+    PUT((uint8_t)(length + CDS_LENGTH_MIN));
+    PUT(error);
+    for (; length; length--) {
+        uint8_t byte = *parameters++;
+
+        sum = (uint8_t)(sum + byte);
+        PUT(byte);
+    }
+    PUT((uint8_t)~sum);
+    ring->head = head; // behind the bytes it vouches for
+    return true;
 }

@@ -53,13 +53,19 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
 /* Moves on. To be called from the main loop, behind host_poll() and cds_bus_poll(). */
 void bridge_poll(struct bridge *bridge);
 
-/* Is a status packet partly in the ring? Then nothing else may be put there. */
+/* Is a status packet partly in the ring, or waits for room? Then nothing else may be put there. */
 bool bridge_talks(const struct bridge *bridge);
 
 /* Servo after servo is read: the sooner bridge_poll() is called again, the sooner it is over. */
 static inline bool bridge_hurries(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_GATHERING;
+}
+
+/* ... and now cds_bus_poll() alone. */
+static inline bool bridge_waits(const struct bridge *bridge)
+{
+    return bridge_hurries(bridge) && gather_waits(&bridge->gather);
 }
 
 /* Nothing to do but wait for a packet, or for the bus, which wakes the CPU by itself? */

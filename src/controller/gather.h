@@ -17,9 +17,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "answer.h"      // struct answer
-#include "cds55xx/bus.h" // struct cds_request
-#include "device.h"      // struct device
+#include "cds55xx/bus.h"  // struct cds_request
+#include "cds55xx/ring.h" // struct cds_ring
+#include "device.h"       // struct device
 
 #define GATHER_SYNC_READ    0x84
 #define GATHER_BULK_READ    0x92
@@ -31,23 +31,28 @@ enum gather_turn {
     GATHER_DONE,   // over
 };
 
+enum gather_other {
+    GATHER_ENDED, // its reply is there, or none
+    GATHER_SPENT, // ... and was handed over
+    GATHER_READY, // to be sent to the next servo, if there is one
+};
+
 /* All state of it. Fields without a word are its own. */
-struct gather {
+struct gather { // the buffers last: what is near costs less to reach
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
-    struct cds_request read[2]; // in turn: of one the reply leaves, the other is
-    struct cds_request *asked;  // ... what was asked last
-    uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_MAX + ANSWER_BEHIND];
-    struct answer out;   // of a BULK READ: what is on its way to the host
-    bool sending;        // `out` is not all in the ring
-    bool bulk;           // else a SYNC READ
-    uint8_t *to;         // of a SYNC READ: data of the servo asked; of the status packet, with ...
-    const uint8_t *next; // what is asked of whom, from the servo asked next on
-    uint8_t left;        // servos that have not answered
+    struct cds_request *asked; // what was asked last; how far the other one is:
+    uint8_t other;             // enum gather_other
+    bool bulk;                 // else a SYNC READ
+    uint8_t left;              // servos that have not answered
     uint8_t address, each;
     uint8_t device_id;
-    uint8_t error, length; // ... of GATHER_ANSWER
+    uint8_t error, length;      // of GATHER_ANSWER
+    uint8_t *to;                // of a SYNC READ: where the next data of the status packet go
+    const uint8_t *next;        // what is asked of whom, from the READ built next on
+    struct cds_request read[2]; // in turn
+    uint8_t bytes[2][CDS_REPLY_MAX];
 };
 
 /* Once. */
@@ -64,8 +69,18 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
 /* Moves on; behind cds_bus_poll(). */
 enum gather_turn gather_poll(struct gather *gather);
 
-/* Is a status packet partly in the ring? */
-bool gather_talks(const struct gather *gather);
+/* Does a status packet wait for room in the ring? */
+static inline bool gather_talks(const struct gather *gather)
+{
+    return gather->other == GATHER_ENDED;
+}
+
+/* Is there nothing to do before the servo asked has answered? */
+static inline bool gather_waits(const struct gather *gather)
+{
+    return gather->other == GATHER_READY && gather->asked->result == CDS_PENDING &&
+           gather->asked->id != gather->device_id;
+}
 
 /* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
  * CDS_REPLY_MAX. Manual: 2.4, R1. */

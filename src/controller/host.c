@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "apart.h"
 #include "cds55xx/port.h" // cds_port_now_us()
 
 /* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
@@ -20,7 +21,7 @@ static bool is_open(const struct host *host)
     return host->count != 0;
 }
 
-void host_gap(struct host *host)
+APART void host_gap(struct host *host)
 {
     host->counters.gaps++;
     if (host->whole)

@@ -4,6 +4,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "apart.h"
 #include "errors.h"
 
 void robot_begin(struct robot *robot, struct cds_bus *bus)
@@ -42,7 +43,7 @@ uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
     return 0;
 }
 
-static void let_go(struct robot *robot)
+static APART void let_go(struct robot *robot)
 {
     if (robot->operation == ROBOT_CYCLE)
         cds_watch_set_cycle(&robot->watch, NULL);
@@ -154,7 +155,7 @@ bool robot_add(struct robot *robot, uint8_t id)
     return crew_meet(&robot->crew, id);
 }
 
-void robot_yield(struct robot *robot)
+APART void robot_yield(struct robot *robot)
 {
     robot->watch.look_us = robot->watch.seek_us = cds_port_now_us() + ROBOT_REST_US;
 }
