@@ -319,7 +319,7 @@ void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
 void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
 {
     for (uint8_t i = 0; i < sizeof ping + 2; i++)
-        cds_ring_put(&input, i < sizeof ping ? ping[i] : 'x');
+        cds_ring_put(&input, ping[i % sizeof ping]);
     for (uint8_t i = 0; i < 10; i++)
         host_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
@@ -388,6 +388,29 @@ void test_ctrl_x_is_seen_wherever_it_stands_outside_a_packet(void)
     host_gap(&host);
     type("abc\x18");
     TEST_ASSERT_TRUE(host.stop);
+}
+
+void test_a_ctrl_x_behind_a_packet_that_waits_does_not(void)
+{
+    static const char typed[] = "abc\x18"
+                                "de";
+    uint8_t sent[16];
+    uint16_t size = make(sent, 1, 2, false);
+
+    for (uint16_t i = 0; i < size; i++)
+        cds_ring_put(&input, sent[i]);
+    for (uint8_t i = 0; typed[i]; i++)
+        cds_ring_put(&input, (uint8_t)typed[i]);
+    for (uint16_t i = 0; i < size; i++)
+        cds_ring_put(&input, sent[i]);
+    for (uint8_t i = 0; i < 20; i++)
+        host_poll(&host);
+    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.stop);
+    settle();
+    TEST_ASSERT_EQUAL_UINT16(2, packets);
+    assert_said("abc\x18"
+                "de" MARK_DROPPED);
 }
 
 void test_marks_cannot_be_typed(void)

@@ -47,7 +47,7 @@ struct host {
     uint8_t sum;            // of the bytes from the ID on
     uint32_t heard_us;      // when the last byte was taken
     bool stale;             // ... too long ago for what has begun
-    bool whole;             // a packet stands there; nothing is taken until host_take()
+    bool whole;             // a packet stands there; only text is taken until host_take()
     bool typing;            // the text so far ends within a line
     bool suspect;           // ... which may be the rest of a packet that was broken
     bool lost;              // a gap was met; HOST_MARK_LOST is due
