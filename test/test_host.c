@@ -285,6 +285,16 @@ void test_a_silent_packet_gives_free_what_it_had_swallowed(void)
     assert_ping_found(1);
 }
 
+void test_a_silence_drops_one_packet_whatever_had_begun_within_it(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3, 0xFF, 0xFF, 2};
+
+    feed(cut, sizeof cut, 1);
+    pause_us(HOST_SILENCE_US);
+    TEST_ASSERT_TRUE(host_idle(&host));
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.silent);
+}
+
 void test_nothing_is_taken_while_a_packet_waits(void)
 {
     for (uint8_t i = 0; i < 2 * sizeof ping; i++)
