@@ -198,3 +198,24 @@ void test_who_joins_during_a_stop_is_asked_too(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
+
+void test_a_stop_waits_until_a_scan_has_brought_the_bus_back_to_its_rate(void)
+{
+    static const uint8_t elsewhere = 34;
+
+    wire.servo[0].torque = 1;
+    TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
+    cds_scan_begin(&robot.work.scan.scan, &bus, &request, robot.work.scan.found, ROBOT_SERVOS);
+    cds_scan_set_bauds(&robot.work.scan.scan, &elsewhere, 1);
+    run(3000);
+    TEST_ASSERT_EQUAL_UINT8(elsewhere, bus.baud);
+    robot_stop(&robot);
+    for (uint16_t i = 0; i < 20000 && robot_is_stopping(&robot); i++) {
+        run(1);
+        if (wire.talking && bus.request->urgent == CDS_URGENT_FIRST)
+            TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+    }
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+}
