@@ -326,6 +326,19 @@ void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
     TEST_ASSERT_EQUAL_UINT16(3, host.counters.gaps);
 }
 
+/* Whoever waits for the answer to each line says the next one when the loss is told. */
+void test_a_loss_is_told_when_the_next_line_is_taken(void)
+{
+    type("ping 1");
+    host_gap(&host); // it was the end of the line
+    settle();
+    assert_said("ping 1");
+    pause_us(HOST_SILENCE_US);
+    assert_said(MARK_LOST);
+    type("ping 2\r");
+    assert_said("ping 2\r");
+}
+
 void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
 {
     for (uint8_t i = 0; i < sizeof ping + 2; i++)
@@ -351,10 +364,8 @@ void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
     take_text();
     TEST_ASSERT_EQUAL_UINT8(64, said_size);
     said_size = 0;
-    settle();
-    assert_said(MARK_LOST);
     type("x\rping 1\r");
-    assert_said("ping 1\r");
+    assert_said(MARK_LOST "ping 1\r");
 }
 
 void test_packets_pass_although_nobody_takes_the_text(void)

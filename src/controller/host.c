@@ -300,7 +300,7 @@ void host_poll(struct host *host)
 {
     uint8_t tail = host->input->tail;
 
-    if (host->lost && mark_lost(host->text)) {
+    if (host->lost && !host->skipping && mark_lost(host->text)) { // the line's end may be lost, too
         host->lost = false;
         host->typing = false;
     }
