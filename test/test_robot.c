@@ -87,6 +87,17 @@ void test_one_who_answers_though_set_not_to_is_asked_again(void)
     TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
 }
 
+void test_one_who_answers_that_it_answers_nothing_is_asked_again(void)
+{
+    TEST_ASSERT_TRUE(robot_add(&robot, 1));
+    cds_packet_read(&request.packet, 1, CDS_REG_STATUS_RETURN_LEVEL, 1); // 0, says the fake
+    request.reply_parameters = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    run(2000);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(1, known(1)->status_return_level);
+}
+
 void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void)
 {
     robot.crew.open = false;
