@@ -45,8 +45,8 @@ static void wait_ms(uint16_t ms)
 {
     while (ms--) {
         if (!bus.request) // time does not leap over an exchange
-            port_fake.now_us += 500;
-        run(bus.request ? 1000 : 500);
+            port_fake.now_us += 900;
+        run(bus.request ? 1000 : 100);
     }
 }
 
