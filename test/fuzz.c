@@ -60,12 +60,14 @@ static void open_all(void)
     console_open(&console, &keeper, &request, &text, &output);
 }
 
-/* Whoever is asked answers what was asked for; a third of them do not. */
+/* Whoever is asked answers what was asked for; a third of them do not. A damaged READ that is whole
+ * after all has not the reply of a good one. */
 static void answer(void)
 {
     static const uint8_t data[CDS_REPLY_MAX];
     const uint8_t *sent = port_fake.sent;
-    uint8_t count = sent[4] == CDS_READ && sent[6] <= CDS_REPLY_MAX ? sent[6] : 0;
+    bool reads = sent[3] == CDS_LENGTH_MIN + 2 && sent[4] == CDS_READ;
+    uint8_t count = reads && sent[6] <= CDS_REPLY_MAX ? sent[6] : 0;
 
     if (sent[2] < CDS_BROADCAST_ID && sent[2] % 3)
         port_fake_answer(&bus.link, sent[2], 0, data, count);

@@ -246,6 +246,7 @@ void test_only_a_broadcast_ping_is_answered(void)
     TEST_ASSERT_TRUE(sent());
     turns(2);
     TEST_ASSERT_TRUE(bridge_idle(&bridge)); // without waiting for any
+    TEST_ASSERT_EQUAL_UINT16(0, bridge.counters.unanswered);
 }
 
 void test_the_next_packet_waits_for_the_reply_to_this_one(void)
@@ -345,6 +346,8 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
     SAY(DEVICE_IS, CDS_WRITE, 0x0B, 0x56); // the high byte alone
     TEST_ASSERT_EQUAL_UINT16(0x5634, settings.link_loss_ms);
     SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0xCF, 0x07); // 1999
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, 255);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
 }
 
@@ -545,6 +548,17 @@ void test_sync_read_marks_who_failed(void)
     TEST_ASSERT_EQUAL_UINT8(0, device.failed);
     SAY(DEVICE_IS, CDS_READ, 0x50, 1);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+}
+
+void test_the_reads_of_many_servos_are_sent_again_if_that_is_set(void)
+{
+    cds_bus_set_repeats(&bus, 1);
+    SAY(254, SYNC_READ, 0x24, 2, 1);
+    TEST_ASSERT_TRUE(sent());
+    turns(450);
+    read_and_answer(1, 0x24, 2, 0, 2);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x0B", 2);
 }
 
 void test_sync_read_of_more_data_than_ids(void)

@@ -478,6 +478,33 @@ void test_late_reply_of_the_previous_exchange_is_gone_before_the_next(void)
     TEST_ASSERT_EQUAL_UINT16(0, counters().foreign);
 }
 
+void test_one_that_has_answered_is_asked_at_once_though_another_may_answer_late(void)
+{
+    cds_bus_set_return_delay(&bus, 2);
+    ping(9);
+    assert_ends_at(222, CDS_TIMEOUT); // 506 us more if it is set to that
+    assert_next_is_ok();
+    submit_ping(5);
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
+    transmit();
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+}
+
+void test_a_broadcast_asks_nobody(void)
+{
+    assert_next_is_ok();
+    submit_broadcast_action();
+    transmit();
+    assert_ended(CDS_OK);
+    port_fake_answer(&bus.link, 7, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    port_fake_answer(&bus.link, 5, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign); // 7
+    TEST_ASSERT_EQUAL_UINT16(1, counters().extra);   // 5
+}
+
 void test_half_a_late_reply_is_gone_before_the_next(void)
 {
     read_word();

@@ -285,6 +285,16 @@ void test_a_silent_packet_gives_free_what_it_had_swallowed(void)
     assert_ping_found(1);
 }
 
+void test_a_silence_drops_one_packet_whatever_had_begun_within_it(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3, 0xFF, 0xFF, 2};
+
+    feed(cut, sizeof cut, 1);
+    pause_us(HOST_SILENCE_US);
+    TEST_ASSERT_TRUE(host_idle(&host));
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.silent);
+}
+
 void test_nothing_is_taken_while_a_packet_waits(void)
 {
     for (uint8_t i = 0; i < 2 * sizeof ping; i++)
@@ -316,10 +326,23 @@ void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
     TEST_ASSERT_EQUAL_UINT16(3, host.counters.gaps);
 }
 
+/* Whoever waits for the answer to each line says the next one when the loss is told. */
+void test_a_loss_is_told_when_the_next_line_is_taken(void)
+{
+    type("ping 1");
+    host_gap(&host); // it was the end of the line
+    settle();
+    assert_said("ping 1");
+    pause_us(HOST_SILENCE_US);
+    assert_said(MARK_LOST);
+    type("ping 2\r");
+    assert_said("ping 2\r");
+}
+
 void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
 {
     for (uint8_t i = 0; i < sizeof ping + 2; i++)
-        cds_ring_put(&input, i < sizeof ping ? ping[i] : 'x');
+        cds_ring_put(&input, ping[i % sizeof ping]);
     for (uint8_t i = 0; i < 10; i++)
         host_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
@@ -341,10 +364,8 @@ void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
     take_text();
     TEST_ASSERT_EQUAL_UINT8(64, said_size);
     said_size = 0;
-    settle();
-    assert_said(MARK_LOST);
     type("x\rping 1\r");
-    assert_said("ping 1\r");
+    assert_said(MARK_LOST "ping 1\r");
 }
 
 void test_packets_pass_although_nobody_takes_the_text(void)
@@ -388,6 +409,29 @@ void test_ctrl_x_is_seen_wherever_it_stands_outside_a_packet(void)
     host_gap(&host);
     type("abc\x18");
     TEST_ASSERT_TRUE(host.stop);
+}
+
+void test_a_ctrl_x_behind_a_packet_that_waits_does_not(void)
+{
+    static const char typed[] = "abc\x18"
+                                "de";
+    uint8_t sent[16];
+    uint16_t size = make(sent, 1, 2, false);
+
+    for (uint16_t i = 0; i < size; i++)
+        cds_ring_put(&input, sent[i]);
+    for (uint8_t i = 0; typed[i]; i++)
+        cds_ring_put(&input, (uint8_t)typed[i]);
+    for (uint16_t i = 0; i < size; i++)
+        cds_ring_put(&input, sent[i]);
+    for (uint8_t i = 0; i < 20; i++)
+        host_poll(&host);
+    TEST_ASSERT_TRUE(host.whole);
+    TEST_ASSERT_TRUE(host.stop);
+    settle();
+    TEST_ASSERT_EQUAL_UINT16(2, packets);
+    assert_said("abc\x18"
+                "de" MARK_DROPPED);
 }
 
 void test_marks_cannot_be_typed(void)

@@ -89,6 +89,17 @@ void test_one_who_answers_though_set_not_to_is_asked_again(void)
     TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
 }
 
+void test_one_who_answers_that_it_answers_nothing_is_asked_again(void)
+{
+    TEST_ASSERT_TRUE(robot_add(&robot, 1));
+    cds_packet_read(&request.packet, 1, CDS_REG_STATUS_RETURN_LEVEL, 1); // 0, says the fake
+    request.reply_parameters = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    run(2000);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(1, known(1)->status_return_level);
+}
+
 void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void)
 {
     robot.crew.open = false;
@@ -198,5 +209,26 @@ void test_who_joins_during_a_stop_is_asked_too(void)
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
     TEST_ASSERT_NOT_NULL(known(1));
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+}
+
+void test_a_stop_waits_until_a_scan_has_brought_the_bus_back_to_its_rate(void)
+{
+    static const uint8_t elsewhere = 34;
+
+    wire.servo[0].torque = 1;
+    TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
+    cds_scan_begin(&robot.work.scan.scan, &bus, &request, robot.work.scan.found, ROBOT_SERVOS);
+    cds_scan_set_bauds(&robot.work.scan.scan, &elsewhere, 1);
+    run(3000);
+    TEST_ASSERT_EQUAL_UINT8(elsewhere, bus.baud);
+    robot_stop(&robot);
+    for (uint16_t i = 0; i < 20000 && robot_is_stopping(&robot); i++) {
+        run(1);
+        if (wire.talking && bus.request->urgent == CDS_URGENT_FIRST)
+            TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+    }
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }

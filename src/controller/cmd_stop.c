@@ -1,5 +1,6 @@
 /* stop, release, limits, servos: who is held, and why. */
 #include <stddef.h>
+#include <string.h>
 
 #include "apart.h"                 // APART
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
@@ -108,6 +109,7 @@ uint8_t servos_begin(struct console *console)
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     robot_forget(robot);
+    memset(console->keeper->told, 0, sizeof console->keeper->told); // others take their places
     return 0;
 }
 

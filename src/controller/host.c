@@ -248,14 +248,31 @@ static void listen(struct host *host)
     }
 }
 
+/* Behind a packet that waits for its turn: Ctrl-X must not wait with it. */
+static bool text_follows(const struct host *host)
+{
+    return host->count == host->end && cds_ring_count(host->input) &&
+           cds_ring_peek(host->input, 0) != CDS_HEADER;
+}
+
+static void take_following(struct host *host)
+{
+    uint8_t byte = cds_ring_peek(host->input, 0);
+
+    cds_ring_drop(host->input, 1);
+    take_text(host, byte);
+}
+
 static void work(struct host *host)
 {
     uint8_t left = BYTES_PER_POLL;
 
-    while (!host->whole) {
+    while (!host->whole || text_follows(host)) {
         uint8_t done = 1;
 
-        if (host->seen < host->count && host->end)
+        if (host->whole)
+            take_following(host);
+        else if (host->seen < host->count && host->end)
             done = examine_counted(host);
         else if (host->seen < host->count)
             examine(host);
@@ -284,7 +301,7 @@ void host_poll(struct host *host)
 {
     uint8_t tail = host->input->tail;
 
-    if (host->lost && mark_lost(host->text)) {
+    if (host->lost && !host->skipping && mark_lost(host->text)) { // the line's end may be lost, too
         host->lost = false;
         host->typing = false;
     }

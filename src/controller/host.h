@@ -5,7 +5,7 @@
  * second 0xFF, LENGTH, checksum, or silence for HOST_SILENCE_US before its end) is dropped, but a
  * packet that begins within it is found, and half a line behind it that goes on no more within that
  * time is taken for the rest of it. Behind a gap in what came, all is dropped up to the end of
- * the line, the next 0xFF or that silence.
+ * the line, the next 0xFF or that silence; only then the loss is told.
  *
  * A packet with a bad checksum is dropped, not passed on: the ID it has may not be the one that was
  * meant, and a servo may be set to switch its torque off when such a one reaches it.
@@ -47,7 +47,7 @@ struct host {
     uint8_t sum;            // of the bytes from the ID on
     uint32_t heard_us;      // when the last byte was taken
     bool stale;             // ... too long ago for what has begun
-    bool whole;             // a packet stands there; nothing is taken until host_take()
+    bool whole;             // a packet stands there; only text is taken until host_take()
     bool typing;            // the text so far ends within a line
     bool suspect;           // ... which may be the rest of a packet that was broken
     bool lost;              // a gap was met; HOST_MARK_LOST is due

@@ -1,5 +1,8 @@
 """A client for Dynamixel protocol 1.0 through the firmware's bridge, and the same client at the
 servos themselves: it must not see a difference."""
+import pathlib
+import subprocess
+import tempfile
 import termios
 import time
 import unittest
@@ -8,7 +11,7 @@ import client
 from client import (ACTION, BAUD, BROADCAST, GOAL_POSITION, ID, LED, PING, PRESENT_POSITION, READ,
                     REG_WRITE, RESET, RETURN_LEVEL, SYNC_WRITE, TORQUE_ENABLE, WRITE, NoReply, Port,
                     packet, word)
-from simulator import ROOT
+from simulator import ROOT, SIM
 from test_bus import Process
 
 DEVICE, OFF = 253, 254
@@ -180,6 +183,19 @@ class Bridge(unittest.TestCase):
                 said = port.ask(packet(1, READ, [0, 50]) + b"version\r", timeout=0.1)
                 self.assertIn(whole, said)
                 self.assertEqual(said.replace(whole, b"").count(b"\nok\r\n"), 2, said)
+
+    def test_ctrl_x_behind_packets_does_not_wait_for_them(self):
+        absent = packet(BROADCAST, SYNC_READ, [ID, 1, *range(100, 200)]) # 1 ms each
+        with tempfile.TemporaryDirectory() as folder:
+            said, wire = pathlib.Path(folder, "said"), pathlib.Path(folder, "wire")
+            said.write_text(f"say {(absent + packet(1, PING)).hex(' ')} 18\nwait 300000\n")
+            done = subprocess.run([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
+                                   "atmega128", "--servos", "1", "--host", said, "--transcript", wire],
+                                  stdout=subprocess.PIPE, text=True, timeout=60)
+            packets = wire.read_text().splitlines()
+        self.assertEqual(done.returncode, 0, done.stdout)
+        off = next(int(line.split()[0]) for line in packets if "FF FF FE 04 03 18 00 E2" in line)
+        self.assertLess(off - int(done.stdout.split()[2]), 10000 * 16) # not the 100 ms of them all
 
     def test_on_every_board(self):
         for board in ("arduino-mega", "cm510", "arbotix"):

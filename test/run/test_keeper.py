@@ -292,6 +292,12 @@ class Alarms(unittest.TestCase):
             self.assertEqual(run.status, 0, f"{name}: {run.output}")
             self.assertEqual(run.output.count("alarm 1: "), 1, run.output)
 
+    def test_an_alarm_is_told_of_a_servo_in_the_place_of_one_forgotten(self):
+        run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm 1: range\n"
+                         "servos forget\n! write 2 PRESENT_POSITION 1\n@expect text alarm 2: range\n",
+                         "atmega128", "1,2", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+
     def test_alarms_of_several_servos_each_with_its_id(self):
         for board in BOARDS:
             run = controller("! write 2 PRESENT_POSITION 1\n! action 1\n! write 1 PRESENT_POSITION 1\nalarms\n",
