@@ -3,7 +3,7 @@ MCU        := atmega128
 F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM.
-FLASH_MAX  := 61440
+FLASH_MAX  := 63488
 RAM_MAX    := 3328
 
 PROGRAMMER  := usbasp

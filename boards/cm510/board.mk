@@ -5,7 +5,7 @@ SIM_MCU    := atmega2560
 F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM.
-FLASH_MAX  := 61440
+FLASH_MAX  := 63488
 RAM_MAX    := 3328
 
 # Through an ISP programmer. The fuses are left as Robotis set them: external crystal.
