@@ -25,8 +25,8 @@ TAIL = """
 ## Many servos in one packet
 
 CDS55xx know single READ only. The device makes of it what two other controllers and Robotis have
-defined (`src/controller/gather.h`), and puts a READ for the next servo into the queue before the one
-before is over, so that the bus is hardly ever idle: `make feedback`.
+defined (`src/controller/gather.h`), and has the READ for the next servo ready when the answer of
+the one before comes, so that the bus is hardly ever idle: `make feedback`.
 
 - **SYNC READ 0x84**, as USB2AX and ArbotiX have it, to 254 or to the device:
   `FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM`. One status packet of the device with N bytes for each
