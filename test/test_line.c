@@ -375,6 +375,7 @@ void test_a_late_answer_amid_another_exchange_is_late(void)
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
+    port_fake_look(&bus);
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
     TEST_ASSERT_EQUAL_UINT16(1, counters().late);

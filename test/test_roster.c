@@ -782,7 +782,7 @@ static void see_answered(void)
         const struct cds_request *first;
 
         port_fake_settle(&bus);
-        if (!bus.in_flight) // the last was refused
+        if (!cds_bus_is_in_flight_(&bus)) // the last was refused
             break;
         first = bus.request;
         transmit();

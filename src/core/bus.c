@@ -5,7 +5,8 @@
 #include <string.h>
 
 #define NOBODY         UINT8_MAX // no ID
-#define BYTES_PER_POLL 20        // examined at the most
+#define RING_MASK      (CDS_RING_SIZE - 1)
+#define TAKEN_PER_POLL 16 // bytes of a reply that is taken as it comes
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
@@ -184,47 +185,40 @@ static SELDOM void give_back(struct cds_bus *bus)
 }
 
 /* Can the packet in flight be built again, when the parameters of the reply that is due have
- * overwritten it? Then nothing may stand behind it but what stood there before. */
+ * overwritten it? */
 static bool is_read(struct cds_bus *bus)
 {
     const uint8_t *bytes = bus->request->packet.bytes;
     uint8_t due = bus->request->reply_parameters;
 
     bus->address = bytes[CDS_AT_PARAMETERS];
-    return due <= CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
-           bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
-}
-
-/* The instruction packet has served: the parameters of the reply at the ring's tail, of this ID and
- * LENGTH, take its place in the buffer. True. */
-static APART bool start_taking(struct cds_bus *bus, uint8_t id, uint8_t length)
-{
-    struct cds_request *request = bus->request;
-
-    request->id = id;
-    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
-    bus->to = request->packet.bytes;
-    bus->parser.sum = (uint8_t)(id + length);
-    bus->parser.seen = 0;
-    bus->left = length;
-    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
-    bus->flight = CDS_BUS_TAKES;
-    return true;
+    return bytes[CDS_AT_INSTRUCTION] == CDS_READ && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
+           bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
 /* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
- * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
+ * 1 Mbps there were no time to search byte by byte. The instruction packet has served: the
+ * parameters take its place in the buffer. False: it must be searched for. */
 static APART bool begin_taking(struct cds_bus *bus)
 {
-    const struct cds_ring *rx = &bus->link.rx;
-    uint8_t asked = bus->asked;
-    uint8_t length = (uint8_t)(bus->request->reply_parameters + CDS_LENGTH_MIN);
+    const volatile uint8_t *ring = bus->link.rx.bytes;
+    struct cds_request *request = bus->request;
+    uint8_t tail = bus->link.rx.tail, asked = bus->asked;
+    uint8_t length = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
 
-    if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
-        cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
+    if (ring[tail & RING_MASK] != CDS_HEADER || ring[(tail + 1) & RING_MASK] != CDS_HEADER ||
+        ring[(tail + CDS_AT_ID) & RING_MASK] != asked ||
+        ring[(tail + CDS_AT_LENGTH) & RING_MASK] != length)
         return false;
+    request->id = asked;
+    request->length = request->reply_parameters;
+    bus->to = request->packet.bytes;
     bus->parser.length = length;
-    return start_taking(bus, asked, length);
+    bus->parser.sum = (uint8_t)(asked + length);
+    bus->count = length;
+    bus->at = (uint8_t)(tail + CDS_AT_ERROR);
+    bus->flight = CDS_BUS_TAKES;
+    return true;
 }
 
 /* A candidate has become something. True when that is the reply that is due. Not inlined: what it
@@ -236,8 +230,8 @@ static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
         bus->damaged = 1;
         return false;
     }
-    if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) // all of it is there
-        return start_taking(bus, bus->parser.id, bus->parser.length);
+    if (bus->flight == CDS_BUS_ASKS && is_reply(bus))
+        return true;
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
     return false;
@@ -279,34 +273,34 @@ static SELDOM uint8_t end_at_deadline(const struct cds_bus *bus)
 }
 
 /* Parses what has been heard by now, or by the deadline if that is over, before and behind the
- * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
- * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
+ * damage there may be, but no more than the poll may still look at: neither a long reply nor a
+ * babbling line holds up the caller. True: the reply that is due stands at the ring's tail. */
 static ONE_COPY bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
-    uint8_t left = BYTES_PER_POLL;
-    bool broken;
 
     do {
         uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
+        bool broken;
 
         if (bus->closing)
             end = end_at_deadline(bus);
         broken = link->broken;
         if (broken)
             end = link->broken_at;
-        for (; looked_to(bus) != end; left--) {
+        for (; looked_to(bus) != end; bus->count++) {
             enum cds_parsed parsed;
 
-            if (left == 0)
+            if (bus->count >= CDS_BUS_BYTES_PER_POLL)
                 return false;
             parsed = cds_parser_step(&bus->parser, &link->rx);
             if (parsed != CDS_PARSED_MORE && decide(bus, parsed))
                 return true;
         }
-        if (broken)
-            drop_broken(bus);
-    } while (broken && left-- > 0);
+        if (!broken)
+            return false;
+        drop_broken(bus);
+    } while (bus->count++ < CDS_BUS_BYTES_PER_POLL);
     return false;
 }
 
@@ -324,7 +318,6 @@ static ONE_COPY void send_rest(struct cds_bus *bus, uint8_t begun)
 
     cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
-    bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
     cds_bus_note_sent_(bus);
 }
@@ -351,6 +344,7 @@ static ONE_COPY void expect(struct cds_bus *bus)
     }
     bus->flight = flight;
     bus->damaged = 0;
+    bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
     bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
@@ -374,6 +368,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
         bus->owed = false; // for good: half an hour later the clock would not tell
     if (used) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
+        bus->closing = false;
         parse(bus);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
@@ -419,7 +414,7 @@ static ONE_COPY void begin_turn(struct cds_bus *bus)
  * before one in flight, which is the first. */
 static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
-    struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
+    struct cds_request **place = cds_bus_is_in_flight_(bus) ? &bus->request->next : &bus->request;
 
     while (*place && (*place)->urgent >= urgent)
         place = &(*place)->next;
@@ -449,8 +444,10 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
     insert(bus, request, request->urgent);
-    if (bus->request == request)
+    if (bus->request == request) {
+        bus->count = 0;
         begin_turn(bus);
+    }
     return CDS_OK;
 }
 
@@ -503,12 +500,14 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         place = &(*place)->next;
     if (!*place)
         return CDS_BAD_ARGUMENT;
-    if (bus->in_flight && *place == bus->request)
+    if (cds_bus_is_in_flight_(bus) && *place == bus->request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
-    if (place == &bus->request)
+    if (place == &bus->request) {
+        bus->count = 0;
         begin_turn(bus); // it has waited for nothing yet
+    }
     return CDS_OK;
 }
 
@@ -549,7 +548,6 @@ static void land(struct cds_bus *bus, uint8_t result)
 {
     cds_bus_note_end_(bus, result);
     bus->flight = CDS_BUS_IDLE;
-    bus->in_flight = false;
 }
 
 /* ... without a good reply: it is sent again, if it may be. */
@@ -582,7 +580,7 @@ static APART bool end_well(struct cds_bus *bus)
 /* The reply is taken, up to the checksum at `at` of the ring. */
 static APART bool accept(struct cds_bus *bus, uint8_t at)
 {
-    bus->link.rx.tail = (uint8_t)(at + 1u); // and the parser has seen nothing behind it
+    bus->link.rx.tail = (uint8_t)(at + 1u);
     bus->owed = false;
     return end_well(bus);
 }
@@ -591,14 +589,23 @@ static APART bool accept(struct cds_bus *bus, uint8_t at)
 static APART bool take_found(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
+    struct cds_parser *parser = &bus->parser;
+    const volatile uint8_t *ring = bus->link.rx.bytes;
+    uint8_t at = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
+    const volatile uint8_t *from = &ring[at & (CDS_RING_SIZE - 1)];
+    uint8_t length = (uint8_t)(parser->length - CDS_LENGTH_MIN);
     uint8_t *to = request->packet.bytes;
-    uint8_t at = (uint8_t)(bus->at + 1u); // behind ERROR
 
-    bus->closing = false;
-    request->error = bus->parser.error;
-    for (uint8_t left = request->length; left; left--)
-        *to++ = bus->link.rx.bytes[at++ & (CDS_RING_SIZE - 1)];
-    return accept(bus, at);
+    request->id = parser->id;
+    request->error = parser->error;
+    request->length = length;
+    parser->seen = 0;
+    for (uint8_t left = length; left; left--) {
+        *to++ = *from++;
+        if (from == &ring[CDS_RING_SIZE])
+            from = ring;
+    }
+    return accept(bus, (uint8_t)(at + length));
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -615,10 +622,11 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (bus->flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
-        if (bus->flight >= CDS_BUS_TAKES)
-            give_back(bus);
+    if (bus->flight >= CDS_BUS_TAKES) {
+        give_back(bus);                        // the rest, if it is there, is searched
+    } else if (bus->flight == CDS_BUS_HOPES) { // some of it may be there, and is looked at now
         bus->flight = CDS_BUS_ASKS;
+        bus->count = 0;
         if (parse(bus))
             return CDS_OK;
     }
@@ -642,7 +650,6 @@ static APART bool look_at_deadline(struct cds_bus *bus)
         return true;
     if (result == CDS_OK)
         return take_found(bus);
-    bus->closing = false;
     return fail(bus, result, now_us);
 }
 
@@ -670,6 +677,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
 /* Nothing is in flight. */
 static bool poll_idle(struct cds_bus *bus)
 {
+    bus->count = 0;
     if (bus->request)
         return wait_for_quiet(bus);
     if (bus->flight != CDS_BUS_CLOSED)
@@ -683,15 +691,14 @@ static APART bool search(struct cds_bus *bus)
     if (bus->flight >= CDS_BUS_TAKES)
         give_back(bus);
     bus->flight = CDS_BUS_ASKS;
+    bus->count = 0;
     return parse(bus) ? take_found(bus) : go_on(bus);
 }
 
 /* All of a reply has come: is its checksum right? */
-static APART bool end_taking(struct cds_bus *bus)
+static APART bool end_taking(struct cds_bus *bus, uint8_t at)
 {
-    uint8_t at = bus->at;
-
-    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)]))
+    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & RING_MASK]))
         return search(bus);
     return accept(bus, at);
 }
@@ -699,12 +706,14 @@ static APART bool end_taking(struct cds_bus *bus)
 /* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
 static APART bool take(struct cds_bus *bus, uint8_t end)
 {
-    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, length = bus->parser.length;
+    uint8_t at = bus->at, left = bus->count, sum = bus->parser.sum, length = bus->parser.length;
     uint8_t count = (uint8_t)(end - at);
     uint8_t *to = bus->to;
 
+    if (count > TAKEN_PER_POLL)
+        count = TAKEN_PER_POLL;
     do {
-        uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
+        uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
 
         sum = (uint8_t)(sum + byte);
         if (left != length) {
@@ -719,13 +728,13 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
         count--;
     } while (left != 1 && count);
     bus->parser.sum = sum;
-    bus->left = left;
+    bus->count = left;
     bus->at = at;
     bus->to = to;
     if (left == 1) {
         bus->flight = CDS_BUS_ENDS;
         if (count)
-            return end_taking(bus);
+            return end_taking(bus, at);
     }
     return go_on(bus);
 }
@@ -756,7 +765,7 @@ static bool poll_begun(struct cds_bus *bus)
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t flight = bus->flight, end;
+    uint8_t flight = bus->flight, at, end;
 
     if (flight < CDS_BUS_TAKES) {
         if (flight > CDS_BUS_BEGUN)
@@ -764,11 +773,12 @@ bool cds_bus_poll(struct cds_bus *bus)
         return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
     }
     end = bus->link.rx.head; // before `broken`, as in parse()
-    if (end == bus->at)
+    at = bus->at;
+    if (end == at)
         return go_on(bus);
     if (bus->link.broken)
         return search(bus);
-    return flight == CDS_BUS_ENDS ? end_taking(bus) : take(bus, end);
+    return flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
