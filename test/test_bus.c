@@ -573,6 +573,7 @@ void test_reply_with_bit_7_of_error_is_foreign(void)
 
     read_word();
     port_fake_answer(&bus.link, 5, 0x80, data, 2);
+    port_fake_look(&bus);
     assert_pending();
     TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
 }

@@ -232,6 +232,7 @@ void test_damage_must_be_followed_by_silence_before_the_next_packet(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_hear(&bus.link, half, sizeof half);
+    port_fake_look(&bus);
     poll_at(2000);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
     TEST_ASSERT_FALSE(is_sent());

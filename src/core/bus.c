@@ -76,7 +76,7 @@ static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
 }
 
 static void expect(struct cds_bus *bus);
-static void give_back(struct cds_bus *bus);
+static bool give_back(struct cds_bus *bus);
 
 /* The exchange in flight is given up: notes until when its answer may still come. */
 static void give_up(struct cds_bus *bus, uint8_t result)
@@ -168,8 +168,8 @@ static bool is_reply(const struct cds_bus *bus)
 }
 
 /* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
- * taken is looked at as any other bytes. */
-static SELDOM void give_back(struct cds_bus *bus)
+ * taken is looked at as any other bytes, from the next poll on. True. */
+static SELDOM bool give_back(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
 
@@ -182,6 +182,7 @@ static SELDOM void give_back(struct cds_bus *bus)
     bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
     bus->parser.id = bus->asked;
     bus->flight = CDS_BUS_ASKS;
+    return true;
 }
 
 /* Can the packet in flight be built again, when the parameters of the reply that is due have
@@ -444,10 +445,8 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     request->result = CDS_PENDING;
     request->id = request->packet.bytes[CDS_AT_ID];
     insert(bus, request, request->urgent);
-    if (bus->request == request) {
-        bus->count = 0;
+    if (bus->request == request)
         begin_turn(bus);
-    }
     return CDS_OK;
 }
 
@@ -504,10 +503,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
-    if (place == &bus->request) {
-        bus->count = 0;
+    if (place == &bus->request)
         begin_turn(bus); // it has waited for nothing yet
-    }
     return CDS_OK;
 }
 
@@ -623,13 +620,11 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->close_at = bus->link.rx.head;
     }
     if (bus->flight >= CDS_BUS_TAKES) {
-        give_back(bus);                        // the rest, if it is there, is searched
-    } else if (bus->flight == CDS_BUS_HOPES) { // some of it may be there, and is looked at now
-        bus->flight = CDS_BUS_ASKS;
-        bus->count = 0;
-        if (parse(bus))
-            return CDS_OK;
+        if ((int8_t)(bus->close_at - bus->at) > 0)
+            return CDS_PENDING; // the next poll takes more of it
+        give_back(bus);
     }
+    bus->flight = CDS_BUS_ASKS;
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
     return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
@@ -648,8 +643,6 @@ static APART bool look_at_deadline(struct cds_bus *bus)
     result = outcome_late(bus);
     if (result == CDS_PENDING)
         return true;
-    if (result == CDS_OK)
-        return take_found(bus);
     return fail(bus, result, now_us);
 }
 
@@ -688,8 +681,6 @@ static bool poll_idle(struct cds_bus *bus)
 /* Searches what comes for the reply from here on. */
 static APART bool search(struct cds_bus *bus)
 {
-    if (bus->flight >= CDS_BUS_TAKES)
-        give_back(bus);
     bus->flight = CDS_BUS_ASKS;
     bus->count = 0;
     return parse(bus) ? take_found(bus) : go_on(bus);
@@ -699,7 +690,7 @@ static APART bool search(struct cds_bus *bus)
 static APART bool end_taking(struct cds_bus *bus, uint8_t at)
 {
     if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & RING_MASK]))
-        return search(bus);
+        return give_back(bus);
     return accept(bus, at);
 }
 
@@ -719,7 +710,7 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
         if (left != length) {
             *to++ = byte;
         } else if (byte & CDS_ERROR_NONE_SUCH) {
-            return search(bus);
+            return give_back(bus);
         } else {
             bus->request->error = byte;
         }
@@ -777,7 +768,7 @@ bool cds_bus_poll(struct cds_bus *bus)
     if (end == at)
         return go_on(bus);
     if (bus->link.broken)
-        return search(bus);
+        return give_back(bus);
     return flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
 }
 
