@@ -197,29 +197,38 @@ static bool is_read(struct cds_bus *bus)
            bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
+/* The reply at the ring's tail, of this ID and LENGTH, is taken from ERROR on: the instruction
+ * packet has served, and the parameters take its place in the buffer. True. */
+static inline __attribute__((always_inline)) bool start_taking(struct cds_bus *bus, uint8_t id,
+                                                               uint8_t length)
+{
+    struct cds_request *request = bus->request;
+
+    request->id = id;
+    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
+    bus->to = request->packet.bytes;
+    bus->parser.length = length;
+    bus->parser.sum = (uint8_t)(id + length);
+    bus->count = length;
+    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
+    bus->flight = CDS_BUS_TAKES;
+    return true;
+}
+
 /* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
- * 1 Mbps there were no time to search byte by byte. The instruction packet has served: the
- * parameters take its place in the buffer. False: it must be searched for. */
+ * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
 static APART bool begin_taking(struct cds_bus *bus)
 {
     const volatile uint8_t *ring = bus->link.rx.bytes;
-    struct cds_request *request = bus->request;
     uint8_t tail = bus->link.rx.tail, asked = bus->asked;
-    uint8_t length = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
+    uint8_t length = (uint8_t)(bus->request->reply_parameters + CDS_LENGTH_MIN);
 
-    if (ring[tail & RING_MASK] != CDS_HEADER || ring[(tail + 1) & RING_MASK] != CDS_HEADER ||
-        ring[(tail + CDS_AT_ID) & RING_MASK] != asked ||
-        ring[(tail + CDS_AT_LENGTH) & RING_MASK] != length)
+    if (ring[tail & RING_MASK] != CDS_HEADER ||
+        ring[(uint8_t)(tail + 1) & RING_MASK] != CDS_HEADER ||
+        ring[(uint8_t)(tail + CDS_AT_ID) & RING_MASK] != asked ||
+        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length)
         return false;
-    request->id = asked;
-    request->length = request->reply_parameters;
-    bus->to = request->packet.bytes;
-    bus->parser.length = length;
-    bus->parser.sum = (uint8_t)(asked + length);
-    bus->count = length;
-    bus->at = (uint8_t)(tail + CDS_AT_ERROR);
-    bus->flight = CDS_BUS_TAKES;
-    return true;
+    return start_taking(bus, asked, length);
 }
 
 /* A candidate has become something. True when that is the reply that is due. Not inlined: what it
@@ -582,29 +591,6 @@ static APART bool accept(struct cds_bus *bus, uint8_t at)
     return end_well(bus);
 }
 
-/* A search has found the reply, all of it. */
-static APART bool take_found(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-    struct cds_parser *parser = &bus->parser;
-    const volatile uint8_t *ring = bus->link.rx.bytes;
-    uint8_t at = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS);
-    const volatile uint8_t *from = &ring[at & (CDS_RING_SIZE - 1)];
-    uint8_t length = (uint8_t)(parser->length - CDS_LENGTH_MIN);
-    uint8_t *to = request->packet.bytes;
-
-    request->id = parser->id;
-    request->error = parser->error;
-    request->length = length;
-    parser->seen = 0;
-    for (uint8_t left = length; left; left--) {
-        *to++ = *from++;
-        if (from == &ring[CDS_RING_SIZE])
-            from = ring;
-    }
-    return accept(bus, (uint8_t)(at + length));
-}
-
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
  * poll may look at. */
 static uint8_t outcome_late(struct cds_bus *bus)
@@ -627,7 +613,9 @@ static uint8_t outcome_late(struct cds_bus *bus)
     bus->flight = CDS_BUS_ASKS;
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
-    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+    if (bus->damaged || (bus->link.broken && bus->link.broken_at == bus->close_at))
+        return CDS_CORRUPT; // of several bytes, or the last
+    return CDS_TIMEOUT;
 }
 
 /* The alarm has rung, perhaps too early. */
@@ -678,14 +666,6 @@ static bool poll_idle(struct cds_bus *bus)
     return false;
 }
 
-/* Searches what comes for the reply from here on. */
-static APART bool search(struct cds_bus *bus)
-{
-    bus->flight = CDS_BUS_ASKS;
-    bus->count = 0;
-    return parse(bus) ? take_found(bus) : go_on(bus);
-}
-
 /* All of a reply has come: is its checksum right? */
 static APART bool end_taking(struct cds_bus *bus, uint8_t at)
 {
@@ -730,6 +710,22 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
     return go_on(bus);
 }
 
+/* Searches what comes for the reply from here on. One that is found is taken; a long one by the
+ * next polls. */
+static APART bool search(struct cds_bus *bus)
+{
+    uint8_t length;
+
+    bus->flight = CDS_BUS_ASKS;
+    bus->count = 0;
+    if (!parse(bus))
+        return go_on(bus);
+    length = bus->parser.length;
+    bus->parser.seen = 0;
+    start_taking(bus, bus->parser.id, length);
+    return length > CDS_BUS_BYTES_PER_POLL ? true : take(bus, (uint8_t)(bus->at + length));
+}
+
 /* Something is in flight for which no reply is taken yet. */
 static APART bool wait_for_reply(struct cds_bus *bus)
 {
@@ -754,6 +750,16 @@ static bool poll_begun(struct cds_bus *bus)
     return wait_for_reply(bus);
 }
 
+/* What stands before damaged bytes may be all there is to take. */
+static SELDOM bool take_before_damage(struct cds_bus *bus, uint8_t at)
+{
+    uint8_t end = bus->link.broken_at;
+
+    if (end == at)
+        return give_back(bus);
+    return bus->flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
+}
+
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint8_t flight = bus->flight, at, end;
@@ -768,7 +774,7 @@ bool cds_bus_poll(struct cds_bus *bus)
     if (end == at)
         return go_on(bus);
     if (bus->link.broken)
-        return give_back(bus);
+        return take_before_damage(bus, at);
     return flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
 }
 
