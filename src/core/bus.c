@@ -186,15 +186,15 @@ static SELDOM bool give_back(struct cds_bus *bus)
 }
 
 /* Can the packet in flight be built again, when the parameters of the reply that is due have
- * overwritten it? */
+ * overwritten it? Then nothing may stand behind it but what stood there before. */
 static bool is_read(struct cds_bus *bus)
 {
     const uint8_t *bytes = bus->request->packet.bytes;
     uint8_t due = bus->request->reply_parameters;
 
     bus->address = bytes[CDS_AT_PARAMETERS];
-    return bytes[CDS_AT_INSTRUCTION] == CDS_READ && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
-           bytes[CDS_AT_PARAMETERS + 1] == due;
+    return due <= CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
+           bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
 /* The reply at the ring's tail, of this ID and LENGTH, is taken from ERROR on: the instruction
