@@ -41,7 +41,8 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* Bytes that one poll looks for packets in: the reply to a READ of 11, feedback.h, is found in one. */
+/* Bytes that one poll looks for packets in: the reply to a READ of 11, feedback.h, is found in one.
+ */
 #define CDS_BUS_BYTES_PER_POLL 17
 
 /* State of the line. */
