@@ -132,7 +132,7 @@ bool cds_port_alarm_rings(uint8_t port)
 
 void port_fake_settle(struct cds_bus *bus)
 {
-    for (uint8_t i = 0; i < 100 && bus->request && !bus->in_flight; i++) {
+    for (uint8_t i = 0; i < 100 && bus->request && !cds_bus_is_in_flight_(bus); i++) {
         port_fake.now_us += 10;
         cds_bus_poll(bus);
     }
@@ -140,8 +140,8 @@ void port_fake_settle(struct cds_bus *bus)
 
 void port_fake_look(struct cds_bus *bus)
 {
-    for (uint8_t i = 0; i < 4 && bus->in_flight &&
-                        (uint8_t)(cds_ring_count(&bus->link.rx) - bus->parser.seen) > 20;
+    for (uint8_t i = 0; i < 12 && cds_bus_is_in_flight_(bus) &&
+                        (cds_ring_count(&bus->link.rx) > bus->parser.seen || bus->link.broken);
          i++)
         cds_bus_poll(bus);
 }

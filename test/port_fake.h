@@ -55,7 +55,7 @@ void port_fake_forget(void);
 /* Time passes in silence, at most 1 ms, until the first request has been sent. */
 void port_fake_settle(struct cds_bus *bus);
 
-/* As many polls as it takes until only the bytes of a last one are left to be looked at. */
+/* As many polls as it takes until all that came was looked at, or the exchange has ended. */
 void port_fake_look(struct cds_bus *bus);
 
 /* The transmitter takes bytes until it has the last one, which leaves the link draining. False when

@@ -447,7 +447,7 @@ void test_a_read_that_waits_for_a_quiet_line_is_not_sent_after_a_stop(void)
     port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
     cds_cycle_poll(&cycle);
     TEST_ASSERT_EQUAL(CDS_PENDING, cycle.read.result);
-    TEST_ASSERT_FALSE(bus.in_flight);
+    TEST_ASSERT_FALSE(cds_bus_is_in_flight_(&bus));
     cds_cycle_stop(&cycle);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
     run_to(1000);

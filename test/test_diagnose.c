@@ -275,7 +275,7 @@ void test_one_whose_request_is_cancelled_gives_all_back(void)
             port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // the next one has to wait
         turn();
         cds_bus_poll(&bus);
-    } while (!bus.request || bus.in_flight);
+    } while (!bus.request || cds_bus_is_in_flight_(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
     assert_given_back();

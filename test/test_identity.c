@@ -247,9 +247,9 @@ void test_reset_of_every_servo_needs_its_own_call(void)
 
 static void run_until(uint8_t packets, bool in_flight)
 {
-    while (servos.packets < packets || bus.in_flight != in_flight) {
+    while (servos.packets < packets || cds_bus_is_in_flight_(&bus) != in_flight) {
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
-        if (servos.packets == packets && bus.in_flight == in_flight)
+        if (servos.packets == packets && cds_bus_is_in_flight_(&bus) == in_flight)
             break;
         servos_turn(&bus);
         cds_bus_poll(&bus);
@@ -285,7 +285,7 @@ static void run_until_it_waits(uint8_t packets)
         if (servos.packets == packets && !bus.request)
             port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
-    } while (servos.packets < packets || !bus.request || bus.in_flight);
+    } while (servos.packets < packets || !bus.request || cds_bus_is_in_flight_(&bus));
 }
 
 void test_one_whose_request_is_cancelled_gives_the_bus_back(void)

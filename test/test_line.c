@@ -232,6 +232,7 @@ void test_damage_must_be_followed_by_silence_before_the_next_packet(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_hear(&bus.link, half, sizeof half);
+    port_fake_look(&bus);
     poll_at(2000);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
     TEST_ASSERT_FALSE(is_sent());
@@ -375,6 +376,7 @@ void test_a_late_answer_amid_another_exchange_is_late(void)
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
+    port_fake_look(&bus);
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
     TEST_ASSERT_EQUAL_UINT16(1, counters().late);

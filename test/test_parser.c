@@ -460,66 +460,6 @@ void test_reset_forgets_the_candidate(void)
     assert_only(done, sizeof done);
 }
 
-/* As the bus does where it can: as many of the first `count` bytes as may be skimmed, a step for
- * each of the others. */
-static void step_to(struct cds_parser *of, struct cds_ring *in, uint8_t count, bool skim)
-{
-    while (of->seen < count) {
-        if (skim)
-            cds_parser_skim(of, in, (uint8_t)(count - of->seen));
-        if (of->seen < count)
-            TEST_ASSERT_NOT_EQUAL(CDS_PARSED_REFUTED, cds_parser_step(of, in));
-    }
-}
-
-/* A ring and a parser with the packet `word`, its bytes across the ring's end, none examined; a
- * LENGTH refuted before it is still known. */
-static void hold_word(void)
-{
-    setUp();
-    parser.length = 9;
-    ring.head = ring.tail = CDS_RING_SIZE - 6;
-    for (uint8_t i = 0; i < sizeof word; i++)
-        cds_ring_put(&ring, word[i]);
-}
-
-/* Whatever part of the packet has been examined, and whatever part is skimmed then: one sees what
- * as many steps would have seen, and the packet is found. */
-void test_a_skim_is_as_many_steps_at_every_split(void)
-{
-    for (uint8_t from = 0; from < sizeof word; from++)
-        for (uint8_t to = from; to <= sizeof word; to++) {
-            struct cds_parser stepped;
-            uint8_t skimmed;
-
-            hold_word();
-            step_to(&parser, &ring, from, false);
-            stepped = parser;
-            skimmed = cds_parser_skim(&parser, &ring, (uint8_t)(to - from));
-            TEST_ASSERT_TRUE(skimmed <= to - from);
-            step_to(&stepped, &ring, (uint8_t)(from + skimmed), false);
-            TEST_ASSERT_EQUAL_UINT8(stepped.seen, parser.seen);
-            TEST_ASSERT_EQUAL_HEX8(stepped.sum, parser.sum);
-            TEST_ASSERT_EQUAL_UINT8(stepped.length, parser.length);
-            step_to(&parser, &ring, sizeof word - 1, true);
-            TEST_ASSERT_EQUAL(CDS_PARSED_PACKET, cds_parser_step(&parser, &ring));
-        }
-}
-
-/* Neither what decides something nor less than all the rest; and nothing beyond the packet. */
-void test_a_skim_takes_all_between_length_and_checksum(void)
-{
-    for (uint8_t from = 0; from < sizeof word; from++) {
-        uint8_t rest = (uint8_t)(sizeof word - 1 - from);
-
-        hold_word();
-        cds_ring_put(&ring, 0x77);
-        step_to(&parser, &ring, from, false);
-        TEST_ASSERT_EQUAL_UINT8(from <= CDS_AT_LENGTH ? 0 : rest,
-                                cds_parser_skim(&parser, &ring, (uint8_t)(rest + 2)));
-    }
-}
-
 /* The worst line there is: a header every four bytes, each claiming all that follows. Every one of
  * them is examined to the ring's end: CDS_RING_SIZE^2 / 8 steps and a few. */
 void test_full_ring_of_headers_is_parsed_in_bounded_steps(void)

@@ -380,7 +380,7 @@ void test_counters_are_each_servo_s_own(void)
     transmit();
     port_fake_hear(&bus.link, noise, sizeof noise);
     port_fake.now_us += 5000;
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
     TEST_ASSERT_EQUAL_UINT16(1, one->counters.ok);
     TEST_ASSERT_EQUAL_UINT16(1, one->counters.extra);
@@ -782,7 +782,7 @@ static void see_answered(void)
         const struct cds_request *first;
 
         port_fake_settle(&bus);
-        if (!bus.in_flight) // the last was refused
+        if (!cds_bus_is_in_flight_(&bus)) // the last was refused
             break;
         first = bus.request;
         transmit();

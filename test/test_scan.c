@@ -248,9 +248,9 @@ static void run_until(uint8_t baud, bool in_flight)
     servo_fake_put(0, 7, baud);
     cds_scan_set_ids(&scan, 7, 7);
     cds_scan_set_details(&scan);
-    while (scan.count == 0 || bus.in_flight != in_flight) {
+    while (scan.count == 0 || cds_bus_is_in_flight_(&bus) != in_flight) {
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
-        if (scan.count && bus.in_flight == in_flight)
+        if (scan.count && cds_bus_is_in_flight_(&bus) == in_flight)
             break;
         servos_turn(&bus);
         cds_bus_poll(&bus);
@@ -285,7 +285,8 @@ void test_a_scan_whose_request_is_cancelled_gives_the_bus_back(void)
             if (scan.baud_index == 1 && scan.count == details && !bus.request)
                 port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // it has to wait
             TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
-        } while (scan.baud_index != 1 || scan.count != details || !bus.request || bus.in_flight);
+        } while (scan.baud_index != 1 || scan.count != details || !bus.request ||
+                 cds_bus_is_in_flight_(&bus));
         TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
         TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
         tearDown();

@@ -41,6 +41,10 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
+/* Bytes that one poll looks for packets in: the reply to a READ of 11, feedback.h, is found in one.
+ */
+#define CDS_BUS_BYTES_PER_POLL 17
+
 /* State of the line. */
 enum cds_bus_state {
     CDS_BUS_OK,    // quiet but for our exchanges
@@ -161,7 +165,6 @@ struct cds_bus {
     struct cds_parser parser;
     uint8_t port;                 // number of the bus on its board
     uint8_t flight;               // enum cds_bus_flight
-    bool in_flight;               // beyond CDS_BUS_IDLE
     uint8_t line;                 // enum cds_bus_state
     bool owed;                    // the one given up last may answer until `late_us`
     uint8_t damaged;              // not 0: something of the reply came damaged
@@ -171,7 +174,8 @@ struct cds_bus {
     uint8_t last_result;          // and enum cds_result of it
     uint8_t asked;                // ID in the packet in flight
     uint8_t at;                   // of the reply that is taken: index of its next byte in the ring,
-    uint8_t left;                 // bytes missing, the checksum too,
+    uint8_t count;                // bytes missing, the checksum too; in a search: bytes this poll
+                                  // has looked at so far,
     uint8_t *to;                  // where its next parameter goes
     uint8_t instruction, address; // of the packet in flight
     struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
@@ -237,6 +241,12 @@ bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
 uint8_t cds_bus_begin_(struct cds_bus *bus);
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
+/* Is the first request on the wire, or its answer awaited? */
+static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
+{
+    return bus->flight > CDS_BUS_IDLE;
+}
+
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
  * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost
  * nothing. */
@@ -267,8 +277,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 
 /* Moves the exchange in flight on and begins the next; to be called from the main loop, as often as
  * it turns. Ends at most one exchange and calls its on_end. Returns true while there is work.
- * Called late it loses nothing: what came is parsed before the deadline is judged, 20 bytes a poll.
- */
+ * Called late it loses nothing: what came is parsed before the deadline is judged,
+ * CDS_BUS_BYTES_PER_POLL in each poll. */
 bool cds_bus_poll(struct cds_bus *bus);
 
 /* Was servo `id` (0 to 253, or CDS_BROADCAST_ID) the last to be given up, and so soon that it may

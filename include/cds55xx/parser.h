@@ -48,11 +48,6 @@ void cds_parser_begin(struct cds_parser *parser, uint8_t longest);
  * is parser->length + 4; the caller then calls cds_parser_accept(). Consumer's context. */
 enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring);
 
-/* Examines as many of the next `count` bytes of the ring as lie between LENGTH and checksum, which
- * decide nothing, and returns how many; `count` bytes that were not examined yet must be there. The
- * same as so many steps, and quicker. Consumer's context. */
-uint8_t cds_parser_skim(struct cds_parser *parser, const struct cds_ring *ring, uint8_t count);
-
 /* Is `byte` (any) the checksum that ends the candidate well? Either context. */
 static inline bool cds_parser_ends_well(const struct cds_parser *parser, uint8_t byte)
 {

@@ -5,7 +5,8 @@
 #include <string.h>
 
 #define NOBODY         UINT8_MAX // no ID
-#define BYTES_PER_POLL 20        // examined at the most
+#define RING_MASK      (CDS_RING_SIZE - 1)
+#define TAKEN_PER_POLL 16 // bytes of a reply that is taken as it comes
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
@@ -75,7 +76,7 @@ static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
 }
 
 static void expect(struct cds_bus *bus);
-static void give_back(struct cds_bus *bus);
+static bool give_back(struct cds_bus *bus);
 
 /* The exchange in flight is given up: notes until when its answer may still come. */
 static void give_up(struct cds_bus *bus, uint8_t result)
@@ -167,8 +168,8 @@ static bool is_reply(const struct cds_bus *bus)
 }
 
 /* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
- * taken is looked at as any other bytes. */
-static SELDOM void give_back(struct cds_bus *bus)
+ * taken is looked at as any other bytes, from the next poll on. True. */
+static SELDOM bool give_back(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
 
@@ -181,6 +182,7 @@ static SELDOM void give_back(struct cds_bus *bus)
     bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
     bus->parser.id = bus->asked;
     bus->flight = CDS_BUS_ASKS;
+    return true;
 }
 
 /* Can the packet in flight be built again, when the parameters of the reply that is due have
@@ -195,18 +197,19 @@ static bool is_read(struct cds_bus *bus)
            bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
-/* The instruction packet has served: the parameters of the reply at the ring's tail, of this ID and
- * LENGTH, take its place in the buffer. True. */
-static APART bool start_taking(struct cds_bus *bus, uint8_t id, uint8_t length)
+/* The reply at the ring's tail, of this ID and LENGTH, is taken from ERROR on: the instruction
+ * packet has served, and the parameters take its place in the buffer. True. */
+static inline __attribute__((always_inline)) bool start_taking(struct cds_bus *bus, uint8_t id,
+                                                               uint8_t length)
 {
     struct cds_request *request = bus->request;
 
     request->id = id;
     request->length = (uint8_t)(length - CDS_LENGTH_MIN);
     bus->to = request->packet.bytes;
+    bus->parser.length = length;
     bus->parser.sum = (uint8_t)(id + length);
-    bus->parser.seen = 0;
-    bus->left = length;
+    bus->count = length;
     bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
     bus->flight = CDS_BUS_TAKES;
     return true;
@@ -216,14 +219,15 @@ static APART bool start_taking(struct cds_bus *bus, uint8_t id, uint8_t length)
  * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
 static APART bool begin_taking(struct cds_bus *bus)
 {
-    const struct cds_ring *rx = &bus->link.rx;
-    uint8_t asked = bus->asked;
+    const volatile uint8_t *ring = bus->link.rx.bytes;
+    uint8_t tail = bus->link.rx.tail, asked = bus->asked;
     uint8_t length = (uint8_t)(bus->request->reply_parameters + CDS_LENGTH_MIN);
 
-    if (cds_ring_peek(rx, 0) != CDS_HEADER || cds_ring_peek(rx, 1) != CDS_HEADER ||
-        cds_ring_peek(rx, CDS_AT_ID) != asked || cds_ring_peek(rx, CDS_AT_LENGTH) != length)
+    if (ring[tail & RING_MASK] != CDS_HEADER ||
+        ring[(uint8_t)(tail + 1) & RING_MASK] != CDS_HEADER ||
+        ring[(uint8_t)(tail + CDS_AT_ID) & RING_MASK] != asked ||
+        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length)
         return false;
-    bus->parser.length = length;
     return start_taking(bus, asked, length);
 }
 
@@ -236,8 +240,8 @@ static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
         bus->damaged = 1;
         return false;
     }
-    if (bus->flight == CDS_BUS_ASKS && is_reply(bus)) // all of it is there
-        return start_taking(bus, bus->parser.id, bus->parser.length);
+    if (bus->flight == CDS_BUS_ASKS && is_reply(bus))
+        return true;
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
     return false;
@@ -279,34 +283,34 @@ static SELDOM uint8_t end_at_deadline(const struct cds_bus *bus)
 }
 
 /* Parses what has been heard by now, or by the deadline if that is over, before and behind the
- * damage there may be. True when the exchange has ended well. What is left after BYTES_PER_POLL is
- * for the next poll, so that neither a long reply nor a babbling line holds up the caller. */
+ * damage there may be, but no more than the poll may still look at: neither a long reply nor a
+ * babbling line holds up the caller. True: the reply that is due stands at the ring's tail. */
 static ONE_COPY bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
-    uint8_t left = BYTES_PER_POLL;
-    bool broken;
 
     do {
         uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
+        bool broken;
 
         if (bus->closing)
             end = end_at_deadline(bus);
         broken = link->broken;
         if (broken)
             end = link->broken_at;
-        for (; looked_to(bus) != end; left--) {
+        for (; looked_to(bus) != end; bus->count++) {
             enum cds_parsed parsed;
 
-            if (left == 0)
+            if (bus->count >= CDS_BUS_BYTES_PER_POLL)
                 return false;
             parsed = cds_parser_step(&bus->parser, &link->rx);
             if (parsed != CDS_PARSED_MORE && decide(bus, parsed))
                 return true;
         }
-        if (broken)
-            drop_broken(bus);
-    } while (broken && left-- > 0);
+        if (!broken)
+            return false;
+        drop_broken(bus);
+    } while (bus->count++ < CDS_BUS_BYTES_PER_POLL);
     return false;
 }
 
@@ -324,7 +328,6 @@ static ONE_COPY void send_rest(struct cds_bus *bus, uint8_t begun)
 
     cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
-    bus->in_flight = true;
     bus->deadline_us = cds_port_now_us(); // to be counted from here
     cds_bus_note_sent_(bus);
 }
@@ -351,6 +354,7 @@ static ONE_COPY void expect(struct cds_bus *bus)
     }
     bus->flight = flight;
     bus->damaged = 0;
+    bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
     bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
     cds_port_set_alarm(bus->port, bus->deadline_us);
@@ -374,6 +378,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
         bus->owed = false; // for good: half an hour later the clock would not tell
     if (used) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
+        bus->closing = false;
         parse(bus);
         bus->line = CDS_BUS_BUSY;
     } else if (!high && bus->line == CDS_BUS_OK) {
@@ -419,7 +424,7 @@ static ONE_COPY void begin_turn(struct cds_bus *bus)
  * before one in flight, which is the first. */
 static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
-    struct cds_request **place = bus->in_flight ? &bus->request->next : &bus->request;
+    struct cds_request **place = cds_bus_is_in_flight_(bus) ? &bus->request->next : &bus->request;
 
     while (*place && (*place)->urgent >= urgent)
         place = &(*place)->next;
@@ -503,7 +508,7 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         place = &(*place)->next;
     if (!*place)
         return CDS_BAD_ARGUMENT;
-    if (bus->in_flight && *place == bus->request)
+    if (cds_bus_is_in_flight_(bus) && *place == bus->request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
@@ -549,7 +554,6 @@ static void land(struct cds_bus *bus, uint8_t result)
 {
     cds_bus_note_end_(bus, result);
     bus->flight = CDS_BUS_IDLE;
-    bus->in_flight = false;
 }
 
 /* ... without a good reply: it is sent again, if it may be. */
@@ -582,23 +586,9 @@ static APART bool end_well(struct cds_bus *bus)
 /* The reply is taken, up to the checksum at `at` of the ring. */
 static APART bool accept(struct cds_bus *bus, uint8_t at)
 {
-    bus->link.rx.tail = (uint8_t)(at + 1u); // and the parser has seen nothing behind it
+    bus->link.rx.tail = (uint8_t)(at + 1u);
     bus->owed = false;
     return end_well(bus);
-}
-
-/* A search has found the reply, all of it. */
-static APART bool take_found(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-    uint8_t *to = request->packet.bytes;
-    uint8_t at = (uint8_t)(bus->at + 1u); // behind ERROR
-
-    bus->closing = false;
-    request->error = bus->parser.error;
-    for (uint8_t left = request->length; left; left--)
-        *to++ = bus->link.rx.bytes[at++ & (CDS_RING_SIZE - 1)];
-    return accept(bus, at);
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -615,16 +605,17 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (bus->flight != CDS_BUS_ASKS) { // some of it may be there, and is looked at now
-        if (bus->flight >= CDS_BUS_TAKES)
-            give_back(bus);
-        bus->flight = CDS_BUS_ASKS;
-        if (parse(bus))
-            return CDS_OK;
+    if (bus->flight >= CDS_BUS_TAKES) {
+        if ((int8_t)(bus->close_at - bus->at) > 0)
+            return CDS_PENDING; // the next poll takes more of it
+        give_back(bus);
     }
+    bus->flight = CDS_BUS_ASKS;
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
-    return bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT;
+    if (bus->damaged || (bus->link.broken && bus->link.broken_at == bus->close_at))
+        return CDS_CORRUPT; // of several bytes, or the last
+    return CDS_TIMEOUT;
 }
 
 /* The alarm has rung, perhaps too early. */
@@ -640,9 +631,6 @@ static APART bool look_at_deadline(struct cds_bus *bus)
     result = outcome_late(bus);
     if (result == CDS_PENDING)
         return true;
-    if (result == CDS_OK)
-        return take_found(bus);
-    bus->closing = false;
     return fail(bus, result, now_us);
 }
 
@@ -670,6 +658,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
 /* Nothing is in flight. */
 static bool poll_idle(struct cds_bus *bus)
 {
+    bus->count = 0;
     if (bus->request)
         return wait_for_quiet(bus);
     if (bus->flight != CDS_BUS_CLOSED)
@@ -677,40 +666,31 @@ static bool poll_idle(struct cds_bus *bus)
     return false;
 }
 
-/* Searches what comes for the reply from here on. */
-static APART bool search(struct cds_bus *bus)
-{
-    if (bus->flight >= CDS_BUS_TAKES)
-        give_back(bus);
-    bus->flight = CDS_BUS_ASKS;
-    return parse(bus) ? take_found(bus) : go_on(bus);
-}
-
 /* All of a reply has come: is its checksum right? */
-static APART bool end_taking(struct cds_bus *bus)
+static APART bool end_taking(struct cds_bus *bus, uint8_t at)
 {
-    uint8_t at = bus->at;
-
-    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)]))
-        return search(bus);
+    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & RING_MASK]))
+        return give_back(bus);
     return accept(bus, at);
 }
 
 /* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
 static APART bool take(struct cds_bus *bus, uint8_t end)
 {
-    uint8_t at = bus->at, left = bus->left, sum = bus->parser.sum, length = bus->parser.length;
+    uint8_t at = bus->at, left = bus->count, sum = bus->parser.sum, length = bus->parser.length;
     uint8_t count = (uint8_t)(end - at);
     uint8_t *to = bus->to;
 
+    if (count > TAKEN_PER_POLL)
+        count = TAKEN_PER_POLL;
     do {
-        uint8_t byte = bus->link.rx.bytes[at & (CDS_RING_SIZE - 1)];
+        uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
 
         sum = (uint8_t)(sum + byte);
         if (left != length) {
             *to++ = byte;
         } else if (byte & CDS_ERROR_NONE_SUCH) {
-            return search(bus);
+            return give_back(bus);
         } else {
             bus->request->error = byte;
         }
@@ -719,15 +699,31 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
         count--;
     } while (left != 1 && count);
     bus->parser.sum = sum;
-    bus->left = left;
+    bus->count = left;
     bus->at = at;
     bus->to = to;
     if (left == 1) {
         bus->flight = CDS_BUS_ENDS;
         if (count)
-            return end_taking(bus);
+            return end_taking(bus, at);
     }
     return go_on(bus);
+}
+
+/* Searches what comes for the reply from here on. One that is found is taken; a long one by the
+ * next polls. */
+static APART bool search(struct cds_bus *bus)
+{
+    uint8_t length;
+
+    bus->flight = CDS_BUS_ASKS;
+    bus->count = 0;
+    if (!parse(bus))
+        return go_on(bus);
+    length = bus->parser.length;
+    bus->parser.seen = 0;
+    start_taking(bus, bus->parser.id, length);
+    return length > CDS_BUS_BYTES_PER_POLL ? true : take(bus, (uint8_t)(bus->at + length));
 }
 
 /* Something is in flight for which no reply is taken yet. */
@@ -754,9 +750,19 @@ static bool poll_begun(struct cds_bus *bus)
     return wait_for_reply(bus);
 }
 
+/* What stands before damaged bytes may be all there is to take. */
+static SELDOM bool take_before_damage(struct cds_bus *bus, uint8_t at)
+{
+    uint8_t end = bus->link.broken_at;
+
+    if (end == at)
+        return give_back(bus);
+    return bus->flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
+}
+
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t flight = bus->flight, end;
+    uint8_t flight = bus->flight, at, end;
 
     if (flight < CDS_BUS_TAKES) {
         if (flight > CDS_BUS_BEGUN)
@@ -764,11 +770,12 @@ bool cds_bus_poll(struct cds_bus *bus)
         return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
     }
     end = bus->link.rx.head; // before `broken`, as in parse()
-    if (end == bus->at)
+    at = bus->at;
+    if (end == at)
         return go_on(bus);
     if (bus->link.broken)
-        return search(bus);
-    return flight == CDS_BUS_ENDS ? end_taking(bus) : take(bus, end);
+        return take_before_damage(bus, at);
+    return flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

@@ -1,7 +1,9 @@
 /* READs of many servos back to back; see group_read.h. */
 #include "cds55xx/group_read.h"
 
-#include "cds55xx/servo.h" // cds_servo_read()
+#include "cds55xx/servo.h" // cds_servo_follow_read_()
+
+#define COPIED_IN_TIME 12 // bytes: what follows the header has but two byte times
 
 void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
                           struct cds_request *request, const uint8_t *ids, uint8_t count,
@@ -47,31 +49,44 @@ static uint8_t take_data(struct cds_group_read *read)
     return CDS_OK;
 }
 
-static void send(struct cds_group_read *read)
+static uint8_t may_send(const struct cds_group_read *read, uint8_t which)
 {
-    enum cds_result result = cds_servo_read(read->bus, read->request, read->ids[read->next],
-                                            read->address, read->length);
+    return cds_servo_may_read_(read->request, read->ids[which], read->address, read->length);
+}
 
+/* Asks servo `next`, if it may be; its header may be on the wire already. */
+static void send(struct cds_group_read *read, uint8_t result, uint8_t begun)
+{
+    if (result == CDS_OK) {
+        if (!begun)
+            begun = cds_bus_begin_(read->bus);
+        result = cds_servo_follow_read_(read->bus, read->request, begun, read->ids[read->next],
+                                        read->address, read->length);
+    }
     if (result == CDS_OK) {
         read->sent = true;
     } else if (result != CDS_BUSY) { // an argument: nothing was sent to this servo
-        read->answers[read->next].result = (uint8_t)result;
-        done(read, (uint8_t)result);
+        read->answers[read->next].result = result;
+        done(read, result);
     }
 }
 
-/* The exchange is over. The next one is first, as the bus is idle meanwhile. */
+/* The exchange is over. The next one is first, as the bus is idle meanwhile: a short answer is
+ * copied while its header is on the wire. */
 static void exchange_ended(struct cds_group_read *read)
 {
     uint8_t result = read->request->result, error = read->request->error, ended = read->next;
-    bool answers = result == CDS_OK;
+    bool answers = result == CDS_OK, more = (uint8_t)(ended + 1u) < read->count;
+    uint8_t may = more ? may_send(read, (uint8_t)(ended + 1u)) : CDS_BUSY, begun = 0;
     struct cds_group_answer *answer;
 
+    if (may == CDS_OK && read->length <= COPIED_IN_TIME)
+        begun = cds_bus_begin_(read->bus);
     if (answers)
         result = take_data(read);
     done(read, result);
-    if (read->next < read->count)
-        send(read);
+    if (more)
+        send(read, may, begun);
     answer = &read->answers[ended];
     answer->result = result;
     if (answers)
@@ -88,7 +103,7 @@ static __attribute__((noinline)) enum cds_result go_on(struct cds_group_read *re
     if (read->sent)
         exchange_ended(read);
     else if (read->next < read->count)
-        send(read);
+        send(read, may_send(read, read->next), 0);
     return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
 }
 

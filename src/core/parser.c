@@ -59,23 +59,6 @@ enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring
     return CDS_PARSED_MORE;
 }
 
-uint8_t cds_parser_skim(struct cds_parser *parser, const struct cds_ring *ring, uint8_t count)
-{
-    uint8_t seen = parser->seen, sum = parser->sum;
-    uint8_t from = (uint8_t)(ring->tail + seen);
-    uint8_t most = (uint8_t)(parser->length + CDS_AT_LENGTH - seen);
-
-    if (seen <= CDS_AT_LENGTH)
-        return 0;
-    if (count > most)
-        count = most;
-    for (uint8_t left = count; left; left--)
-        sum = (uint8_t)(sum + ring->bytes[from++ & (CDS_RING_SIZE - 1)]);
-    parser->sum = sum;
-    parser->seen = (uint8_t)(seen + count);
-    return count;
-}
-
 void cds_parser_accept(struct cds_parser *parser, struct cds_ring *ring)
 {
     cds_ring_drop(ring, (uint8_t)(parser->length + CDS_AT_LENGTH + 1));

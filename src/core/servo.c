@@ -33,25 +33,39 @@ enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request,
     return submit(bus, request, cds_packet_ping(&request->packet, id));
 }
 
-/* For the one that is asked most the header is on the wire while the rest is built. */
-enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
-                               uint8_t address, uint8_t length)
+uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8_t address,
+                            uint8_t length)
 {
     uint8_t result;
-    uint8_t begun;
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = cds_packet_may_read_(&request->packet, id, address, length);
     if (result != CDS_OK)
-        return (enum cds_result)result;
+        return result;
     if ((length > CDS_PACKET_SIZE(2) || request->any_length) && !cds_bus_has_room_(request, length))
         return CDS_NO_ROOM;
-    begun = cds_bus_begin_(bus);
+    return CDS_OK;
+}
+
+uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
+                               uint8_t id, uint8_t address, uint8_t length)
+{
     request->reply_parameters = length;
     cds_packet_build_read_(&request->packet, id, address, length);
     request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
-    return (enum cds_result)cds_bus_follow_(bus, request, begun);
+    return cds_bus_follow_(bus, request, begun);
+}
+
+/* For the one that is asked most the header is on the wire while the rest is built. */
+enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                               uint8_t address, uint8_t length)
+{
+    uint8_t result = cds_servo_may_read_(request, id, address, length);
+
+    if (result == CDS_OK)
+        result = cds_servo_follow_read_(bus, request, cds_bus_begin_(bus), id, address, length);
+    return (enum cds_result)result;
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
