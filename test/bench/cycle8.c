@@ -23,14 +23,15 @@ CDS_AVR_CLOCK()
 
 static uint8_t goals_packets[2][CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
 static struct cds_request goals[2] = {CDS_REQUEST(goals_packets[0]), CDS_REQUEST(goals_packets[1])};
-static uint8_t read_packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(read_packet);
+static uint8_t read_packets[2][CDS_PACKET_SIZE(2)];
+static struct cds_request requests[2] = {CDS_REQUEST(read_packets[0]),
+                                         CDS_REQUEST(read_packets[1])};
 static uint8_t feedback[SERVOS][BYTES];
 
-static uint8_t front; // packet that is sent next
-static bool built;    // it is whole
-static uint8_t turn;  // servo that is read, or next
-static bool reading;
+static uint8_t front;    // packet that is sent next
+static bool built;       // it is whole
+static uint8_t turn;     // servo that is read next, by requests[turn & 1]
+static bool reading;     // the one before it
 static uint16_t read_us; // a READ takes
 static uint32_t next_us; // a period begins
 static uint32_t periods, missed, reads, failed;
@@ -78,21 +79,21 @@ static void begin_read(void)
     enum cds_result result;
 
     mark(MARK_WHOLE);
-    result = cds_servo_read(&bus, &request, (uint8_t)(turn + 1), CDS_REG_PRESENT_POSITION, BYTES);
+    result = cds_servo_read(&bus, &requests[turn & 1], (uint8_t)(turn + 1),
+                            CDS_REG_PRESENT_POSITION, BYTES);
     unmark(MARK_WHOLE);
     failed += result != CDS_OK;
-    reading = true;
+    turn = (uint8_t)(turn + 1) % SERVOS;
 }
 
-static void take(void)
+/* What servo `index` has said; the bus is at work on the next. */
+static void take(uint8_t index)
 {
     for (uint8_t i = 0; i < BYTES; i++) {
         mark(MARK_WHOLE);
-        failed += cds_request_byte(&request, i, &feedback[turn][i]) != CDS_OK;
+        failed += cds_request_byte(&requests[index & 1], i, &feedback[index][i]) != CDS_OK;
         unmark(MARK_WHOLE);
     }
-    turn = (uint8_t)(turn + 1) % SERVOS;
-    reading = false;
     reads++;
 }
 
@@ -109,15 +110,19 @@ static uint32_t now_us(void)
 /* The bus is idle. */
 static void go_on(void)
 {
-    uint32_t now;
+    bool ended = reading;
+    uint8_t index = (uint8_t)((turn ? turn : SERVOS) - 1);
+    uint32_t now = now_us();
 
-    if (reading)
-        take();
-    now = now_us();
-    if ((int32_t)(now - next_us) >= 0 && built)
+    reading = false;
+    if ((int32_t)(now - next_us) >= 0 && built) {
         begin_period(now);
-    else if (next_us - now >= read_us)
+    } else if (next_us - now >= read_us) {
         begin_read();
+        reading = true;
+    }
+    if (ended)
+        take(index);
 }
 
 /* Until a packet has left, a byte has come, or a period begins. */
@@ -159,11 +164,11 @@ int main(void)
     uint8_t delay = bench_option(1);
 
     bench_open(&bus);
-    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, delay);
+    cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, delay);
     bench_wait(&bus);
     cds_bus_set_return_delay(&bus, (uint16_t)(2 * delay));
     read_us = (uint16_t)(READ_US + 2u * delay + SLACK_US);
-    cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
+    cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     bench_wait(&bus);
     run(SECOND_US * bench_option(0));
     bench_wait(&bus);
