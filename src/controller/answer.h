@@ -9,7 +9,6 @@
 #include "cds55xx/ring.h"   // struct cds_ring
 
 #define ANSWER_BEFORE CDS_AT_PARAMETERS // bytes before its parameters that are the packet's, too
-#define ANSWER_BEHIND 1                 // ... and behind them
 
 struct answer {
     const uint8_t *from; // what is to come; it stays in place until it is out

@@ -1,7 +1,7 @@
 /* What becomes of the host's packets; see bridge.h. */
 #include "bridge.h"
 
-#include "apart.h"
+#include "opaque.h" // CDS_APART
 
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
@@ -13,7 +13,7 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
     gather_open(&bridge->gather, bus, device, output);
 }
 
-static APART void answer(struct bridge *bridge, uint8_t id, uint8_t error, uint8_t length)
+CDS_APART static void answer(struct bridge *bridge, uint8_t id, uint8_t error, uint8_t length)
 {
     answer_begin(&bridge->answer, id, error, bridge->request.packet.bytes, length);
     bridge->state = BRIDGE_ANSWERING;

@@ -2,10 +2,10 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "apart.h" // APART
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "opaque.h" // CDS_APART
 #include "sentences.h"
 
 /* ---- scan ---- */
@@ -42,7 +42,7 @@ static uint16_t remark(struct console *console, const struct cds_scan_found *fou
 }
 
 /* "id 5 model 1 at 57600bps" */
-APART static void tell_found(struct console *console, const struct cds_scan_found *found)
+CDS_APART static void tell_found(struct console *console, const struct cds_scan_found *found)
 {
     uint16_t *value = console->writer.values;
 

@@ -1,10 +1,10 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
-#include "apart.h"    // APART
 #include "commands.h" // COMMAND_defaults
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
-#include "reply.h" // reply_condition()
+#include "opaque.h" // CDS_APART
+#include "reply.h"  // reply_condition()
 #include "sentences.h"
 
 /* ---- settings, save, defaults ---- */
@@ -88,7 +88,7 @@ bool save_poll(struct console *console)
 /* ---- alarms ---- */
 
 /* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
-APART static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
+CDS_APART static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
 {
     uint16_t *value = writer->values;
 

@@ -2,11 +2,11 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "apart.h"                 // APART
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
+#include "opaque.h" // CDS_APART
 #include "reply.h"
 #include "sentences.h"
 
@@ -125,8 +125,8 @@ static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
 }
 
 /* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-APART static void servo_part(struct writer *writer, const struct cds_roster_servo *servo,
-                             uint8_t part)
+CDS_APART static void servo_part(struct writer *writer, const struct cds_roster_servo *servo,
+                                 uint8_t part)
 {
     switch (part) {
     case PART_STATE:

@@ -1,5 +1,4 @@
 /* From the words of a line to what its command takes; see command.h. */
-#include "apart.h" // APART
 #include "commands.h"
 
 #include <string.h>
@@ -7,6 +6,7 @@
 #include "cds55xx/control_table.h"
 #include "errors.h"
 #include "handlers.h"
+#include "opaque.h"   // CDS_APART
 #include "settings.h" // settings_named()
 
 #define WORDS(name, group, takes, instruction, begin, poll, arguments, what, details, example)     \
@@ -23,7 +23,7 @@ const CDS_FLASH struct command commands[COMMAND_COUNT] = {
 
 static const CDS_FLASH char takes_nothing[] = "";
 
-APART void command_begin(struct command_line *line)
+CDS_APART void command_begin(struct command_line *line)
 {
     struct cds_request *request = line->request;
 
@@ -315,7 +315,7 @@ static enum cds_result finish_packet(struct command_line *line, uint8_t instruct
     }
 }
 
-APART uint8_t command_end(struct command_line *line)
+CDS_APART uint8_t command_end(struct command_line *line)
 {
     uint8_t instruction = commands[line->kind].instruction;
     char letter = *line->takes;

@@ -5,11 +5,11 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "apart.h" // APART
 #include "commands.h"
 #include "errors.h"
 #include "handlers.h" // alarm_tell()
 #include "host.h"     // HOST_MARK_DROPPED
+#include "opaque.h"   // CDS_APART
 #include "reply.h"
 
 /* The bus must not wait for a line. */
@@ -78,7 +78,7 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-APART static void conclude(struct console *console, uint8_t error)
+CDS_APART static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
@@ -86,7 +86,7 @@ APART static void conclude(struct console *console, uint8_t error)
     console->state = CONSOLE_CLOSING;
 }
 
-APART static void begin_command(struct console *console)
+CDS_APART static void begin_command(struct console *console)
 {
     memset(&console->job, 0, sizeof console->job);
     console->step = 0;
@@ -159,7 +159,7 @@ static bool is_mark(uint8_t byte)
 }
 
 /* The host link says that the line so far is gone. */
-APART static void take_mark(struct console *console, uint8_t mark)
+CDS_APART static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
     if (mark == HOST_MARK_LOST)
@@ -263,7 +263,7 @@ static void interrupt(struct console *console)
 
 /* ---- a command ---- */
 
-APART uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
+CDS_APART uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
 {
     return number_within(&console->line.number[index], unit, &console->raw);
 }
@@ -285,7 +285,7 @@ bool console_waits(struct console *console)
     return false;
 }
 
-APART bool console_answered(const struct console *console)
+CDS_APART bool console_answered(const struct console *console)
 {
     return console->error == 0 && !(console->servo_error & CDS_ERRORS_OF_PACKET);
 }
@@ -317,7 +317,7 @@ bool console_operates(struct console *console, uint8_t operation)
     return false;
 }
 
-APART struct cds_roster_servo *console_servo(const struct console *console)
+CDS_APART struct cds_roster_servo *console_servo(const struct console *console)
 {
     return cds_roster_find(&console->robot->crew.roster, console->line.id);
 }

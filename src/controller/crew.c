@@ -6,6 +6,7 @@
 #include "cds55xx/control_table.h" // CDS_REG_STATUS_RETURN_LEVEL
 #include "cds55xx/packet.h"        // CDS_AT_*
 #include "observe.h"               // cds_roster_admit()
+#include "opaque.h"                // CDS_APART
 
 /* Status return levels (R3). */
 #define LEVEL_READ 1
@@ -48,7 +49,7 @@ static bool changes_settings(const uint8_t *bytes)
            bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL;
 }
 
-static __attribute__((noinline)) void meet_addressed(struct crew *crew, const uint8_t *bytes)
+CDS_APART static void meet_addressed(struct crew *crew, const uint8_t *bytes)
 {
     switch (bytes[CDS_AT_INSTRUCTION]) {
     case CDS_WRITE:

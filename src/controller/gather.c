@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "answer.h"
-#include "apart.h"
+#include "opaque.h" // CDS_APART
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
@@ -129,7 +129,7 @@ static void send(struct cds_bus *bus, struct cds_request *read)
 
 /* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
  * registers for it. */
-static APART void keep(struct gather *gather, const struct cds_request *read)
+CDS_APART static void keep(struct gather *gather, const struct cds_request *read)
 {
     uint8_t each = gather->each;
     bool good = read->result == CDS_OK && read->length == each;

@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-#include "apart.h"
 #include "cds55xx/port.h" // cds_port_now_us()
+#include "opaque.h"       // CDS_APART
 
 /* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
  */
@@ -21,7 +21,7 @@ static bool is_open(const struct host *host)
     return host->count != 0;
 }
 
-APART void host_gap(struct host *host)
+CDS_APART void host_gap(struct host *host)
 {
     host->counters.gaps++;
     if (host->whole)

@@ -4,8 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "apart.h"
 #include "errors.h"
+#include "opaque.h" // CDS_APART
 
 void robot_begin(struct robot *robot, struct cds_bus *bus)
 {
@@ -43,7 +43,7 @@ uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
     return 0;
 }
 
-static APART void let_go(struct robot *robot)
+CDS_APART static void let_go(struct robot *robot)
 {
     if (robot->operation == ROBOT_CYCLE)
         cds_watch_set_cycle(&robot->watch, NULL);
@@ -111,7 +111,7 @@ static enum cds_result poll_operation(struct robot *robot)
 }
 
 /* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
-static __attribute__((noinline)) void poll_work(struct robot *robot)
+CDS_APART static void poll_work(struct robot *robot)
 {
     poll_stop(robot);
     if (robot->operation == ROBOT_IDLE)
@@ -155,7 +155,7 @@ bool robot_add(struct robot *robot, uint8_t id)
     return crew_meet(&robot->crew, id);
 }
 
-APART void robot_yield(struct robot *robot)
+CDS_APART void robot_yield(struct robot *robot)
 {
     robot->watch.look_us = robot->watch.seek_us = cds_port_now_us() + ROBOT_REST_US;
 }

@@ -4,8 +4,8 @@
 #include <stddef.h>
 
 #include "../avr/eeprom.h" // by its path: the simulator has an eeprom.h too
-#include "apart.h"         // APART
 #include "crc.h"
+#include "opaque.h" // CDS_APART
 
 #define ERASED UINT8_MAX // as version: no record
 
@@ -49,7 +49,7 @@ uint8_t settings_named(const char *name, uint8_t length)
     return index;
 }
 
-APART uint16_t settings_get(const struct settings *settings, uint8_t index)
+CDS_APART uint16_t settings_get(const struct settings *settings, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
     const uint8_t *field = (const uint8_t *)settings + row->offset;
@@ -89,7 +89,7 @@ static uint8_t stored(uint8_t slot, uint8_t index)
     return avr_eeprom_read((uint16_t)(SETTINGS_PLACE + slot * SETTINGS_ROOM + index));
 }
 
-APART static uint16_t add(uint16_t crc, uint8_t byte)
+CDS_APART static uint16_t add(uint16_t crc, uint8_t byte)
 {
     return crc_add(crc, byte);
 }

@@ -2,7 +2,7 @@
  * read counters or have an observer. In all others bus.c has nothing in the place of these. */
 #include "cds55xx/bus.h"
 
-#define APART __attribute__((noinline)) // once, however often it is called
+#include "opaque.h" // CDS_APART
 
 bool cds_bus_is_watched_(const struct cds_bus *bus)
 {
@@ -14,7 +14,7 @@ uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
     return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
 }
 
-APART void cds_bus_count_(uint16_t *counter)
+CDS_APART void cds_bus_count_(uint16_t *counter)
 {
     (*counter)++;
 }
@@ -29,8 +29,8 @@ void cds_bus_note_sent_(struct cds_bus *bus)
 }
 
 /* What news there is. Of a packet that was not due, only event, ID and error mean anything. */
-static APART void tell(struct cds_bus *bus, uint8_t event, uint8_t id, uint8_t error,
-                       uint8_t result)
+CDS_APART static void tell(struct cds_bus *bus, uint8_t event, uint8_t id, uint8_t error,
+                           uint8_t result)
 {
     struct cds_bus_news news = {.event = event,
                                 .id = id,
@@ -44,7 +44,7 @@ static APART void tell(struct cds_bus *bus, uint8_t event, uint8_t id, uint8_t e
         bus->observer->on_news(bus->observer, &news);
 }
 
-APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
+CDS_APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 {
     const struct cds_request *request = bus->request;
     uint16_t *counter = &bus->counters.timeouts;
@@ -62,7 +62,7 @@ APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 }
 
 /* A good packet that was not due: an answer too late, a second one, or whose? */
-APART void cds_bus_note_undue_(struct cds_bus *bus)
+CDS_APART void cds_bus_note_undue_(struct cds_bus *bus)
 {
     uint16_t *counter = &bus->counters.foreign;
     uint8_t event = CDS_BUS_FOREIGN, id = bus->parser.id;

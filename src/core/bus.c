@@ -4,6 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "opaque.h" // CDS_APART
+
 #define NOBODY         UINT8_MAX // no ID
 #define RING_MASK      (CDS_RING_SIZE - 1)
 #define TAKEN_PER_POLL 16 // bytes of a reply that is taken as it comes
@@ -12,12 +14,9 @@
 #define SELDOM __attribute__((noinline, cold))
 
 /* Not copied for a bus that is known when the program is linked: by a pointer, an AVR reaches the
- * fields in half as many words. */
+ * fields in half as many words. What is only CDS_APART may be copied so: a pointer less, where the
+ * time for a byte counts. */
 #define ONE_COPY __attribute__((noclone, noinline))
-
-/* Such a copy is what is wanted where the time for a byte counts: a pointer less. Not inlined: what
- * it needs would be saved and restored where it is not called. */
-#define APART __attribute__((noinline))
 
 /* What a program does not use: account.c and repeat.c have those that do something. */
 #define UNUSED __attribute__((weak))
@@ -217,7 +216,7 @@ static inline __attribute__((always_inline)) bool start_taking(struct cds_bus *b
 
 /* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
  * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
-static APART bool begin_taking(struct cds_bus *bus)
+CDS_APART static bool begin_taking(struct cds_bus *bus)
 {
     const volatile uint8_t *ring = bus->link.rx.bytes;
     uint8_t tail = bus->link.rx.tail, asked = bus->asked;
@@ -577,18 +576,10 @@ static bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
 }
 
 /* ... well. */
-static APART bool end_well(struct cds_bus *bus)
+CDS_APART static bool end_well(struct cds_bus *bus)
 {
     land(bus, CDS_OK);
     return finish(bus, CDS_OK);
-}
-
-/* The reply is taken, up to the checksum at `at` of the ring. */
-static APART bool accept(struct cds_bus *bus, uint8_t at)
-{
-    bus->link.rx.tail = (uint8_t)(at + 1u);
-    bus->owed = false;
-    return end_well(bus);
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -619,7 +610,7 @@ static uint8_t outcome_late(struct cds_bus *bus)
 }
 
 /* The alarm has rung, perhaps too early. */
-static APART bool look_at_deadline(struct cds_bus *bus)
+CDS_APART static bool look_at_deadline(struct cds_bus *bus)
 {
     uint32_t now_us = cds_port_now_us();
     uint8_t result;
@@ -667,15 +658,17 @@ static bool poll_idle(struct cds_bus *bus)
 }
 
 /* All of a reply has come: is its checksum right? */
-static APART bool end_taking(struct cds_bus *bus, uint8_t at)
+CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t at)
 {
     if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & RING_MASK]))
         return give_back(bus);
-    return accept(bus, at);
+    bus->link.rx.tail = (uint8_t)(at + 1u);
+    bus->owed = false;
+    return end_well(bus);
 }
 
 /* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
-static APART bool take(struct cds_bus *bus, uint8_t end)
+CDS_APART static bool take(struct cds_bus *bus, uint8_t end)
 {
     uint8_t at = bus->at, left = bus->count, sum = bus->parser.sum, length = bus->parser.length;
     uint8_t count = (uint8_t)(end - at);
@@ -712,7 +705,7 @@ static APART bool take(struct cds_bus *bus, uint8_t end)
 
 /* Searches what comes for the reply from here on. One that is found is taken; a long one by the
  * next polls. */
-static APART bool search(struct cds_bus *bus)
+CDS_APART static bool search(struct cds_bus *bus)
 {
     uint8_t length;
 
@@ -727,7 +720,7 @@ static APART bool search(struct cds_bus *bus)
 }
 
 /* Something is in flight for which no reply is taken yet. */
-static APART bool wait_for_reply(struct cds_bus *bus)
+CDS_APART static bool wait_for_reply(struct cds_bus *bus)
 {
     uint8_t end;
 

@@ -3,6 +3,8 @@
 
 #include "cds55xx/servo.h" // cds_servo_follow_read_()
 
+#include "opaque.h" // CDS_APART
+
 #define COPIED_IN_TIME 12 // bytes: what follows the header has but two byte times
 
 void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
@@ -98,7 +100,7 @@ static void exchange_ended(struct cds_group_read *read)
 }
 
 /* Apart, so that asking while the exchange goes on needs no frame. */
-static __attribute__((noinline)) enum cds_result go_on(struct cds_group_read *read)
+CDS_APART static enum cds_result go_on(struct cds_group_read *read)
 {
     if (read->sent)
         exchange_ended(read);

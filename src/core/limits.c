@@ -1,6 +1,7 @@
 /* Soft limits of one servo; see limits.h. Manual: 3.1, 0x06 to 0x09, 0x18, 0x1E to 0x21; R10, R16.
  */
 #include "limits.h"
+#include "opaque.h" // CDS_APART
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 
@@ -34,7 +35,7 @@ static const uint8_t *word_of(const struct cds_span *span, uint8_t reg)
     return cds_span_byte(span, (uint8_t)(reg + 1)) ? cds_span_byte(span, reg) : NULL;
 }
 
-static __attribute__((noinline)) bool position_limited(const struct cds_roster_servo *servo)
+CDS_APART static bool position_limited(const struct cds_roster_servo *servo)
 {
     return servo->lowest > 0 || servo->highest < CDS_VALUE_MAX;
 }

@@ -7,6 +7,7 @@
 #include "goal.h"                  // CDS_GOAL_SIZE
 #include "limits.h"                // cds_limits_check()
 #include "observe.h"
+#include "opaque.h" // CDS_APART
 
 #define FACTORY_ID           1 // what RESET leaves (R11, R25)
 #define FACTORY_RETURN_DELAY 1
@@ -118,8 +119,8 @@ static bool is_ambiguous(const struct cds_roster *roster)
 }
 
 /* `servo` has another ID, or may have: goals to any of them are judged anew. */
-static __attribute__((noinline)) void
-learn_id(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t id, bool certain)
+CDS_APART static void learn_id(struct cds_roster *roster, struct cds_roster_servo *servo,
+                               uint8_t id, bool certain)
 {
     if (certain) {
         servo->id = id;
@@ -149,8 +150,8 @@ static void unsettle(struct cds_roster_servo *servo)
 }
 
 /* Not `certain`: it may hold this, or what it held before. */
-static __attribute__((noinline)) void stay_careful(struct cds_roster_servo *servo,
-                                                   const struct cds_roster_servo *before)
+CDS_APART static void stay_careful(struct cds_roster_servo *servo,
+                                   const struct cds_roster_servo *before)
 {
     if (servo->cw_limit != before->cw_limit)
         servo->cw_limit = CDS_ANGLE_UNKNOWN;
@@ -449,9 +450,8 @@ static enum cds_result judge_part(struct cds_roster *roster, const struct part *
     return CDS_OK;
 }
 
-static __attribute__((noinline)) enum cds_result judge_block(struct cds_roster *roster, uint8_t id,
-                                                             uint8_t address, const uint8_t *data,
-                                                             uint8_t length)
+CDS_APART static enum cds_result judge_block(struct cds_roster *roster, uint8_t id, uint8_t address,
+                                             const uint8_t *data, uint8_t length)
 {
     struct part part = {{data, address, length}, id, CDS_SYNC_WRITE};
 
@@ -561,8 +561,7 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
 }
 
 /* What has waited while something changed is judged anew at its turn. */
-static __attribute__((noinline)) enum cds_result judge_anew(struct cds_roster *roster,
-                                                            struct cds_request *request)
+CDS_APART static enum cds_result judge_anew(struct cds_roster *roster, struct cds_request *request)
 {
     uint8_t vetted = request->vetted;
 
@@ -802,8 +801,7 @@ static void count_undue(struct cds_roster_counters *counters, uint8_t event)
         counters->foreign++;
 }
 
-static __attribute__((noinline)) void take_news(struct cds_roster *roster,
-                                                const struct cds_bus_news *news)
+CDS_APART static void take_news(struct cds_roster *roster, const struct cds_bus_news *news)
 {
     struct cds_roster_servo *servo = next_of(roster, news->id, NULL);
     struct cds_roster_servo *one = news->id == CDS_BROADCAST_ID ? NULL : servo;
@@ -919,8 +917,8 @@ uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_serv
 }
 
 /* Of `servo`, or of all, the bits `why` are set, and of the others those of `keep` stay. */
-static __attribute__((noinline)) void
-set_held(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t keep, uint8_t why)
+CDS_APART static void set_held(struct cds_roster *roster, struct cds_roster_servo *servo,
+                               uint8_t keep, uint8_t why)
 {
     struct cds_roster_servo *each = roster->servos;
 
