@@ -112,22 +112,34 @@ uint32_t cds_port_now_us(void)
     return port_fake.now_us;
 }
 
-void cds_port_set_alarm(uint8_t port, uint32_t at_us)
+uint16_t cds_port_short_us(void)
 {
-    (void)line(port);
-    port_fake.alarms_us[port % FAKE_PORTS] = at_us;
+    return (uint16_t)(cds_port_now_us() & CDS_PORT_SHORT_MAX);
 }
 
-/* An alarm of 15 bits, as that of a timer: it rings early for what is far away. */
+/* An alarm of 15 bits, as that of a timer: it rings once in every lap. */
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us)
+{
+    uint32_t passed_us = (port_fake.now_us - from_us) & CDS_PORT_SHORT_MAX;
+
+    (void)line(port);
+    port_fake.alarms_us[port % FAKE_PORTS] =
+        port_fake.now_us - passed_us + (us & CDS_PORT_SHORT_MAX);
+    return (uint8_t)(us >> 15);
+}
+
 bool cds_port_alarm_rings(uint8_t port)
 {
-    int32_t past_us;
-
     port_fake.clock_reads++;
     (void)line(port);
     port_fake.now_us += port_fake.us_per_reading;
-    past_us = (int32_t)(port_fake.now_us - port_fake.alarms_us[port % FAKE_PORTS]);
-    return past_us >= 0 || past_us < -FAKE_ALARM_US;
+    return (int32_t)(port_fake.now_us - port_fake.alarms_us[port % FAKE_PORTS]) >= 0;
+}
+
+void cds_port_silence_alarm(uint8_t port)
+{
+    (void)line(port);
+    port_fake.alarms_us[port % FAKE_PORTS] += CDS_PORT_SHORT_MAX + 1u;
 }
 
 void port_fake_settle(struct cds_bus *bus)

@@ -33,6 +33,7 @@ void setUp(void)
     memset(&text, 0, sizeof text);
     memset(&output, 0, sizeof output);
     memset(&device, 0, sizeof device);
+    memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     host_open(&host, &input, &text, buffers[0] + ANSWER_BEFORE);
     eeprom_fake_reset();

@@ -72,7 +72,7 @@ static void wire(void)
         talk_end_us = port_fake.now_us + 10u * bus.request->packet.size;
         TEST_ASSERT_LESS_THAN(STARTS_MAX, start_count);
         starts[start_count].us = now();
-        starts[start_count++].id = bus.request->id;
+        starts[start_count++].id = bus.request->packet.bytes[CDS_AT_ID];
     }
     if (talking && port_fake.now_us == talk_end_us) {
         talking = false;

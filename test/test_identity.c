@@ -306,10 +306,13 @@ static bool at_its_turn; // not when it is submitted
 
 static enum cds_result refuse_writes(struct cds_bus_observer *observer, struct cds_request *asked)
 {
-    bool writes = asked->packet.bytes[CDS_AT_INSTRUCTION] == CDS_WRITE;
+    bool waits = asked->result == CDS_PENDING;
 
     (void)observer;
-    return writes && at_its_turn == (asked->result == CDS_PENDING) ? CDS_HELD : CDS_OK;
+    if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
+        return CDS_OK;
+    port_fake.low = at_its_turn && !waits; // it must wait for the line
+    return at_its_turn == waits ? CDS_HELD : CDS_OK;
 }
 
 static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)

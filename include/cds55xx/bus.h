@@ -41,9 +41,8 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* Bytes that one poll looks for packets in: the reply to a READ of 11, feedback.h, is found in one.
- */
-#define CDS_BUS_BYTES_PER_POLL 17
+/* Bytes that one poll looks for packets in. */
+#define CDS_BUS_BYTES_PER_POLL 8
 
 /* State of the line. */
 enum cds_bus_state {
@@ -135,9 +134,9 @@ struct cds_bus_news {
 /* Whoever watches a bus: roster.h. Called from submit, poll and cds_bus_would_admit(). */
 struct cds_bus_observer {
     /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
-     * CDS_REPLY_NONE) and how long the servo waits (return_delay_us). Asked when a request is
-     * submitted and, its result then being CDS_PENDING, when its turn has come to be sent, or to be
-     * sent once more. */
+     * CDS_REPLY_NONE) and how long the servo waits (cds_bus_set_return_delay_of_()). Asked when a
+     * request is submitted and, its result then being CDS_PENDING, when its turn has come that it
+     * had to wait for, or to be sent once more. */
     enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
     /* The same as `admit` for what a SYNC WRITE has for one servo. */
     enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
@@ -153,37 +152,38 @@ enum cds_bus_flight {
     CDS_BUS_IDLE,  // it waits, or there is none
     CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
     CDS_BUS_TELLS, // ... no reply is due
-    CDS_BUS_HOPES, // ... a reply is due, of which nothing was looked at yet
-    CDS_BUS_ASKS,  // ... and what comes is searched for it
-    CDS_BUS_TAKES, // ... and it goes into the request's buffer as it comes
-    CDS_BUS_ENDS,  // ... of which but the checksum is there
+    CDS_BUS_ASKS,  // ... a reply is due, and what comes is searched for it
+    CDS_BUS_FITS,  // ... what has come begins as it should, up to LENGTH
+    CDS_BUS_TAKES, // ... and what seems to be it is summed up as it comes
+    CDS_BUS_ENDS,  // ... of which all but the checksum is there
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
     struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
-    uint8_t port;                 // number of the bus on its board
-    uint8_t flight;               // enum cds_bus_flight
-    uint8_t line;                 // enum cds_bus_state
-    bool owed;                    // the one given up last may answer until `late_us`
-    uint8_t damaged;              // not 0: something of the reply came damaged
-    bool closing;                 // the deadline is over, and bytes up to this index of the
-    uint8_t close_at;             // ring are still looked at
-    uint8_t last_id;              // of the last exchange with a reply due that is over,
-    uint8_t last_result;          // and enum cds_result of it
-    uint8_t asked;                // ID in the packet in flight
-    uint8_t at;                   // of the reply that is taken: index of its next byte in the ring,
-    uint8_t count;                // bytes missing, the checksum too; in a search: bytes this poll
-                                  // has looked at so far,
-    uint8_t *to;                  // where its next parameter goes
-    uint8_t instruction, address; // of the packet in flight
-    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
-    uint32_t deadline_us;              // of the exchange in flight, or of the wait for a quiet line
-    uint16_t return_delay_us;          // longest of any servo on this bus
+    uint8_t port;               // number of the bus on its board
+    uint8_t flight;             // enum cds_bus_flight
+    uint8_t line;               // enum cds_bus_state
+    bool owed;                  // the one given up last may answer until `late_us`
+    uint8_t damaged;            // not 0: something of the reply came damaged
+    bool closing;               // the deadline is over, and bytes up to this index of the
+    uint8_t close_at;           // ring are still looked at
+    uint8_t last_id;            // of the last exchange with a reply due that is over,
+    uint8_t last_result;        // and enum cds_result of it
+    uint8_t at;                 // of the reply that is taken: index of its next byte in the ring,
+    uint8_t last;               // and of its checksum
+    uint8_t *to;                // where its next parameter goes; NULL: all of them at the end
+    uint8_t due_id, due_length; // with which the reply should begin
+    uint8_t laps;               // how often the alarm rings before its time
+    uint8_t asked, instruction, address; // of the packet in flight
+    struct cds_bus_observer *observer;   // or NULL; by cds_bus_set_observer()
+    uint16_t return_delay_us;            // longest of any servo on this bus
+    uint16_t byte_time_us;               // ten bits
+    uint16_t heard_us;                   // when others were last found using the line, by
+                                         // cds_port_short_us(); of a packet just begun: when
+    uint16_t quiet_us;                   // how long it must be quiet since then
     struct cds_link link;
-    uint16_t byte_time_us;        // ten bits
-    uint16_t heard_us;            // when others were last found using the line, modulo 65536
     uint32_t late_us;             // until then the servo given up last may still answer
     uint8_t baud;                 // register value of its rate
     uint8_t repeats;              // given to each request that bears repeating
@@ -196,8 +196,9 @@ struct cds_bus {
  * must be the number this very bus was bound to (on an AVR by CDS_AVR_BUS(bus, port)). There a
  * number the board does not have works the registers of port 0, one that no bus is bound to
  * restarts the program at the first interrupt, and one bound to another bus mixes up the two.
- * Counters start at 0. Requests in flight or waiting, if the bus was open already, end as
- * CDS_CANCELLED, without on_end. */
+ * Counters start at 0. If the bus was open already, requests in flight or waiting end as
+ * CDS_CANCELLED, without on_end, and nothing is sent before the last of them can no longer be
+ * answered: for CDS_RETURN_DELAY_MAX_US and CDS_REPLY_MARGIN_US. */
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
 
 /* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04; counters and
@@ -211,6 +212,9 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
  * again before it can no longer answer the first time, or an old answer would pass for a new one.
  */
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
+
+/* The same for one request that was submitted: for the observer, in `admit`. */
+void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_delay_us);
 
 /* Sets how often a request is sent again when no good reply has come: `repeats`, 0 to 2; 0 from
  * cds_bus_open() on. Only what does the same when done twice is repeated: PING, READ, and WRITE but
@@ -227,10 +231,10 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
  *
  * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
- * repeat; CDS_LINE_BUSY: the line did not become quiet within the time the longest reply takes
- * with the longest return delay and that margin, and nothing was sent; CDS_CANCELLED;
- * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed its mind since, and it was not
- * sent, or not once more. */
+ * repeat, counted exactly if a poll follows within 32 ms; CDS_LINE_BUSY: the line did not become
+ * quiet within the time the longest reply takes with the longest return delay and that margin, and
+ * nothing was sent; CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed
+ * its mind since, and it was not sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found
@@ -248,15 +252,17 @@ static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
 }
 
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
- * observer, and those of repeat.c if it calls cds_bus_set_repeats(); else they do nothing, and cost
- * nothing. */
+ * observer, those of repeat.c if it calls cds_bus_set_repeats(), and those of late.c if it sets a
+ * return delay; else they do nothing, and cost nothing. */
 bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
 void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
 void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange
 void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
 void cds_bus_count_(uint16_t *counter);
-bool cds_bus_repeats_(struct cds_request *request); // is it to be sent once more?
+bool cds_bus_repeats_(struct cds_request *request);  // is it to be sent once more?
+void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due
+bool cds_bus_owes_(struct cds_bus *bus, uint8_t id); // may an old answer of this one still come?
 uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes); // of a packet
 
 /* Has `observer`, which must stay, watch the bus; NULL: nobody. */

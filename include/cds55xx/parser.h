@@ -21,9 +21,10 @@ extern "C" {
 /* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
-/* What a byte has made of the candidate. */
+/* What the bytes have made of the candidate. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing yet: the next byte decides, or the one after
+    CDS_PARSED_HEAD,    // the header, ID and a LENGTH that can be: parser->id, parser->length
     CDS_PARSED_PACKET,  // a whole packet, checksum right, stands at the ring's tail
     CDS_PARSED_REFUTED, // what looked like a packet was none (LENGTH or checksum)
 };
@@ -36,6 +37,7 @@ struct cds_parser {
     uint8_t length;  // its LENGTH, once seen, ...
     uint8_t id;      // its ID,
     uint8_t error;   // and its ERROR
+    uint8_t left;    // bytes that may still be examined
     uint16_t stray;  // bytes, each with the FF before it, that began no packet; modulo 65536
 };
 
@@ -43,10 +45,12 @@ struct cds_parser {
  * LENGTH that can be due, 2 to CDS_PARSER_LENGTH_MAX. `stray` goes on. Main context. */
 void cds_parser_begin(struct cds_parser *parser, uint8_t longest);
 
-/* Examines the next byte of the ring; there must be one: parser->seen < cds_ring_count(ring).
+/* Examines the bytes of the ring that it has not seen, up to the one with index `end` (up to the
+ * ring's head), which is not among them, and no more than parser->left, which counts them off.
+ * Stops at the first byte that makes something of the candidate.
  * After CDS_PARSED_PACKET the packet's bytes are cds_ring_peek(ring, CDS_AT_ID) and so on, its size
  * is parser->length + 4; the caller then calls cds_parser_accept(). Consumer's context. */
-enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring);
+enum cds_parsed cds_parser_scan(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
 /* Is `byte` (any) the checksum that ends the candidate well? Either context. */
 static inline bool cds_parser_ends_well(const struct cds_parser *parser, uint8_t byte)

@@ -48,12 +48,21 @@ bool cds_port_line_is_high(uint8_t port);
 /* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
 uint32_t cds_port_now_us(void);
 
-/* Sets the alarm of the port to `at_us`, as of cds_port_now_us(): from then on it rings, until it
- * is set anew. It may ring too early, never too late. Main context. */
-void cds_port_set_alarm(uint8_t port, uint32_t at_us);
+/* The same modulo CDS_PORT_SHORT_MAX + 1, and cheaper. Main context. */
+#define CDS_PORT_SHORT_MAX 0x7FFF
+uint16_t cds_port_short_us(void);
 
-/* Does it ring? Cheaper than the clock: for every poll. Main context. */
+/* Sets the alarm of the port: `us` (below 2^20) after the moment of `from_us`, as of
+ * cds_port_short_us(), it rings, and goes on. It may have to ring before that too: returns how
+ * often, 0 to 32. Never too early; as much too late as it is set later than CDS_PORT_SHORT_MAX / 2
+ * after that moment, and for what rings before by as much as it is silenced late. Main context. */
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us);
+
+/* Does it ring? For every poll. Main context. */
 bool cds_port_alarm_rings(uint8_t port);
+
+/* Until the next time. Main context. */
+void cds_port_silence_alarm(uint8_t port);
 
 #ifdef __cplusplus
 }

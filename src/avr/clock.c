@@ -86,21 +86,32 @@ AVR_INLINE void set_compare(uint8_t port, uint16_t ticks)
     TIMER_COMPARE_A = ticks;
 }
 
-/* The timer sets the flag when it passes the compare register, every 32 ms: what is further away
- * rings early. What was passed while a handler held up these lines would ring late: so it is moved
- * to a few microseconds from now. */
-void cds_port_set_alarm(uint8_t port, uint32_t at_us)
+uint16_t cds_port_short_us(void)
 {
-    uint16_t at = (uint16_t)(at_us << 1), now;
+    return TIMER_COUNT >> 1;
+}
+
+/* The timer sets the flag when it passes the compare register, every 32 ms. What was passed while a
+ * handler held up these lines would ring late: so it is moved to a few microseconds from now. */
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us)
+{
+    uint32_t ticks = us << 1;
+    uint16_t from = (uint16_t)(from_us << 1), wait = (uint16_t)ticks, passed;
 
     do {
-        set_compare(port, at);
+        set_compare(port, (uint16_t)(from + wait));
         TIMER_FLAGS = alarm_flag(port);
-        now = TIMER_COUNT;
-        if ((int16_t)(now - at) < 0)
-            return;
-        at = (uint16_t)(now + AVR_CLOCK_SOON);
+        passed = (uint16_t)(TIMER_COUNT - from);
+        if (passed < wait)
+            break;
+        wait = (uint16_t)(passed + AVR_CLOCK_SOON);
     } while (!(TIMER_FLAGS & alarm_flag(port)));
+    return (uint8_t)(ticks >> 16);
+}
+
+void cds_port_silence_alarm(uint8_t port)
+{
+    TIMER_FLAGS = alarm_flag(port);
 }
 
 bool cds_port_alarm_rings(uint8_t port)

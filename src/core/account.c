@@ -24,7 +24,6 @@ void cds_bus_note_sent_(struct cds_bus *bus)
     const uint8_t *bytes = bus->request->packet.bytes;
 
     bus->instruction = bytes[CDS_AT_INSTRUCTION];
-    bus->address = bytes[CDS_AT_PARAMETERS];
     bus->counters.sent++;
 }
 

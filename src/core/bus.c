@@ -6,9 +6,9 @@
 
 #include "opaque.h" // CDS_APART
 
-#define NOBODY         UINT8_MAX // no ID
-#define RING_MASK      (CDS_RING_SIZE - 1)
-#define TAKEN_PER_POLL 16 // bytes of a reply that is taken as it comes
+#define NOBODY        UINT8_MAX // no ID
+#define RING_MASK     (CDS_RING_SIZE - 1)
+#define TAKEN_AT_MOST 16
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
@@ -59,6 +59,17 @@ UNUSED bool cds_bus_repeats_(struct cds_request *request)
     return false;
 }
 
+UNUSED void cds_bus_note_given_up_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
+UNUSED bool cds_bus_owes_(struct cds_bus *bus, uint8_t id)
+{
+    (void)bus, (void)id;
+    return false;
+}
+
 static void cancel_all(struct cds_bus *bus)
 {
     while (bus->request) {
@@ -74,52 +85,36 @@ static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
 }
 
-static void expect(struct cds_bus *bus);
 static bool give_back(struct cds_bus *bus);
 
-/* The exchange in flight is given up: notes until when its answer may still come. */
-static void give_up(struct cds_bus *bus, uint8_t result)
+/* From now on it must be quiet for so long. */
+static ONE_COPY void hush(struct cds_bus *bus, uint16_t us)
 {
-    if (bus->flight == CDS_BUS_BEGUN)
-        expect(bus);
-    if (bus->flight < CDS_BUS_HOPES)
-        return;
-    if (bus->flight >= CDS_BUS_TAKES)
-        give_back(bus);
-    bus->last_id = bus->asked;
-    bus->last_result = result;
-    bus->owed = true;
-    bus->late_us = bus->deadline_us + CDS_RETURN_DELAY_MAX_US - bus->request->return_delay_us;
+    bus->heard_us = cds_port_short_us();
+    bus->quiet_us = us;
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
-    bool same = bus->byte_time_us && bus->port == port && bus->baud == baud;
     struct cds_bus_observer *observer = bus->observer;
-    uint32_t late_us;
-    uint8_t last_id = NOBODY, last_result;
-    bool owed = false;
+    bool again = bus->flight != CDS_BUS_CLOSED;
 
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    give_up(bus, CDS_CANCELLED);
+    if (bus->flight >= CDS_BUS_FITS)
+        give_back(bus);
     cancel_all(bus);
-    late_us = bus->late_us;
-    last_result = bus->last_result;
-    if (same) { // at another rate no old answer is understood
-        last_id = bus->last_id;
-        owed = bus->owed;
-    }
     memset(bus, 0, sizeof *bus);
     bus->observer = observer;
     bus->port = port;
     set_rate(bus, baud);
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
-    bus->late_us = late_us;
-    bus->last_id = last_id;
-    bus->last_result = last_result;
-    bus->owed = owed;
+    bus->last_id = NOBODY;
     bus->flight = CDS_BUS_IDLE;
     cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX); // any packet is of interest: none is due
+    if (again) { // what was asked before may be answered yet
+        bus->line = CDS_BUS_BUSY;
+        hush(bus, CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
+    }
     cds_link_open(&bus->link, port);
 }
 
@@ -140,19 +135,14 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     return CDS_OK;
 }
 
-void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
-{
-    bus->return_delay_us = return_delay_us;
-}
-
 static bool reply_is_due(const struct cds_request *request)
 {
     return request->reply_parameters != CDS_REPLY_NONE;
 }
 
-/* Is the packet just found the reply that is due? A servo that refuses sends its error bits and no
- * parameters. */
-static bool is_reply(const struct cds_bus *bus)
+/* May what begins with this ID and LENGTH be the reply that is due? A servo that refuses sends its
+ * error bits and no parameters. */
+static bool may_be_reply(const struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
     const struct cds_parser *parser = &bus->parser;
@@ -160,90 +150,39 @@ static bool is_reply(const struct cds_bus *bus)
 
     if (request->id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != request->id)
         return false;
-    if (parser->error & CDS_ERROR_NONE_SUCH)
-        return false;
-    return parameters == request->reply_parameters || request->any_length ||
-           (parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET);
+    return parameters == request->reply_parameters || parameters == 0 || request->any_length;
 }
 
-/* It was too soon, as no reply has come of it: the packet stands again as it was sent, and what was
- * taken is looked at as any other bytes, from the next poll on. True. */
+/* It was too soon: the packet stands again as it was sent, and what was taken is looked at as any
+ * other bytes, from the next poll on. True. */
 static SELDOM bool give_back(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
 
-    if (request->length)
-        cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
-    bus->parser.error = request->error;
+    bus->parser.id = request->id;
+    bus->parser.length = (uint8_t)(request->length + CDS_LENGTH_MIN);
+    bus->parser.sum = (uint8_t)(request->id + bus->parser.length);
+    bus->parser.seen = CDS_AT_ERROR;
     request->id = bus->asked;
-    request->error = 0;
-    request->length = 0;
-    bus->parser.seen = (uint8_t)(bus->at - bus->link.rx.tail);
-    bus->parser.id = bus->asked;
+    request->length = request->reply_parameters;
+    if (bus->to) {
+        cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
+        bus->to = request->packet.bytes;
+    }
     bus->flight = CDS_BUS_ASKS;
     return true;
 }
 
-/* Can the packet in flight be built again, when the parameters of the reply that is due have
- * overwritten it? Then nothing may stand behind it but what stood there before. */
-static bool is_read(struct cds_bus *bus)
-{
-    const uint8_t *bytes = bus->request->packet.bytes;
-    uint8_t due = bus->request->reply_parameters;
-
-    bus->address = bytes[CDS_AT_PARAMETERS];
-    return due <= CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
-           bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
-}
-
-/* The reply at the ring's tail, of this ID and LENGTH, is taken from ERROR on: the instruction
- * packet has served, and the parameters take its place in the buffer. True. */
-static inline __attribute__((always_inline)) bool start_taking(struct cds_bus *bus, uint8_t id,
-                                                               uint8_t length)
-{
-    struct cds_request *request = bus->request;
-
-    request->id = id;
-    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
-    bus->to = request->packet.bytes;
-    bus->parser.length = length;
-    bus->parser.sum = (uint8_t)(id + length);
-    bus->count = length;
-    bus->at = (uint8_t)(bus->link.rx.tail + CDS_AT_ERROR);
-    bus->flight = CDS_BUS_TAKES;
-    return true;
-}
-
-/* If what has come begins just as the reply that is due, up to LENGTH, it is taken as it comes: at
- * 1 Mbps there were no time to search byte by byte. False: it must be searched for. */
-CDS_APART static bool begin_taking(struct cds_bus *bus)
-{
-    const volatile uint8_t *ring = bus->link.rx.bytes;
-    uint8_t tail = bus->link.rx.tail, asked = bus->asked;
-    uint8_t length = (uint8_t)(bus->request->reply_parameters + CDS_LENGTH_MIN);
-
-    if (ring[tail & RING_MASK] != CDS_HEADER ||
-        ring[(uint8_t)(tail + 1) & RING_MASK] != CDS_HEADER ||
-        ring[(uint8_t)(tail + CDS_AT_ID) & RING_MASK] != asked ||
-        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length)
-        return false;
-    return start_taking(bus, asked, length);
-}
-
-/* A candidate has become something. True when that is the reply that is due. Not inlined: what it
- * needs would be saved and restored for each byte. */
-static ONE_COPY bool decide(struct cds_bus *bus, enum cds_parsed parsed)
+/* Something has come of a candidate that is not, or was not found to be, the reply that is due. */
+static ONE_COPY void decide(struct cds_bus *bus, uint8_t parsed)
 {
     if (parsed == CDS_PARSED_REFUTED) {
         cds_bus_count_(&bus->counters.refuted);
         bus->damaged = 1;
-        return false;
+        return;
     }
-    if (bus->flight == CDS_BUS_ASKS && is_reply(bus))
-        return true;
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
-    return false;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -283,140 +222,160 @@ static SELDOM uint8_t end_at_deadline(const struct cds_bus *bus)
 
 /* Parses what has been heard by now, or by the deadline if that is over, before and behind the
  * damage there may be, but no more than the poll may still look at: neither a long reply nor a
- * babbling line holds up the caller. True: the reply that is due stands at the ring's tail. */
+ * babbling line holds up the caller. True: the reply that is due seems to stand at the ring's tail,
+ * by its ID and LENGTH. */
 static ONE_COPY bool parse(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
 
-    do {
+    bus->parser.left = CDS_BUS_BYTES_PER_POLL;
+    for (;;) {
         uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
         bool broken;
+        uint8_t parsed;
 
         if (bus->closing)
             end = end_at_deadline(bus);
         broken = link->broken;
         if (broken)
             end = link->broken_at;
-        for (; looked_to(bus) != end; bus->count++) {
-            enum cds_parsed parsed;
-
-            if (bus->count >= CDS_BUS_BYTES_PER_POLL)
-                return false;
-            parsed = cds_parser_step(&bus->parser, &link->rx);
-            if (parsed != CDS_PARSED_MORE && decide(bus, parsed))
+        do {
+            parsed = cds_parser_scan(&bus->parser, &link->rx, end);
+            if (parsed > CDS_PARSED_HEAD)
+                decide(bus, parsed);
+            else if (parsed && bus->flight == CDS_BUS_ASKS && may_be_reply(bus))
                 return true;
-        }
-        if (!broken)
+        } while (parsed);
+        if (!broken || looked_to(bus) != end)
             return false;
         drop_broken(bus);
-    } while (bus->count++ < CDS_BUS_BYTES_PER_POLL);
+    }
+}
+
+/* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
+static ONE_COPY void allow(struct cds_bus *bus, uint16_t from_us, uint16_t bytes,
+                           uint16_t return_delay_us)
+{
+    bus->laps = cds_port_set_alarm(bus->port, from_us,
+                                   (uint32_t)bytes * bus->byte_time_us +
+                                       (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
+}
+
+/* The alarm rings: is that time over? */
+static bool is_over(struct cds_bus *bus)
+{
+    if (bus->laps == 0)
+        return true;
+    bus->laps--;
+    cds_port_silence_alarm(bus->port);
     return false;
 }
 
-/* The longest an exchange may take, of so many bytes both ways, with a reply after so long. */
-static uint32_t time_allowed_us(const struct cds_bus *bus, uint16_t bytes, uint16_t return_delay_us)
-{
-    return (uint32_t)bytes * bus->byte_time_us + (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US);
-}
-
 /* The packet of the first request goes on from its header, which is on the wire. No more than must
- * be: the caller waits, and there is time while the packet is sent. */
-static ONE_COPY void send_rest(struct cds_bus *bus, uint8_t begun)
+ * be: the caller waits, and there is time while the packet is sent. CDS_OK. */
+static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request *request,
+                                  uint8_t begun)
 {
-    const struct cds_packet *packet = &bus->request->packet;
+    const struct cds_packet *packet = &request->packet;
 
     cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
-    bus->deadline_us = cds_port_now_us(); // to be counted from here
+    bus->heard_us = cds_port_short_us(); // the deadline is counted from here
     cds_bus_note_sent_(bus);
+    return CDS_OK;
+}
+
+/* Can the packet in flight be built again, when the parameters of the reply that is due have
+ * overwritten it? Then nothing may stand behind it but what stood there before. */
+static inline __attribute__((always_inline)) bool is_read(const uint8_t *bytes, uint8_t due)
+{
+    return due <= CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
+           bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
 }
 
 /* What is due for the packet that has begun, and by when. */
 static ONE_COPY void expect(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
+    const uint8_t *bytes = request->packet.bytes;
     uint16_t size = request->packet.size, return_delay_us = 0;
-    uint8_t longest = CDS_LENGTH_MIN, flight = CDS_BUS_TELLS;
+    uint8_t longest = CDS_LENGTH_MIN, flight = CDS_BUS_TELLS, due = request->reply_parameters;
 
-    bus->asked = request->id;
-    request->error = 0;
+    if (!cds_bus_is_watched_(bus)) // else it was asked
+        request->return_delay_us = bus->return_delay_us;
+    bus->asked = request->id = bytes[CDS_AT_ID];
+    bus->address = bytes[CDS_AT_PARAMETERS];
+    bus->to = is_read(bytes, due) ? request->packet.bytes : NULL;
+    bus->due_id = request->id == CDS_BROADCAST_ID ? NOBODY : request->id;
+    bus->due_length = (uint8_t)(due + CDS_LENGTH_MIN);
     request->length = 0;
+    request->error = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
         flight = CDS_BUS_ASKS;
-        longest = (uint8_t)(request->reply_parameters + CDS_LENGTH_MIN);
-        if (bus->asked != CDS_BROADCAST_ID && (longest == CDS_LENGTH_MIN || is_read(bus)))
-            flight = CDS_BUS_HOPES;
+        request->length = due;
+        longest = bus->due_length;
         if (request->any_length)
             longest = CDS_PARSER_LENGTH_MAX;
-        size = (uint16_t)(size + CDS_PACKET_SIZE(request->reply_parameters));
+        size = (uint16_t)(size + CDS_PACKET_SIZE(due));
         return_delay_us = request->return_delay_us;
     }
     bus->flight = flight;
     bus->damaged = 0;
     bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
-    bus->deadline_us += time_allowed_us(bus, size, return_delay_us);
-    cds_port_set_alarm(bus->port, bus->deadline_us);
-}
-
-bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
-{
-    return bus->owed &&
-           (id == bus->last_id || id == CDS_BROADCAST_ID || bus->last_id == CDS_BROADCAST_ID) &&
-           (int32_t)(now_us - bus->late_us) < 0;
+    allow(bus, bus->heard_us, size, return_delay_us);
 }
 
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
  * two byte times; low for so long without a byte is no use of it but a fault. */
-static ONE_COPY bool is_quiet(struct cds_bus *bus, uint32_t now_us)
+static ONE_COPY bool is_quiet(struct cds_bus *bus)
 {
     bool high = cds_port_line_is_high(bus->port);
     uint8_t used = heard(bus);
 
-    if (bus->owed && (int32_t)(now_us - bus->late_us) >= 0)
-        bus->owed = false; // for good: half an hour later the clock would not tell
+    if (bus->owed)
+        cds_bus_owes_(bus, NOBODY); // not for ever
     if (used) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         bus->closing = false;
         parse(bus);
-        bus->line = CDS_BUS_BUSY;
-    } else if (!high && bus->line == CDS_BUS_OK) {
-        bus->line = CDS_BUS_BUSY;
-        used = 1;
     }
-    if (used || (!high && bus->line == CDS_BUS_FAULT))
-        bus->heard_us = (uint16_t)now_us;
-    else if (bus->line != CDS_BUS_OK &&
-             (uint16_t)(now_us - bus->heard_us) >= 2u * bus->byte_time_us)
+    if (used || (!high && bus->line != CDS_BUS_BUSY)) {
+        if (used || bus->line == CDS_BUS_OK)
+            bus->line = CDS_BUS_BUSY;
+        hush(bus, (uint16_t)(2u * bus->byte_time_us));
+    } else if (bus->line != CDS_BUS_OK &&
+               ((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us) {
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
+    }
     return bus->line == CDS_BUS_OK;
 }
 
-/* Sends the first request if the line lets it. If it is not to wait any longer, as it was not let
- * before and its time is over, false. `anew`: it begins to wait, for a quiet line or until an old
- * answer can no longer come, for as long as the longest exchange may take. */
-static ONE_COPY bool send_if_quiet(struct cds_bus *bus, bool anew)
+/* Sends the first request if the line and old answers let it. */
+static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
-    uint32_t now_us = cds_port_now_us();
 
-    if (is_quiet(bus, now_us) &&
-        !(reply_is_due(request) && cds_bus_may_answer_late(bus, request->id, now_us))) {
-        send_rest(bus, cds_link_begin(bus->port, CDS_HEADER));
-        return true;
-    }
-    if (anew)
-        bus->deadline_us =
-            now_us + time_allowed_us(bus, CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
-    return (int32_t)(now_us - bus->deadline_us) < 0;
+    if (!is_quiet(bus) || (reply_is_due(request) && cds_bus_owes_(bus, request->id)))
+        return false;
+    send_rest(bus, request, cds_link_begin(bus->port, CDS_HEADER));
+    return true;
 }
 
-/* The turn of the first request begins. If the observer has changed its mind, the next poll sees.
- */
+/* The turn of the first request begins, which was found good. If it must wait, for a quiet line or
+ * until an old answer can no longer come, then for as long as the longest exchange may take. */
 static ONE_COPY void begin_turn(struct cds_bus *bus)
 {
+    if (!send_if_quiet(bus))
+        allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
+
+/* The same of the next one, if there is one. If the observer has changed its mind, the next poll
+ * sees. */
+static ONE_COPY void begin_next(struct cds_bus *bus)
+{
     if (bus->request && cds_bus_judge_(bus, bus->request) == CDS_OK)
-        send_if_quiet(bus, true);
+        begin_turn(bus);
 }
 
 /* Puts the request into the queue, before those that are less urgent than `urgent`, but never
@@ -447,6 +406,7 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 
     if (bus->byte_time_us == 0)
         return CDS_BAD_ARGUMENT;
+    request->return_delay_us = bus->return_delay_us;
     result = cds_bus_judge_(bus, request);
     if (result != CDS_OK)
         return result;
@@ -473,15 +433,12 @@ ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 
 ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    request->return_delay_us = bus->return_delay_us;
     if (!begun)
         return enqueue(bus, request);
     bus->request = request;
-    send_rest(bus, begun); // first: the line waits for it
     request->result = CDS_PENDING;
-    request->id = request->packet.bytes[CDS_AT_ID];
     request->next = NULL;
-    return CDS_OK;
+    return send_rest(bus, request, begun);
 }
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
@@ -512,7 +469,7 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     *place = request->next;
     request->result = CDS_CANCELLED;
     if (place == &bus->request)
-        begin_turn(bus); // it has waited for nothing yet
+        begin_next(bus); // it has waited for nothing yet
     return CDS_OK;
 }
 
@@ -520,8 +477,7 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
  * before on_end runs, so that what on_end submits takes its turn like any other. */
 static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
 {
-    if (bus->request)
-        begin_turn(bus);
+    begin_next(bus);
     if (ended->on_end)
         ended->on_end(ended);
     return bus->request;
@@ -556,14 +512,17 @@ static void land(struct cds_bus *bus, uint8_t result)
 }
 
 /* ... without a good reply: it is sent again, if it may be. */
-static bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
+static bool fail(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    give_up(bus, result);
+    request->length = 0;
+    request->error = 0;
+    if (bus->flight != CDS_BUS_TELLS)
+        cds_bus_note_given_up_(bus);
     if (result == CDS_CORRUPT) { // and the line may be so still
         bus->line = CDS_BUS_BUSY;
-        bus->heard_us = (uint16_t)now_us;
+        hush(bus, (uint16_t)(2u * bus->byte_time_us));
     }
     land(bus, result);
     if (!cds_bus_repeats_(request))
@@ -571,7 +530,7 @@ static bool fail(struct cds_bus *bus, uint8_t result, uint32_t now_us)
     cds_bus_count_(&bus->counters.repeated);
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
-    begin_turn(bus);
+    begin_next(bus);
     return true;
 }
 
@@ -580,6 +539,14 @@ CDS_APART static bool end_well(struct cds_bus *bus)
 {
     land(bus, CDS_OK);
     return finish(bus, CDS_OK);
+}
+
+/* Does the reply that is taken end before byte `end` of the ring? */
+static bool is_whole(const struct cds_bus *bus, uint8_t end)
+{
+    uint8_t tail = bus->link.rx.tail;
+
+    return (uint8_t)(bus->last - tail) < (uint8_t)(end - tail);
 }
 
 /* How the exchange in flight stands, now that its deadline is over and all was looked at that a
@@ -596,8 +563,8 @@ static uint8_t outcome_late(struct cds_bus *bus)
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
     }
-    if (bus->flight >= CDS_BUS_TAKES) {
-        if ((int8_t)(bus->close_at - bus->at) > 0)
+    if (bus->flight >= CDS_BUS_FITS) {
+        if (is_whole(bus, bus->close_at))
             return CDS_PENDING; // the next poll takes more of it
         give_back(bus);
     }
@@ -609,20 +576,17 @@ static uint8_t outcome_late(struct cds_bus *bus)
     return CDS_TIMEOUT;
 }
 
-/* The alarm has rung, perhaps too early. */
+/* The alarm has rung. */
 CDS_APART static bool look_at_deadline(struct cds_bus *bus)
 {
-    uint32_t now_us = cds_port_now_us();
     uint8_t result;
 
-    if ((int32_t)(now_us - bus->deadline_us) < 0) {
-        cds_port_set_alarm(bus->port, bus->deadline_us);
+    if (!is_over(bus))
         return true;
-    }
     result = outcome_late(bus);
     if (result == CDS_PENDING)
         return true;
-    return fail(bus, result, now_us);
+    return fail(bus, result);
 }
 
 /* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
@@ -638,7 +602,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
     uint8_t result = cds_bus_judge_(bus, bus->request);
 
     if (result == CDS_OK) {
-        if (send_if_quiet(bus, false))
+        if (send_if_quiet(bus) || !cds_port_alarm_rings(bus->port) || !is_over(bus))
             return true;
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
@@ -649,91 +613,131 @@ static bool wait_for_quiet(struct cds_bus *bus)
 /* Nothing is in flight. */
 static bool poll_idle(struct cds_bus *bus)
 {
-    bus->count = 0;
     if (bus->request)
         return wait_for_quiet(bus);
     if (bus->flight != CDS_BUS_CLOSED)
-        is_quiet(bus, cds_port_now_us());
+        is_quiet(bus);
     return false;
 }
 
-/* All of a reply has come: is its checksum right? */
-CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t at)
+/* All of a reply has come: is its checksum right? Only then more parameters than a header has bytes
+ * take the place of the instruction packet: one that fails can be sent again. */
+CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t end)
 {
-    if (!cds_parser_ends_well(&bus->parser, bus->link.rx.bytes[at & RING_MASK]))
+    const volatile uint8_t *ring = bus->link.rx.bytes;
+    struct cds_request *request = bus->request;
+
+    if (!cds_parser_ends_well(&bus->parser, ring[end & RING_MASK]))
         return give_back(bus);
-    bus->link.rx.tail = (uint8_t)(at + 1u);
+    if (!bus->to) {
+        uint8_t *to = request->packet.bytes;
+
+        for (uint8_t at = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS); at != end; at++)
+            *to++ = ring[at & RING_MASK];
+    }
+    bus->link.rx.tail = (uint8_t)(end + 1u);
     bus->owed = false;
     return end_well(bus);
 }
 
-/* Takes ERROR and parameters up to byte `end` of the ring, at least one of them. */
-CDS_APART static bool take(struct cds_bus *bus, uint8_t end)
+/* Takes the parameters from byte `at` of the ring on, up to byte `end`, at least one of them. */
+CDS_APART static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
 {
-    uint8_t at = bus->at, left = bus->count, sum = bus->parser.sum, length = bus->parser.length;
-    uint8_t count = (uint8_t)(end - at);
+    uint8_t last = bus->last, sum = bus->parser.sum, stop = end;
     uint8_t *to = bus->to;
 
-    if (count > TAKEN_PER_POLL)
-        count = TAKEN_PER_POLL;
+    if ((uint8_t)(end - at) > (uint8_t)(last - at))
+        stop = last;
+    if ((uint8_t)(stop - at) > TAKEN_AT_MOST)
+        stop = (uint8_t)(at + TAKEN_AT_MOST);
     do {
         uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
 
         sum = (uint8_t)(sum + byte);
-        if (left != length) {
+        if (to)
             *to++ = byte;
-        } else if (byte & CDS_ERROR_NONE_SUCH) {
-            return give_back(bus);
-        } else {
-            bus->request->error = byte;
-        }
         at++;
-        left--;
-        count--;
-    } while (left != 1 && count);
+    } while (at != stop);
     bus->parser.sum = sum;
-    bus->count = left;
     bus->at = at;
     bus->to = to;
-    if (left == 1) {
+    if (at == last) {
         bus->flight = CDS_BUS_ENDS;
-        if (count)
-            return end_taking(bus, at);
+        if (at != end && (to || bus->request->length <= TAKEN_AT_MOST))
+            return end_taking(bus, at); // of the others all are copied then: a poll of its own
     }
     return go_on(bus);
 }
 
-/* Searches what comes for the reply from here on. One that is found is taken; a long one by the
- * next polls. */
-CDS_APART static bool search(struct cds_bus *bus)
+/* Takes ERROR, byte `at` of the ring, and what has come behind it, up to byte `end`. */
+CDS_APART static bool take_error(struct cds_bus *bus, uint8_t at, uint8_t end)
 {
-    uint8_t length;
+    struct cds_request *request = bus->request;
+    uint8_t error = bus->link.rx.bytes[at & RING_MASK];
 
-    bus->flight = CDS_BUS_ASKS;
-    bus->count = 0;
-    if (!parse(bus))
+    request->error = error;
+    if (error & CDS_ERROR_NONE_SUCH || (request->length != request->reply_parameters &&
+                                        !request->any_length && !(error & CDS_ERRORS_OF_PACKET)))
+        return give_back(bus);
+    bus->parser.sum = (uint8_t)(bus->parser.sum + error);
+    bus->at = ++at;
+    bus->flight = at == bus->last ? CDS_BUS_ENDS : CDS_BUS_TAKES;
+    if (at == end)
         return go_on(bus);
-    length = bus->parser.length;
-    bus->parser.seen = 0;
-    start_taking(bus, bus->parser.id, length);
-    return length > CDS_BUS_BYTES_PER_POLL ? true : take(bus, (uint8_t)(bus->at + length));
+    return at == bus->last ? end_taking(bus, at) : take(bus, at, end);
 }
 
-/* Something is in flight for which no reply is taken yet. */
+/* The reply that is due seems to stand at the ring's tail, `size` bytes without its checksum: it is
+ * taken from now on. True. */
+static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *bus, uint8_t tail,
+                                                               uint8_t sum, uint8_t size)
+{
+    bus->parser.sum = sum;
+    bus->parser.seen = 0;
+    bus->at = (uint8_t)(tail + CDS_AT_ERROR);
+    bus->last = (uint8_t)(tail + size);
+    bus->flight = CDS_BUS_FITS;
+    return true;
+}
+
+/* Does what has come begin just as it should, with the first byte? Almost always, and at 1 Mbps
+ * there were no time to look at it as at any other bytes. Returns whether it is taken. */
+CDS_APART static bool begins_as_due(struct cds_bus *bus)
+{
+    const volatile uint8_t *ring = bus->link.rx.bytes;
+    uint8_t tail = bus->link.rx.tail, id = bus->due_id, length = bus->due_length;
+
+    if (ring[tail & RING_MASK] != CDS_HEADER ||
+        ring[(uint8_t)(tail + 1) & RING_MASK] != CDS_HEADER ||
+        ring[(uint8_t)(tail + CDS_AT_ID) & RING_MASK] != id ||
+        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length)
+        return false;
+    return begin_taking(bus, tail, (uint8_t)(id + length), (uint8_t)(length + CDS_AT_LENGTH));
+}
+
+/* Something is in flight for which no reply is taken yet. Searches what comes for one. */
 CDS_APART static bool wait_for_reply(struct cds_bus *bus)
 {
-    uint8_t end;
+    uint8_t end = bus->link.rx.head; // before `broken`, as in parse()
 
     if (bus->link.state != CDS_LINK_LISTENING)
         return go_on(bus);
-    end = bus->link.rx.head; // before `broken`, as in parse()
-    if (bus->flight == CDS_BUS_HOPES && !bus->link.broken) {
+    if (bus->flight == CDS_BUS_TELLS)
+        return end_well(bus);
+    if (!(uint8_t)(bus->closing | bus->link.broken | bus->parser.seen)) {
         if ((uint8_t)(end - bus->link.rx.tail) < CDS_AT_ERROR)
-            return go_on(bus);
-        if (begin_taking(bus))
-            return end == bus->at ? go_on(bus) : take(bus, end);
+            return go_on(bus); // nothing can be said yet
+        if (begins_as_due(bus))
+            return end == bus->at ? go_on(bus) : take_error(bus, bus->at, end);
     }
-    return bus->flight == CDS_BUS_TELLS ? end_well(bus) : search(bus);
+    if (!parse(bus))
+        return go_on(bus);
+    bus->request->id = bus->parser.id;
+    bus->request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    begin_taking(bus, bus->link.rx.tail, bus->parser.sum,
+                 (uint8_t)(bus->parser.length + CDS_AT_LENGTH));
+    end = bus->link.rx.head;
+    return bus->link.broken || end == bus->at ? true : take_error(bus, bus->at, end);
 }
 
 /* Something has just begun. */
@@ -743,21 +747,11 @@ static bool poll_begun(struct cds_bus *bus)
     return wait_for_reply(bus);
 }
 
-/* What stands before damaged bytes may be all there is to take. */
-static SELDOM bool take_before_damage(struct cds_bus *bus, uint8_t at)
-{
-    uint8_t end = bus->link.broken_at;
-
-    if (end == at)
-        return give_back(bus);
-    return bus->flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
-}
-
 bool cds_bus_poll(struct cds_bus *bus)
 {
     uint8_t flight = bus->flight, at, end;
 
-    if (flight < CDS_BUS_TAKES) {
+    if (flight < CDS_BUS_FITS) {
         if (flight > CDS_BUS_BEGUN)
             return wait_for_reply(bus);
         return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
@@ -766,9 +760,14 @@ bool cds_bus_poll(struct cds_bus *bus)
     at = bus->at;
     if (end == at)
         return go_on(bus);
-    if (bus->link.broken)
-        return take_before_damage(bus, at);
-    return flight == CDS_BUS_ENDS ? end_taking(bus, at) : take(bus, end);
+    if (bus->link.broken) {
+        end = bus->link.broken_at;
+        if (!is_whole(bus, end)) // what stands before damaged bytes may be all there is to take
+            return give_back(bus);
+    }
+    if (flight == CDS_BUS_ENDS)
+        return end_taking(bus, at);
+    return flight == CDS_BUS_TAKES ? take(bus, at, end) : take_error(bus, at, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)

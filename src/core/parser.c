@@ -1,6 +1,8 @@
 /* Finding packets in a ring; see parser.h. */
 #include "cds55xx/parser.h"
 
+#include "opaque.h" // CDS_APART
+
 #define SUM_OF_ALL                                                                                 \
     UINT8_MAX // of a packet from the ID on, with its checksum, which is ~ of the rest
 
@@ -12,51 +14,56 @@ void cds_parser_begin(struct cds_parser *parser, uint8_t longest)
     parser->length = 0;
 }
 
-/* The first `count` bytes begin no packet. */
-static void skip(struct cds_parser *parser, struct cds_ring *ring, uint8_t count)
+/* With what changes at every byte in registers: an AVR loads and stores nothing else meanwhile. */
+CDS_APART enum cds_parsed cds_parser_scan(struct cds_parser *parser, struct cds_ring *ring,
+                                          uint8_t end)
 {
-    cds_ring_drop(ring, count);
-    parser->seen = 0;
-}
+    uint8_t tail = ring->tail, sum = parser->sum, parsed = CDS_PARSED_MORE;
+    uint8_t begin = (uint8_t)(tail + parser->seen), at = begin;
 
-static enum cds_parsed refute(struct cds_parser *parser, struct cds_ring *ring)
-{
-    skip(parser, ring, 1);
-    return CDS_PARSED_REFUTED;
-}
+    if ((uint8_t)(end - begin) > parser->left)
+        end = (uint8_t)(begin + parser->left);
+    while (at != end) {
+        uint8_t seen = (uint8_t)(at - tail);
+        uint8_t byte = ring->bytes[at & (CDS_RING_SIZE - 1)];
 
-enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring)
-{
-    uint8_t at = parser->seen;
-    uint8_t byte = cds_ring_peek(ring, at);
-    uint8_t sum = (uint8_t)(parser->sum + byte);
-
-    parser->seen = (uint8_t)(at + 1);
-    if (at >= CDS_AT_ERROR) {
-        if (at == (uint8_t)(parser->length + CDS_AT_LENGTH))
-            return cds_parser_ends_well(parser, byte) ? CDS_PARSED_PACKET : refute(parser, ring);
-        if (at == CDS_AT_ERROR)
+        at++;
+        if (seen < CDS_AT_ID) {
+            sum = 0;
+            if (byte != CDS_HEADER) { // it is none of the two, and begins none either
+                tail = at;
+                parser->stray++;
+            }
+            continue;
+        }
+        if (seen == CDS_AT_ID) {
+            if (byte == CDS_HEADER) // R27: still header; the last two count
+                tail++;
+            else
+                parser->id = sum = byte;
+            continue;
+        }
+        sum = (uint8_t)(sum + byte);
+        if (seen == CDS_AT_LENGTH) {
+            parser->length = byte;
+            parsed = byte < CDS_LENGTH_MIN || byte > parser->longest ? CDS_PARSED_REFUTED
+                                                                     : CDS_PARSED_HEAD;
+            break;
+        }
+        if (seen == (uint8_t)(parser->length + CDS_AT_LENGTH)) {
+            parsed = sum == SUM_OF_ALL ? CDS_PARSED_PACKET : CDS_PARSED_REFUTED;
+            break;
+        }
+        if (seen == CDS_AT_ERROR)
             parser->error = byte;
-    } else if (at == CDS_AT_LENGTH) {
-        if (byte < CDS_LENGTH_MIN || byte > parser->longest)
-            return refute(parser, ring);
-        parser->length = byte;
-    } else if (at == CDS_AT_ID) {
-        if (byte == CDS_HEADER) { // R27: still header; the last two of them count
-            cds_ring_drop(ring, 1);
-            parser->seen = CDS_AT_ID;
-            return CDS_PARSED_MORE;
-        }
-        parser->id = byte;
-    } else {
-        if (byte != CDS_HEADER) { // it is none of the two, and begins none either
-            skip(parser, ring, (uint8_t)(at + 1));
-            parser->stray++;
-        }
-        sum = 0;
     }
+    parser->left = (uint8_t)(parser->left - (uint8_t)(at - begin));
+    if (parsed == CDS_PARSED_REFUTED)
+        at = ++tail;
+    ring->tail = tail;
+    parser->seen = (uint8_t)(at - tail);
     parser->sum = sum;
-    return CDS_PARSED_MORE;
+    return (enum cds_parsed)parsed;
 }
 
 void cds_parser_accept(struct cds_parser *parser, struct cds_ring *ring)

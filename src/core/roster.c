@@ -525,7 +525,7 @@ static enum cds_result suit(struct cds_roster *roster, struct cds_request *reque
         if (servo->status_return_level > level)
             level = servo->status_return_level;
     }
-    request->return_delay_us = delay_us;
+    cds_bus_set_return_delay_of_(request, delay_us);
     if (instruction == CDS_READ)
         return level == LEVEL_PING ? CDS_NO_REPLY_DUE : CDS_OK;
     if (instruction != CDS_PING && level <= LEVEL_READ &&

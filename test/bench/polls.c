@@ -10,7 +10,7 @@
 #define REPEATS 2
 #define ABSENT  99
 #define QUEUE   3
-#define ROUNDS  16
+#define ROUNDS  24
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)

@@ -1,0 +1,38 @@
+/* The answer of a servo that was given up may still come, where the bus was told not to wait for
+ * the longest there is: for programs that tell it. In all others bus.c has nothing in the place of
+ * these. */
+#include "cds55xx/bus.h"
+
+void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
+{
+    bus->return_delay_us = return_delay_us;
+}
+
+void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_delay_us)
+{
+    request->return_delay_us = return_delay_us;
+}
+
+void cds_bus_note_given_up_(struct cds_bus *bus)
+{
+    bus->last_id = bus->request->id;
+    bus->owed = true;
+    bus->late_us = cds_port_now_us() + CDS_RETURN_DELAY_MAX_US - bus->request->return_delay_us;
+}
+
+bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
+{
+    return bus->owed &&
+           (id == bus->last_id || id == CDS_BROADCAST_ID || bus->last_id == CDS_BROADCAST_ID) &&
+           (int32_t)(now_us - bus->late_us) < 0;
+}
+
+/* Once the time is over, for good: half an hour later the clock would not tell. */
+bool cds_bus_owes_(struct cds_bus *bus, uint8_t id)
+{
+    uint32_t now_us = cds_port_now_us();
+
+    if ((int32_t)(now_us - bus->late_us) >= 0)
+        bus->owed = false;
+    return cds_bus_may_answer_late(bus, id, now_us);
+}
