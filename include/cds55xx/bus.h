@@ -92,7 +92,8 @@ struct cds_request {
         {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, false, 0, 0, 0, 0               \
     }
 
-/* Counted modulo 65536 from cds_bus_open() on. */
+/* Counted modulo 65536 from cds_bus_open() on; what the line does to bytes, modulo 256 between two
+ * polls. */
 struct cds_counters {
     uint16_t sent;           // instruction packets, repeated ones too
     uint16_t repeated;       // ... of them, because no good reply had come

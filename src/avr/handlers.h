@@ -55,7 +55,7 @@
     "8: pop r24               \n\t" "pop  r30                 \n\t"             \
     "9:                       \n\t"
 
-/* cds_link_on_rx(). A good byte: 47, with `echo` 52. A damaged one: 48, with both errors 49. One that
+/* cds_link_on_rx(). A good byte: 47, with `echo` 52. A damaged one: 50, with both errors 49. One that
  * finds the ring full: 49, after another damage 50. Interrupts are off: so the head may be stored
  * before the byte it vouches for, and r0 holds the byte once SREG is back.
  *
@@ -95,10 +95,13 @@
     "4: sts %[whole_from], r31\n\t"                                             \
     "lds  r31, %[data]        \n\t" /* taken, and not stored */                 \
     "brlo 6f                  \n\t" "brne 7f                  \n\t"             \
-    AVR_COUNT_("framing_errors") AVR_LEAVE_                                     \
+    AVR_COUNT_("framing_errors")                                                \
+    "rjmp 8f                  \n\t"                                             \
     "5: lds r31, %[head]      \n\t" "rjmp 4b                  \n\t"             \
-    "6:                       \n\t" AVR_COUNT_("overruns") AVR_LEAVE_           \
-    "7:                       \n\t" AVR_COUNT_("both_errors") AVR_LEAVE_        \
+    "6:                       \n\t" AVR_COUNT_("overruns")                      \
+    "rjmp 8f                  \n\t"                                             \
+    "7:                       \n\t" AVR_COUNT_("both_errors")                   \
+    "8:                       \n\t" AVR_LEAVE_                                  \
     :: [status] "i"(AVR_REGISTER3(number, UCSR, A)),                            \
        [data] "i"(AVR_REGISTER(number, UDR)),                                   \
        [errors] "n"(AVR_FRAMING_ERROR | AVR_OVERRUN),                           \
