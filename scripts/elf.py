@@ -54,7 +54,7 @@ CALL = re.compile(r"r?call$")
 LOOKING = re.compile(r"(?:in|lds?|ldd|ldi|andi?|or|cp\w*|tst|bst|sbi[cs]|sbr[cs]|br\w+|rjmp|jmp|nop|wdr)$")
 COUNTING = re.compile(r"(?:dec|inc|subi|sbci|sbiw|adiw|br\w+|rjmp|jmp|nop|wdr)$")
 WAIT_LENGTH = 8
-MOMENTARY = re.compile(r"(?:in|out|ldi?|lds|ldd|sts?|std|mov|andi?|ori?|com|sbi|cbi)$")
+MOMENTARY = re.compile(r"(?:in|out|ldi?|lds|ldd|sts?|std|mov|andi?|ori?|com|sbi|cbi|pop)$")
 MOMENT = 7  # instructions
 
 
@@ -296,9 +296,10 @@ def waits(function):
 
 
 def is_moment(ahead):
-    """Interrupts are off for a moment only: a few instructions on, straight ahead, SREG is as it was."""
+    """Interrupts are off for a moment only: a few instructions on, straight ahead, SREG is as it was,
+    or a handler is over."""
     for it in ahead[:MOMENT]:
-        if it.name == "out" and it.operands.startswith("0x3f"):
+        if it.name == "reti" or it.name == "out" and it.operands.startswith("0x3f"):
             return True
         if not MOMENTARY.match(it.name):
             return False

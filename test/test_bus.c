@@ -1193,6 +1193,34 @@ void test_counters_of_one_exchange_of_each_kind(void)
     TEST_ASSERT_EQUAL_UINT16(0, count.ring_overflows);
 }
 
+/* Handlers count in 8 bits; the bus adds up when it looks. */
+void test_damage_is_counted_modulo_65536(void)
+{
+    for (uint16_t looks = 0; looks < 330; looks++) {
+        for (uint8_t i = 0; i < 100; i++) {
+            cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING | CDS_LINE_OVERRUN);
+            cds_link_on_rx(&bus.link, 0, i & 1 ? CDS_LINE_FRAMING : CDS_LINE_OVERRUN);
+        }
+        cds_bus_poll(&bus);
+    }
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING); // not looked at yet
+    TEST_ASSERT_EQUAL_UINT16(49501, counters().framing_errors);
+    TEST_ASSERT_EQUAL_UINT16(49500, counters().overruns);
+}
+
+void test_every_byte_too_many_is_counted(void)
+{
+    for (uint16_t looks = 0; looks < 300; looks++) {
+        for (uint8_t i = 0; i < CDS_RING_SIZE + 3; i++)
+            cds_link_on_rx(&bus.link, 0, 0);
+        TEST_ASSERT_EQUAL_UINT16(3 * (looks + 1), counters().ring_overflows);
+        for (uint8_t polls = 0; polls <= CDS_RING_SIZE / CDS_BUS_BYTES_PER_POLL; polls++)
+            cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&bus.link.rx));
+    }
+    TEST_ASSERT_EQUAL_UINT16(900, counters().ring_overflows);
+}
+
 /* Two buses share nothing. */
 void test_two_buses_do_not_meet(void)
 {

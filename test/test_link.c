@@ -89,7 +89,7 @@ void test_own_echo_is_compared_and_dropped(void)
         cds_link_on_rx_echo(&link_, i == 2 ? 0x00 : packet[i], i == 4 ? CDS_LINE_FRAMING : 0);
     TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&link_.rx));
     TEST_ASSERT_EQUAL_UINT16(2, cds_link_count(&link_.echo_errors));
-    TEST_ASSERT_EQUAL_UINT16(0, cds_link_count(&link_.framing_errors));
+    TEST_ASSERT_EQUAL_UINT8(0, link_.framing_errors);
     cds_link_on_rx_echo(&link_, 0x77, 0);
     cds_link_on_tx_complete(&link_, PORT);
     cds_link_on_rx_echo(&link_, 0x88, 0);
@@ -207,24 +207,28 @@ void test_first_of_several_damaged_bytes_is_the_one_marked(void)
     port_fake_hear(&link_, packet, 2);
     cds_link_on_rx(&link_, 0x77, CDS_LINE_OVERRUN);
     TEST_ASSERT_EQUAL_UINT8((uint8_t)(link_.rx.tail + 2), link_.broken_at);
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(link_.rx.tail + 4), link_.whole_from);
     TEST_ASSERT_EQUAL_UINT8(4, cds_ring_count(&link_.rx));
+}
+
+static void assert_counts(uint8_t framing, uint8_t overruns, uint8_t both, uint8_t full)
+{
+    TEST_ASSERT_EQUAL_UINT8(framing, link_.framing_errors);
+    TEST_ASSERT_EQUAL_UINT8(overruns, link_.overruns);
+    TEST_ASSERT_EQUAL_UINT8(both, link_.both_errors);
+    TEST_ASSERT_EQUAL_UINT8(full, link_.ring_overflows);
 }
 
 void test_line_errors_are_counted_apart(void)
 {
     cds_link_on_rx(&link_, 0, CDS_LINE_FRAMING);
     cds_link_on_rx(&link_, 0, CDS_LINE_FRAMING);
+    assert_counts(2, 0, 0, 0);
     cds_link_on_rx(&link_, 0, CDS_LINE_OVERRUN);
-    TEST_ASSERT_EQUAL_UINT16(2, cds_link_count(&link_.framing_errors));
-    TEST_ASSERT_EQUAL_UINT16(1, cds_link_count(&link_.overruns));
-    TEST_ASSERT_EQUAL_UINT16(0, cds_link_count(&link_.ring_overflows));
-}
-
-void test_byte_with_both_errors_counts_in_both(void)
-{
+    assert_counts(2, 1, 0, 0);
     cds_link_on_rx(&link_, 0, CDS_LINE_FRAMING | CDS_LINE_OVERRUN);
-    TEST_ASSERT_EQUAL_UINT16(1, cds_link_count(&link_.framing_errors));
-    TEST_ASSERT_EQUAL_UINT16(1, cds_link_count(&link_.overruns));
+    assert_counts(2, 1, 1, 0);
+    TEST_ASSERT_EQUAL(CDS_LINK_DAMAGED, link_.broken);
 }
 
 void test_byte_for_a_full_ring_is_counted_and_marked(void)
@@ -232,19 +236,27 @@ void test_byte_for_a_full_ring_is_counted_and_marked(void)
     for (uint8_t i = 0; i < CDS_RING_SIZE; i++)
         cds_link_on_rx(&link_, i, 0);
     TEST_ASSERT_EQUAL_UINT8(0, link_.broken);
-    cds_link_on_rx(&link_, 0xEE, 0);
+    cds_link_on_rx(&link_, 0xEE, 0); // which is told by what it breaks
+    TEST_ASSERT_EQUAL(CDS_LINK_FULL, link_.broken);
+    assert_counts(0, 0, 0, 0);
     cds_link_on_rx(&link_, 0xEF, 0);
-    TEST_ASSERT_EQUAL_UINT16(2, cds_link_count(&link_.ring_overflows));
-    TEST_ASSERT_NOT_EQUAL(0, link_.broken);
+    cds_link_on_rx(&link_, 0xEF, 0);
+    TEST_ASSERT_EQUAL(CDS_LINK_FULL, link_.broken);
+    assert_counts(0, 0, 0, 2);
     TEST_ASSERT_EQUAL_UINT8((uint8_t)(link_.rx.tail + CDS_RING_SIZE), link_.broken_at);
     TEST_ASSERT_EQUAL_UINT8(CDS_RING_SIZE - 1, cds_ring_peek(&link_.rx, CDS_RING_SIZE - 1));
 }
 
-void test_counters_wrap_at_65536(void)
+void test_byte_for_a_full_ring_behind_damage_is_counted(void)
 {
-    for (uint32_t i = 0; i < 65537; i++)
-        cds_link_on_rx(&link_, 0, CDS_LINE_FRAMING);
-    TEST_ASSERT_EQUAL_UINT16(1, cds_link_count(&link_.framing_errors));
+    cds_link_on_rx(&link_, 0, CDS_LINE_FRAMING);
+    for (uint8_t i = 0; i < CDS_RING_SIZE; i++)
+        cds_link_on_rx(&link_, i, 0);
+    cds_link_on_rx(&link_, 0xEE, 0);
+    TEST_ASSERT_EQUAL(CDS_LINK_DAMAGED, link_.broken);
+    TEST_ASSERT_EQUAL_UINT8(link_.rx.tail, link_.broken_at);
+    TEST_ASSERT_EQUAL_UINT8((uint8_t)(link_.rx.tail + CDS_RING_SIZE), link_.whole_from);
+    assert_counts(1, 0, 0, 1);
 }
 
 void test_abort_releases_the_driver_before_it_listens(void)

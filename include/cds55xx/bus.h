@@ -91,7 +91,8 @@ struct cds_request {
         {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, false, 0, 0, 0, 0               \
     }
 
-/* Counted modulo 65536 from cds_bus_open() on. */
+/* Counted modulo 65536 from cds_bus_open() on; what the line does to bytes, modulo 256 between two
+ * polls. */
 struct cds_counters {
     uint16_t sent;           // instruction packets, repeated ones too
     uint16_t repeated;       // ... of them, because no good reply had come
@@ -187,7 +188,8 @@ struct cds_bus {
     uint32_t late_us;             // until then the servo given up last may still answer
     uint8_t baud;                 // register value of its rate
     uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // `stray` and the last four stay elsewhere until asked for
+    struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
+    uint8_t overfull;             // how often the stream broke for want of room, modulo 256
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -258,6 +260,7 @@ bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
 void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
 void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange
+void cds_bus_note_break_(struct cds_bus *bus); // the stream is broken: before it is mended
 void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
 void cds_bus_count_(uint16_t *counter);
 bool cds_bus_repeats_(struct cds_request *request);  // is it to be sent once more?

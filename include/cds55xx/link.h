@@ -13,6 +13,7 @@
 #ifndef CDS_LINK_H
 #define CDS_LINK_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "cds55xx/port.h" // the verbs
@@ -28,21 +29,28 @@ enum cds_link_state { CDS_LINK_HIGH_Z, CDS_LINK_LISTENING, CDS_LINK_TALKING, CDS
 /* What a receiver says of a byte: the port maps its status register to these. */
 enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 };
 
+/* What broke the stream of bytes first. Bit 0 is that it is broken. */
+enum cds_link_break { CDS_LINK_WHOLE = 0, CDS_LINK_DAMAGED = 1, CDS_LINK_FULL = 3 };
+
 /* What handlers and main context share of one bus. The ring last: an AVR reaches the first 64 bytes
- * of a struct in one instruction. */
+ * of a struct in one instruction.
+ *
+ * Handlers have no time for more than 8 bits: so the bus adds up what they have counted whenever it
+ * finds the stream broken, and 256 bytes lost or damaged between two of its looks are none. */
 struct cds_link {
-    const uint8_t *volatile cursor; // next byte to be sent
-    const uint8_t *volatile last;   // the packet's last byte
-    const uint8_t *volatile echo;   // next byte to come back, where the receiver hears the driver
-    volatile uint8_t state;         // enum cds_link_state
-    volatile uint8_t broken;        // not 0: bytes were damaged or lost since the bus last looked:
-    volatile uint8_t broken_at;     // the first of them at this index of the ring,
-    volatile uint8_t whole_from;    // the last of them at this one
-    volatile uint16_t framing_errors; // modulo 65536, by cds_link_count(), as all below
-    volatile uint16_t overruns;
-    volatile uint16_t ring_overflows;
-    volatile uint16_t echo_errors;
-    struct cds_ring rx; // bytes heard; the handlers put, the bus takes
+    const uint8_t *volatile cursor;  // next byte to be sent
+    const uint8_t *volatile last;    // the packet's last byte
+    const uint8_t *volatile echo;    // next byte to come back, where the receiver hears the driver
+    volatile uint8_t state;          // enum cds_link_state
+    volatile uint8_t broken;         // enum cds_link_break: since the bus last looked
+    volatile uint8_t broken_at;      // the first byte damaged or lost, as an index of the ring
+    volatile uint8_t whole_from;     // the last one
+    volatile uint8_t framing_errors; // modulo 256: bytes with no other error,
+    volatile uint8_t overruns;       // likewise,
+    volatile uint8_t both_errors;    // bytes with both,
+    volatile uint8_t ring_overflows; // bytes for which there was no room, but those that broke it
+    volatile uint16_t echo_errors;   // modulo 65536, by cds_link_count()
+    struct cds_ring rx;              // bytes heard; the handlers put, the bus takes
 };
 
 /* Starts listening. Main context. */
@@ -77,14 +85,18 @@ void cds_link_abort(struct cds_link *link, uint8_t port);
 /* Reads a 16-bit counter that a handler may be changing. Main context. */
 uint16_t cds_link_count(const volatile uint16_t *counter);
 
-/* Notes where a damaged or lost byte broke the stream. From on_rx only. */
-static inline void cds_link_break_(struct cds_link *link)
+/* Notes where a damaged or lost byte broke the stream. True if it was broken already. From on_rx
+ * only. */
+static inline bool cds_link_break_(struct cds_link *link, uint8_t why)
 {
-    if (!link->broken) {
+    bool again = link->broken;
+
+    if (!again) {
+        link->broken = why;
         link->broken_at = link->rx.head;
-        link->broken = 1;
     }
     link->whole_from = link->rx.head;
+    return again;
 }
 
 /* Event, from the receive handler: a byte, and in `line_errors` what was wrong with it (CDS_LINE_*
@@ -92,17 +104,17 @@ static inline void cds_link_break_(struct cds_link *link)
 static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t line_errors)
 {
     if (line_errors) {
-        if (line_errors & CDS_LINE_OVERRUN)
-            link->overruns = (uint16_t)(link->overruns + 1);
-        if (line_errors & CDS_LINE_FRAMING)
-            link->framing_errors = (uint16_t)(link->framing_errors + 1);
-        cds_link_break_(link);
+        cds_link_break_(link, CDS_LINK_DAMAGED);
+        if (line_errors == CDS_LINE_FRAMING)
+            link->framing_errors = (uint8_t)(link->framing_errors + 1);
+        else if (line_errors == CDS_LINE_OVERRUN)
+            link->overruns = (uint8_t)(link->overruns + 1);
+        else
+            link->both_errors = (uint8_t)(link->both_errors + 1);
         return;
     }
-    if (!cds_ring_put(&link->rx, byte)) {
-        link->ring_overflows = (uint16_t)(link->ring_overflows + 1);
-        cds_link_break_(link);
-    }
+    if (!cds_ring_put(&link->rx, byte) && cds_link_break_(link, CDS_LINK_FULL))
+        link->ring_overflows = (uint8_t)(link->ring_overflows + 1);
 }
 
 /* Event, as cds_link_on_rx() and in its place where the receiver hears its own driver (tied pins,

@@ -3,8 +3,11 @@
  * runs every 160 cycles: these take half as long.
  *
  * GCC promises naked functions for assembly only: nothing else stands in them but cbi and sbi on
- * the enables. SREG is kept in r0; r24 and Z do the work. Whatever they write is volatile in C.
- * Cycles stand with each, entry and reti counted, for a program counter of two bytes.
+ * the enables. r24, r30 and r31 are saved where a path needs them, SREG in r0 where one changes
+ * flags: lds, sts, ld, ldi, cpse and sbrc do not. Whatever they write is volatile in C.
+ *
+ * Cycles stand with each, entry and reti counted, for a program counter of two bytes and a vector
+ * that reaches its handler by rjmp: AVR_NEAR.
  */
 #ifndef AVR_HANDLERS_H
 #define AVR_HANDLERS_H
@@ -12,29 +15,27 @@
 #include <avr/interrupt.h>
 
 #include "cds55xx/link.h" // struct cds_link, the events
-#include "usart.h"        // AVR_REGISTER, AVR_STATE_*
+#include "usart.h"        // AVR_REGISTER, AVR_STATE_*, AVR_NEAR
 
 // clang-format off
 
 #define AVR_ENTER_                                                              \
     "push r0                  \n\t" "in   r0, __SREG__        \n\t"             \
-    "push r24                 \n\t" "push r30                 \n\t"             \
     "push r31                 \n\t"
 
 #define AVR_LEAVE_                                                              \
-    "pop  r31                 \n\t" "pop  r30                 \n\t"             \
-    "pop  r24                 \n\t" "out  __SREG__, r0        \n\t"             \
+    "pop  r31                 \n\t" "out  __SREG__, r0        \n\t"             \
     "pop  r0                  \n\t" "reti                     \n\t"
 
 #define AVR_COUNT_(counter)                                                     \
-    "lds  r30, %[" counter "]   \n\t" "lds  r31, %[" counter "]+1 \n\t"             \
-    "adiw r30, 1              \n\t"                                             \
-    "sts  %[" counter "]+1, r31 \n\t" "sts  %[" counter "], r30   \n\t"
+    "lds  r31, %[" counter "]   \n\t" "inc  r31              \n\t"             \
+    "sts  %[" counter "], r31   \n\t"
 
-/* cds_link_on_rx_echo(), before what it has in common with the next. An echo: 60; a damaged one: 71. */
+/* cds_link_on_rx_echo(), before what it has in common with the next. An echo: 56; a damaged one: 65. */
 #define AVR_ECHO_                                                               \
-    "lds  r24, %[state]       \n\t" "cpi  r24, %[listening]   \n\t"             \
+    "lds  r31, %[state]       \n\t" "cpi  r31, %[listening]   \n\t"             \
     "breq 9f                  \n\t"                                             \
+    "push r30                 \n\t" "push r24                 \n\t"             \
     "lds  r30, %[echo]        \n\t" "lds  r31, %[echo]+1      \n\t"             \
     "lds  r24, %[last]        \n\t" "inc  r24                 \n\t"             \
     "cp   r24, r30            \n\t" "breq 7f                  \n\t"             \
@@ -42,86 +43,116 @@
     "sts  %[echo]+1, r31      \n\t" "sts  %[echo], r30        \n\t"             \
     "lds  r30, %[status]      \n\t" "andi r30, %[errors]      \n\t"             \
     "lds  r31, %[data]        \n\t" "eor  r24, r31            \n\t"             \
-    "or   r24, r30            \n\t" "brne 8f                  \n\t"             \
+    "or   r24, r30            \n\t" "breq 8f                  \n\t"             \
+    "lds  r30, %[echo_errors] \n\t" "lds  r31, %[echo_errors]+1\n\t"            \
+    "adiw r30, 1              \n\t"                                             \
+    "sts  %[echo_errors]+1, r31\n\t" "sts  %[echo_errors], r30\n\t"             \
+    "8: pop r24               \n\t" "pop  r30                 \n\t"             \
     AVR_LEAVE_                                                                  \
     "7: sbiw r30, 1           \n\t" "lds  r24, %[last]+1      \n\t"             \
-    "cp   r24, r31            \n\t" "breq 9f                  \n\t"             \
+    "cp   r24, r31            \n\t" "breq 8f                  \n\t"             \
     "adiw r30, 1              \n\t" "rjmp 6b                  \n\t"             \
-    "8:                       \n\t" AVR_COUNT_("echo_errors")                   \
-    "rjmp 1f                  \n\t"                                             \
+    "8: pop r24               \n\t" "pop  r30                 \n\t"             \
     "9:                       \n\t"
 
-/* cds_link_on_rx(). A good byte: 54, with `echo` 59. The worst, with both errors: 82. */
+/* cds_link_on_rx(). A good byte: 47, with `echo` 52. A damaged one: 50, with both errors 49. One that
+ * finds the ring full: 49, after another damage 50. Interrupts are off: so the head may be stored
+ * before the byte it vouches for, and r0 holds the byte once SREG is back.
+ *
+ * A damaged byte is compared first, marked, and then counted by what its bits were: nothing between
+ * changes flags. */
 #define AVR_ON_RX_(link, number, echo_part)                                     \
     __asm__ volatile(AVR_ENTER_ echo_part                                       \
-    "lds  r24, %[status]      \n\t" "andi r24, %[errors]      \n\t"             \
-    "brne 3f                  \n\t"                                             \
-    "lds  r30, %[head]        \n\t" "lds  r24, %[tail]        \n\t"             \
-    "sub  r24, r30            \n\t" /* minus what the ring holds */             \
-    "cpi  r24, %[full]        \n\t" "breq 2f                  \n\t"             \
+    "lds  r31, %[status]      \n\t" "andi r31, %[errors]      \n\t"             \
+    "brne 3f                  \n\t" "push r30                 \n\t"             \
+    "lds  r30, %[head]        \n\t" "lds  r31, %[tail]        \n\t"             \
+    "sub  r31, r30            \n\t" /* minus what the ring holds */             \
+    "cpi  r31, %[full]        \n\t" "breq 1f                  \n\t"             \
+    "mov  r31, r30            \n\t" "inc  r31                 \n\t"             \
+    "sts  %[head], r31        \n\t"                                             \
     "andi r30, %[mask]        \n\t" "ldi  r31, 0              \n\t"             \
     "subi r30, lo8(-(%[bytes]))\n\t" "sbci r31, hi8(-(%[bytes]))\n\t"           \
-    "lds  r24, %[data]        \n\t" "st   Z, r24              \n\t"             \
-    "lds  r24, %[head]        \n\t" "inc  r24                 \n\t"             \
-    "sts  %[head], r24        \n\t" /* behind the byte it vouches for */        \
-    "1:                       \n\t" AVR_LEAVE_                                  \
+    "out  __SREG__, r0        \n\t"                                             \
+    "lds  r0, %[data]         \n\t" "st   Z, r0               \n\t"             \
+    "pop  r30                 \n\t" "pop  r31                 \n\t"             \
+    "pop  r0                  \n\t" "reti                     \n\t"             \
+                                                                                \
+    "1: lds r31, %[data]      \n\t" /* taken, and not stored */                 \
+    "sts  %[whole_from], r30  \n\t"                                             \
+    "lds  r31, %[broken]      \n\t" "sbrc r31, 0              \n\t"             \
+    "rjmp 2f                  \n\t"                                             \
+    "ldi  r31, %[for_room]    \n\t" "sts  %[broken], r31      \n\t"             \
+    "sts  %[broken_at], r30   \n\t" "pop  r30                 \n\t"             \
+    AVR_LEAVE_                                                                  \
     "2:                       \n\t" AVR_COUNT_("overflows")                     \
+    "pop  r30                 \n\t" AVR_LEAVE_                                  \
+                                                                                \
+    "3: cpi r31, %[framing]   \n\t"                                             \
+    "lds  r31, %[broken]      \n\t" "sbrc r31, 0              \n\t"             \
     "rjmp 5f                  \n\t"                                             \
-    "3: sbrs r24, %[framing]  \n\t" "rjmp 4f                  \n\t"             \
+    "ldi  r31, %[damaged]     \n\t" "sts  %[broken], r31      \n\t"             \
+    "lds  r31, %[head]        \n\t" "sts  %[broken_at], r31   \n\t"             \
+    "4: sts %[whole_from], r31\n\t"                                             \
+    "lds  r31, %[data]        \n\t" /* taken, and not stored */                 \
+    "brlo 6f                  \n\t" "brne 7f                  \n\t"             \
     AVR_COUNT_("framing_errors")                                                \
-    "sbrs r24, %[overrun]     \n\t" "rjmp 5f                  \n\t"             \
-    "4:                       \n\t" AVR_COUNT_("overruns")                      \
-    "5: lds r24, %[data]      \n\t" /* taken, and not stored */                 \
-    "lds  r30, %[head]        \n\t" "lds  r24, %[broken]      \n\t"             \
-    "sbrs r24, 0              \n\t" "sts  %[broken_at], r30   \n\t"             \
-    "ldi  r24, 1              \n\t" "sts  %[broken], r24      \n\t"             \
-    "sts  %[whole_from], r30  \n\t" "rjmp 1b                  \n\t"             \
-    :: [status] "n"(AVR_REGISTER3(number, UCSR, A)),                            \
-       [data] "n"(AVR_REGISTER(number, UDR)),                                   \
+    "rjmp 8f                  \n\t"                                             \
+    "5: lds r31, %[head]      \n\t" "rjmp 4b                  \n\t"             \
+    "6:                       \n\t" AVR_COUNT_("overruns")                      \
+    "rjmp 8f                  \n\t"                                             \
+    "7:                       \n\t" AVR_COUNT_("both_errors")                   \
+    "8:                       \n\t" AVR_LEAVE_                                  \
+    :: [status] "i"(AVR_REGISTER3(number, UCSR, A)),                            \
+       [data] "i"(AVR_REGISTER(number, UDR)),                                   \
        [errors] "n"(AVR_FRAMING_ERROR | AVR_OVERRUN),                           \
-       [framing] "n"(AVR_FRAMING_ERROR_BIT), [overrun] "n"(AVR_OVERRUN_BIT),    \
+       [framing] "n"(AVR_FRAMING_ERROR), /* an overrun is less, both are more */ \
        [full] "n"(256 - CDS_RING_SIZE), [mask] "n"(CDS_RING_SIZE - 1),          \
        [head] "i"(&(link).rx.head), [tail] "i"(&(link).rx.tail),                \
        [bytes] "i"(&(link).rx.bytes[0]), [overflows] "i"(&(link).ring_overflows), \
        [framing_errors] "i"(&(link).framing_errors),                            \
-       [overruns] "i"(&(link).overruns), [broken] "i"(&(link).broken),          \
-       [broken_at] "i"(&(link).broken_at), [whole_from] "i"(&(link).whole_from), \
+       [overruns] "i"(&(link).overruns), [both_errors] "i"(&(link).both_errors), \
+       [broken] "i"(&(link).broken), [damaged] "n"(CDS_LINK_DAMAGED),           \
+       [for_room] "n"(CDS_LINK_FULL), [broken_at] "i"(&(link).broken_at),       \
+       [whole_from] "i"(&(link).whole_from),                                    \
        [state] "i"(&(link).state), [listening] "n"(CDS_LINK_LISTENING),         \
        [echo] "i"(&(link).echo), [last] "i"(&(link).last),                      \
        [echo_errors] "i"(&(link).echo_errors))
 
-/* cds_link_on_tx_ready(). A byte: 47. The last one: 60. Packets may be longer than 256 bytes, so
- * equal low bytes of `cursor` and `last` do not yet mean the end. */
+/* cds_link_on_tx_ready(). A byte: 39. The last one: 49. Packets may be longer than 256 bytes, so
+ * equal low bytes of `cursor` and `last` do not yet mean the end. No flag is touched. */
 #define AVR_ON_TX_READY_(link, number, drain_state)                             \
-    __asm__ volatile(AVR_ENTER_                                                 \
+    __asm__ volatile(                                                           \
+    "push r24                 \n\t" "push r30                 \n\t"             \
+    "push r31                 \n\t"                                             \
     "lds  r30, %[cursor]      \n\t" "lds  r31, %[cursor]+1    \n\t"             \
-    "lds  r24, %[last]        \n\t" "cp   r24, r30            \n\t"             \
-    "ld   r24, Z+             \n\t" "sts  %[data], r24        \n\t"             \
-    "breq 2f                  \n\t"                                             \
-    "1: sts %[cursor]+1, r31  \n\t" "sts  %[cursor], r30      \n\t"             \
-    AVR_LEAVE_                                                                  \
-    "2: lds r24, %[last]+1    \n\t" "sbiw r30, 1              \n\t"             \
-    "cpse r24, r31            \n\t" "rjmp 3f                  \n\t"             \
+    "lds  r24, %[last]        \n\t" "cpse r24, r30            \n\t"             \
+    "rjmp 1f                  \n\t"                                             \
+    "lds  r24, %[last]+1      \n\t" "cpse r24, r31            \n\t"             \
+    "rjmp 1f                  \n\t"                                             \
+    "ld   r24, Z              \n\t" "sts  %[data], r24        \n\t"             \
     "ldi  r24, %[forget]      \n\t" "sts  %[status], r24      \n\t"             \
     "ldi  r24, %[drain]       \n\t" "sts  %[control], r24     \n\t"             \
     "ldi  r24, %[draining]    \n\t" "sts  %[state], r24       \n\t"             \
-    AVR_LEAVE_                                                                  \
-    "3: adiw r30, 1           \n\t" "rjmp 1b                  \n\t"             \
-    :: [data] "n"(AVR_REGISTER(number, UDR)),                                   \
-       [status] "n"(AVR_REGISTER3(number, UCSR, A)),                            \
-       [control] "n"(AVR_REGISTER3(number, UCSR, B)),                           \
+    "rjmp 2f                  \n\t"                                             \
+    "1: ld r24, Z+            \n\t" "sts  %[data], r24        \n\t"             \
+    "sts  %[cursor]+1, r31    \n\t" "sts  %[cursor], r30      \n\t"             \
+    "2: pop r31               \n\t" "pop  r30                 \n\t"             \
+    "pop  r24                 \n\t" "reti                     \n\t"             \
+    :: [data] "i"(AVR_REGISTER(number, UDR)),                                   \
+       [status] "i"(AVR_REGISTER3(number, UCSR, A)),                            \
+       [control] "i"(AVR_REGISTER3(number, UCSR, B)),                           \
        [forget] "n"(AVR_TXC | AVR_U2X), [drain] "n"(drain_state),               \
        [draining] "n"(CDS_LINK_DRAINING), [cursor] "i"(&(link).cursor),         \
        [last] "i"(&(link).last), [state] "i"(&(link).state))
 
-/* cds_link_on_tx_complete(), behind the enables, which were turned before anything was saved: 28 in
- * all. ldi and sts touch no flag. */
+/* cds_link_on_tx_complete(), behind the enables, which were turned before anything was saved: 24 in
+ * all. */
 #define AVR_ON_TX_COMPLETE_(link, number)                                       \
     __asm__ volatile("push r24\n\t"                                             \
     "ldi  r24, %[listen]      \n\t" "sts  %[control], r24     \n\t"             \
     "ldi  r24, %[listening]   \n\t" "sts  %[state], r24       \n\t"             \
     "pop  r24                 \n\t" "reti                     \n\t"             \
-    :: [control] "n"(AVR_REGISTER3(number, UCSR, B)),                           \
+    :: [control] "i"(AVR_REGISTER3(number, UCSR, B)),                           \
        [listen] "n"(AVR_STATE_LISTENING), [listening] "n"(CDS_LINK_LISTENING),  \
        [state] "i"(&(link).state))
 
@@ -143,15 +174,15 @@
     AVR_HANDLERS_(bus, number, AVR_ECHO_, AVR_STATE_TIED_DRAINING)
 
 #define AVR_HANDLERS_(bus, number, echo, drain)                                                    \
-    ISR(AVR_VECTOR(AVR_BUS(number, _USART), RX), ISR_NAKED)                                        \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), RX), ISR_NAKED AVR_NEAR)                               \
     {                                                                                              \
         AVR_ON_RX_((bus).link, number, echo);                                                      \
     }                                                                                              \
-    ISR(AVR_VECTOR(AVR_BUS(number, _USART), UDRE), ISR_NAKED)                                      \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), UDRE), ISR_NAKED AVR_NEAR)                             \
     {                                                                                              \
         AVR_ON_TX_READY_((bus).link, number, drain);                                               \
     }                                                                                              \
-    ISR(AVR_VECTOR(AVR_BUS(number, _USART), TX), ISR_NAKED)                                        \
+    ISR(AVR_VECTOR(AVR_BUS(number, _USART), TX), ISR_NAKED AVR_NEAR)                               \
     {                                                                                              \
         avr_usart_turn_around(number);                                                             \
         AVR_ON_TX_COMPLETE_((bus).link, number);                                                   \

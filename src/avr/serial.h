@@ -58,16 +58,16 @@ bool serial_broken(struct serial *serial);
 
 /* A turnaround of a bus must not wait for the host: each handler first takes its own interrupts
  * away by one store to UCSRnB, lets all others in, and gives its own back at its end, for sending
- * only if there is more to send. SREG in r0 has its I cleared (T is in it): restoring it shuts the
- * others out again for the last few instructions, or a host that is always on time would pile up
- * handlers until the stack is full. Others are shut out for 15 cycles at the beginning, and for 11 at
- * the end, and one handler may follow the other: so while the host floods the link at 1 Mbps servos
- * need a return delay of 2, 64 cycles; the factory's 1 is enough for what a client says and hears. By hand as those of handlers.h, where more is said. */
+ * only if there is more to send. What follows sei is still done before anybody comes in; cli changes
+ * no other flag, and for the last few instructions shuts the others out again, or a host that is
+ * always on time would pile up handlers until the stack is full. Others are shut out for 12 cycles
+ * at the beginning, and for 9 at the end, and one handler may follow the other: so while the host
+ * floods the link at 1 Mbps servos need a return delay of 2, 64 cycles; the factory's 1 is enough
+ * for what a client says and hears. By hand as those of handlers.h, where more is said. */
 #define SERIAL_ENTER_                                                           \
     "push r24                 \n\t" "ldi  r24, %[quiet]       \n\t"             \
-    "sts  %[control], r24     \n\t" "sei                      \n\t"             \
+    "sei                      \n\t" "sts  %[control], r24     \n\t"             \
     "push r0                  \n\t" "in   r0, __SREG__        \n\t"             \
-    "clt                      \n\t" "bld  r0, 7               \n\t"             \
     "push r30                 \n\t" "push r31                 \n\t"
 
 #define SERIAL_LEAVE_                                                           \
@@ -77,9 +77,9 @@ bool serial_broken(struct serial *serial);
     "9: lds r30, %[broken]    \n\t" "sbrc r30, 0              \n\t"             \
     "andi r24, %[deaf]        \n\t"                                             \
     "pop  r31                 \n\t" "pop  r30                 \n\t"             \
-    "out  __SREG__, r0        \n\t" "sts  %[control], r24     \n\t"             \
-    "pop  r0                  \n\t" "pop  r24                 \n\t"             \
-    "reti                     \n\t"
+    "out  __SREG__, r0        \n\t" "pop  r0                  \n\t"             \
+    "cli                      \n\t" "sts  %[control], r24     \n\t"             \
+    "pop  r24                 \n\t" "reti                     \n\t"
 
 #define SERIAL_OPERANDS_(serial)                                                \
     [control] "n"(&SERIAL_CONTROL), [data] "n"(&SERIAL_DATA),                   \
@@ -133,11 +133,11 @@ bool serial_broken(struct serial *serial);
 
 /* Binds the board's BOARD_HOST_USART to `serial`, a struct serial with static storage. */
 #define AVR_SERIAL(serial)                                                                         \
-    ISR(AVR_PASTE3(USART, BOARD_HOST_USART, _RX_vect), ISR_NAKED)                                  \
+    ISR(AVR_PASTE3(USART, BOARD_HOST_USART, _RX_vect), ISR_NAKED AVR_NEAR)                         \
     {                                                                                              \
         SERIAL_ON_RX_(serial);                                                                     \
     }                                                                                              \
-    ISR(AVR_PASTE3(USART, BOARD_HOST_USART, _UDRE_vect), ISR_NAKED)                                \
+    ISR(AVR_PASTE3(USART, BOARD_HOST_USART, _UDRE_vect), ISR_NAKED AVR_NEAR)                       \
     {                                                                                              \
         SERIAL_ON_TX_READY_(serial);                                                               \
     }

@@ -30,6 +30,10 @@
 /* Inlined wherever it is called; no copy is ever emitted. */
 #define AVR_INLINE extern inline __attribute__((gnu_inline, always_inline))
 
+/* Of a handler: stands right behind the vectors, where avr-libc's linker scripts have this section.
+ * --relax then makes its vector an rjmp, a cycle less than the jmp to what stands anywhere. */
+#define AVR_NEAR __attribute__((section(".trampolines")))
+
 struct avr_pin {
     volatile uint8_t *port, *ddr;
     uint8_t mask;

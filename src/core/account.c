@@ -78,6 +78,30 @@ CDS_APART void cds_bus_note_undue_(struct cds_bus *bus)
     tell(bus, event, id, bus->parser.error, CDS_PENDING); // nothing has ended
 }
 
+/* Brings a total up to date with a count of its last 8 bits. */
+static void catch_up(uint16_t *total, uint8_t count)
+{
+    *total = (uint16_t)(*total + (uint8_t)(count - *total));
+}
+
+/* Adds up what the handlers have counted. Of bytes for which there was no room, those that broke
+ * the stream, which are `overfull`, the handlers have not. */
+static void add_up(const struct cds_link *link, uint8_t overfull, struct cds_counters *counters)
+{
+    uint8_t both = link->both_errors;
+
+    catch_up(&counters->framing_errors, (uint8_t)(link->framing_errors + both));
+    catch_up(&counters->overruns, (uint8_t)(link->overruns + both));
+    catch_up(&counters->ring_overflows, (uint8_t)(link->ring_overflows + overfull));
+}
+
+void cds_bus_note_break_(struct cds_bus *bus)
+{
+    if (bus->link.broken == CDS_LINK_FULL)
+        bus->overfull++;
+    add_up(&bus->link, bus->overfull, &bus->counters);
+}
+
 void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer)
 {
     bus->observer = observer;
@@ -93,10 +117,10 @@ enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t add
 
 void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 {
+    uint8_t overfull = (uint8_t)(bus->overfull + (bus->link.broken == CDS_LINK_FULL));
+
     *out = bus->counters;
+    add_up(&bus->link, overfull, out);
     out->stray = bus->parser.stray;
-    out->framing_errors = cds_link_count(&bus->link.framing_errors);
-    out->overruns = cds_link_count(&bus->link.overruns);
-    out->ring_overflows = cds_link_count(&bus->link.ring_overflows);
     out->echo_errors = cds_link_count(&bus->link.echo_errors);
 }

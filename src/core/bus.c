@@ -43,6 +43,11 @@ UNUSED void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
     (void)bus, (void)result;
 }
 
+UNUSED void cds_bus_note_break_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
 UNUSED void cds_bus_note_undue_(struct cds_bus *bus)
 {
     (void)bus;
@@ -192,7 +197,8 @@ static SELDOM void drop_broken(struct cds_bus *bus)
     struct cds_link *link = &bus->link;
 
     do {
-        link->broken = 0;
+        cds_bus_note_break_(bus);
+        link->broken = CDS_LINK_WHOLE;
         link->rx.tail = link->whole_from;
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
     cds_parser_begin(&bus->parser, bus->parser.longest);

@@ -10,7 +10,7 @@ void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet,
                      uint8_t begun)
 {
     link->rx.tail = link->rx.head;
-    link->broken = 0;
+    link->broken = CDS_LINK_WHOLE;
     __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
     link->cursor = packet + begun;
     link->last = packet + size - 1;

@@ -310,6 +310,11 @@ class MachineCode(unittest.TestCase):
         status, output = self.check(
             "void f(uint8_t m) { uint8_t s = SREG; cli(); PORTA |= m; SREG = s; }")
         self.assertEqual(status, 0, output)
+        handler = ("ISR(USART1_RX_vect, ISR_NAKED) "
+                   "{ __asm__ volatile(\"cli\\n\\t%s pop r24\\n\\treti\"); }")
+        status, output = self.check(handler % "")
+        self.assertEqual(status, 0, output)
+        self.breach(handler % "1: sbis 5, 0\\n\\trjmp 1b\\n\\t", "__vector_30: turns interrupts off")
         self.breach("void f(void) { __asm__ volatile(\"sleep\"); }", "f: sleeps")
 
     def test_a_handler_of_a_linked_program(self):
