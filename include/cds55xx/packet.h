@@ -64,11 +64,13 @@ enum cds_error {
 struct cds_packet {
     uint8_t *bytes; // the buffer
     uint16_t room;  // of `bytes`; 6 to 258 are of use
-    uint16_t size;  // bytes put so far; may run past `room` in a packet that did not fit
+    uint16_t size;  // of the packet, once it was ended
 };
 
-/* `size` of a packet that can no longer become one: cds_packet_end() says CDS_BAD_ARGUMENT. */
-#define CDS_PACKET_REFUSED UINT16_MAX
+/* In `size`: bytes put so far, of a packet that grows; or why none can come of it: enum
+ * cds_result, CDS_NO_ROOM or CDS_BAD_ARGUMENT. */
+#define CDS_PACKET_GROWS   0x4000u
+#define CDS_PACKET_REFUSED 0x8000u
 
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction);
@@ -104,11 +106,14 @@ uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_
                              uint8_t length);
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length);
 
-/* cds_packet_end() in three steps: may it be ended? CDS_OK, or why not. Then LENGTH, and the
- * checksum, which can follow when the packet is on its way. */
+/* WRITE or REG WRITE, for the library's own calls, which end it. */
+void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                             uint8_t address, const uint8_t *data, uint8_t length);
+
+/* cds_packet_end() in two steps, so that the packet may have begun before its end is known: may it
+ * be ended? CDS_OK, or why not. Then LENGTH and checksum. */
 uint8_t cds_packet_may_end_(const struct cds_packet *packet);
-void cds_packet_fill_(struct cds_packet *packet);
-void cds_packet_seal_(const struct cds_packet *packet);
+void cds_packet_close_(struct cds_packet *packet);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
  * `length`: bytes for each servo, 1 to 50, from register `address` (0 to 0x31) on. A block is the
@@ -116,6 +121,10 @@ void cds_packet_seal_(const struct cds_packet *packet);
  * address and length are outside the control table (2.4.7). */
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length);
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data);
+
+/* The same for the library's own calls, of a block as it stands in the packet: an ID and `length`
+ * bytes. Where blocks have another length, the packet is refused. */
+void cds_packet_sync_put_(struct cds_packet *packet, const uint8_t *block, uint8_t length);
 
 /* ~(ID + LENGTH + ... + last parameter) of the packet at `bytes`, by its LENGTH (2.2). */
 uint8_t cds_packet_checksum(const uint8_t *bytes);
