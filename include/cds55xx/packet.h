@@ -6,6 +6,7 @@
 #ifndef CDS_PACKET_H
 #define CDS_PACKET_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "cds55xx/result.h" // enum cds_result
@@ -27,6 +28,7 @@ enum {
     CDS_AT_INSTRUCTION = 4, // of an instruction packet
     CDS_AT_ERROR = 4,       // of a status packet
     CDS_AT_PARAMETERS = 5,
+    CDS_AT_SYNC_LENGTH = 6, // of a SYNC WRITE: how many bytes each servo gets
 };
 
 /* Bytes of a packet with n parameters: header (2), ID, LENGTH, INSTRUCTION or ERROR, checksum. */
@@ -106,6 +108,17 @@ uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_
                              uint8_t length);
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length);
 
+/* Is it being put together? One byte of `size` says so. */
+static inline bool cds_packet_grows_(const struct cds_packet *packet)
+{
+    return (uint8_t)(packet->size >> 8) & (uint8_t)(CDS_PACKET_GROWS >> 8);
+}
+
+/* For the library's own calls: appends `count` bytes, at least 1; all of them, or none.
+ * Or has no packet come of this, because of `result`, unless there was a reason before. */
+void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
+void cds_packet_refuse_(struct cds_packet *packet, uint8_t result);
+
 /* WRITE or REG WRITE, for the library's own calls, which end it. */
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length);
@@ -121,10 +134,6 @@ void cds_packet_close_(struct cds_packet *packet);
  * address and length are outside the control table (2.4.7). */
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length);
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data);
-
-/* The same for the library's own calls, of a block as it stands in the packet: an ID and `length`
- * bytes. Where blocks have another length, the packet is refused. */
-void cds_packet_sync_put_(struct cds_packet *packet, const uint8_t *block, uint8_t length);
 
 /* ~(ID + LENGTH + ... + last parameter) of the packet at `bytes`, by its LENGTH (2.2). */
 uint8_t cds_packet_checksum(const uint8_t *bytes);

@@ -3,6 +3,7 @@
 
 #include "cds55xx/servo.h" // cds_servo_send_()
 #include "goal.h"          // cds_goal_put()
+#include "opaque.h"        // CDS_OPAQUE()
 
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length)
 {
@@ -21,14 +22,21 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
                              uint16_t speed)
 {
     uint8_t block[1 + CDS_GOAL_SIZE];
+    struct cds_packet *packet = &request->packet;
+    uint8_t high = (uint8_t)(position >> 8);
 
     if (request->result == CDS_PENDING)
         return;
+    CDS_OPAQUE(high); // or gcc compares words all the same
+    high = (uint8_t)(high | speed >> 8);
     block[0] = id;
-    if ((position | speed) > CDS_VALUE_MAX) // all bits of it are 1
-        block[0] = CDS_BROADCAST_ID;        // for which no block may be
     cds_goal_put(block + 1, position, speed);
-    cds_packet_sync_put_(&request->packet, block, CDS_GOAL_SIZE);
+    cds_packet_append_(packet, block, sizeof block);
+    if (!cds_packet_grows_(packet))
+        return; // refused: perhaps no byte in the buffer says how long a block is
+    if (id > CDS_ID_MAX || high > CDS_VALUE_MAX >> 8 || // all its bits are 1
+        packet->bytes[CDS_AT_SYNC_LENGTH] != CDS_GOAL_SIZE)
+        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
 }
 
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)

@@ -7,9 +7,8 @@
 #include "cds55xx/control_table.h" // CDS_TABLE_SIZE
 #include "opaque.h"                // CDS_OPAQUE()
 
-#define LENGTH_OFFSET  4u // LENGTH counts what follows it: packet size less four
-#define SYNC_LENGTH_AT (CDS_AT_PARAMETERS + 1) // of a SYNC WRITE: bytes for each servo
-#define GROWN_MAX      (CDS_PACKET_GROWS + LENGTH_OFFSET + CDS_LENGTH_MAX - 1) // `size`
+#define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
+#define GROWN_MAX     (CDS_PACKET_GROWS + LENGTH_OFFSET + CDS_LENGTH_MAX - 1) // `size`
 
 /* Not copied for a packet that is known when the program is linked: see opaque.h. */
 #define ONE_COPY __attribute__((noclone, noinline))
@@ -17,8 +16,7 @@
 /* While a packet grows, the byte behind what was put so far is the sum from the ID on. LENGTH is 0
  * as long. So its end costs the same however long it is. */
 
-/* No packet comes of this, and that is why; unless there was another reason before. */
-ONE_COPY static void refuse(struct cds_packet *packet, uint8_t result)
+ONE_COPY void cds_packet_refuse_(struct cds_packet *packet, uint8_t result)
 {
     if (packet->size < CDS_PACKET_REFUSED)
         packet->size = CDS_PACKET_REFUSED | result;
@@ -39,26 +37,24 @@ static inline void copy(uint8_t *to, const uint8_t *data, uint8_t count)
     *to = sum;
 }
 
-/* Puts `count` bytes, at least 1; all of them are stored, or none. */
-ONE_COPY static void append(struct cds_packet *packet, const uint8_t *data, uint8_t count)
+ONE_COPY void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
 {
     uint16_t size = packet->size, end = (uint16_t)(size + count);
-    uint8_t why = CDS_BAD_ARGUMENT; // it was ended, or never begun
+    uint8_t why = CDS_NO_ROOM;
 
-    if (size & CDS_PACKET_GROWS) {
-        why = CDS_NO_ROOM;
-        if (end < (uint16_t)(packet->room + CDS_PACKET_GROWS) && end <= GROWN_MAX) {
-            packet->size = end;
-            copy(packet->bytes + (uint16_t)(size - CDS_PACKET_GROWS), data, count);
-            return;
-        }
+    if (!(size & CDS_PACKET_GROWS)) {
+        why = CDS_BAD_ARGUMENT; // it was ended, or never begun
+    } else if (end < (uint16_t)(packet->room + CDS_PACKET_GROWS) && end <= GROWN_MAX) {
+        packet->size = end;
+        copy(packet->bytes + (uint16_t)(size - CDS_PACKET_GROWS), data, count);
+        return;
     }
-    refuse(packet, why);
+    cds_packet_refuse_(packet, why);
 }
 
 void cds_packet_put(struct cds_packet *packet, uint8_t byte)
 {
-    append(packet, &byte, 1);
+    cds_packet_append_(packet, &byte, 1);
 }
 
 void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
@@ -80,16 +76,15 @@ static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint
 
 ONE_COPY void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    uint16_t size = CDS_PACKET_REFUSED | CDS_BAD_ARGUMENT;
+    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS;
 
-    if (id <= CDS_BROADCAST_ID) {
+    if (id > CDS_BROADCAST_ID)
+        size = CDS_PACKET_REFUSED | CDS_BAD_ARGUMENT;
+    else if (packet->room < CDS_PACKET_SIZE(0))
         size = CDS_PACKET_REFUSED | CDS_NO_ROOM;
-        if (packet->room >= CDS_PACKET_SIZE(0)) {
-            *put_head(packet->bytes, id, 0, instruction) = (uint8_t)(id + instruction);
-            size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS;
-        }
-    }
     packet->size = size;
+    if (size & CDS_PACKET_GROWS)
+        *put_head(packet->bytes, id, 0, instruction) = (uint8_t)(id + instruction);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -105,10 +100,11 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
 
 uint8_t cds_packet_may_end_(const struct cds_packet *packet)
 {
-    uint16_t size = packet->size;
+    uint16_t size;
 
-    if (size & CDS_PACKET_GROWS)
+    if (cds_packet_grows_(packet))
         return CDS_OK; // all was judged when it was put
+    size = packet->size;
     if (size & CDS_PACKET_REFUSED)
         return (uint8_t)size;
     if (size >= LENGTH_OFFSET && packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
@@ -205,10 +201,10 @@ void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t inst
 {
     cds_packet_begin(packet, id, instruction);
     if (is_length(length) && is_within(address, length)) {
-        append(packet, &address, 1);
-        append(packet, data, length);
+        cds_packet_append_(packet, &address, 1);
+        cds_packet_append_(packet, data, length);
     } else {
-        refuse(packet, CDS_BAD_ARGUMENT);
+        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
     }
 }
 
@@ -232,37 +228,22 @@ enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address
 
     cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
     if (!is_length(length) || !is_within(address, length)) {
-        refuse(packet, CDS_BAD_ARGUMENT);
+        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
         return CDS_BAD_ARGUMENT;
     }
-    append(packet, parameters, sizeof parameters);
+    cds_packet_append_(packet, parameters, sizeof parameters);
     return CDS_OK;
-}
-
-/* How many bytes follow the ID in a block; 0: nothing was begun, or it was refused. */
-static uint8_t block_length(const struct cds_packet *packet)
-{
-    if ((int16_t)packet->size <= (int16_t)CDS_PACKET_GROWS + SYNC_LENGTH_AT)
-        return 0; // and perhaps no such byte in the buffer
-    return packet->bytes[SYNC_LENGTH_AT];
-}
-
-void cds_packet_sync_put_(struct cds_packet *packet, const uint8_t *block, uint8_t length)
-{
-    if (*block > CDS_ID_MAX || block_length(packet) != length)
-        refuse(packet, CDS_BAD_ARGUMENT);
-    else
-        append(packet, block, (uint8_t)(length + 1u));
 }
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
 {
-    uint8_t length = block_length(packet);
+    // no length stands in the buffer where nothing was begun, or was refused
+    bool begun = (int16_t)packet->size > (int16_t)CDS_PACKET_GROWS + CDS_AT_SYNC_LENGTH;
 
-    if (id > CDS_ID_MAX || length == 0) {
-        refuse(packet, CDS_BAD_ARGUMENT);
+    if (id > CDS_ID_MAX || !begun) {
+        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
         return;
     }
-    append(packet, &id, 1);
-    append(packet, data, length);
+    cds_packet_append_(packet, &id, 1);
+    cds_packet_append_(packet, data, packet->bytes[CDS_AT_SYNC_LENGTH]);
 }
