@@ -13,8 +13,8 @@
 /* Not copied for a packet that is known when the program is linked: see opaque.h. */
 #define ONE_COPY __attribute__((noclone, noinline))
 
-/* While a packet grows, the byte behind what was put so far is the sum from the ID on. LENGTH is 0
- * as long. So its end costs the same however long it is. */
+/* While a packet grows, the sum of its other bytes from the ID on stands in the place of LENGTH: so
+ * its end costs the same however long it is. */
 
 ONE_COPY void cds_packet_refuse_(struct cds_packet *packet, uint8_t result)
 {
@@ -22,19 +22,17 @@ ONE_COPY void cds_packet_refuse_(struct cds_packet *packet, uint8_t result)
         packet->size = CDS_PACKET_REFUSED | result;
 }
 
-/* `count` bytes, at least 1, to where the sum stands, which moves on. */
-static inline void copy(uint8_t *to, const uint8_t *data, uint8_t count)
+static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t count)
 {
-    uint8_t sum = *to;
+    uint8_t sum = bytes[CDS_AT_LENGTH], *to = bytes + at;
 
     do {
         uint8_t byte = *data++;
 
         sum = (uint8_t)(sum + byte);
         *to++ = byte;
-        CDS_OPAQUE(count); // or gcc works out where the loop will end, and takes longer for that
     } while (--count);
-    *to = sum;
+    bytes[CDS_AT_LENGTH] = sum;
 }
 
 ONE_COPY void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
@@ -46,7 +44,7 @@ ONE_COPY void cds_packet_append_(struct cds_packet *packet, const uint8_t *data,
         why = CDS_BAD_ARGUMENT; // it was ended, or never begun
     } else if (end < (uint16_t)(packet->room + CDS_PACKET_GROWS) && end <= GROWN_MAX) {
         packet->size = end;
-        copy(packet->bytes + (uint16_t)(size - CDS_PACKET_GROWS), data, count);
+        add(packet->bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
         return;
     }
     cds_packet_refuse_(packet, why);
@@ -84,7 +82,7 @@ ONE_COPY void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t in
         size = CDS_PACKET_REFUSED | CDS_NO_ROOM;
     packet->size = size;
     if (size & CDS_PACKET_GROWS)
-        *put_head(packet->bytes, id, 0, instruction) = (uint8_t)(id + instruction);
+        put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -115,15 +113,14 @@ uint8_t cds_packet_may_end_(const struct cds_packet *packet)
 void cds_packet_close_(struct cds_packet *packet)
 {
     uint16_t size = packet->size;
-    uint8_t *bytes = packet->bytes, *sum;
-    uint8_t length = (uint8_t)(size + 1u - LENGTH_OFFSET);
+    uint8_t *bytes = packet->bytes;
+    uint8_t sum = bytes[CDS_AT_LENGTH], length = (uint8_t)(size + 1u - LENGTH_OFFSET);
 
     if (!(size & CDS_PACKET_GROWS))
         return; // it was ended before
     size = (uint16_t)(size - CDS_PACKET_GROWS);
     bytes[CDS_AT_LENGTH] = length;
-    sum = bytes + size;
-    *sum = (uint8_t) ~(*sum + length);
+    bytes[size] = (uint8_t) ~(sum + length);
     packet->size = (uint16_t)(size + 1u);
 }
 
