@@ -140,6 +140,7 @@ void test_sync_write_on_its_way_is_not_built_over(void)
     cds_group_sync_add(&request, 9, data);
     cds_group_sync_add_goal(&request, 9, 5000, 0);
     assert_example_5_goes_out();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request)); // nor was it refused for that
 }
 
 void test_goal_out_of_range_is_not_sent(void)
