@@ -24,11 +24,11 @@ uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request)
     if (result != CDS_OK)
         return result;
     begun = cds_bus_begin_(bus);
-    cds_packet_close_(packet);
     request->reply_parameters = 0;
     if (packet->bytes[CDS_AT_ID] == CDS_BROADCAST_ID &&
         packet->bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // it is answered to PING only (R1)
+    cds_packet_close_(packet);
     return follow(bus, request, begun);
 }
 
