@@ -467,6 +467,7 @@ void test_refused_sync_begin_refuses_all_that_follows(void)
     lend(sizeof buffer);
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&packet, 1));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_sync_begin(&packet, 0x31, 4));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
     cds_packet_sync_add(&packet, 1, data);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
 }

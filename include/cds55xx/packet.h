@@ -69,10 +69,11 @@ struct cds_packet {
     uint16_t size;  // of the packet, once it was ended
 };
 
-/* In `size`: bytes put so far, of a packet that grows; or why none can come of it: enum
- * cds_result, CDS_NO_ROOM or CDS_BAD_ARGUMENT. */
+/* In `size`: the packet grows, and so many bytes were put so far; or it was refused, and none can
+ * come of it, for want of room or for an argument. */
 #define CDS_PACKET_GROWS   0x4000u
 #define CDS_PACKET_REFUSED 0x8000u
+#define CDS_PACKET_NO_ROOM 0xA000u
 
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction);
@@ -114,10 +115,8 @@ static inline bool cds_packet_grows_(const struct cds_packet *packet)
     return (uint8_t)(packet->size >> 8) & (uint8_t)(CDS_PACKET_GROWS >> 8);
 }
 
-/* For the library's own calls: appends `count` bytes, at least 1; all of them, or none.
- * Or has no packet come of this, because of `result`, unless there was a reason before. */
+/* For the library's own calls: appends `count` bytes, at least 1; all of them, or none. */
 void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
-void cds_packet_refuse_(struct cds_packet *packet, uint8_t result);
 
 /* WRITE or REG WRITE, for the library's own calls, which end it. */
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,

@@ -36,7 +36,7 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
         return; // refused: perhaps no byte in the buffer says how long a block is
     if (id > CDS_ID_MAX || high > CDS_VALUE_MAX >> 8 || // all its bits are 1
         packet->bytes[CDS_AT_SYNC_LENGTH] != CDS_GOAL_SIZE)
-        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
+        packet->size = CDS_PACKET_REFUSED;
 }
 
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)

@@ -16,10 +16,11 @@
 /* While a packet grows, the sum of its other bytes from the ID on stands in the place of LENGTH: so
  * its end costs the same however long it is. */
 
-ONE_COPY void cds_packet_refuse_(struct cds_packet *packet, uint8_t result)
+/* An argument is wrong. Where something was wrong before, that is the reason. */
+static inline void refuse(struct cds_packet *packet)
 {
-    if (packet->size < CDS_PACKET_REFUSED)
-        packet->size = CDS_PACKET_REFUSED | result;
+    packet->size =
+        cds_packet_grows_(packet) ? CDS_PACKET_REFUSED : packet->size | CDS_PACKET_REFUSED;
 }
 
 static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t count)
@@ -38,16 +39,15 @@ static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t
 ONE_COPY void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
 {
     uint16_t size = packet->size, end = (uint16_t)(size + count);
-    uint8_t why = CDS_NO_ROOM;
 
-    if (!(size & CDS_PACKET_GROWS)) {
-        why = CDS_BAD_ARGUMENT; // it was ended, or never begun
-    } else if (end < (uint16_t)(packet->room + CDS_PACKET_GROWS) && end <= GROWN_MAX) {
+    if (!(size & CDS_PACKET_GROWS)) { // it was ended, never begun, or refused
+        packet->size = size | CDS_PACKET_REFUSED;
+    } else if (end >= (uint16_t)(packet->room + CDS_PACKET_GROWS) || end > GROWN_MAX) {
+        packet->size = CDS_PACKET_NO_ROOM;
+    } else {
         packet->size = end;
         add(packet->bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
-        return;
     }
-    cds_packet_refuse_(packet, why);
 }
 
 void cds_packet_put(struct cds_packet *packet, uint8_t byte)
@@ -77,9 +77,9 @@ ONE_COPY void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t in
     uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS;
 
     if (id > CDS_BROADCAST_ID)
-        size = CDS_PACKET_REFUSED | CDS_BAD_ARGUMENT;
+        size = CDS_PACKET_REFUSED;
     else if (packet->room < CDS_PACKET_SIZE(0))
-        size = CDS_PACKET_REFUSED | CDS_NO_ROOM;
+        size = CDS_PACKET_NO_ROOM;
     packet->size = size;
     if (size & CDS_PACKET_GROWS)
         put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
@@ -103,9 +103,10 @@ uint8_t cds_packet_may_end_(const struct cds_packet *packet)
     if (cds_packet_grows_(packet))
         return CDS_OK; // all was judged when it was put
     size = packet->size;
-    if (size & CDS_PACKET_REFUSED)
-        return (uint8_t)size;
-    if (size >= LENGTH_OFFSET && packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
+    if (size >= CDS_PACKET_NO_ROOM)
+        return CDS_NO_ROOM;
+    if ((int16_t)size >= (int16_t)LENGTH_OFFSET &&
+        packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
         return CDS_OK; // it was ended before
     return CDS_BAD_ARGUMENT;
 }
@@ -197,12 +198,12 @@ void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t inst
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
     cds_packet_begin(packet, id, instruction);
-    if (is_length(length) && is_within(address, length)) {
-        cds_packet_append_(packet, &address, 1);
-        cds_packet_append_(packet, data, length);
-    } else {
-        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
+    if (!is_length(length) || !is_within(address, length)) {
+        refuse(packet);
+        return;
     }
+    cds_packet_put(packet, address);
+    cds_packet_append_(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
@@ -225,7 +226,7 @@ enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address
 
     cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
     if (!is_length(length) || !is_within(address, length)) {
-        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
+        refuse(packet);
         return CDS_BAD_ARGUMENT;
     }
     cds_packet_append_(packet, parameters, sizeof parameters);
@@ -238,7 +239,7 @@ void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *d
     bool begun = (int16_t)packet->size > (int16_t)CDS_PACKET_GROWS + CDS_AT_SYNC_LENGTH;
 
     if (id > CDS_ID_MAX || !begun) {
-        cds_packet_refuse_(packet, CDS_BAD_ARGUMENT);
+        refuse(packet);
         return;
     }
     cds_packet_append_(packet, &id, 1);
