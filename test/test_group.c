@@ -140,17 +140,46 @@ void test_sync_write_on_its_way_is_not_built_over(void)
     cds_group_sync_add(&request, 9, data);
     cds_group_sync_add_goal(&request, 9, 5000, 0);
     assert_example_5_goes_out();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request)); // nor was it refused for that
 }
 
 void test_goal_out_of_range_is_not_sent(void)
 {
-    static const uint16_t wrong[][3] = {{254, 0, 0}, {1, 1024, 0}, {1, 0, 1024}};
+    static const uint16_t wrong[][3] = {{254, 0, 0},  {255, 0, 0},    {1, 1024, 0},
+                                        {1, 0, 1024}, {1, 0x8000, 0}, {1, 1023, UINT16_MAX}};
 
-    for (uint8_t i = 0; i < 3; i++) {
+    for (uint8_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4));
         cds_group_sync_add_goal(&request, (uint8_t)wrong[i][0], wrong[i][1], wrong[i][2]);
         TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_sync_send(&bus, &request));
     }
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_highest_goal_of_the_last_servo_is_sent(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    cds_group_sync_add_goal(&request, 253, 1023, 1023);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){253, 0xFF, 0x03, 0xFF, 0x03}), &port_fake.sent[7], 5);
+}
+
+/* No packet is begun, or not that of a SYNC WRITE, or one was ended. */
+void test_goal_is_put_into_a_sync_write_only(void)
+{
+    static uint8_t smallest[CDS_PACKET_SIZE(0)]; // of its own, for AddressSanitizer to watch
+    struct cds_request small = CDS_REQUEST(smallest);
+
+    cds_group_sync_add_goal(&request, 1, 100, 200);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_sync_send(&bus, &request));
+    cds_packet_begin(&small.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    cds_group_sync_add_goal(&small, 1, 100, 200);
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_group_sync_send(&bus, &small));
+    begin_example_5();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    cds_group_sync_add_goal(&request, 1, 100, 200);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_sync_send(&bus, &request));
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 

@@ -322,6 +322,20 @@ void test_length_that_wraps_in_8_bits_is_refused(void)
     assert_nothing_past(258);
 }
 
+/* Parameter by parameter, with room behind it: 252 are the most, and the sum counts them all. */
+void test_longest_packet_has_252_parameters(void)
+{
+    lend(264);
+    for (uint8_t count = 253; count >= 252; count--) {
+        cds_packet_begin(&packet, 1, CDS_WRITE);
+        for (uint8_t i = 0; i < count; i++)
+            cds_packet_put(&packet, i);
+        TEST_ASSERT_EQUAL(count > 252 ? CDS_NO_ROOM : CDS_OK, cds_packet_end(&packet));
+    }
+    TEST_ASSERT_EQUAL_HEX8(254, buffer[CDS_AT_LENGTH]);
+    TEST_ASSERT_EQUAL_HEX8(cds_packet_checksum(buffer), buffer[257]);
+}
+
 /* And so many bytes that 16 bits would wrap to a length that fits. */
 void test_length_that_wraps_in_16_bits_is_refused(void)
 {
@@ -393,6 +407,59 @@ void test_nothing_may_be_put_behind_an_ended_packet(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
 }
 
+void test_no_block_may_be_added_behind_an_ended_packet(void)
+{
+    static const uint8_t data[4] = {1, 2, 3, 4};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&packet, 1));
+    cds_packet_sync_add(&packet, 1, data);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    TEST_ASSERT_EQUAL(CDS_OK, build_example_5());
+    cds_packet_sync_add(&packet, 4, data);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+}
+
+/* A reply takes the place of the packet, here one whose LENGTH is 0 then, or that says 252. */
+void test_packet_that_was_written_over_is_not_sent_again(void)
+{
+    lend(CDS_PACKET_SIZE(2));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&packet, 1, CDS_REG_PRESENT_POSITION, 8));
+    memset(buffer, 0, CDS_PACKET_SIZE(2));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    memset(buffer, 252, CDS_PACKET_SIZE(2));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+}
+
+void test_packet_that_was_never_begun_takes_nothing_and_is_not_whole(void)
+{
+    static const uint8_t data[4] = {1, 2, 3, 4};
+
+    buffer[CDS_AT_LENGTH] = 252; // with that of no bytes it makes 256
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    buffer[CDS_AT_LENGTH] = CANARY;
+    cds_packet_put(&packet, 0);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    packet.size = 0;
+    cds_packet_sync_add(&packet, 1, data);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    assert_nothing_past(0);
+}
+
+void test_first_reason_to_refuse_a_packet_is_told(void)
+{
+    static const uint8_t data[4] = {1, 2, 3, 4};
+
+    lend(CDS_PACKET_SIZE(0));
+    cds_packet_begin(&packet, 0xFF, CDS_WRITE);
+    cds_packet_put(&packet, 0);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
+    lend(CDS_SYNC_WRITE_SIZE(0, 4));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_sync_begin(&packet, 0x1E, 4));
+    cds_packet_sync_add(&packet, 1, data);
+    cds_packet_sync_add(&packet, 254, data);
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_packet_end(&packet));
+}
+
 void test_refused_sync_begin_refuses_all_that_follows(void)
 {
     static const uint8_t data[4] = {1, 2, 3, 4};
@@ -400,6 +467,7 @@ void test_refused_sync_begin_refuses_all_that_follows(void)
     lend(sizeof buffer);
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&packet, 1));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_sync_begin(&packet, 0x31, 4));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
     cds_packet_sync_add(&packet, 1, data);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
 }

@@ -241,6 +241,20 @@ void test_buffer_too_small_for_the_reply_is_refused(void)
     assert_waits_for(1, 50);
 }
 
+/* It would need more room than is looked at: the calls know how long the reply is. */
+void test_reply_of_any_length_is_none_of_a_typed_call(void)
+{
+    request.packet.room = 8;
+    request.any_length = true;
+    transmit(cds_servo_read(&bus, &request, 1, 0, 8));
+    TEST_ASSERT_FALSE(request.any_length);
+    assert_waits_for(1, 8);
+    request.any_length = true;
+    transmit(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_FALSE(request.any_length);
+    assert_waits_for(1, 0);
+}
+
 /* The packet in flight stands in the request's buffer: it must be left alone. */
 void test_request_on_its_way_is_not_built_over(void)
 {

@@ -6,6 +6,7 @@
 #ifndef CDS_PACKET_H
 #define CDS_PACKET_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "cds55xx/result.h" // enum cds_result
@@ -27,6 +28,7 @@ enum {
     CDS_AT_INSTRUCTION = 4, // of an instruction packet
     CDS_AT_ERROR = 4,       // of a status packet
     CDS_AT_PARAMETERS = 5,
+    CDS_AT_SYNC_LENGTH = 6, // of a SYNC WRITE: how many bytes each servo gets
 };
 
 /* Bytes of a packet with n parameters: header (2), ID, LENGTH, INSTRUCTION or ERROR, checksum. */
@@ -64,11 +66,14 @@ enum cds_error {
 struct cds_packet {
     uint8_t *bytes; // the buffer
     uint16_t room;  // of `bytes`; 6 to 258 are of use
-    uint16_t size;  // bytes put so far; may run past `room` in a packet that did not fit
+    uint16_t size;  // of the packet, once it was ended
 };
 
-/* `size` of a packet that can no longer become one: cds_packet_end() says CDS_BAD_ARGUMENT. */
-#define CDS_PACKET_REFUSED UINT16_MAX
+/* In `size`: the packet grows, and so many bytes were put so far; or it was refused, and none can
+ * come of it, for want of room or for an argument. */
+#define CDS_PACKET_GROWS   0x4000u
+#define CDS_PACKET_REFUSED 0x8000u
+#define CDS_PACKET_NO_ROOM 0xA000u
 
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction);
@@ -104,11 +109,23 @@ uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_
                              uint8_t length);
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length);
 
-/* cds_packet_end() in three steps: may it be ended? CDS_OK, or why not. Then LENGTH, and the
- * checksum, which can follow when the packet is on its way. */
+/* Is it being put together? One byte of `size` says so. */
+static inline bool cds_packet_grows_(const struct cds_packet *packet)
+{
+    return (uint8_t)(packet->size >> 8) & (uint8_t)(CDS_PACKET_GROWS >> 8);
+}
+
+/* For the library's own calls: appends `count` bytes, at least 1; all of them, or none. */
+void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
+
+/* WRITE or REG WRITE, for the library's own calls, which end it. */
+void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                             uint8_t address, const uint8_t *data, uint8_t length);
+
+/* cds_packet_end() in two steps, so that the packet may have begun before its end is known: may it
+ * be ended? CDS_OK, or why not. Then LENGTH and checksum. */
 uint8_t cds_packet_may_end_(const struct cds_packet *packet);
-void cds_packet_fill_(struct cds_packet *packet);
-void cds_packet_seal_(const struct cds_packet *packet);
+void cds_packet_close_(struct cds_packet *packet);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
  * `length`: bytes for each servo, 1 to 50, from register `address` (0 to 0x31) on. A block is the

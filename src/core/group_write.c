@@ -50,7 +50,7 @@ static void fill(struct cds_group_write *write)
     uint8_t length = write->length, end = write->next;
     const uint8_t *data = write->data + (uint16_t)end * length;
     // where the last block that fits begins
-    uint16_t last = (uint16_t)(write->longest - CHECKSUM_SIZE - 1u - length);
+    uint16_t last = (uint16_t)(CDS_PACKET_GROWS + write->longest - CHECKSUM_SIZE - 1u - length);
 
     for (; end < write->count && packet->size <= last; end++) {
         cds_packet_sync_add(packet, write->ids[end], data);

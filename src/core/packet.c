@@ -5,16 +5,54 @@
 #include <stddef.h>
 
 #include "cds55xx/control_table.h" // CDS_TABLE_SIZE
+#include "opaque.h"                // CDS_OPAQUE()
 
-#define LENGTH_OFFSET  4u // LENGTH counts what follows it: packet size less four
-#define SYNC_LENGTH_AT (CDS_AT_PARAMETERS + 1) // of a SYNC WRITE: bytes for each servo
+#define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
+#define GROWN_MAX     (CDS_PACKET_GROWS + LENGTH_OFFSET + CDS_LENGTH_MAX - 1) // `size`
+
+/* Not copied for a packet that is known when the program is linked: see opaque.h. */
+#define ONE_COPY __attribute__((noclone, noinline))
+
+/* While a packet grows, the sum of its other bytes from the ID on stands in the place of LENGTH: so
+ * its end costs the same however long it is. */
+
+/* An argument is wrong. Where something was wrong before, that is the reason. */
+static inline void refuse(struct cds_packet *packet)
+{
+    packet->size =
+        cds_packet_grows_(packet) ? CDS_PACKET_REFUSED : packet->size | CDS_PACKET_REFUSED;
+}
+
+static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t count)
+{
+    uint8_t sum = bytes[CDS_AT_LENGTH], *to = bytes + at;
+
+    do {
+        uint8_t byte = *data++;
+
+        sum = (uint8_t)(sum + byte);
+        *to++ = byte;
+    } while (--count);
+    bytes[CDS_AT_LENGTH] = sum;
+}
+
+ONE_COPY void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
+{
+    uint16_t size = packet->size, end = (uint16_t)(size + count);
+
+    if (!(size & CDS_PACKET_GROWS)) { // it was ended, never begun, or refused
+        packet->size = size | CDS_PACKET_REFUSED;
+    } else if (end >= (uint16_t)(packet->room + CDS_PACKET_GROWS) || end > GROWN_MAX) {
+        packet->size = CDS_PACKET_NO_ROOM;
+    } else {
+        packet->size = end;
+        add(packet->bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
+    }
+}
 
 void cds_packet_put(struct cds_packet *packet, uint8_t byte)
 {
-    if (packet->size < packet->room)
-        packet->bytes[packet->size] = byte;
-    if (packet->size < CDS_PACKET_REFUSED - 1)
-        packet->size++;
+    cds_packet_append_(packet, &byte, 1);
 }
 
 void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
@@ -23,87 +61,77 @@ void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
     cds_packet_put(packet, (uint8_t)(word >> 8));
 }
 
-/* Judged once if all of it fits: a SYNC WRITE of 50 servos is 250 bytes of this. */
-static void put_all(struct cds_packet *packet, const uint8_t *data, uint8_t length)
+/* What stands before the parameters; returns where they belong. */
+static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint8_t instruction)
 {
-    if (packet->size <= packet->room && packet->room - packet->size >= length) {
-        uint8_t *to = packet->bytes + packet->size;
-
-        packet->size = (uint16_t)(packet->size + length);
-        for (; length; length--)
-            *to++ = *data++;
-        return;
-    }
-    for (uint8_t i = 0; i < length; i++)
-        cds_packet_put(packet, data[i]);
+    *bytes++ = CDS_HEADER;
+    *bytes++ = CDS_HEADER;
+    *bytes++ = id;
+    *bytes++ = length;
+    *bytes++ = instruction;
+    return bytes;
 }
 
-void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+ONE_COPY void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    packet->size = 0;
-    cds_packet_put(packet, CDS_HEADER);
-    cds_packet_put(packet, CDS_HEADER);
-    cds_packet_put(packet, id);
-    cds_packet_put(packet, 0); // LENGTH is known at the end
-    cds_packet_put(packet, instruction);
+    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS;
+
+    if (id > CDS_BROADCAST_ID)
+        size = CDS_PACKET_REFUSED;
+    else if (packet->room < CDS_PACKET_SIZE(0))
+        size = CDS_PACKET_NO_ROOM;
+    packet->size = size;
+    if (size & CDS_PACKET_GROWS)
+        put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
 {
-    const uint8_t *end = bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH;
-    uint8_t sum = 0;
+    uint8_t left = (uint8_t)(bytes[CDS_AT_LENGTH] + 1u), sum = 0;
 
-    for (const uint8_t *at = bytes + CDS_AT_ID; at < end; at++)
-        sum = (uint8_t)(sum + *at);
+    bytes += CDS_AT_ID;
+    do {
+        sum = (uint8_t)(sum + *bytes++);
+    } while (--left);
     return (uint8_t)~sum;
 }
 
 uint8_t cds_packet_may_end_(const struct cds_packet *packet)
 {
-    const uint8_t *bytes = packet->bytes;
-    uint16_t size = packet->size; // without the checksum
+    uint16_t size;
 
-    if (size < packet->room && bytes[CDS_AT_LENGTH] == 0) {
-        if ((uint16_t)(size + 1u - LENGTH_OFFSET) > CDS_LENGTH_MAX)
-            return CDS_NO_ROOM;
-        return bytes[CDS_AT_ID] > CDS_BROADCAST_ID ? CDS_BAD_ARGUMENT : CDS_OK;
-    }
-    if (size > CDS_AT_LENGTH && size <= packet->room &&
-        bytes[CDS_AT_LENGTH] + LENGTH_OFFSET == size) // ended already, and nothing put behind it
-        return CDS_OK;
-    return size < packet->room || size == CDS_PACKET_REFUSED ? CDS_BAD_ARGUMENT : CDS_NO_ROOM;
+    if (cds_packet_grows_(packet))
+        return CDS_OK; // all was judged when it was put
+    size = packet->size;
+    if (size >= CDS_PACKET_NO_ROOM)
+        return CDS_NO_ROOM;
+    if ((int16_t)size >= (int16_t)LENGTH_OFFSET &&
+        packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
+        return CDS_OK; // it was ended before
+    return CDS_BAD_ARGUMENT;
 }
 
-void cds_packet_fill_(struct cds_packet *packet)
+void cds_packet_close_(struct cds_packet *packet)
 {
     uint16_t size = packet->size;
+    uint8_t *bytes = packet->bytes;
+    uint8_t sum = bytes[CDS_AT_LENGTH], length = (uint8_t)(size + 1u - LENGTH_OFFSET);
 
-    if (packet->bytes[CDS_AT_LENGTH] != 0)
+    if (!(size & CDS_PACKET_GROWS))
         return; // it was ended before
-    packet->bytes[CDS_AT_LENGTH] = (uint8_t)(size + 1u - LENGTH_OFFSET);
+    size = (uint16_t)(size - CDS_PACKET_GROWS);
+    bytes[CDS_AT_LENGTH] = length;
+    bytes[size] = (uint8_t) ~(sum + length);
     packet->size = (uint16_t)(size + 1u);
-}
-
-void cds_packet_seal_(const struct cds_packet *packet)
-{
-    packet->bytes[packet->size - 1] = cds_packet_checksum(packet->bytes);
 }
 
 enum cds_result cds_packet_end(struct cds_packet *packet)
 {
     uint8_t result = cds_packet_may_end_(packet);
 
-    if (result == CDS_OK) {
-        cds_packet_fill_(packet);
-        cds_packet_seal_(packet);
-    }
+    if (result == CDS_OK)
+        cds_packet_close_(packet);
     return (enum cds_result)result;
-}
-
-/* The short ones are of a size known beforehand: room need not be counted byte by byte. */
-static uint8_t claim(const struct cds_packet *packet, uint8_t parameters)
-{
-    return CDS_PACKET_SIZE(parameters) > packet->room ? CDS_NO_ROOM : CDS_OK;
 }
 
 /* Is there anything to transfer, and does it lie within the control table? */
@@ -122,28 +150,14 @@ uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_
 {
     if (!is_length(length) || !is_within(address, length) || id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
-    return claim(packet, 2);
-}
-
-/* What stands before the parameters, of which there are so many; returns where they belong. */
-static uint8_t *put_head(struct cds_packet *packet, uint8_t id, uint8_t parameters,
-                         uint8_t instruction)
-{
-    uint8_t *bytes = packet->bytes;
-
-    packet->size = (uint16_t)CDS_PACKET_SIZE(parameters);
-    *bytes++ = CDS_HEADER;
-    *bytes++ = CDS_HEADER;
-    *bytes++ = id;
-    *bytes++ = (uint8_t)(parameters + CDS_LENGTH_MIN);
-    *bytes++ = instruction;
-    return bytes;
+    return packet->room < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_OK;
 }
 
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    uint8_t *to = put_head(packet, id, 2, CDS_READ);
+    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
 
+    packet->size = CDS_PACKET_SIZE(2);
     *to++ = address;
     *to++ = length;
     *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
@@ -151,13 +165,8 @@ void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t addre
 
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    if (id > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
-    if (claim(packet, 0) != CDS_OK)
-        return CDS_NO_ROOM;
-    put_head(packet, id, 0, instruction);
-    cds_packet_seal_(packet);
-    return CDS_OK;
+    cds_packet_begin(packet, id, instruction);
+    return cds_packet_end(packet);
 }
 
 enum cds_result cds_packet_ping(struct cds_packet *packet, uint8_t id)
@@ -185,54 +194,54 @@ enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t a
     return (enum cds_result)result;
 }
 
-static enum cds_result with_data(struct cds_packet *packet, uint8_t id, uint8_t instruction,
-                                 uint8_t address, const uint8_t *data, uint8_t length)
+void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                             uint8_t address, const uint8_t *data, uint8_t length)
 {
-    uint8_t *to;
-
-    if (!is_length(length) || !is_within(address, length) || id > CDS_BROADCAST_ID)
-        return CDS_BAD_ARGUMENT;
-    if (claim(packet, (uint8_t)(length + 1u)) != CDS_OK)
-        return CDS_NO_ROOM;
-    to = put_head(packet, id, (uint8_t)(length + 1u), instruction);
-    *to++ = address;
-    for (; length; length--)
-        *to++ = *data++;
-    cds_packet_seal_(packet);
-    return CDS_OK;
+    cds_packet_begin(packet, id, instruction);
+    if (!is_length(length) || !is_within(address, length)) {
+        refuse(packet);
+        return;
+    }
+    cds_packet_put(packet, address);
+    cds_packet_append_(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
                                  const uint8_t *data, uint8_t length)
 {
-    return with_data(packet, id, CDS_WRITE, address, data, length);
+    cds_packet_begin_write_(packet, id, CDS_WRITE, address, data, length);
+    return cds_packet_end(packet);
 }
 
 enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint8_t address,
                                      const uint8_t *data, uint8_t length)
 {
-    return with_data(packet, id, CDS_REG_WRITE, address, data, length);
+    cds_packet_begin_write_(packet, id, CDS_REG_WRITE, address, data, length);
+    return cds_packet_end(packet);
 }
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
+    uint8_t parameters[2] = {address, length};
+
+    cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
     if (!is_length(length) || !is_within(address, length)) {
-        packet->size = CDS_PACKET_REFUSED;
+        refuse(packet);
         return CDS_BAD_ARGUMENT;
     }
-    cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
-    cds_packet_put(packet, address);
-    cds_packet_put(packet, length);
+    cds_packet_append_(packet, parameters, sizeof parameters);
     return CDS_OK;
 }
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
 {
-    if (id > CDS_ID_MAX)
-        packet->size = CDS_PACKET_REFUSED;
-    if (packet->size == CDS_PACKET_REFUSED)
-        return; // then no length stands in the buffer either
-    cds_packet_put(packet, id);
-    if (packet->room > SYNC_LENGTH_AT) // else it stands nowhere, and the packet is too long already
-        put_all(packet, data, packet->bytes[SYNC_LENGTH_AT]);
+    // no length stands in the buffer where nothing was begun, or was refused
+    bool begun = (int16_t)packet->size > (int16_t)CDS_PACKET_GROWS + CDS_AT_SYNC_LENGTH;
+
+    if (id > CDS_ID_MAX || !begun) {
+        refuse(packet);
+        return;
+    }
+    cds_packet_append_(packet, &id, 1);
+    cds_packet_append_(packet, data, packet->bytes[CDS_AT_SYNC_LENGTH]);
 }

@@ -8,29 +8,45 @@ __attribute__((weak)) uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, con
     return 0;
 }
 
+/* The rest of a packet whose header may be on the wire already. */
+static inline uint8_t follow(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
+{
+    request->any_length = false; // there is room for what is due
+    request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
+    return cds_bus_follow_(bus, request, begun);
+}
+
+uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request)
+{
+    struct cds_packet *packet = &request->packet;
+    uint8_t result = cds_packet_may_end_(packet), begun;
+
+    if (result != CDS_OK)
+        return result;
+    begun = cds_bus_begin_(bus);
+    request->reply_parameters = 0;
+    if (packet->bytes[CDS_AT_ID] == CDS_BROADCAST_ID &&
+        packet->bytes[CDS_AT_INSTRUCTION] != CDS_PING)
+        request->reply_parameters = CDS_REPLY_NONE; // it is answered to PING only (R1)
+    cds_packet_close_(packet);
+    return follow(bus, request, begun);
+}
+
 /* In each of what follows: a request on its way must not be built over, for its buffer is to be
  * sent. */
 
-/* Submits the packet just built, if it was. Broadcast is answered to PING only (R1). */
-static enum cds_result submit(struct cds_bus *bus, struct cds_request *request,
-                              enum cds_result built)
+static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                            uint8_t instruction)
 {
-    const uint8_t *bytes = request->packet.bytes;
-
-    if (built != CDS_OK)
-        return built;
-    request->reply_parameters = 0;
-    if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
-        request->reply_parameters = CDS_REPLY_NONE;
-    request->repeats = cds_bus_repeats_of_(bus, bytes);
-    return cds_bus_submit(bus, request);
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    cds_packet_begin(&request->packet, id, instruction);
+    return (enum cds_result)cds_servo_send_(bus, request);
 }
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_ping(&request->packet, id));
+    return bare(bus, request, id, CDS_PING);
 }
 
 uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8_t address,
@@ -43,7 +59,7 @@ uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8
     result = cds_packet_may_read_(&request->packet, id, address, length);
     if (result != CDS_OK)
         return result;
-    if ((length > CDS_PACKET_SIZE(2) || request->any_length) && !cds_bus_has_room_(request, length))
+    if (length > CDS_PACKET_SIZE(2) && length > request->packet.room)
         return CDS_NO_ROOM;
     return CDS_OK;
 }
@@ -51,10 +67,9 @@ uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8
 uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
                                uint8_t id, uint8_t address, uint8_t length)
 {
-    request->reply_parameters = length;
     cds_packet_build_read_(&request->packet, id, address, length);
-    request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
-    return cds_bus_follow_(bus, request, begun);
+    request->reply_parameters = length;
+    return follow(bus, request, begun);
 }
 
 /* For the one that is asked most the header is on the wire while the rest is built. */
@@ -68,12 +83,20 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
     return (enum cds_result)result;
 }
 
-enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
-                                uint8_t address, const uint8_t *data, uint8_t length)
+static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                 uint8_t instruction, uint8_t address, const uint8_t *data,
+                                 uint8_t length)
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    return submit(bus, request, cds_packet_write(&request->packet, id, address, data, length));
+    cds_packet_begin_write_(&request->packet, id, instruction, address, data, length);
+    return (enum cds_result)cds_servo_send_(bus, request);
+}
+
+enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
+                                uint8_t address, const uint8_t *data, uint8_t length)
+{
+    return with_data(bus, request, id, CDS_WRITE, address, data, length);
 }
 
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -93,21 +116,15 @@ enum cds_result cds_servo_write_word(struct cds_bus *bus, struct cds_request *re
 enum cds_result cds_servo_reg_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                     uint8_t address, const uint8_t *data, uint8_t length)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_reg_write(&request->packet, id, address, data, length));
+    return with_data(bus, request, id, CDS_REG_WRITE, address, data, length);
 }
 
 enum cds_result cds_servo_action(struct cds_bus *bus, struct cds_request *request, uint8_t id)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_action(&request->packet, id));
+    return bare(bus, request, id, CDS_ACTION);
 }
 
 enum cds_result cds_servo_reset(struct cds_bus *bus, struct cds_request *request, uint8_t id)
 {
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    return submit(bus, request, cds_packet_reset(&request->packet, id));
+    return bare(bus, request, id, CDS_RESET);
 }
