@@ -1104,7 +1104,7 @@ void test_what_comes_after_the_deadline_holds_nothing_up(void)
     port_fake.now_us += PING_DEADLINE_US;
     for (uint8_t i = 0; i < 60; i++)
         cds_link_on_rx(&bus.link, 0, 0);
-    for (uint8_t polls = 0; polls < 60 / CDS_BUS_BYTES_PER_POLL; polls++) {
+    for (uint8_t polls = 0; polls < 59 / CDS_BUS_BYTES_PER_POLL; polls++) {
         assert_pending();
         for (uint8_t j = 0; j < 40; j++)
             cds_link_on_rx(&bus.link, 0, 0);

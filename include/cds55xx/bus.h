@@ -42,7 +42,7 @@ extern "C" {
 #define CDS_RETURN_DELAY_MAX_US 508
 
 /* Bytes that one poll looks for packets in. */
-#define CDS_BUS_BYTES_PER_POLL 8
+#define CDS_BUS_BYTES_PER_POLL 12
 
 /* State of the line. */
 enum cds_bus_state {

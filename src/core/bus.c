@@ -368,12 +368,18 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
     return true;
 }
 
-/* The turn of the first request begins, which was found good. If it must wait, for a quiet line or
- * until an old answer can no longer come, then for as long as the longest exchange may take. */
+/* It is the first request's turn, but it must wait, for a quiet line or until an old answer can no
+ * longer come: for as long as the longest exchange may take. */
+static ONE_COPY void wait_for_turn(struct cds_bus *bus)
+{
+    allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
+
+/* The turn of the first request begins, which was found good. */
 static ONE_COPY void begin_turn(struct cds_bus *bus)
 {
     if (!send_if_quiet(bus))
-        allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+        wait_for_turn(bus);
 }
 
 /* The same of the next one, if there is one. If the observer has changed its mind, the next poll
@@ -480,10 +486,14 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 }
 
 /* The first request is over, and another waits or somebody is to be told. The next one begins
- * before on_end runs, so that what on_end submits takes its turn like any other. */
+ * before on_end runs, so that what on_end submits takes its turn like any other; but behind a bad
+ * end a poll has done enough, and the next one looks whether the line is quiet. */
 static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
 {
-    begin_next(bus);
+    if (ended->result == CDS_OK)
+        begin_next(bus);
+    else if (bus->request)
+        wait_for_turn(bus);
     if (ended->on_end)
         ended->on_end(ended);
     return bus->request;
@@ -507,7 +517,11 @@ static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, ui
 /* ... not well. */
 static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
 {
-    return finish(bus, result);
+    struct cds_request *request = bus->request;
+
+    bus->request = request->next;
+    request->result = result;
+    return go_further(bus, request);
 }
 
 /* The exchange in flight has ended. */
@@ -536,7 +550,7 @@ static bool fail(struct cds_bus *bus, uint8_t result)
     cds_bus_count_(&bus->counters.repeated);
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
-    begin_next(bus);
+    wait_for_turn(bus);
     return true;
 }
 

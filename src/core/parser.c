@@ -18,7 +18,7 @@ void cds_parser_begin(struct cds_parser *parser, uint8_t longest)
 CDS_APART enum cds_parsed cds_parser_scan(struct cds_parser *parser, struct cds_ring *ring,
                                           uint8_t end)
 {
-    uint8_t tail = ring->tail, sum = parser->sum, parsed = CDS_PARSED_MORE;
+    uint8_t tail = ring->tail, sum = parser->sum, parsed = CDS_PARSED_MORE, stray = 0;
     uint8_t begin = (uint8_t)(tail + parser->seen), at = begin;
 
     if ((uint8_t)(end - begin) > parser->left)
@@ -32,7 +32,7 @@ CDS_APART enum cds_parsed cds_parser_scan(struct cds_parser *parser, struct cds_
             sum = 0;
             if (byte != CDS_HEADER) { // it is none of the two, and begins none either
                 tail = at;
-                parser->stray++;
+                stray++;
             }
             continue;
         }
@@ -57,6 +57,7 @@ CDS_APART enum cds_parsed cds_parser_scan(struct cds_parser *parser, struct cds_
         if (seen == CDS_AT_ERROR)
             parser->error = byte;
     }
+    parser->stray = (uint16_t)(parser->stray + stray);
     parser->left = (uint8_t)(parser->left - (uint8_t)(at - begin));
     if (parsed == CDS_PARSED_REFUTED)
         at = ++tail;
