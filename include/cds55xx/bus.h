@@ -247,6 +247,9 @@ bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
 uint8_t cds_bus_begin_(struct cds_bus *bus);
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
+/* What is due for the packet that has begun, and by when: the first poll sees to that. */
+void cds_bus_expect_(struct cds_bus *bus);
+
 /* Is the first request on the wire, or its answer awaited? */
 static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
 {

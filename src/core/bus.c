@@ -300,7 +300,7 @@ static inline __attribute__((always_inline)) bool is_read(const uint8_t *bytes, 
 }
 
 /* What is due for the packet that has begun, and by when. */
-static ONE_COPY void expect(struct cds_bus *bus)
+ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     const uint8_t *bytes = request->packet.bytes;
@@ -763,7 +763,7 @@ CDS_APART static bool wait_for_reply(struct cds_bus *bus)
 /* Something has just begun. */
 static bool poll_begun(struct cds_bus *bus)
 {
-    expect(bus);
+    cds_bus_expect_(bus);
     return wait_for_reply(bus);
 }
 
