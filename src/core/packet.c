@@ -9,6 +9,7 @@
 
 #define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
 #define GROWN_MAX     (CDS_PACKET_GROWS + LENGTH_OFFSET + CDS_LENGTH_MAX - 1) // `size`
+#define NO_ADDRESS    UINT8_MAX
 
 /* Not copied for a packet that is known when the program is linked: see opaque.h. */
 #define ONE_COPY __attribute__((noclone, noinline))
@@ -72,17 +73,28 @@ static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint
     return bytes;
 }
 
-ONE_COPY void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+/* With the first parameter, which is an address, or NO_ADDRESS. */
+ONE_COPY static void begin_at(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                              uint8_t address)
 {
-    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS;
+    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS + 1;
 
+    if (address == NO_ADDRESS) {
+        size--;
+        address = 0; // nothing to the sum
+    }
     if (id > CDS_BROADCAST_ID)
         size = CDS_PACKET_REFUSED;
     else if (packet->room < CDS_PACKET_SIZE(0))
         size = CDS_PACKET_NO_ROOM;
     packet->size = size;
     if (size & CDS_PACKET_GROWS)
-        put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
+        *put_head(packet->bytes, id, (uint8_t)(id + instruction + address), instruction) = address;
+}
+
+void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+{
+    begin_at(packet, id, instruction, NO_ADDRESS);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -197,13 +209,11 @@ enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t a
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
-    cds_packet_begin(packet, id, instruction);
-    if (!is_length(length) || !is_within(address, length)) {
+    begin_at(packet, id, instruction, address);
+    if (is_length(length) && is_within(address, length))
+        cds_packet_append_(packet, data, length);
+    else
         refuse(packet);
-        return;
-    }
-    cds_packet_put(packet, address);
-    cds_packet_append_(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
@@ -222,14 +232,12 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
-    uint8_t parameters[2] = {address, length};
-
-    cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    begin_at(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE, address);
     if (!is_length(length) || !is_within(address, length)) {
         refuse(packet);
         return CDS_BAD_ARGUMENT;
     }
-    cds_packet_append_(packet, parameters, sizeof parameters);
+    cds_packet_put(packet, length);
     return CDS_OK;
 }
 
