@@ -108,42 +108,33 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
     return (uint8_t)~sum;
 }
 
-uint8_t cds_packet_may_end_(const struct cds_packet *packet)
+void cds_packet_close_(struct cds_packet *packet)
 {
-    uint16_t size;
+    uint16_t size = packet->size;
+    uint8_t length = (uint8_t)(size + 1u - LENGTH_OFFSET), sum;
+    uint8_t *bytes;
 
-    if (cds_packet_grows_(packet))
-        return CDS_OK; // all was judged when it was put
-    size = packet->size;
+    packet->size = (uint16_t)(size + 1u - CDS_PACKET_GROWS);
+    bytes = packet->bytes;
+    sum = (uint8_t)(bytes[CDS_AT_LENGTH] + length);
+    bytes[CDS_AT_LENGTH] = length;
+    bytes[(uint16_t)(size - CDS_PACKET_GROWS)] = (uint8_t)~sum;
+}
+
+enum cds_result cds_packet_end(struct cds_packet *packet)
+{
+    uint16_t size = packet->size;
+
+    if (cds_packet_grows_(packet)) { // all was judged when it was put
+        cds_packet_close_(packet);
+        return CDS_OK;
+    }
     if (size >= CDS_PACKET_NO_ROOM)
         return CDS_NO_ROOM;
     if ((int16_t)size >= (int16_t)LENGTH_OFFSET &&
         packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
         return CDS_OK; // it was ended before
     return CDS_BAD_ARGUMENT;
-}
-
-void cds_packet_close_(struct cds_packet *packet)
-{
-    uint16_t size = packet->size;
-    uint8_t *bytes = packet->bytes;
-    uint8_t sum = bytes[CDS_AT_LENGTH], length = (uint8_t)(size + 1u - LENGTH_OFFSET);
-
-    if (!(size & CDS_PACKET_GROWS))
-        return; // it was ended before
-    size = (uint16_t)(size - CDS_PACKET_GROWS);
-    bytes[CDS_AT_LENGTH] = length;
-    bytes[size] = (uint8_t) ~(sum + length);
-    packet->size = (uint16_t)(size + 1u);
-}
-
-enum cds_result cds_packet_end(struct cds_packet *packet)
-{
-    uint8_t result = cds_packet_may_end_(packet);
-
-    if (result == CDS_OK)
-        cds_packet_close_(packet);
-    return (enum cds_result)result;
 }
 
 /* Is there anything to transfer, and does it lie within the control table? */
