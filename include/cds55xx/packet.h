@@ -65,7 +65,7 @@ enum cds_error {
 /* A packet in the making. The buffer is the caller's. */
 struct cds_packet {
     uint8_t *bytes; // the buffer
-    uint16_t room;  // of `bytes`; 6 to 258 are of use
+    uint16_t room;  // of `bytes`; 6 to 258 are of use, below 0xC000
     uint16_t size;  // of the packet, once it was ended
 };
 
@@ -122,9 +122,7 @@ void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t 
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length);
 
-/* cds_packet_end() in two steps, so that the packet may have begun before its end is known: may it
- * be ended? CDS_OK, or why not. Then LENGTH and checksum. */
-uint8_t cds_packet_may_end_(const struct cds_packet *packet);
+/* The end of a packet that grows, for the library's own calls: LENGTH and checksum. */
 void cds_packet_close_(struct cds_packet *packet);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().

@@ -42,7 +42,7 @@ uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request,
 
 /* For the library's own calls: sends what was put together in the request's packet, unless it is on
  * its way; results as above. */
-uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request);
+enum cds_result cds_servo_send_(struct cds_bus *bus, struct cds_request *request);
 
 /* Writes `length` bytes (1 to 50) of `data` from `address` on, or one byte, or one word. Broadcast
  * too (2.4.1). `data` must not lie in the request's buffer, where the packet is built: what a READ

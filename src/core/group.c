@@ -39,9 +39,18 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
         packet->size = CDS_PACKET_REFUSED;
 }
 
+/* Goals may be many, and late: so the header is first. Nobody answers, and nothing is repeated. */
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
 {
+    uint8_t begun;
+
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    return (enum cds_result)cds_servo_send_(bus, request);
+    if (!cds_packet_grows_(&request->packet))
+        return cds_servo_send_(bus, request); // once more, or it was refused
+    begun = cds_bus_begin_(bus);
+    cds_packet_close_(&request->packet);
+    request->reply_parameters = CDS_REPLY_NONE;
+    request->repeats = 0;
+    return (enum cds_result)cds_bus_follow_(bus, request, begun);
 }

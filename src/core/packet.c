@@ -9,6 +9,7 @@
 
 #define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
 #define GROWN_MAX     (CDS_PACKET_GROWS + LENGTH_OFFSET + CDS_LENGTH_MAX - 1) // `size`
+#define NO_ADDRESS    UINT8_MAX
 
 /* Not copied for a packet that is known when the program is linked: see opaque.h. */
 #define ONE_COPY __attribute__((noclone, noinline))
@@ -72,17 +73,28 @@ static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint
     return bytes;
 }
 
-ONE_COPY void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+/* With the first parameter, which is an address, or NO_ADDRESS. */
+ONE_COPY static void begin_at(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                              uint8_t address)
 {
-    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS;
+    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS + 1;
 
+    if (address == NO_ADDRESS) {
+        size--;
+        address = 0; // nothing to the sum
+    }
     if (id > CDS_BROADCAST_ID)
         size = CDS_PACKET_REFUSED;
     else if (packet->room < CDS_PACKET_SIZE(0))
         size = CDS_PACKET_NO_ROOM;
     packet->size = size;
     if (size & CDS_PACKET_GROWS)
-        put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
+        *put_head(packet->bytes, id, (uint8_t)(id + instruction + address), instruction) = address;
+}
+
+void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
+{
+    begin_at(packet, id, instruction, NO_ADDRESS);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -96,42 +108,33 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
     return (uint8_t)~sum;
 }
 
-uint8_t cds_packet_may_end_(const struct cds_packet *packet)
+void cds_packet_close_(struct cds_packet *packet)
 {
-    uint16_t size;
+    uint16_t size = packet->size;
+    uint8_t length = (uint8_t)(size + 1u - LENGTH_OFFSET), sum;
+    uint8_t *bytes;
 
-    if (cds_packet_grows_(packet))
-        return CDS_OK; // all was judged when it was put
-    size = packet->size;
+    packet->size = (uint16_t)(size + 1u - CDS_PACKET_GROWS);
+    bytes = packet->bytes;
+    sum = (uint8_t)(bytes[CDS_AT_LENGTH] + length);
+    bytes[CDS_AT_LENGTH] = length;
+    bytes[(uint16_t)(size - CDS_PACKET_GROWS)] = (uint8_t)~sum;
+}
+
+enum cds_result cds_packet_end(struct cds_packet *packet)
+{
+    uint16_t size = packet->size;
+
+    if (cds_packet_grows_(packet)) { // all was judged when it was put
+        cds_packet_close_(packet);
+        return CDS_OK;
+    }
     if (size >= CDS_PACKET_NO_ROOM)
         return CDS_NO_ROOM;
     if ((int16_t)size >= (int16_t)LENGTH_OFFSET &&
         packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
         return CDS_OK; // it was ended before
     return CDS_BAD_ARGUMENT;
-}
-
-void cds_packet_close_(struct cds_packet *packet)
-{
-    uint16_t size = packet->size;
-    uint8_t *bytes = packet->bytes;
-    uint8_t sum = bytes[CDS_AT_LENGTH], length = (uint8_t)(size + 1u - LENGTH_OFFSET);
-
-    if (!(size & CDS_PACKET_GROWS))
-        return; // it was ended before
-    size = (uint16_t)(size - CDS_PACKET_GROWS);
-    bytes[CDS_AT_LENGTH] = length;
-    bytes[size] = (uint8_t) ~(sum + length);
-    packet->size = (uint16_t)(size + 1u);
-}
-
-enum cds_result cds_packet_end(struct cds_packet *packet)
-{
-    uint8_t result = cds_packet_may_end_(packet);
-
-    if (result == CDS_OK)
-        cds_packet_close_(packet);
-    return (enum cds_result)result;
 }
 
 /* Is there anything to transfer, and does it lie within the control table? */
@@ -197,13 +200,11 @@ enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t a
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
-    cds_packet_begin(packet, id, instruction);
-    if (!is_length(length) || !is_within(address, length)) {
+    begin_at(packet, id, instruction, address);
+    if (is_length(length) && is_within(address, length))
+        cds_packet_append_(packet, data, length);
+    else
         refuse(packet);
-        return;
-    }
-    cds_packet_put(packet, address);
-    cds_packet_append_(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
@@ -222,14 +223,12 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
-    uint8_t parameters[2] = {address, length};
-
-    cds_packet_begin(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    begin_at(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE, address);
     if (!is_length(length) || !is_within(address, length)) {
         refuse(packet);
         return CDS_BAD_ARGUMENT;
     }
-    cds_packet_append_(packet, parameters, sizeof parameters);
+    cds_packet_put(packet, length);
     return CDS_OK;
 }
 

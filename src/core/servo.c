@@ -8,28 +8,22 @@ __attribute__((weak)) uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, con
     return 0;
 }
 
-/* The rest of a packet whose header may be on the wire already. */
-static inline uint8_t follow(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
-{
-    request->any_length = false; // there is room for what is due
-    request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
-    return cds_bus_follow_(bus, request, begun);
-}
-
-uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request)
+/* Whole before its header leaves: between the two a program with slow handlers would let the line
+ * idle for longer than a servo waits. */
+enum cds_result cds_servo_send_(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_packet *packet = &request->packet;
-    uint8_t result = cds_packet_may_end_(packet), begun;
+    enum cds_result result = cds_packet_end(packet);
 
     if (result != CDS_OK)
         return result;
-    begun = cds_bus_begin_(bus);
     request->reply_parameters = 0;
     if (packet->bytes[CDS_AT_ID] == CDS_BROADCAST_ID &&
         packet->bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // it is answered to PING only (R1)
-    cds_packet_close_(packet);
-    return follow(bus, request, begun);
+    request->any_length = false;                    // there is room for what is due
+    request->repeats = cds_bus_repeats_of_(bus, packet->bytes);
+    return (enum cds_result)cds_bus_follow_(bus, request, cds_bus_begin_(bus));
 }
 
 /* In each of what follows: a request on its way must not be built over, for its buffer is to be
@@ -41,7 +35,7 @@ static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, ui
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     cds_packet_begin(&request->packet, id, instruction);
-    return (enum cds_result)cds_servo_send_(bus, request);
+    return cds_servo_send_(bus, request);
 }
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
@@ -69,7 +63,9 @@ uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request,
 {
     cds_packet_build_read_(&request->packet, id, address, length);
     request->reply_parameters = length;
-    return follow(bus, request, begun);
+    request->any_length = false; // there is room for what is due
+    request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
+    return cds_bus_follow_(bus, request, begun);
 }
 
 /* For the one that is asked most the header is on the wire while the rest is built. */
@@ -90,7 +86,7 @@ static enum cds_result with_data(struct cds_bus *bus, struct cds_request *reques
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     cds_packet_begin_write_(&request->packet, id, instruction, address, data, length);
-    return (enum cds_result)cds_servo_send_(bus, request);
+    return cds_servo_send_(bus, request);
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,

@@ -137,17 +137,17 @@ class Headers(unittest.TestCase):
         self.assertIn("cds_setup_lock_begin: its result CDS_LIMIT", self.check("setup.h")[1])
 
     def test_a_result_of_a_static_function_that_is_handed_on(self):
-        self.missing("src/core/packet.c", "    if (claim(packet, (uint8_t)(length + 1u))",
-                     "    if (!length) return CDS_HELD;\n    if (claim(packet, (uint8_t)(length + 1u))",
-                     "cds_packet_write: its result CDS_HELD", "include/cds55xx/packet.h")
+        self.missing("src/core/packet.c", "    cds_packet_begin(packet, id, instruction);",
+                     "    if (!id) return CDS_HELD;\n    cds_packet_begin(packet, id, instruction);",
+                     "cds_packet_ping: its result CDS_HELD", "include/cds55xx/packet.h")
 
     def test_a_result_that_a_call_in_flight_ends_with(self):
         self.missing("src/core/group_move.c", "    move->reason = result;",
                      "    move->reason = CDS_CANCELLED + 0; move->reason = CDS_BUSY;",
                      "cds_group_move_poll: its result CDS_BUSY", "include/cds55xx/group_move.h")
-        self.missing("src/core/servo.c", "    if (built != CDS_OK)", "    if (!bus) return CDS_LINE_BUSY;\n"
-                     "    if (built != CDS_OK)", "cds_servo_ping: its result CDS_LINE_BUSY",
-                     "include/cds55xx/servo.h")
+        begin = "    cds_packet_begin(&request->packet, id, instruction);"
+        self.missing("src/core/servo.c", begin, "    if (!bus) return CDS_LINE_BUSY;\n" + begin,
+                     "cds_servo_ping: its result CDS_LINE_BUSY", "include/cds55xx/servo.h")
 
     def test_what_is_returned_when_it_is_no_result(self):
         self.missing("include/cds55xx/units.h", "without power? True for", "without power: ",
