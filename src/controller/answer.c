@@ -1,6 +1,8 @@
 /* A status packet for the host; see answer.h. */
 #include "answer.h"
 
+#include "opaque.h" // CDS_OPAQUE()
+
 void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *parameters,
                   uint8_t length)
 {
@@ -32,28 +34,46 @@ bool answer_put(struct answer *answer, struct cds_ring *ring)
     return answer->left == 0;
 }
 
-#define PUT(byte) bytes[head++ & (CDS_RING_SIZE - 1)] = (byte)
+/* Copies at least one byte; returns their sum. The ring's bytes are written here as any others: that
+ * is half as long, and the barrier keeps them before the index that vouches for them. */
+CDS_APART static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
+                              uint8_t sum)
+{
+    uint8_t *to = (uint8_t *)ring;
 
-bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint8_t *parameters,
+    do {
+        uint8_t byte = *from++;
+
+        *to++ = byte;
+        sum = (uint8_t)(sum + byte);
+    } while (--count);
+    __asm__ volatile("" ::: "memory");
+    return sum;
+}
+
+bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, uint8_t *parameters,
                     uint8_t length)
 {
-    uint8_t head = ring->head, sum = (uint8_t)(id + length + CDS_LENGTH_MIN + error);
-    volatile uint8_t *bytes = ring->bytes;
+    uint8_t head = ring->head, at = head & (CDS_RING_SIZE - 1);
+    uint8_t first = (uint8_t)(CDS_RING_SIZE - at), left = (uint8_t)(length + ANSWER_BEFORE);
+    uint8_t *from = parameters - ANSWER_BEFORE;
+    uint8_t sum;
 
-    if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) < CDS_PACKET_SIZE(length))
+    if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) <= left)
         return false;
-    PUT(CDS_HEADER);
-    PUT(CDS_HEADER);
-    PUT(id);
-    PUT((uint8_t)(length + CDS_LENGTH_MIN));
-    PUT(error);
-    for (; length; length--) {
-        uint8_t byte = *parameters++;
-
-        sum = (uint8_t)(sum + byte);
-        PUT(byte);
-    }
-    PUT((uint8_t)~sum);
-    ring->head = head; // behind the bytes it vouches for
+    CDS_OPAQUE(from);
+    from[0] = from[1] = CDS_HEADER;
+    from[CDS_AT_ID] = id;
+    from[CDS_AT_LENGTH] = (uint8_t)(length + CDS_LENGTH_MIN);
+    from[CDS_AT_ERROR] = error;
+    head = (uint8_t)(head + left);
+    if (first > left)
+        first = left;
+    left = (uint8_t)(left - first);
+    sum = copy(&ring->bytes[at], from, first, 2); // with both of the header it is 0
+    if (left)
+        sum = copy(ring->bytes, from + first, left, sum);
+    ring->bytes[head & (CDS_RING_SIZE - 1)] = (uint8_t)~sum;
+    ring->head = (uint8_t)(head + 1u); // behind the bytes it vouches for
     return true;
 }

@@ -3,7 +3,6 @@
 
 #include <string.h>
 
-#include "answer.h"
 #include "opaque.h" // CDS_APART
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
@@ -65,7 +64,9 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
 
     gather->bulk = true;
     gather->next = item;
-    for (; left >= BULK_ITEM && left <= DATA_MAX; left = (uint8_t)(left - BULK_ITEM)) {
+    if (left > DATA_MAX)
+        return false;
+    for (; left >= BULK_ITEM; left = (uint8_t)(left - BULK_ITEM)) {
         if (item[1] > CDS_ID_MAX)
             return false;
         item += BULK_ITEM;
@@ -73,11 +74,6 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
     }
     gather->left = servos;
     return left == 0 && servos;
-}
-
-static struct cds_request *other_of(struct gather *gather)
-{
-    return gather->asked == gather->read ? &gather->read[1] : gather->read;
 }
 
 /* Makes a READ of the next servo, there being one. Its result: CDS_OK if it may be sent;
@@ -108,25 +104,6 @@ static void build(struct gather *gather, struct cds_request *read)
         read->result = cds_bus_judge_(gather->bus, read);
 }
 
-/* Sends it, so that its first byte is out as soon as may be. It was judged when it was built; if
- * others wait, it is judged again in its turn. */
-static void send(struct cds_bus *bus, struct cds_request *read)
-{
-    struct cds_bus_observer *observer = bus->observer;
-    uint16_t return_delay_us = read->return_delay_us;
-    enum cds_result result;
-
-    if (read->result != CDS_OK)
-        return;
-    if (!bus->request)
-        bus->observer = NULL;
-    result = cds_bus_submit(bus, read);
-    bus->observer = observer;
-    read->return_delay_us = return_delay_us;
-    if (result != CDS_OK)
-        read->result = (uint8_t)result;
-}
-
 /* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
  * registers for it. */
 CDS_APART static void keep(struct gather *gather, const struct cds_request *read)
@@ -150,7 +127,7 @@ CDS_APART static void keep(struct gather *gather, const struct cds_request *read
 /* What has come of the READ that has ended; not yet, if the host has no room. */
 static void hand_over(struct gather *gather)
 {
-    const struct cds_request *read = other_of(gather);
+    const struct cds_request *read = gather->spare;
 
     if (!gather->bulk || read->result != CDS_OK)
         keep(gather, read);
@@ -160,28 +137,66 @@ static void hand_over(struct gather *gather)
     gather->other = GATHER_SPENT;
 }
 
-/* The servo asked has ended: the next one is asked before anything else, unless the host has not
- * taken the reply before this one yet. In a BULK READ the others would wait in vain for one that
- * failed. */
+/* There is nothing to hand over: the READ after the one that is asked is built. */
+static void prepare(struct gather *gather)
+{
+    const struct cds_request *asked = gather->asked;
+
+    if (gather->left > 1)
+        build(gather, gather->spare);
+    gather->other = GATHER_READY;
+    if (asked->result == CDS_PENDING && asked->id != gather->device_id)
+        gather->other = GATHER_WAITS;
+}
+
+/* Sends a READ, which was judged when it was built: so its header goes out before anything else,
+ * unless others wait; then it is judged again in its turn. */
+static void send(struct cds_bus *bus, struct cds_request *read)
+{
+    struct cds_bus_observer *observer = bus->observer;
+    uint16_t return_delay_us = read->return_delay_us;
+    uint8_t begun = 0, result;
+
+    if (!bus->request) {
+        bus->observer = NULL;
+        begun = cds_bus_begin_(bus);
+        bus->observer = observer;
+    }
+    if (begun) {
+        cds_bus_follow_(bus, read, begun);
+        read->return_delay_us = return_delay_us;
+    } else {
+        result = (uint8_t)cds_bus_submit(bus, read);
+        if (result != CDS_OK)
+            read->result = result;
+    }
+}
+
+/* The servo asked has ended: the next one is asked before anything else. In a BULK READ the others
+ * would wait in vain for one that failed. */
 static void go_on(struct gather *gather)
 {
-    struct cds_request *ended = gather->asked, *next = other_of(gather);
+    struct cds_request *ended = gather->asked, *next = gather->spare;
+    uint8_t left = (uint8_t)(gather->left - 1u);
 
-    if (gather->other != GATHER_READY)
-        return;
-    gather->asked = next;
-    gather->other = GATHER_ENDED;
-    gather->left--;
     if (gather->bulk && ended->result != CDS_OK)
-        gather->left = 0;
-    if (gather->left)
+        left = 0;
+    if (left && next->result == CDS_OK)
         send(gather->bus, next);
+    gather->left = left;
+    gather->asked = next;
+    gather->spare = ended;
+    gather->other = GATHER_ENDED;
     hand_over(gather); // while the next one is asked
 }
 
+/* If the host has not taken the reply before this one, gather_poll() goes on. */
 static void on_end(struct cds_request *ended)
 {
-    go_on(ended->owner);
+    struct gather *gather = ended->owner;
+
+    if (gather->other == GATHER_WAITS)
+        go_on(gather);
 }
 
 void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
@@ -189,7 +204,7 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
 {
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->bytes[i];
+        gather->read[i].packet.bytes = gather->bytes[i] + ANSWER_BEFORE;
         gather->read[i].packet.room = CDS_REPLY_MAX;
         gather->read[i].on_end = on_end;
         gather->read[i].owner = gather;
@@ -198,19 +213,23 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
 
 bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
+    bool sense = true;
+
     gather->device_id = device_id;
     gather->asked = gather->read;
+    gather->spare = gather->read + 1;
     gather->other = GATHER_SPENT;
-    device_forget_failures(gather->device);
     if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
         begin_sync(gather, packet);
-    else if (!begin_bulk(gather, packet))
-        return false;
-    if (gather->left) {
+    else
+        sense = begin_bulk(gather, packet);
+    if (sense && gather->left) {
         build(gather, gather->asked);
-        send(gather->bus, gather->asked);
+        if (gather->asked->result == CDS_OK)
+            send(gather->bus, gather->asked);
     }
-    return true;
+    device_forget_failures(gather->device); // while the first servo is asked
+    return sense;
 }
 
 /* The device's own answer is no longer than a servo's. */
@@ -245,11 +264,7 @@ enum gather_turn gather_poll(struct gather *gather)
 {
     switch (gather->other) {
     case GATHER_ENDED: hand_over(gather); break;
-    case GATHER_SPENT:
-        if (gather->left > 1)
-            build(gather, other_of(gather));
-        gather->other = GATHER_READY;
-        break;
+    case GATHER_SPENT: prepare(gather); break;
     default:
         if (!gather->left)
             return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
