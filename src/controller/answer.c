@@ -34,8 +34,8 @@ bool answer_put(struct answer *answer, struct cds_ring *ring)
     return answer->left == 0;
 }
 
-/* Copies at least one byte; returns their sum. The ring's bytes are written here as any others: that
- * is half as long, and the barrier keeps them before the index that vouches for them. */
+/* Copies at least one byte; returns their sum. The ring's bytes are written here as any others:
+ * that is half as long, and the barrier keeps them before the index that vouches for them. */
 CDS_APART static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
                               uint8_t sum)
 {

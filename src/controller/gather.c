@@ -141,27 +141,37 @@ static void hand_over(struct gather *gather)
 static void prepare(struct gather *gather)
 {
     const struct cds_request *asked = gather->asked;
+    bool waits = asked->result == CDS_PENDING && asked->id != gather->device_id;
 
-    if (gather->left > 1)
+    gather->other = waits ? GATHER_WAITS : GATHER_READY;
+    if (gather->left > 1) {
         build(gather, gather->spare);
-    gather->other = GATHER_READY;
-    if (asked->result == CDS_PENDING && asked->id != gather->device_id)
-        gather->other = GATHER_WAITS;
+        if (waits && gather->spare->result == CDS_OK)
+            gather->other = GATHER_FOLLOWS;
+    }
 }
 
-/* Sends a READ, which was judged when it was built: so its header goes out before anything else,
- * unless others wait; then it is judged again in its turn. */
-static void send(struct cds_bus *bus, struct cds_request *read)
+/* A READ was judged when it was built: if nobody waits its header goes out, before anything else.
+ * Returns how much of it is out. */
+static uint8_t begin(struct cds_bus *bus)
 {
     struct cds_bus_observer *observer = bus->observer;
-    uint16_t return_delay_us = read->return_delay_us;
-    uint8_t begun = 0, result;
+    uint8_t begun;
 
-    if (!bus->request) {
-        bus->observer = NULL;
-        begun = cds_bus_begin_(bus);
-        bus->observer = observer;
-    }
+    if (bus->request)
+        return 0;
+    bus->observer = NULL;
+    begun = cds_bus_begin_(bus);
+    bus->observer = observer;
+    return begun;
+}
+
+/* The rest of it; or if others wait, it is judged again in its turn. */
+static void send(struct cds_bus *bus, struct cds_request *read, uint8_t begun)
+{
+    uint16_t return_delay_us = read->return_delay_us;
+    uint8_t result;
+
     if (begun) {
         cds_bus_follow_(bus, read, begun);
         read->return_delay_us = return_delay_us;
@@ -172,21 +182,19 @@ static void send(struct cds_bus *bus, struct cds_request *read)
     }
 }
 
-/* The servo asked has ended: the next one is asked before anything else. In a BULK READ the others
- * would wait in vain for one that failed. */
-static void go_on(struct gather *gather)
+/* The servo asked has ended. In a BULK READ the others would wait in vain for one that failed. */
+static void go_on(struct gather *gather, uint8_t begun)
 {
     struct cds_request *ended = gather->asked, *next = gather->spare;
-    uint8_t left = (uint8_t)(gather->left - 1u);
 
-    if (gather->bulk && ended->result != CDS_OK)
-        left = 0;
-    if (left && next->result == CDS_OK)
-        send(gather->bus, next);
-    gather->left = left;
     gather->asked = next;
     gather->spare = ended;
     gather->other = GATHER_ENDED;
+    gather->left--;
+    if (gather->bulk && ended->result != CDS_OK)
+        gather->left = 0;
+    if (gather->left && next->result == CDS_OK)
+        send(gather->bus, next, begun);
     hand_over(gather); // while the next one is asked
 }
 
@@ -194,9 +202,12 @@ static void go_on(struct gather *gather)
 static void on_end(struct cds_request *ended)
 {
     struct gather *gather = ended->owner;
+    uint8_t other = gather->other, begun = 0;
 
-    if (gather->other == GATHER_WAITS)
-        go_on(gather);
+    if (other == GATHER_FOLLOWS && (ended->result == CDS_OK || !gather->bulk))
+        begun = begin(gather->bus);
+    if (other >= GATHER_WAITS)
+        go_on(gather, begun);
 }
 
 void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
@@ -226,7 +237,7 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
     if (sense && gather->left) {
         build(gather, gather->asked);
         if (gather->asked->result == CDS_OK)
-            send(gather->bus, gather->asked);
+            send(gather->bus, gather->asked, begin(gather->bus));
     }
     device_forget_failures(gather->device); // while the first servo is asked
     return sense;
@@ -257,7 +268,7 @@ static void look_after(struct gather *gather)
     if (asked->result == CDS_PENDING && asked->id == gather->device_id)
         obey(gather, asked);
     if (asked->result != CDS_PENDING)
-        go_on(gather);
+        go_on(gather, 0);
 }
 
 enum gather_turn gather_poll(struct gather *gather)

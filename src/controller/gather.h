@@ -33,10 +33,11 @@ enum gather_turn {
 };
 
 enum gather_other {
-    GATHER_ENDED, // its reply is there, or none
-    GATHER_SPENT, // ... and was handed over
-    GATHER_READY, // to be sent to the next servo, if there is one
-    GATHER_WAITS, // likewise, and the servo asked is on its own: the bus sees to its end
+    GATHER_ENDED,   // its reply is there, or none
+    GATHER_SPENT,   // ... and was handed over
+    GATHER_READY,   // to be sent to the next servo, if there is one
+    GATHER_WAITS,   // likewise, and a servo is asked: the bus sees to its end
+    GATHER_FOLLOWS, // likewise, and it may be sent then
 };
 
 /* All state of it. Fields without a word are its own. */
@@ -81,7 +82,7 @@ static inline bool gather_talks(const struct gather *gather)
 /* Is there nothing to do before the servo asked has answered? */
 static inline bool gather_waits(const struct gather *gather)
 {
-    return gather->other == GATHER_WAITS;
+    return gather->other >= GATHER_WAITS;
 }
 
 /* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
