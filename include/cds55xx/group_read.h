@@ -42,7 +42,7 @@ struct cds_group_read {
     uint8_t address;
     uint8_t length;
     uint8_t next;  // servo being read
-    uint8_t state; // of its READ
+    uint8_t state; // its READ is still to be sent, or on its way
     uint8_t result;
 };
 

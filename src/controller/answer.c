@@ -61,7 +61,7 @@ bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, uint8_t *p
 
     if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) <= left)
         return false;
-    CDS_OPAQUE(from);
+    CDS_OPAQUE(from); // or each byte of the header is reached anew
     from[0] = from[1] = CDS_HEADER;
     from[CDS_AT_ID] = id;
     from[CDS_AT_LENGTH] = (uint8_t)(length + CDS_LENGTH_MIN);

@@ -28,7 +28,8 @@
 /* So often is the host listened to in a turn while a packet comes in. */
 #define HOST_POLLS 8
 
-/* Of so many turns one looks after host link, alarms and memory, while there is other work. */
+/* Of so many turns one looks after host link, alarms and memory, while there is other work; and two
+ * after the console, while a packet comes in. */
 #define KEPT_TURNS 8
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's
@@ -153,14 +154,14 @@ static void open(void)
 /* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
  * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. They
  * take 140 cycles; while the last byte is still to be given, that end is two byte times away, 320
- * cycles at 1 Mbps. Returns
- * serial.tx.head if all before it is under way, else another. */
+ * cycles at 1 Mbps. Returns serial.tx.head if all before it is under way, else one that it cannot
+ * come to be before all is. */
 static uint8_t send_to_host(void)
 {
     uint8_t head = controller.serial.tx.head;
 
     if (controller.bus.link.state == CDS_LINK_DRAINING)
-        return (uint8_t)~head;
+        return (uint8_t)(head - 1u);
     serial_send(&controller.serial);
     return head;
 }
@@ -238,7 +239,7 @@ __attribute__((noinline)) static void turn(void)
     robot_poll(&controller.robot);
     if (odd || !flooded)
         comes = poll_host();
-    if (comes && controller.turns % KEPT_TURNS)
+    if (comes && controller.turns % KEPT_TURNS >= 2) // of these one is odd
         return;
     if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
         poll_console();

@@ -5,7 +5,12 @@
 
 #include "opaque.h" // CDS_APART
 
-enum { CDS_GROUP_READ_TO_SEND, CDS_GROUP_READ_SENT, CDS_GROUP_READ_FOLLOWS }; // state
+/* Of the READ of servo `next`. */
+enum state {
+    TO_SEND,
+    SENT,
+    FOLLOWED, // SENT, and that of the servo behind it may begin as soon as it is over
+};
 
 #define COPIED_IN_TIME 12 // bytes: what follows the header has but two byte times
 
@@ -24,7 +29,7 @@ void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
         .address = address,
         .length = length,
         .next = 0,
-        .state = CDS_GROUP_READ_TO_SEND,
+        .state = TO_SEND,
         .result = count ? CDS_OK : CDS_BAD_ARGUMENT,
     };
     for (; count; count--)
@@ -37,7 +42,7 @@ static inline void done(struct cds_group_read *read, uint8_t result)
     if (read->result == CDS_OK)
         read->result = result;
     read->next++;
-    read->state = CDS_GROUP_READ_TO_SEND;
+    read->state = TO_SEND;
 }
 
 /* Copies what servo `next` has answered, for its packet will be built over. */
@@ -61,9 +66,9 @@ static void look_ahead(struct cds_group_read *read)
 {
     uint8_t behind = (uint8_t)(read->next + 1u);
 
-    read->state = CDS_GROUP_READ_SENT;
+    read->state = SENT;
     if (read->length <= COPIED_IN_TIME && behind < read->count && read->ids[behind] <= CDS_ID_MAX)
-        read->state = CDS_GROUP_READ_FOLLOWS;
+        read->state = FOLLOWED;
 }
 
 /* Asks servo `next`, if it may be; its header may be on the wire already. */
@@ -113,7 +118,7 @@ static void exchange_ended(struct cds_group_read *read, uint8_t begun)
 /* Apart, so that asking while the exchange goes on needs no frame. */
 CDS_APART static enum cds_result go_on(struct cds_group_read *read, uint8_t begun)
 {
-    if (read->state != CDS_GROUP_READ_TO_SEND)
+    if (read->state != TO_SEND)
         exchange_ended(read, begun);
     else if (read->next < read->count)
         send(read, 0);
@@ -125,10 +130,10 @@ enum cds_result cds_group_read_poll(struct cds_group_read *read)
 {
     uint8_t begun = 0;
 
-    if (read->state != CDS_GROUP_READ_TO_SEND) {
+    if (read->state != TO_SEND) {
         if (read->request->result == CDS_PENDING)
             return CDS_PENDING;
-        if (read->state == CDS_GROUP_READ_FOLLOWS)
+        if (read->state == FOLLOWED)
             begun = cds_bus_begin_(read->bus);
     }
     return go_on(read, begun);
