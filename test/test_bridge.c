@@ -637,6 +637,9 @@ void test_a_reply_goes_into_the_ring_wherever_that_begins(void)
         read_and_answer(1, 0x24, 8, 0, 8);
         assert_heard(1, 0, data, 8);
     }
+    SAY(254, BULK_READ, 0, 8, 1, 0x24);
+    read_and_answer(1, 0x24, 8, CDS_ERROR_RANGE, 0);
+    assert_heard(1, CDS_ERROR_RANGE, NULL, 0);
 }
 
 void test_a_reply_that_the_ring_just_holds_need_not_wait(void)

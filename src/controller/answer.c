@@ -1,7 +1,7 @@
 /* A status packet for the host; see answer.h. */
 #include "answer.h"
 
-#include "opaque.h" // CDS_OPAQUE()
+#include "opaque.h" // CDS_APART
 
 void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *parameters,
                   uint8_t length)
@@ -34,13 +34,15 @@ bool answer_put(struct answer *answer, struct cds_ring *ring)
     return answer->left == 0;
 }
 
-/* Copies at least one byte; returns their sum. The ring's bytes are written here as any others:
- * that is half as long, and the barrier keeps them before the index that vouches for them. */
+/* Copies bytes and adds them to `sum`. The ring's bytes are written here as any others: that is
+ * half as long, and the barrier keeps them before the index that vouches for them. */
 CDS_APART static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
                               uint8_t sum)
 {
     uint8_t *to = (uint8_t *)ring;
 
+    if (!count)
+        return sum;
     do {
         uint8_t byte = *from++;
 
@@ -51,29 +53,33 @@ CDS_APART static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8
     return sum;
 }
 
-bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, uint8_t *parameters,
+#define PUT(byte) bytes[head++ & (CDS_RING_SIZE - 1)] = (byte)
+
+bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint8_t *parameters,
                     uint8_t length)
 {
-    uint8_t head = ring->head, at = head & (CDS_RING_SIZE - 1);
-    uint8_t first = (uint8_t)(CDS_RING_SIZE - at), left = (uint8_t)(length + ANSWER_BEFORE);
-    uint8_t *from = parameters - ANSWER_BEFORE;
-    uint8_t sum;
+    uint8_t head = ring->head, sum = (uint8_t)(id + length + CDS_LENGTH_MIN + error);
+    volatile uint8_t *bytes = ring->bytes;
+    uint8_t at, first;
 
-    if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) <= left)
+    if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) < (uint8_t)CDS_PACKET_SIZE(length))
         return false;
-    CDS_OPAQUE(from); // or each byte of the header is reached anew
-    from[0] = from[1] = CDS_HEADER;
-    from[CDS_AT_ID] = id;
-    from[CDS_AT_LENGTH] = (uint8_t)(length + CDS_LENGTH_MIN);
-    from[CDS_AT_ERROR] = error;
-    head = (uint8_t)(head + left);
-    if (first > left)
-        first = left;
-    left = (uint8_t)(left - first);
-    sum = copy(&ring->bytes[at], from, first, 2); // with both of the header it is 0
-    if (left)
-        sum = copy(ring->bytes, from + first, left, sum);
-    ring->bytes[head & (CDS_RING_SIZE - 1)] = (uint8_t)~sum;
-    ring->head = (uint8_t)(head + 1u); // behind the bytes it vouches for
+    PUT(CDS_HEADER);
+    PUT(CDS_HEADER);
+    PUT(id);
+    PUT((uint8_t)(length + CDS_LENGTH_MIN));
+    PUT(error);
+    at = head & (CDS_RING_SIZE - 1);
+    head = (uint8_t)(head + length);
+    first = (uint8_t)(CDS_RING_SIZE - at);
+    if (first < length) { // over the ring's end
+        sum = copy(bytes + at, parameters, first, sum);
+        parameters += first;
+        length = (uint8_t)(length - first);
+        at = 0;
+    }
+    sum = copy(bytes + at, parameters, length, sum);
+    PUT((uint8_t)~sum);
+    ring->head = head; // behind the bytes it vouches for
     return true;
 }

@@ -22,9 +22,9 @@ void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *par
 /* Puts what there is room for; true when all of it is in the ring. */
 bool answer_put(struct answer *answer, struct cds_ring *ring);
 
-/* Makes and puts a whole one, of at most CDS_RING_SIZE bytes. Here cycles count: the bus is at work
- * meanwhile. False: there is no room for it yet. */
-bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, uint8_t *parameters,
+/* Puts a whole one, of at most CDS_RING_SIZE bytes, from parameters that stay as they are. Here
+ * cycles count: the bus is at work meanwhile. False: there is no room for it yet. */
+bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint8_t *parameters,
                     uint8_t length);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "answer.h"
 #include "opaque.h" // CDS_APART
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
@@ -215,7 +216,7 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
 {
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->bytes[i] + ANSWER_BEFORE;
+        gather->read[i].packet.bytes = gather->bytes[i];
         gather->read[i].packet.room = CDS_REPLY_MAX;
         gather->read[i].on_end = on_end;
         gather->read[i].owner = gather;

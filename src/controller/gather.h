@@ -17,7 +17,6 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "answer.h"       // ANSWER_BEFORE
 #include "cds55xx/bus.h"  // struct cds_request
 #include "cds55xx/ring.h" // struct cds_ring
 #include "device.h"       // struct device
@@ -56,7 +55,7 @@ struct gather { // the buffers last: what is near costs less to reach
     uint8_t *to;                // of a SYNC READ: where the next data of the status packet go
     const uint8_t *next;        // what is asked of whom, from the READ built next on
     struct cds_request read[2]; // in turn
-    uint8_t bytes[2][ANSWER_BEFORE + CDS_REPLY_MAX];
+    uint8_t bytes[2][CDS_REPLY_MAX];
 };
 
 /* Once. */
