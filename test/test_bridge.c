@@ -630,6 +630,36 @@ void test_the_next_servo_is_asked_by_the_poll_that_ends_the_reply(void)
     read_and_answer(2, 3, 1, 0, 1);
 }
 
+void test_a_reply_goes_into_the_ring_wherever_that_begins(void)
+{
+    for (uint8_t head = 48; head <= 64; head++) { // from its last 14 bytes on, then over its end
+        output.head = output.tail = head;
+        SAY(254, BULK_READ, 0, 8, 1, 0x24);
+        read_and_answer(1, 0x24, 8, 0, 8);
+        assert_heard(1, 0, data, 8);
+    }
+    SAY(254, BULK_READ, 0, 8, 1, 0x24);
+    read_and_answer(1, 0x24, 8, CDS_ERROR_RANGE, 0);
+    assert_heard(1, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_a_reply_that_the_ring_just_holds_need_not_wait(void)
+{
+    for (uint8_t room = 13; room <= 14; room++) {
+        SAY(254, BULK_READ, 0, 8, 1, 0x24);
+        TEST_ASSERT_TRUE(sent());
+        turns(3);
+        while (cds_ring_count(&output) < 64 - room)
+            cds_ring_put(&output, 'x');
+        fill(8, 0);
+        port_fake_answer(&bus.link, 1, 0, data, 8);
+        for (uint8_t i = 0; i < 3; i++)
+            cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL_UINT8(room == 14 ? 64 : 64 - 13, cds_ring_count(&output));
+        turns(20);
+    }
+}
+
 void test_a_bulk_read_waits_for_a_host_that_does_not_listen(void)
 {
     SAY(254, BULK_READ, 0, 1, 1, 3, 1, 2, 3, 1, 4, 3);
@@ -675,6 +705,22 @@ void test_what_the_observer_says_of_a_read_holds(void)
     TEST_ASSERT_EQUAL_PTR(&robot.crew.roster.observer, bus.observer);
 }
 
+void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
+{
+    bus.observer = &robot.crew.roster.observer;
+    crew_meet(&robot.crew, 3);
+    robot.servos[0].return_delay = 250; // 500 us
+    cds_bus_set_return_delay(&bus, 2);
+    SAY(254, SYNC_READ, 0x24, 1, 1, 3);
+    read_and_answer(1, 0x24, 1, 0, 1);
+    TEST_ASSERT_TRUE(sent());
+    turns(250);
+    fill(1, 30);
+    answer(3, 0, data, 1);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x1E", 2);
+}
+
 void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
 {
     static uint8_t bytes[2][16];
@@ -717,11 +763,13 @@ void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
 
 void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
 {
+    memset(buffers, 1, sizeof buffers); // a servo's ID, where none is said
+    say(254, BULK_READ, NULL, 0);
     SAY(254, BULK_READ, 0);
     SAY(254, BULK_READ, 0, 1, 1);
     SAY(254, BULK_READ, 0, 1, 254, 3);
     SAY(254, BULK_READ, 0, 1, 1, 3, 1);
-    TEST_ASSERT_EQUAL_UINT16(4, bridge.counters.refused);
+    TEST_ASSERT_EQUAL_UINT16(5, bridge.counters.refused);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
 }

@@ -454,3 +454,17 @@ void test_the_rest_of_a_packet_whose_length_was_damaged_spoils_no_later_line(voi
     type("ng 2\r");
     assert_said("ping 2\r");
 }
+
+void test_it_is_told_while_a_packet_comes_in(void)
+{
+    static const uint8_t ping[] = {0xFF, 0xFF, 1, 2, 1, 0xFB};
+
+    for (uint8_t i = 0; i < sizeof ping; i++) {
+        cds_ring_put(&input, ping[i]);
+        TEST_ASSERT_EQUAL(i == CDS_AT_LENGTH || i == CDS_AT_INSTRUCTION, host_poll(&host));
+        TEST_ASSERT_FALSE(host_poll(&host)); // nothing has come since
+    }
+    TEST_ASSERT_TRUE(host.whole);
+    cds_ring_put(&input, 'x');
+    TEST_ASSERT_FALSE(host_poll(&host));
+}

@@ -41,8 +41,8 @@ struct cds_group_read {
     uint8_t count;
     uint8_t address;
     uint8_t length;
-    uint8_t next; // servo being read
-    bool sent;    // its READ is on its way
+    uint8_t next;  // servo being read
+    uint8_t state; // its READ is still to be sent, or on its way
     uint8_t result;
 };
 

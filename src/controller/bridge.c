@@ -83,8 +83,8 @@ static void begin_gathering(struct bridge *bridge, uint8_t own)
         bridge->counters.refused++;
 }
 
-/* Whose is it? */
-static void take(struct bridge *bridge)
+/* Whose is it? Apart: a gathering shall not save registers for it. */
+CDS_APART static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
     uint8_t own = device_id(bridge->gather.device);

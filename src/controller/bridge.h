@@ -65,7 +65,7 @@ static inline bool bridge_hurries(const struct bridge *bridge)
 /* ... and now cds_bus_poll() alone. */
 static inline bool bridge_waits(const struct bridge *bridge)
 {
-    return bridge_hurries(bridge) && gather_waits(&bridge->gather);
+    return gather_waits(&bridge->gather);
 }
 
 /* Nothing to do but wait for a packet, or for the bus, which wakes the CPU by itself? */

@@ -65,7 +65,9 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
 
     gather->bulk = true;
     gather->next = item;
-    for (; left >= BULK_ITEM && left <= DATA_MAX; left = (uint8_t)(left - BULK_ITEM)) {
+    if (left > DATA_MAX)
+        return false;
+    for (; left >= BULK_ITEM; left = (uint8_t)(left - BULK_ITEM)) {
         if (item[1] > CDS_ID_MAX)
             return false;
         item += BULK_ITEM;
@@ -73,11 +75,6 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
     }
     gather->left = servos;
     return left == 0 && servos;
-}
-
-static struct cds_request *other_of(struct gather *gather)
-{
-    return gather->asked == gather->read ? &gather->read[1] : gather->read;
 }
 
 /* Makes a READ of the next servo, there being one. Its result: CDS_OK if it may be sent;
@@ -108,25 +105,6 @@ static void build(struct gather *gather, struct cds_request *read)
         read->result = cds_bus_judge_(gather->bus, read);
 }
 
-/* Sends it, so that its first byte is out as soon as may be. It was judged when it was built; if
- * others wait, it is judged again in its turn. */
-static void send(struct cds_bus *bus, struct cds_request *read)
-{
-    struct cds_bus_observer *observer = bus->observer;
-    uint16_t return_delay_us = read->return_delay_us;
-    enum cds_result result;
-
-    if (read->result != CDS_OK)
-        return;
-    if (!bus->request)
-        bus->observer = NULL;
-    result = cds_bus_submit(bus, read);
-    bus->observer = observer;
-    read->return_delay_us = return_delay_us;
-    if (result != CDS_OK)
-        read->result = (uint8_t)result;
-}
-
 /* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
  * registers for it. */
 CDS_APART static void keep(struct gather *gather, const struct cds_request *read)
@@ -150,7 +128,7 @@ CDS_APART static void keep(struct gather *gather, const struct cds_request *read
 /* What has come of the READ that has ended; not yet, if the host has no room. */
 static void hand_over(struct gather *gather)
 {
-    const struct cds_request *read = other_of(gather);
+    const struct cds_request *read = gather->spare;
 
     if (!gather->bulk || read->result != CDS_OK)
         keep(gather, read);
@@ -160,28 +138,77 @@ static void hand_over(struct gather *gather)
     gather->other = GATHER_SPENT;
 }
 
-/* The servo asked has ended: the next one is asked before anything else, unless the host has not
- * taken the reply before this one yet. In a BULK READ the others would wait in vain for one that
- * failed. */
-static void go_on(struct gather *gather)
+/* There is nothing to hand over: the READ after the one that is asked is built. */
+static void prepare(struct gather *gather)
 {
-    struct cds_request *ended = gather->asked, *next = other_of(gather);
+    const struct cds_request *asked = gather->asked;
+    bool waits = asked->result == CDS_PENDING && asked->id != gather->device_id;
 
-    if (gather->other != GATHER_READY)
-        return;
+    gather->other = waits ? GATHER_WAITS : GATHER_READY;
+    if (gather->left > 1) {
+        build(gather, gather->spare);
+        if (waits && gather->spare->result == CDS_OK)
+            gather->other = GATHER_FOLLOWS;
+    }
+}
+
+/* A READ was judged when it was built: if nobody waits its header goes out, before anything else.
+ * Returns how much of it is out. */
+static uint8_t begin(struct cds_bus *bus)
+{
+    struct cds_bus_observer *observer = bus->observer;
+    uint8_t begun;
+
+    if (bus->request)
+        return 0;
+    bus->observer = NULL;
+    begun = cds_bus_begin_(bus);
+    bus->observer = observer;
+    return begun;
+}
+
+/* The rest of it; or if others wait, it is judged again in its turn. */
+static void send(struct cds_bus *bus, struct cds_request *read, uint8_t begun)
+{
+    uint16_t return_delay_us = read->return_delay_us;
+    uint8_t result;
+
+    if (begun) {
+        cds_bus_follow_(bus, read, begun);
+        read->return_delay_us = return_delay_us;
+    } else {
+        result = (uint8_t)cds_bus_submit(bus, read);
+        if (result != CDS_OK)
+            read->result = result;
+    }
+}
+
+/* The servo asked has ended. In a BULK READ the others would wait in vain for one that failed. */
+static void go_on(struct gather *gather, uint8_t begun)
+{
+    struct cds_request *ended = gather->asked, *next = gather->spare;
+
     gather->asked = next;
+    gather->spare = ended;
     gather->other = GATHER_ENDED;
     gather->left--;
     if (gather->bulk && ended->result != CDS_OK)
         gather->left = 0;
-    if (gather->left)
-        send(gather->bus, next);
+    if (gather->left && next->result == CDS_OK)
+        send(gather->bus, next, begun);
     hand_over(gather); // while the next one is asked
 }
 
+/* If the host has not taken the reply before this one, gather_poll() goes on. */
 static void on_end(struct cds_request *ended)
 {
-    go_on(ended->owner);
+    struct gather *gather = ended->owner;
+    uint8_t other = gather->other, begun = 0;
+
+    if (other == GATHER_FOLLOWS && (ended->result == CDS_OK || !gather->bulk))
+        begun = begin(gather->bus);
+    if (other >= GATHER_WAITS)
+        go_on(gather, begun);
 }
 
 void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
@@ -198,19 +225,23 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
 
 bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
+    bool sense = true;
+
     gather->device_id = device_id;
     gather->asked = gather->read;
+    gather->spare = gather->read + 1;
     gather->other = GATHER_SPENT;
-    device_forget_failures(gather->device);
     if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
         begin_sync(gather, packet);
-    else if (!begin_bulk(gather, packet))
-        return false;
-    if (gather->left) {
+    else
+        sense = begin_bulk(gather, packet);
+    if (sense && gather->left) {
         build(gather, gather->asked);
-        send(gather->bus, gather->asked);
+        if (gather->asked->result == CDS_OK)
+            send(gather->bus, gather->asked, begin(gather->bus));
     }
-    return true;
+    device_forget_failures(gather->device); // while the first servo is asked
+    return sense;
 }
 
 /* The device's own answer is no longer than a servo's. */
@@ -238,18 +269,14 @@ static void look_after(struct gather *gather)
     if (asked->result == CDS_PENDING && asked->id == gather->device_id)
         obey(gather, asked);
     if (asked->result != CDS_PENDING)
-        go_on(gather);
+        go_on(gather, 0);
 }
 
 enum gather_turn gather_poll(struct gather *gather)
 {
     switch (gather->other) {
     case GATHER_ENDED: hand_over(gather); break;
-    case GATHER_SPENT:
-        if (gather->left > 1)
-            build(gather, other_of(gather));
-        gather->other = GATHER_READY;
-        break;
+    case GATHER_SPENT: prepare(gather); break;
     default:
         if (!gather->left)
             return gather->bulk ? GATHER_DONE : GATHER_ANSWER;

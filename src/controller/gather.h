@@ -32,9 +32,11 @@ enum gather_turn {
 };
 
 enum gather_other {
-    GATHER_ENDED, // its reply is there, or none
-    GATHER_SPENT, // ... and was handed over
-    GATHER_READY, // to be sent to the next servo, if there is one
+    GATHER_ENDED,   // its reply is there, or none
+    GATHER_SPENT,   // ... and was handed over
+    GATHER_READY,   // to be sent to the next servo, if there is one
+    GATHER_WAITS,   // likewise, and a servo is asked: the bus sees to its end
+    GATHER_FOLLOWS, // likewise, and it may be sent then
 };
 
 /* All state of it. Fields without a word are its own. */
@@ -42,7 +44,8 @@ struct gather { // the buffers last: what is near costs less to reach
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
-    struct cds_request *asked; // what was asked last; how far the other one is:
+    struct cds_request *asked; // what was asked last;
+    struct cds_request *spare; // the other one, and how far it is:
     uint8_t other;             // enum gather_other
     bool bulk;                 // else a SYNC READ
     uint8_t left;              // servos that have not answered
@@ -78,8 +81,7 @@ static inline bool gather_talks(const struct gather *gather)
 /* Is there nothing to do before the servo asked has answered? */
 static inline bool gather_waits(const struct gather *gather)
 {
-    return gather->other == GATHER_READY && gather->asked->result == CDS_PENDING &&
-           gather->asked->id != gather->device_id;
+    return gather->other >= GATHER_WAITS;
 }
 
 /* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to

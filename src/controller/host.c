@@ -187,6 +187,7 @@ static uint8_t examine_counted(struct host *host)
  * more: here cycles count. */
 static uint8_t take_counted(struct host *host)
 {
+    const volatile uint8_t *ring = host->input->bytes;
     uint8_t tail = host->input->tail, sum = host->sum;
     uint8_t count = cds_ring_count(host->input);
     uint8_t *to;
@@ -199,7 +200,7 @@ static uint8_t take_counted(struct host *host)
         count = (uint8_t)(host->end - host->count);
     to = host->bytes + host->count;
     for (uint8_t left = count; left; left--) {
-        uint8_t byte = host->input->bytes[tail++ & (CDS_RING_SIZE - 1)];
+        uint8_t byte = ring[tail++ & (CDS_RING_SIZE - 1)];
 
         *to++ = byte;
         sum = (uint8_t)(sum + byte);
@@ -297,7 +298,7 @@ static bool mark_lost(struct cds_ring *text)
     return cds_ring_put(text, HOST_MARK_LOST);
 }
 
-void host_poll(struct host *host)
+bool host_poll(struct host *host)
 {
     uint8_t tail = host->input->tail;
 
@@ -309,9 +310,11 @@ void host_poll(struct host *host)
     if (tail != host->input->tail) {
         host->heard_us = cds_port_now_us();
         host->stale = false;
-    } else if (!host->whole && host->seen == host->count) {
-        listen(host);
+        return host->end && !host->whole;
     }
+    if (!host->whole && host->seen == host->count)
+        listen(host);
+    return false;
 }
 
 uint8_t *host_take(struct host *host, uint8_t *other)

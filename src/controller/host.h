@@ -59,8 +59,9 @@ struct host {
 /* `bytes`: HOST_PACKET_MAX of them. */
 void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes);
 
-/* Looks at what came, some bytes at a time; host->whole says whether there is a packet. */
-void host_poll(struct host *host);
+/* Looks at what came, some bytes at a time; host->whole says whether there is a packet. True: one
+ * is coming in, without a pause so far. */
+bool host_poll(struct host *host);
 
 /* There is a gap behind all that was taken. */
 void host_gap(struct host *host);

@@ -19,11 +19,17 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* While servo after servo is read, the bus is polled so often before the rest of a turn is due: at
- * 1 Mbps 18 servos of 8 bytes take fewer, and 5 ms. */
-#define POLLS 250
+/* While servo after servo is read, the bus is polled so often before the rest of a turn is due, if
+ * the host says nothing: at 1 Mbps 18 servos of 8 bytes take fewer, and 5 ms. Less if the robot has
+ * something to do, too. */
+#define POLLS       1500
+#define POLLS_ROBOT 150
 
-/* Of so many turns one looks after host link, alarms and memory, while there is other work. */
+/* So often is the host listened to in a turn while a packet comes in. */
+#define HOST_POLLS 8
+
+/* Of so many turns one looks after host link, alarms and memory, while there is other work; and two
+ * after the console, while a packet comes in. */
 #define KEPT_TURNS 8
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's
@@ -148,11 +154,16 @@ static void open(void)
 /* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
  * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. They
  * take 140 cycles; while the last byte is still to be given, that end is two byte times away, 320
- * cycles at 1 Mbps. */
-static void send_to_host(void)
+ * cycles at 1 Mbps. Returns serial.tx.head if all before it is under way, else one that it cannot
+ * come to be before all is. */
+static uint8_t send_to_host(void)
 {
-    if (controller.bus.link.state != CDS_LINK_DRAINING)
-        serial_send(&controller.serial);
+    uint8_t head = controller.serial.tx.head;
+
+    if (controller.bus.link.state == CDS_LINK_DRAINING)
+        return (uint8_t)(head - 1u);
+    serial_send(&controller.serial);
+    return head;
 }
 
 /* Packets wait while the bus may be at another rate. Whoever is in a scan or a diagnosis gives way
@@ -165,10 +176,15 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
-/* What the host says. */
-static void poll_host(void)
+/* What the host says. True: it is in the midst of a packet. */
+static bool poll_host(void)
 {
-    host_poll(&controller.host);
+    uint8_t left = HOST_POLLS;
+    bool comes;
+
+    do {
+        comes = host_poll(&controller.host);
+    } while (comes && --left);
     if (controller.host.stop) {
         controller.host.stop = false;
         console_stop(&controller.console);
@@ -177,6 +193,7 @@ static void poll_host(void)
         host_gap(&controller.host);
     if (controller.host.whole)
         poll_bridge();
+    return comes;
 }
 
 static void poll_console(void)
@@ -188,19 +205,22 @@ static void poll_console(void)
 }
 
 /* What the bridge has to say leaves at once. A reply is in the ring already when cds_bus_poll()
- * returns. */
+ * returns. While a servo is asked, nothing comes between two polls. */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
-    uint8_t left = POLLS;
+    uint16_t left = robot_idle(&controller.robot) ? POLLS : POLLS_ROBOT;
+    uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
-        if (cds_bus_poll(&controller.bus) && bridge_waits(bridge))
-            continue;
-        send_to_host();
+        while (cds_bus_poll(&controller.bus) && bridge_waits(bridge) &&
+               sent == controller.serial.tx.head && --left) {
+        }
+        sent = send_to_host();
         poll_bridge();
-        send_to_host();
-    } while (bridge_hurries(bridge) && --left);
+        if (sent != controller.serial.tx.head)
+            sent = send_to_host();
+    } while (bridge_hurries(bridge) && heard == controller.serial.rx.head && left && --left);
 }
 
 /* The main loop's body: the bus and who uses it in each turn, for goals are due at their time. So a
@@ -209,7 +229,7 @@ static void poll_bus(void)
  */
 __attribute__((noinline)) static void turn(void)
 {
-    bool odd = controller.turns & 1, flooded = controller.host.skipping;
+    bool odd = controller.turns & 1, flooded = controller.host.skipping, comes = false;
 
     watchdog_pet();
     controller.turns++;
@@ -218,7 +238,9 @@ __attribute__((noinline)) static void turn(void)
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
     if (odd || !flooded)
-        poll_host();
+        comes = poll_host();
+    if (comes && controller.turns % KEPT_TURNS >= 2) // of these one is odd
+        return;
     if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
         poll_console();
     if (controller.turns % KEPT_TURNS == 0 || !busy(NULL)) // in none of the console's

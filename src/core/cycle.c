@@ -438,16 +438,11 @@ static CDS_APART void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
     }
 }
 
-/* While a READ is on its way nothing begins, goals neither: queued behind it they would count as
- * begun, and wait while the application computes the next ones. */
-enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+/* Apart, so that asking while a READ is on its way needs no frame. */
+static CDS_APART enum cds_result go_on(struct cds_cycle *cycle)
 {
-    uint32_t now_us;
+    uint32_t now_us = cds_port_now_us();
 
-    CDS_OPAQUE(cycle);
-    if (cycle->reading && cycle->read.result == CDS_PENDING && !cycle->refused)
-        return CDS_PENDING;
-    now_us = cds_port_now_us();
     if (cycle->reading && cycle->read.result != CDS_PENDING)
         take_feedback(cycle, now_us);
     if (cycle->stopping)
@@ -463,6 +458,16 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
     else if (!cycle->bus->request && !cycle->giving_way)
         begin_read(cycle, now_us);
     return CDS_PENDING;
+}
+
+/* While a READ is on its way nothing begins, goals neither: queued behind it they would count as
+ * begun, and wait while the application computes the next ones. */
+enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
+{
+    CDS_OPAQUE(cycle);
+    if (cycle->reading && cycle->read.result == CDS_PENDING && !cycle->refused)
+        return CDS_PENDING;
+    return go_on(cycle);
 }
 
 void cds_cycle_stop(struct cds_cycle *cycle)

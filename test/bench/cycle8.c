@@ -3,19 +3,23 @@
  * many seconds as the first byte of the EEPROM says; the second one is the return delay, register
  * 0x05.
  *
- * The library is called when a handler of the bus has done something, and when a period begins; PB0
- * is high while it runs. */
+ * The library is called when a packet has left, when most of a reply has come, when the rest has,
+ * and when a period begins; PB0 is high while it runs. */
 #include <cds55xx/group.h>
+
+#include <string.h>
 
 #include "bench.h"
 
 #define SERVOS       50
 #define BYTES        8
-#define PERIOD_US    4000u
-#define SECOND_US    1000000ul
-#define READ_US      ((CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(BYTES)) * 10u)
-#define SLACK_US     14                             // for our own work before and behind a READ
+#define PERIODS      250                            // in a second
 #define TICKS_PER_US ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
+#define PERIOD_TICKS (4000u * TICKS_PER_US)
+#define REPLY        CDS_PACKET_SIZE(BYTES)
+#define READ_US      ((CDS_PACKET_SIZE(2) + REPLY) * 10u)
+#define SLACK_US     14 // for our own work before and behind a READ
+#define MOST         9  // bytes of a reply: taken while the next three come
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -28,12 +32,13 @@ static struct cds_request requests[2] = {CDS_REQUEST(read_packets[0]),
                                          CDS_REQUEST(read_packets[1])};
 static uint8_t feedback[SERVOS][BYTES];
 
-static uint8_t front;    // packet that is sent next
-static bool built;       // it is whole
-static uint8_t turn;     // servo that is read next, by requests[turn & 1]
-static bool reading;     // the one before it
-static uint16_t read_us; // a READ takes
-static uint32_t next_us; // a period begins
+static uint8_t front;       // packet that is sent next
+static bool built;          // it is whole
+static uint8_t turn;        // servo that is read next, by requests[turn & 1]
+static bool reading;        // the one before it
+static uint16_t read_ticks; // a READ takes
+static uint16_t begins;     // a period, by the timer
+static uint8_t due, step;   // library's turn: head of the ring when it is, then so much further on
 static uint32_t periods, missed, reads, failed;
 
 /* Goals of the next period into the packet that is not on the wire. */
@@ -56,7 +61,7 @@ static void build(void)
     built = true;
 }
 
-static void begin_period(uint32_t now_us)
+static void begin_period(uint16_t now)
 {
     enum cds_result result;
 
@@ -67,10 +72,10 @@ static void begin_period(uint32_t now_us)
     front ^= 1;
     built = false;
     periods++;
-    next_us += PERIOD_US;
-    while ((int32_t)(now_us - next_us) >= 0) {
+    begins += PERIOD_TICKS;
+    while ((int16_t)(now - begins) >= 0) {
         missed++;
-        next_us += PERIOD_US;
+        begins += PERIOD_TICKS;
     }
 }
 
@@ -83,28 +88,22 @@ static void begin_read(void)
                             CDS_REG_PRESENT_POSITION, BYTES);
     unmark(MARK_WHOLE);
     failed += result != CDS_OK;
-    turn = (uint8_t)(turn + 1) % SERVOS;
+    due = (uint8_t)(bus.link.rx.head + MOST);
+    step = 3;
+    reading = true;
+    turn++;
+    if (turn == SERVOS)
+        turn = 0;
 }
 
 /* What servo `index` has said; the bus is at work on the next. */
 static void take(uint8_t index)
 {
-    for (uint8_t i = 0; i < BYTES; i++) {
-        mark(MARK_WHOLE);
-        failed += cds_request_byte(&requests[index & 1], i, &feedback[index][i]) != CDS_OK;
-        unmark(MARK_WHOLE);
-    }
+    const struct cds_request *request = &requests[index & 1];
+
+    failed += request->result != CDS_OK || request->length != BYTES;
+    memcpy(feedback[index], request->packet.bytes, BYTES);
     reads++;
-}
-
-static uint32_t now_us(void)
-{
-    uint32_t now;
-
-    mark(MARK_WHOLE);
-    now = cds_port_now_us();
-    unmark(MARK_WHOLE);
-    return now;
 }
 
 /* The bus is idle. */
@@ -112,44 +111,45 @@ static void go_on(void)
 {
     bool ended = reading;
     uint8_t index = (uint8_t)((turn ? turn : SERVOS) - 1);
-    uint32_t now = now_us();
+    uint16_t now = TCNT1;
 
     reading = false;
-    if ((int32_t)(now - next_us) >= 0 && built) {
-        begin_period(now);
-    } else if (next_us - now >= read_us) {
+    if ((int16_t)(begins - now) >= (int16_t)read_ticks)
         begin_read();
-        reading = true;
-    }
+    else if ((int16_t)(now - begins) >= 0 && built)
+        begin_period(now);
     if (ended)
         take(index);
 }
 
-/* Until a packet has left, a byte has come, or a period begins. */
-static void wait(void)
+static bool is_time(void)
 {
-    static uint8_t seen_state, seen_head;
-    uint16_t begins = (uint16_t)((next_us + 1) * TICKS_PER_US);
-
-    while (bus.link.state == seen_state && bus.link.rx.head == seen_head &&
-           (bus.request || (int16_t)(TCNT1 - begins) < 0)) {
-    }
-    seen_state = bus.link.state;
-    seen_head = bus.link.rx.head;
+    return (int16_t)(TCNT1 - begins) >= 0;
 }
 
-static void run(uint32_t until_us)
+/* Until a packet has left, `due` bytes of a reply have come, or a period begins. */
+static void wait(void)
+{
+    if (bus.link.state != CDS_LINK_LISTENING) {
+        while (bus.link.state != CDS_LINK_LISTENING) {
+        }
+        return;
+    }
+    while (!reading || (int8_t)(bus.link.rx.head - due) < 0)
+        if (is_time())
+            return;
+    due = (uint8_t)(due + step);
+    step = 1;
+}
+
+static void run(uint32_t until)
 {
     bool busy = false;
 
-    next_us = now_us() + PERIOD_US;
-    until_us += next_us;
-    for (;;) {
-        if (!busy) {
-            if ((int32_t)(next_us - until_us) >= 0)
-                return;
+    begins = TCNT1 + PERIOD_TICKS;
+    while (busy || periods + missed < until) {
+        if (!busy)
             go_on();
-        }
         if (!built)
             build();
         wait();
@@ -167,10 +167,10 @@ int main(void)
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, delay);
     bench_wait(&bus);
     cds_bus_set_return_delay(&bus, (uint16_t)(2 * delay));
-    read_us = (uint16_t)(READ_US + 2u * delay + SLACK_US);
+    read_ticks = (uint16_t)((READ_US + 2u * delay + SLACK_US) * TICKS_PER_US);
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     bench_wait(&bus);
-    run(SECOND_US * bench_option(0));
+    run((uint32_t)PERIODS * bench_option(0));
     bench_wait(&bus);
     say("periods", periods);
     say("missed", missed);

@@ -3,8 +3,8 @@
  * (FF: 50), the fourth their return delay, register 0x05 (FF: the factory's). A dot is said after
  * each second, and in the end how it went.
  *
- * The library is called when a handler of the bus has done something, and on a tick; PB0 is high
- * while it runs. What neither that nor the handlers take is left to the robot. */
+ * The library is called when the handlers of the bus have done something, and on a tick; PB0 is
+ * high while it runs. What neither that nor the handlers take is left to the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
 #include <cds55xx/roster.h>
@@ -70,16 +70,21 @@ static inline void unmark(void)
  * call all the same. */
 static uint16_t next_tick;
 
-/* What the handlers of the bus change: there is work when a packet has left or a byte has come.
- * Bytes are parsed as they come: at the end of a reply there is then the less to do before the next
+/* What the handlers of the bus change: there is work when a packet has left, when most of a reply
+ * has come, and then with each byte, so that at its end there is the less to do before the next
  * READ. */
-static uint8_t seen_state, seen_head;
+#define MOST (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 4)
+
+static uint8_t seen_state, due; // `due`: head of the ring
 
 static bool anything_new(void)
 {
     uint8_t state = bus.link.state;
 
-    return (state != seen_state && state == CDS_LINK_LISTENING) || bus.link.rx.head != seen_head;
+    if (state == seen_state || state != CDS_LINK_LISTENING)
+        return (int8_t)(bus.link.rx.head - due) >= 0;
+    due = (uint8_t)(bus.link.rx.head + MOST);
+    return true;
 }
 
 static void wait(void)
@@ -94,7 +99,8 @@ static void wait(void)
 
 static void poll(void)
 {
-    seen_head = bus.link.rx.head;
+    if ((int8_t)(bus.link.rx.head - due) >= 0)
+        due = (uint8_t)(bus.link.rx.head + 1);
     mark();
     cds_bus_poll(&bus);
     cds_cycle_poll(&cycle);
