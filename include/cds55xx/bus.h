@@ -245,6 +245,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
  * will be there within a few byte times; returns what cds_bus_submit() does. */
 bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
 uint8_t cds_bus_begin_(struct cds_bus *bus);
+uint8_t cds_bus_begin_judged_(struct cds_bus *bus); // ... of what the observer has admitted already
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
 /* What is due for the packet that has begun, and by when: the first poll sees to that. */

@@ -152,30 +152,13 @@ static void prepare(struct gather *gather)
     }
 }
 
-/* A READ was judged when it was built: if nobody waits its header goes out, before anything else.
- * Returns how much of it is out. */
-static uint8_t begin(struct cds_bus *bus)
-{
-    struct cds_bus_observer *observer = bus->observer;
-    uint8_t begun;
-
-    if (bus->request)
-        return 0;
-    bus->observer = NULL;
-    begun = cds_bus_begin_(bus);
-    bus->observer = observer;
-    return begun;
-}
-
 /* The rest of it; or if others wait, it is judged again in its turn. */
 static void send(struct cds_bus *bus, struct cds_request *read, uint8_t begun)
 {
-    uint16_t return_delay_us = read->return_delay_us;
     uint8_t result;
 
     if (begun) {
         cds_bus_follow_(bus, read, begun);
-        read->return_delay_us = return_delay_us;
     } else {
         result = (uint8_t)cds_bus_submit(bus, read);
         if (result != CDS_OK)
@@ -206,7 +189,7 @@ static void on_end(struct cds_request *ended)
     uint8_t other = gather->other, begun = 0;
 
     if (other == GATHER_FOLLOWS && (ended->result == CDS_OK || !gather->bulk))
-        begun = begin(gather->bus);
+        begun = cds_bus_begin_judged_(gather->bus);
     if (other >= GATHER_WAITS)
         go_on(gather, begun);
 }
@@ -238,7 +221,7 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
     if (sense && gather->left) {
         build(gather, gather->asked);
         if (gather->asked->result == CDS_OK)
-            send(gather->bus, gather->asked, begin(gather->bus));
+            send(gather->bus, gather->asked, cds_bus_begin_judged_(gather->bus));
     }
     device_forget_failures(gather->device); // while the first servo is asked
     return sense;

@@ -357,12 +357,22 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
     return bus->line == CDS_BUS_OK;
 }
 
+/* Is there nothing to be waited for? A request waits only where the observer, the line or an old
+ * answer make it. */
+static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *bus)
+{
+    if (bus->flight != CDS_BUS_IDLE || (uint8_t)(bus->line | bus->owed) || heard(bus))
+        return false;
+    return cds_port_line_is_high(bus->port);
+}
+
 /* Sends the first request if the line and old answers let it. */
 static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
 
-    if (!is_quiet(bus) || (reply_is_due(request) && cds_bus_owes_(bus, request->id)))
+    if (!is_free(bus) &&
+        (!is_quiet(bus) || (reply_is_due(request) && cds_bus_owes_(bus, request->id))))
         return false;
     send_rest(bus, request, cds_link_begin(bus->port, CDS_HEADER));
     return true;
@@ -402,15 +412,6 @@ static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, ui
     *place = request;
 }
 
-/* Is there nothing to be waited for? A request waits only where the observer, the line or an old
- * answer make it. */
-static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *bus)
-{
-    if (bus->flight != CDS_BUS_IDLE || (uint8_t)(bus->line | bus->owed) || heard(bus))
-        return false;
-    return cds_port_line_is_high(bus->port);
-}
-
 /* It is not its turn yet, as far as is known. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
@@ -439,6 +440,13 @@ ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t param
 ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 {
     if (cds_bus_is_watched_(bus) || !is_free(bus))
+        return 0;
+    return cds_link_begin(bus->port, CDS_HEADER);
+}
+
+ONE_COPY uint8_t cds_bus_begin_judged_(struct cds_bus *bus)
+{
+    if (bus->request || !is_free(bus))
         return 0;
     return cds_link_begin(bus->port, CDS_HEADER);
 }

@@ -10,7 +10,7 @@
 #define REPEATS 2
 #define ABSENT  99
 #define QUEUE   3
-#define ROUNDS  24
+#define ROUNDS  16
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -21,7 +21,7 @@ static struct cds_request requests[QUEUE] = {CDS_REQUEST(packets[0]), CDS_REQUES
                                              CDS_REQUEST(packets[2])};
 static uint8_t goals_packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
 static struct cds_request goals = CDS_REQUEST(goals_packet);
-static uint16_t polls;
+static uint32_t polls;
 
 static bool poll(void)
 {
