@@ -40,8 +40,8 @@ uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8
 uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
                                uint8_t id, uint8_t address, uint8_t length);
 
-/* For the library's own calls: sends what was put together in the request's packet, unless it is on
- * its way; results as above. */
+/* For the library's own calls: ends and sends what was put together in the packet of a request that
+ * is not on its way; results as above. */
 enum cds_result cds_servo_send_(struct cds_bus *bus, struct cds_request *request);
 
 /* Writes `length` bytes (1 to 50) of `data` from `address` on, or one byte, or one word. Broadcast
