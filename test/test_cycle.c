@@ -476,8 +476,8 @@ void test_what_cannot_be_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
                       cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2679));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2680));
-    TEST_ASSERT_EQUAL_UINT16(258, cycle.goals[1].packet.size);
-    TEST_ASSERT_EQUAL_PTR(packets + 258, cycle.goals[1].packet.bytes);
+    TEST_ASSERT_EQUAL_UINT16(258, cycle.goals.packet.size);
+    TEST_ASSERT_EQUAL_PTR(packets + 258, cycle.back);
 }
 
 void test_oldest_feedback_and_utilisation_are_told(void)

@@ -76,8 +76,7 @@ static void begin_stop(struct robot *robot)
     robot->stop_waits = false;
     robot->stopping = true;
     robot->bus->observer = &robot->crew.roster.observer;
-    memset(robot->outcomes, CDS_STOP_UNKNOWN, sizeof robot->outcomes); // also who joins meanwhile
-    cds_stop_begin(&robot->stop, &robot->crew.roster, robot->outcomes);
+    cds_stop_begin(&robot->stop, &robot->crew.roster);
 }
 
 void robot_stop(struct robot *robot)

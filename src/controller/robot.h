@@ -71,8 +71,7 @@ struct robot {
     uint8_t watched; // servos that the state check was begun for
     bool chosen;     // somebody has said which servos they are: the state check looks at them
     struct crew crew;
-    uint8_t group[ROBOT_SERVOS];    // IDs of the servos of pose and cycle
-    uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
+    uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_stop stop;
     struct cds_watch watch;
     union robot_work work;
