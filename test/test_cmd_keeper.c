@@ -9,8 +9,6 @@
 
 static struct cds_bus bus;
 static struct cds_ring input, output;
-static uint8_t packet[258];
-static struct cds_request request;
 static struct console console;
 static struct keeper keeper;
 static struct robot robot;
@@ -26,7 +24,6 @@ void setUp(void)
     memset(&console, 0, sizeof console);
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);
-    request = (struct cds_request)CDS_REQUEST(packet);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
@@ -37,7 +34,7 @@ void setUp(void)
                              .room_bytes = 2000,
                              .spare_bytes = 1234};
     keeper_begin(&keeper, KEEPER_RESET_POWER | KEEPER_RESET_BROWN_OUT);
-    console_open(&console, &keeper, &request, &input, &output);
+    console_open(&console, &keeper, &input, &output);
 }
 
 void tearDown(void)
