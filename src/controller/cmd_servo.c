@@ -86,14 +86,14 @@ bool move_poll(struct console *console)
 /* Both angle limits 0 make it an endless turn (manual 3.2). */
 uint8_t turn_begin(struct console *console)
 {
-    static const uint8_t no_limits[4];
+    const uint8_t *no_limits = console_job(console)->set.no_limits; // zero since it began
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0 && robot_cycles(console->robot, console->line.id))
         error = ERROR_CYCLE;
     if (error)
         return error;
-    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, sizeof no_limits);
+    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, 4);
 }
 
 bool turn_poll(struct console *console)

@@ -49,7 +49,8 @@ struct monitor {
 union console_job {
     struct {
         struct cds_setup setup;
-        uint8_t data[4]; // what it writes
+        uint8_t data[4];      // what it writes
+        uint8_t no_limits[4]; // angle limits that make an endless turn
     } set;
     struct monitor monitor;
     uint32_t since_us;

@@ -47,8 +47,8 @@ static void goals_ended(struct cds_request *request)
 /* Both packets, whole, with goals that are still to be set. */
 static void build_goals(struct cds_cycle *cycle, uint16_t size)
 {
-    static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
     struct cds_request *request = &cycle->goals;
+    uint8_t *none = cycle->back; // for now
 
     request->packet.bytes = cycle->front;
     request->packet.room = size;
@@ -56,6 +56,7 @@ static void build_goals(struct cds_cycle *cycle, uint16_t size)
     request->urgent = true;
     request->on_end = goals_ended;
     request->owner = cycle;
+    memset(none, NO_GOAL, CDS_GOAL_SIZE);
     cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, CDS_GOAL_SIZE);
     for (uint8_t i = 0; i < cycle->count; i++)
         cds_packet_sync_add(&request->packet, cycle->ids[i], none);

@@ -36,12 +36,11 @@ static enum cds_result conclude(const struct cds_stop *stop)
         if (outcome >= CDS_STOP_ON && outcome < worst)
             worst = outcome;
     }
-    switch (worst) {
-    case CDS_STOP_ON: return CDS_REFUSED;
-    case CDS_STOP_SILENT: return CDS_TIMEOUT;
-    case CDS_STOP_MUTE: return CDS_NO_REPLY_DUE;
-    default: return CDS_OK;
-    }
+    if (worst == CDS_STOP_ON) // not by a switch: a table for it would stand in RAM
+        return CDS_REFUSED;
+    if (worst == CDS_STOP_SILENT)
+        return CDS_TIMEOUT;
+    return worst == CDS_STOP_MUTE ? CDS_NO_REPLY_DUE : CDS_OK;
 }
 
 /* The next one to look at, from `index` on: round after round, so that one that is dead does not
