@@ -34,6 +34,7 @@ _Static_assert(sizeof(((union console_buffer *)0)->command) <=
 void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
                   struct cds_ring *output)
 {
+    CDS_OPAQUE(console);
     console->keeper = keeper;
     console->robot = keeper->robot;
     console->bus = keeper->robot->bus;

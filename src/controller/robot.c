@@ -136,8 +136,10 @@ static bool begin_watch(struct robot *robot)
 
 void robot_poll(struct robot *robot)
 {
-    uint8_t count = robot->crew.roster.count;
+    uint8_t count;
 
+    CDS_OPAQUE(robot);
+    count = robot->crew.roster.count;
     if (!robot_idle(robot))
         poll_work(robot);
     if (count && !robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot) &&
