@@ -390,6 +390,38 @@ void test_a_second_stop_takes_back_a_look_that_waits(void)
     TEST_ASSERT_EQUAL_UINT8(3 + 1 + 3 + TORQUE_SERVOS, wire.count);
 }
 
+/* What it has looked for is of no interest any more, and no broadcast. */
+void test_a_second_stop_goes_right_behind_a_look_in_flight(void)
+{
+    begin();
+    while (wire.count < 3 || stop.requests[0].id == CDS_BROADCAST_ID) {
+        run_for(1);
+        cds_stop_poll(&stop);
+    }
+    run_for(20);
+    TEST_ASSERT_EQUAL(CDS_PENDING, stop.requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 3));
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    run_for(READ_US);
+    TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[3].instruction);
+    assert_three_broadcasts(4);
+    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[7].instruction);
+    TEST_ASSERT_EQUAL_UINT8(4 + 3 + 1 + TORQUE_SERVOS, wire.count);
+}
+
+void test_one_that_was_given_up_sends_no_more(void)
+{
+    begin();
+    run_for(20);
+    stop.tries = CDS_STOP_TRIES - 1;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &stop.requests[1]));
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, cds_stop_poll(&stop));
+    run_for(1000);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+    TEST_ASSERT_NULL(bus.request);
+}
+
 void test_a_bus_opened_anew_meanwhile_is_told_again(void)
 {
     begin();

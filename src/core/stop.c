@@ -85,15 +85,14 @@ static bool may_try_again(struct cds_stop *stop)
 
 /* ---- all ---- */
 
-/* Are more broadcasts due than went out or are on their way? */
+/* Are more broadcasts due than went out or are on their way? A look of the stop before counts, too,
+ * while it is in flight: it ends before any of them. */
 static bool are_due(const struct cds_stop *stop)
 {
-    const struct cds_request *request = stop->requests;
     uint8_t count = stop->broadcasts;
 
-    for (uint8_t i = 2; i; i--, request++)
-        if (request->result == CDS_PENDING && request->id == CDS_BROADCAST_ID)
-            count++;
+    count = (uint8_t)(count + (stop->requests[0].result == CDS_PENDING));
+    count = (uint8_t)(count + (stop->requests[1].result == CDS_PENDING));
     return count < CDS_STOP_BROADCASTS;
 }
 
@@ -112,7 +111,7 @@ static void on_end(struct cds_request *request)
 {
     struct cds_stop *stop = (struct cds_stop *)request->owner;
 
-    if (stop->phase != TELLING_ALL || request->result == CDS_LINE_BUSY)
+    if (stop->result != CDS_PENDING || request->result == CDS_LINE_BUSY)
         return;
     if (request->id == CDS_BROADCAST_ID) // else a look of the stop before
         stop->broadcasts++;
