@@ -109,7 +109,7 @@ enum cds_result cds_limits_check_goal(const struct cds_roster_servo *servo, cons
 enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const struct cds_span *span)
 {
     bool mode_set, goal_set, speed_set, goal_counts, mode_counts, speed_counts;
-    enum cds_mode before = cds_limits_mode(servo), mode;
+    uint8_t before = cds_limits_mode(servo), mode;
     struct cds_roster_servo next;
 
     if (!cds_limits_any(servo))

@@ -366,7 +366,7 @@ static bool is_torque_off(const uint8_t *bytes)
 
 /* ---- what may be sent ---- */
 
-static bool is_held(const struct cds_roster_servo *servo)
+static inline __attribute__((always_inline)) bool is_held(const struct cds_roster_servo *servo)
 {
     return servo->held || servo->presence == CDS_PRESENCE_BACK;
 }
