@@ -92,6 +92,22 @@ static void says(uint8_t id, uint8_t error)
     turns(4);
 }
 
+/* Words and bytes of its struct, each under its name. */
+void test_the_counters_of_a_servo_are_told(void)
+{
+    robot_add(&robot, 7);
+    robot.servos[0].counters = (struct cds_roster_counters){.ok = 1001,
+                                                            .timeouts = 65535,
+                                                            .corrupt = 1003,
+                                                            .late = 104,
+                                                            .extra = 255,
+                                                            .foreign = 106,
+                                                            .echo_errors = 107};
+    TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nlate 104\r\n"
+                             "extra 255\r\nforeign 106\r\necho errors 107\r\nok\r\n",
+                             reply_to("counters 7"));
+}
+
 void test_settings_are_listed_with_unit_and_where_they_come_from(void)
 {
     reply_to("settings");

@@ -20,7 +20,7 @@
 #include "cds55xx/watch.h"      // struct cds_watch
 #include "crew.h"               // struct crew
 
-/* Servos that the controller knows, 1 to 50. Each costs 73 bytes of RAM. */
+/* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
 #ifndef ROBOT_SERVOS
 #define ROBOT_SERVOS 18
 #endif
