@@ -83,10 +83,10 @@ struct console {
     struct cds_ring *input;
     uint16_t characters; // of the line so far
     uint8_t state;       // enum console_state
-    bool closed : 1;         // the reply's last line is written
-    bool skipping : 1;       // the rest of this line counts for nothing but its end
-    bool stop_asked : 1;     // by Ctrl-X, and not answered yet
-    bool ending : 1;         // what is locked of the text is all of the line
+    bool closed : 1;     // the reply's last line is written
+    bool skipping : 1;   // the rest of this line counts for nothing but its end
+    bool stop_asked : 1; // by Ctrl-X, and not answered yet
+    bool ending : 1;     // what is locked of the text is all of the line
     uint8_t fed;         // characters of what is locked that the parser has
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
     struct token token;
