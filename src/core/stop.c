@@ -75,7 +75,7 @@ static void give_up(struct cds_stop *stop, enum cds_result result)
 
 /* Nothing went out, as the line was not quiet or somebody has opened the bus anew. May it be tried
  * once more? */
-static bool may_try_again(struct cds_stop *stop)
+static CDS_APART bool may_try_again(struct cds_stop *stop)
 {
     stop->tries++;
     if (stop->tries == CDS_STOP_TRIES)
