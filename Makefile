@@ -173,6 +173,11 @@ size: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@scripts/size.py $(foreach b,$(BOARDS),build/$(b)/controller.elf $($(b)_LIMITS)) \
 	  --note $(EXAMPLES)
 
+## size-map: what the flash of BOARD's firmware is made of, by folder and file
+.PHONY: size-map
+size-map: build/$(BOARD)/controller.elf
+	@scripts/size-map.py $<
+
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
 flash: build/$(BOARD)/controller.hex

@@ -123,8 +123,6 @@ static void walk(void)
 
 int main(void)
 {
-    static uint8_t outcomes[SERVOS];
-
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
@@ -132,7 +130,7 @@ int main(void)
     if (stand_up())
         walk();
     cds_cycle_stop(&cycle);
-    cds_stop_begin(&stop, &roster, outcomes);
+    cds_stop_begin(&stop, &roster);
     for (;;) { // until somebody has looked, and switches off and on
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);

@@ -28,8 +28,7 @@ static struct settings settings;
 static struct settings_store store;
 static struct keeper keeper;
 static struct console console;
-static struct cds_request request;
-static uint8_t packets[3][ANSWER_BEFORE + HOST_PACKET_MAX];
+static uint8_t packets[2][ANSWER_BEFORE + HOST_PACKET_MAX];
 static uint16_t lost;
 
 static uint32_t seed = 1;
@@ -46,9 +45,8 @@ static uint32_t any(uint32_t count)
 static void open_all(void)
 {
     port_fake_reset();
-    request = (struct cds_request)CDS_REQUEST(packets[0]);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    host_open(&host, &input, &text, packets[1] + ANSWER_BEFORE);
+    host_open(&host, &input, &text, packets[0] + ANSWER_BEFORE);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
     settings_default(&settings);
@@ -56,8 +54,8 @@ static void open_all(void)
     values_open(&values, &keeper, &host, &bridge, &lost);
     device.world = &values_world;
     device.owner = &values;
-    bridge_open(&bridge, &bus, &host, &device, &output, packets[2] + ANSWER_BEFORE);
-    console_open(&console, &keeper, &request, &text, &output);
+    bridge_open(&bridge, &bus, &host, &device, &output, packets[1] + ANSWER_BEFORE);
+    console_open(&console, &keeper, &text, &output);
 }
 
 /* Whoever is asked answers what was asked for; a third of them do not. A damaged READ that is whole

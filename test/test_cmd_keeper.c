@@ -9,8 +9,6 @@
 
 static struct cds_bus bus;
 static struct cds_ring input, output;
-static uint8_t packet[258];
-static struct cds_request request;
 static struct console console;
 static struct keeper keeper;
 static struct robot robot;
@@ -26,7 +24,6 @@ void setUp(void)
     memset(&console, 0, sizeof console);
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);
-    request = (struct cds_request)CDS_REQUEST(packet);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
@@ -37,7 +34,7 @@ void setUp(void)
                              .room_bytes = 2000,
                              .spare_bytes = 1234};
     keeper_begin(&keeper, KEEPER_RESET_POWER | KEEPER_RESET_BROWN_OUT);
-    console_open(&console, &keeper, &request, &input, &output);
+    console_open(&console, &keeper, &input, &output);
 }
 
 void tearDown(void)
@@ -93,6 +90,22 @@ static void says(uint8_t id, uint8_t error)
 {
     port_fake_answer(&bus.link, id, error, NULL, 0);
     turns(4);
+}
+
+/* Words and bytes of its struct, each under its name. */
+void test_the_counters_of_a_servo_are_told(void)
+{
+    robot_add(&robot, 7);
+    robot.servos[0].counters = (struct cds_roster_counters){.ok = 1001,
+                                                            .timeouts = 65535,
+                                                            .corrupt = 1003,
+                                                            .late = 104,
+                                                            .extra = 255,
+                                                            .foreign = 106,
+                                                            .echo_errors = 107};
+    TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nlate 104\r\n"
+                             "extra 255\r\nforeign 106\r\necho errors 107\r\nok\r\n",
+                             reply_to("counters 7"));
 }
 
 void test_settings_are_listed_with_unit_and_where_they_come_from(void)

@@ -10,8 +10,6 @@
 
 static struct cds_bus bus;
 static struct cds_ring input, output;
-static uint8_t packet[258];
-static struct cds_request request;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
@@ -29,13 +27,12 @@ void setUp(void)
     memset(&console, 0, sizeof console);
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);
-    request = (struct cds_request)CDS_REQUEST(packet);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
-    console_open(&console, &keeper, &request, &input, &output);
+    console_open(&console, &keeper, &input, &output);
     said_length = 0;
     said[0] = '\0';
 }
@@ -70,7 +67,7 @@ static void turn(void)
 static bool moves(void)
 {
     return console.state == CONSOLE_CLOSING ||
-           (console.state == CONSOLE_RUNNING && request.result != CDS_PENDING) ||
+           (console.state == CONSOLE_RUNNING && console.request.result != CDS_PENDING) ||
            (console.state == CONSOLE_READING && !console_idle(&console));
 }
 
@@ -238,8 +235,11 @@ void test_sync_longer_than_any_buffer_of_text(void)
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
     TEST_ASSERT_EQUAL_UINT16(258, port_fake.sent_size);
     TEST_ASSERT_EQUAL_HEX8(254, port_fake.sent[3]);
-    TEST_ASSERT_EQUAL_HEX8(49, port_fake.sent[252]);
-    TEST_ASSERT_EQUAL_HEX8(49, port_fake.sent[253]);
+    for (uint8_t id = 0; id < 50; id++) {
+        const uint8_t expected[] = {id, id, 1, 255, 3};
+
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(expected, port_fake.sent + 7 + 5 * id, sizeof expected);
+    }
 }
 
 void test_sync_with_one_servo_too_many_is_refused(void)

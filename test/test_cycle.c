@@ -424,6 +424,34 @@ void test_goals_go_right_after_what_held_them_up(void)
     TEST_ASSERT_EQUAL(CDS_OK, second.result);
 }
 
+/* A READ that nobody answers lasts longer than a short period. */
+void test_goals_that_wait_go_out_as_they_were_before_newer_ones(void)
+{
+    uint8_t buffer[CDS_REPLY_MAX];
+    struct cds_request request = CDS_REQUEST(buffer);
+
+    cds_bus_set_return_delay(&bus, 508);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, 500));
+    set_all(0x200);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    run_to(800);
+    dead = 7;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 7, 0, CDS_REPLY_MAX));
+    run_to(1100);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result); // of the period at 1000
+    set_all(0x300);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_cycle_goal(&cycle, 0, 0x111, 0));
+    memset(goals_sent, 0, sizeof goals_sent);
+    while (position_sent(1) == 0)
+        run_to((uint16_t)(now() + 1));
+    TEST_ASSERT_EQUAL_HEX16(0x201, position_sent(1));
+    TEST_ASSERT_UINT16_WITHIN(10, 800 + 80 + 508 + 560 + CDS_REPLY_MARGIN_US + GOALS_US, now());
+    run_to(2740);
+    TEST_ASSERT_EQUAL_HEX16(0x301, position_sent(1));
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
+}
+
 void test_it_stops_when_what_is_on_the_wire_has_ended(void)
 {
     begin_with_goals();
@@ -476,8 +504,8 @@ void test_what_cannot_be_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
                       cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2679));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2680));
-    TEST_ASSERT_EQUAL_UINT16(258, cycle.goals[1].packet.size);
-    TEST_ASSERT_EQUAL_PTR(packets + 258, cycle.goals[1].packet.bytes);
+    TEST_ASSERT_EQUAL_UINT16(258, cycle.goals.packet.size);
+    TEST_ASSERT_EQUAL_PTR(packets + 258, cycle.back);
 }
 
 void test_oldest_feedback_and_utilisation_are_told(void)

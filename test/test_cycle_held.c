@@ -392,7 +392,7 @@ void test_goals_refused_in_the_queue_go_out_in_the_same_period(void)
     for (uint8_t i = 0; i < 7; i++)
         turn();
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
-    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals[cycle.front].result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
     run_periods(1);
     TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, servos[1].held);
     TEST_ASSERT_EQUAL_UINT16(1, goals_sent);
@@ -416,7 +416,7 @@ void test_goals_refused_so_late_that_they_would_hold_up_the_next_ones_are_not_se
     dead = 77;
     for (uint8_t i = 0; i < 8; i++)
         turn();
-    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals[cycle.front].result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
     cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
     port_fake.now_us += PERIOD_US - 250; // the main loop is away
     turn();

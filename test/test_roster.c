@@ -251,6 +251,17 @@ void test_level_1_answers_ping_and_read(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, request.reply_parameters);
 }
 
+/* No servo should have one above 2. */
+void test_a_level_that_is_none_answers_all(void)
+{
+    for (uint8_t level = 3; level < 6; level++) {
+        wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1);
+        TEST_ASSERT_EQUAL_UINT8(1, one->status_return_level);
+        read_byte_gives(1, CDS_REG_STATUS_RETURN_LEVEL, level);
+        TEST_ASSERT_EQUAL_UINT8(2, one->status_return_level);
+    }
+}
+
 /* R2: the level that held when the packet arrived decides. */
 void test_the_write_that_forbids_answers_is_answered(void)
 {
@@ -389,6 +400,18 @@ void test_counters_are_each_servo_s_own(void)
     TEST_ASSERT_EQUAL_UINT16(1, two->counters.timeouts);
     TEST_ASSERT_EQUAL_UINT16(1, two->counters.late);
     TEST_ASSERT_EQUAL_UINT16(1, servos[2].counters.foreign);
+}
+
+void test_what_should_never_be_is_counted_to_255(void)
+{
+    answer(cds_servo_ping(&bus, &request, 1), 1, 0);
+    for (uint16_t i = 1; i <= 300; i++) {
+        port_fake_answer(&bus.link, 1, 0, NULL, 0);
+        cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL_UINT8(i < 255 ? i : 255, one->counters.extra);
+    }
+    TEST_ASSERT_EQUAL_UINT16(300, bus.counters.extra);
+    TEST_ASSERT_EQUAL_UINT8(0, one->counters.foreign);
 }
 
 void test_alarms_stay_until_acknowledged(void)

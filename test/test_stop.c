@@ -16,7 +16,6 @@ static struct cds_bus bus;
 static struct cds_roster roster;
 static struct cds_roster_servo servos[TORQUE_SERVOS];
 static struct cds_stop stop;
-static uint8_t outcomes[TORQUE_SERVOS];
 static uint8_t buffers[4][32];
 static struct cds_request requests[4];
 
@@ -43,7 +42,7 @@ void tearDown(void)
 
 static void begin(void)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster));
 }
 
 /* Until it is over, at most 30 ms. */
@@ -85,7 +84,7 @@ void test_three_broadcasts_and_a_look_at_each(void)
         TEST_ASSERT_EQUAL_HEX8(i + 1, wire.log[3 + i].id);
         TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[3 + i].instruction);
         TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[3 + i].address);
-        TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[i]);
+        TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[i].stopped);
         TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
         TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_STOPPED, servos[i].held);
     }
@@ -205,7 +204,7 @@ void test_one_that_heard_no_broadcast_is_told_by_itself(void)
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(6, 2, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(8, wire.count);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[1].torque);
-    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[1]);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[1].stopped);
 }
 
 void test_one_that_stays_on_is_told_twice_and_reported(void)
@@ -213,9 +212,9 @@ void test_one_that_stays_on_is_told_twice_and_reported(void)
     wire.servo[0].deaf = wire.servo[0].stubborn = true;
     begin();
     TEST_ASSERT_EQUAL(CDS_REFUSED, run());
-    TEST_ASSERT_EQUAL(CDS_STOP_ON, outcomes[0]);
-    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[1]);
-    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
+    TEST_ASSERT_EQUAL(CDS_STOP_ON, servos[0].stopped);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[1].stopped);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[2].stopped);
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 1, CDS_WRITE));
     TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, 1, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 3, CDS_READ));
@@ -226,8 +225,8 @@ void test_one_that_is_silent_does_not_hold_up_the_others(void)
     wire.servo[0].dead = true;
     begin();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
-    TEST_ASSERT_EQUAL(CDS_STOP_SILENT, outcomes[0]);
-    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
+    TEST_ASSERT_EQUAL(CDS_STOP_SILENT, servos[0].stopped);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[2].stopped);
     TEST_ASSERT_EQUAL_HEX8(3, wire.log[5].id);
     TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, 1, CDS_READ));
 }
@@ -238,8 +237,8 @@ void test_one_that_answers_no_read_is_told_and_reported(void)
     wire.servo[1].mute = true;
     begin();
     TEST_ASSERT_EQUAL(CDS_NO_REPLY_DUE, run());
-    TEST_ASSERT_EQUAL(CDS_STOP_MUTE, outcomes[1]);
-    TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[2]);
+    TEST_ASSERT_EQUAL(CDS_STOP_MUTE, servos[1].stopped);
+    TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[2].stopped);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE)); // it is not told for ever
     wire.servo[2].dead = true;
@@ -254,7 +253,7 @@ void test_one_that_answers_no_read_is_told_and_reported(void)
 void test_without_servos_all_are_told_all_the_same(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, NULL, 0));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, NULL));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster));
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(0);
     TEST_ASSERT_EQUAL_UINT8(3, wire.count);
@@ -287,11 +286,11 @@ void test_a_line_in_use_is_tried_a_thousand_times(void)
     TEST_ASSERT_EQUAL_UINT16(CDS_STOP_TRIES, bus.counters.unsent);
     TEST_ASSERT_EQUAL_UINT8(0, stop.broadcasts);
     TEST_ASSERT_EQUAL_UINT8(0, wire.count);
-    TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, outcomes[0]);
+    TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, servos[0].stopped);
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
     TEST_ASSERT_NULL(bus.request); // nothing comes after all when the line is free
     port_fake.low = false;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster));
     TEST_ASSERT_EQUAL_UINT16(0, stop.tries);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(0);
@@ -313,17 +312,17 @@ void test_a_look_that_came_to_nothing_is_made_again(void)
         }
         cds_stop_poll(&stop);
         cds_stop_poll(&stop);
-        TEST_ASSERT_EQUAL(CDS_PENDING, stop.one.result);
+        TEST_ASSERT_EQUAL(CDS_PENDING, stop.requests[0].result);
         if (reopened)
             cds_bus_open(&bus, 0, CDS_BAUD_1M);
         port_fake.now_us += 5000;
         cds_bus_poll(&bus);
-        TEST_ASSERT_EQUAL(reopened ? CDS_CANCELLED : CDS_LINE_BUSY, stop.one.result);
+        TEST_ASSERT_EQUAL(reopened ? CDS_CANCELLED : CDS_LINE_BUSY, stop.requests[0].result);
         port_fake.low = false;
         memset(&wire.talking, 0, sizeof wire.talking);
         TEST_ASSERT_EQUAL(CDS_OK, run());
         TEST_ASSERT_EQUAL_UINT16(1, stop.tries);
-        TEST_ASSERT_EQUAL(CDS_STOP_OFF, outcomes[0]);
+        TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[0].stopped);
     }
 }
 
@@ -341,7 +340,7 @@ void test_a_line_that_is_free_again_is_used(void)
 void test_a_second_stop_begins_anew(void)
 {
     begin();
-    while (outcomes[1] == CDS_STOP_UNKNOWN) {
+    while (servos[1].stopped == CDS_STOP_UNKNOWN) {
         cds_stop_poll(&stop);
         run_for(1);
     }
@@ -355,7 +354,7 @@ void test_a_second_stop_begins_anew(void)
     wire.servo[0].deaf = true;
     begin();
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
-    TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, outcomes[0]);
+    TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, servos[0].stopped);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(7); // behind the look that was under way, and the torque on
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
@@ -382,13 +381,45 @@ void test_a_second_stop_takes_back_a_look_that_waits(void)
     run_for(3 * (BROADCAST_US + TURN_US));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 3));
     cds_stop_poll(&stop);
-    TEST_ASSERT_EQUAL(CDS_PENDING, stop.one.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, stop.requests[0].result);
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(0);
     TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[3].instruction);
     assert_three_broadcasts(4);
     TEST_ASSERT_EQUAL_UINT8(3 + 1 + 3 + TORQUE_SERVOS, wire.count);
+}
+
+/* What it has looked for is of no interest any more, and no broadcast. */
+void test_a_second_stop_goes_right_behind_a_look_in_flight(void)
+{
+    begin();
+    while (wire.count < 3 || stop.requests[0].id == CDS_BROADCAST_ID) {
+        run_for(1);
+        cds_stop_poll(&stop);
+    }
+    run_for(20);
+    TEST_ASSERT_EQUAL(CDS_PENDING, stop.requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 3));
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    run_for(READ_US);
+    TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[3].instruction);
+    assert_three_broadcasts(4);
+    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[7].instruction);
+    TEST_ASSERT_EQUAL_UINT8(4 + 3 + 1 + TORQUE_SERVOS, wire.count);
+}
+
+void test_one_that_was_given_up_sends_no_more(void)
+{
+    begin();
+    run_for(20);
+    stop.tries = CDS_STOP_TRIES - 1;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &stop.requests[1]));
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, cds_stop_poll(&stop));
+    run_for(1000);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+    TEST_ASSERT_NULL(bus.request);
 }
 
 void test_a_bus_opened_anew_meanwhile_is_told_again(void)
@@ -399,13 +430,13 @@ void test_a_bus_opened_anew_meanwhile_is_told_again(void)
     memset(&wire.talking, 0, sizeof wire.talking);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(0);
-    TEST_ASSERT_EQUAL_UINT16(3, stop.tries);
+    TEST_ASSERT_EQUAL_UINT16(2, stop.tries);
 }
 
 void test_a_closed_bus_is_refused(void)
 {
     bus.byte_time_us = 0;
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_begin(&stop, &roster, outcomes));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_begin(&stop, &roster));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_poll(&stop));
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 2)); // held all the same
 }

@@ -4,7 +4,7 @@ F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM (of 4096).
 FLASH_MAX  := 61440
-RAM_MAX    := 3328
+RAM_MAX    := 2944
 
 # Through an ISP programmer, which needs no boot loader. The fuses are left as shipped: external
 # crystal.

@@ -4,7 +4,7 @@ F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM.
 FLASH_MAX  := 63488
-RAM_MAX    := 3328
+RAM_MAX    := 2944
 
 PROGRAMMER  := usbasp
 PORT        := usb

@@ -6,7 +6,7 @@ F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM.
 FLASH_MAX  := 63488
-RAM_MAX    := 3328
+RAM_MAX    := 2944
 
 # Through an ISP programmer. The fuses are left as Robotis set them: external crystal.
 PROGRAMMER  := usbasp

@@ -72,9 +72,9 @@ struct cds_cycle {
     uint32_t next_us;              // when the next period begins
     uint8_t count;                 // servos
     uint8_t turn;                  // servo whose feedback is read next, or being read
-    uint8_t front;                 // packet that is sent every period; the other one is filled
+    uint8_t *front, *back;         // the packet sent every period; and the one that is filled
     bool committed;                // there are goals to send
-    bool filling;                  // the other packet holds all that the front one does, or newer
+    bool filling;                  // the one in back holds all that the front one does, or newer
     bool refused;                  // goals were, at their turn: a servo was held while they waited
     bool reading;                  // a READ is on its way
     bool giving_way;               // no READ begins: somebody waits for his turn
@@ -85,13 +85,13 @@ struct cds_cycle {
     uint32_t read_at_us;           // when the READ in flight was begun,
     uint16_t read_us;              // and how long it takes at the most
     struct cds_bus_observer *observer; // of the bus, when goals were judged last
-    uint16_t epoch, filled_epoch; // its epoch, when all of the front packet, or of the other one,
-                                  // was admitted
+    uint16_t epoch, filled_epoch; // its epoch, when all of the packet in front, or of the one in
+                                  // back, was admitted
     bool holes, filled_holes;     // it has blocks of servos that were dropped
     struct cds_cycle_counters counters;
     uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
     uint32_t elapsed_us;               // periods that are over
-    struct cds_request goals[2];       // the two packets of goals
+    struct cds_request goals;          // with the packet that was in front when they were sent
     uint8_t buffer[CDS_FEEDBACK_SIZE]; // of the READ
 };
 

@@ -30,11 +30,11 @@ struct cds_feedback {
     uint16_t load;       // bits 0 to 9: of 1023, full torque; bit 10: CW
     uint8_t voltage;     // units of 0.1 V
     uint8_t temperature; // degrees Celsius
-    uint8_t registered;  // 1: a REG WRITE waits for ACTION
-    uint8_t moving;      // 1: on its way to the goal
     uint8_t error;       // CDS_ERROR_* bits of the latest reply, one that refused included
-    uint8_t result;      // enum cds_result of the latest READ
-    bool known;          // there are values; false: those above mean nothing
+    uint8_t result : 5;  // enum cds_result of the latest READ
+    bool known : 1;      // there are values; false: all but error and result mean nothing
+    bool registered : 1; // a REG WRITE waits for ACTION
+    bool moving : 1;     // on its way to the goal
 };
 
 /* Asks servo `id` (0 to 253); the request's buffer must be at least CDS_FEEDBACK_SIZE bytes.

@@ -90,15 +90,16 @@ enum cds_angle_limit {
     CDS_ANGLE_0,   // both: endless turn
 };
 
-/* Of one servo; modulo 65536, since cds_roster_begin(). */
+/* Of one servo, since cds_roster_begin(): modulo 65536; what should never be, up to 255, which
+ * then means that many or more. */
 struct cds_roster_counters {
-    uint16_t ok;          // exchanges that it answered
-    uint16_t timeouts;    // ... that it did not
-    uint16_t corrupt;     // ... of whose answer only damage came
-    uint16_t late;        // its packets that came when it had been given up
-    uint16_t extra;       // ... that came after its answer: two have its ID
-    uint16_t foreign;     // ... that came when it was not asked, or of another length
-    uint16_t echo_errors; // bytes said to it that came back changed
+    uint16_t ok;         // exchanges that it answered
+    uint16_t timeouts;   // ... that it did not
+    uint16_t corrupt;    // ... of whose answer only damage came
+    uint8_t late;        // its packets that came when it had been given up
+    uint8_t extra;       // ... that came after its answer: two have its ID
+    uint8_t foreign;     // ... that came when it was not asked, or of another length
+    uint8_t echo_errors; // bytes said to it that came back changed
 };
 
 /* One servo. The caller sets `id`, 0 to 253; cds_roster_begin() the rest. What is known beforehand
@@ -106,25 +107,27 @@ struct cds_roster_counters {
  * CDS_ANGLE_SET says position mode. The rest is to be read. */
 struct cds_roster_servo {
     struct cds_roster_counters counters;
-    uint16_t lowest, highest;    // soft limits of its goal, 0 to 1023; 0 and 1023: none
-    uint16_t fastest;            // soft limit of its speed, 0 to 1023, in both modes; 1023: none
-    uint8_t id;                  // 0 to 253; follows a change of ID
-    uint8_t maybe_id;            // ... that it may have instead, until it answers; 254: none
-    uint8_t baud;                // register value of the rate it answers at, or CDS_ROSTER_UNKNOWN
-    uint8_t return_delay;        // register 0x05, in 2 us, or CDS_ROSTER_UNKNOWN
-    uint8_t status_return_level; // register 0x10; 2 until more is known
-    uint8_t alarms;              // CDS_ERROR_* bits of all its packets, until acknowledged
-    uint8_t presence;            // enum cds_presence
-    uint8_t silences;            // exchanges in a row that it did not answer
-    uint8_t held;                // CDS_HOLD_* bits
-    uint8_t cw_limit, ccw_limit; // enum cds_angle_limit
-    bool torque : 1;             // it has been switched on, as far as is known
-    bool speed_known : 1;        // the speed it holds is within the limit
-    bool speed_0 : 1;            // ... but may be 0
-    bool goal_known : 1;         // the goal it holds is within the limits
-    bool armed : 1;              // it has, or may have, a registered write
-    bool armed_unjudged : 1;     // ... that was not judged by what holds now
-    bool armed_torque : 1;       // ... of torque on
+    uint16_t lowest, highest; // soft limits of its goal, 0 to 1023; 0 and 1023: none
+    uint16_t fastest;         // soft limit of its speed, 0 to 1023, in both modes; 1023: none
+    uint8_t id;               // 0 to 253; follows a change of ID
+    uint8_t maybe_id;         // ... that it may have instead, until it answers; 254: none
+    uint8_t baud;             // register value of the rate it answers at, or CDS_ROSTER_UNKNOWN
+    uint8_t return_delay;     // register 0x05, in 2 us, or CDS_ROSTER_UNKNOWN
+    uint8_t alarms;           // CDS_ERROR_* bits of all its packets, until acknowledged
+    uint8_t presence : 2;     // enum cds_presence
+    uint8_t held : 2;         // CDS_HOLD_* bits
+    uint8_t silences : 2;     // exchanges in a row that it did not answer, up to 3
+    uint8_t status_return_level : 2; // register 0x10; 2 until more is known
+    uint8_t cw_limit : 2;            // enum cds_angle_limit
+    uint8_t ccw_limit : 2;           // likewise
+    bool torque : 1;                 // it has been switched on, as far as is known
+    bool speed_known : 1;            // the speed it holds is within the limit
+    bool speed_0 : 1;                // ... but may be 0
+    bool goal_known : 1;             // the goal it holds is within the limits
+    uint8_t stopped : 3;             // enum cds_stop_outcome of the last torque off for all: stop.h
+    bool armed : 1;                  // it has, or may have, a registered write
+    bool armed_unjudged : 1;         // ... that was not judged by what holds now
+    bool armed_torque : 1;           // ... of torque on
 };
 
 /* All of them. */

@@ -1,7 +1,7 @@
 /* Torque off for all: holds every servo of the roster, tells all that are on the bus to let go, and
  * looks who did. Manual: 2.4.1, 2.4.2, register 0x18.
  *
- *     cds_stop_begin(&stop, &roster, outcomes);
+ *     cds_stop_begin(&stop, &roster);
  *     while (cds_stop_poll(&stop) == CDS_PENDING)
  *         cds_bus_poll(&bus);
  *
@@ -39,7 +39,7 @@ extern "C" {
  * 1 Mbps, 29 s at 19200. */
 #define CDS_STOP_TRIES 1000
 
-/* What became of one servo. */
+/* What became of one servo: `stopped` of it in the roster. */
 enum cds_stop_outcome {
     CDS_STOP_UNKNOWN, // it was not looked at
     CDS_STOP_OFF,     // its torque is off: read back
@@ -51,24 +51,21 @@ enum cds_stop_outcome {
 /* One stop. Zero it (static storage is), then cds_stop_begin(). */
 struct cds_stop {
     struct cds_roster *roster;
-    uint8_t *outcomes;  // the caller's: enum cds_stop_outcome of each servo, in the roster's order
-    uint16_t tries;     // requests that came to nothing
-    uint8_t broadcasts; // that went out
-    uint8_t round;      // of looking
-    uint8_t index;      // servo being looked at
-    uint8_t phase;      // the stop's own
-    uint8_t result;     // enum cds_result of the whole
-    struct cds_request one;                      // to the servo being looked at
-    struct cds_request all[CDS_STOP_BROADCASTS]; // the broadcasts
-    uint8_t buffers[CDS_STOP_BROADCASTS + 1][CDS_PACKET_SIZE(2)];
+    uint16_t tries;                 // requests that came to nothing
+    uint8_t broadcasts;             // that went out
+    uint8_t round;                  // of looking
+    uint8_t index;                  // servo being looked at
+    uint8_t phase;                  // the stop's own
+    uint8_t result;                 // enum cds_result of the whole
+    struct cds_request requests[2]; // the broadcasts, by turns; then the first one looks
+    uint8_t buffers[2][CDS_PACKET_SIZE(2)];
 };
 
 /* Holds all servos of `roster` (CDS_HOLD_STOPPED), which cds_roster_begin() has begun, and submits
- * the broadcasts. `outcomes`: a byte for each servo of the roster; NULL if it has none. Stop,
- * roster and outcomes stay in place until it is over. One that is under way begins anew: all are
- * told three times from now on. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, and all are held all the
- * same. */
-enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster, uint8_t *outcomes);
+ * the first broadcasts; those behind follow out of cds_bus_poll(). Stop and roster stay in place
+ * until it is over. One that is under way begins anew: all are told three times from now on.
+ * CDS_OK; CDS_BAD_ARGUMENT: no bus is open, and all are held all the same. */
+enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster);
 
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.
  * CDS_PENDING: not over yet. CDS_OK: all broadcasts are out, and every servo was read to be off.

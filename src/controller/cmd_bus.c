@@ -114,12 +114,26 @@ static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
 
 #define SERVO_COUNTERS (sizeof servo_counters)
 #define BUS_COUNTERS   (sizeof(struct cds_counters) / sizeof(uint16_t))
+#define SERVO_BYTES_AT offsetof(struct cds_roster_counters, late) // behind words
 
-_Static_assert(sizeof(struct cds_roster_counters) == 2 * SERVO_COUNTERS, "each has a name");
+_Static_assert(sizeof(struct cds_roster_counters) == SERVO_COUNTERS + SERVO_BYTES_AT / 2,
+               "each has a name");
 
 uint8_t counters_begin(struct console *console)
 {
     return console->line.id == CDS_BROADCAST_ID || console_servo(console) ? 0 : ERROR_NOT_KNOWN;
+}
+
+/* Number `index` of a servo's, a word or a byte. */
+static uint16_t servo_counter(const struct cds_roster_counters *counters, uint8_t index)
+{
+    const uint8_t *byte = (const uint8_t *)counters + SERVO_BYTES_AT / 2 + index;
+    uint16_t word;
+
+    if (index >= SERVO_BYTES_AT / 2)
+        return *byte;
+    memcpy(&word, (const uint8_t *)counters + 2 * index, sizeof word);
+    return word;
 }
 
 /* A line a call: number `index`. */
@@ -127,16 +141,16 @@ bool counters_poll(struct console *console)
 {
     struct cds_counters counters;
     uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
-    const void *words = &counters;
+    uint16_t *value = &console->writer.values[0];
 
     if (console->line.id != CDS_BROADCAST_ID) {
-        words = &console_servo(console)->counters;
+        *value = servo_counter(&console_servo(console)->counters, index);
         name = servo_counters[index];
         count = SERVO_COUNTERS;
     } else {
         cds_bus_counters(console->bus, &counters);
+        memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
     }
-    memcpy(console->writer.values, (const uint8_t *)words + 2 * index, 2);
     writer_line_at(&console->writer, TEXT_COUNTER_SENT, name);
     return console->index < count;
 }

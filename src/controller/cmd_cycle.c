@@ -46,7 +46,7 @@ static uint8_t start(struct console *console)
         return error;
     memset(work, 0, sizeof *work);
     console->phase = CYCLE_LOOK;
-    console->job.since_us = cds_port_now_us();
+    console_job(console)->since_us = cds_port_now_us();
     return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
                                               robot->group_count, work->cycle.packets,
                                               work->cycle.feedback, console->raw));
@@ -84,7 +84,7 @@ static bool look_poll(struct console *console)
     for (uint8_t left = robot->group_count; left; left--, feedback++) {
         if (feedback->known)
             continue;
-        if (cds_port_now_us() - console->job.since_us > KNOWN_US) {
+        if (cds_port_now_us() - console_job(console)->since_us > KNOWN_US) {
             console->error = feedback->result;
             robot_abort(robot);
             console->phase = CYCLE_END;

@@ -15,16 +15,14 @@ uint8_t diagnose_begin(struct console *console)
                                                  console->line.request, console->line.id));
 }
 
-/* What the value of the finding is. */
+/* What the value of the finding is. Not by a switch: a table for it would stand in RAM. */
 static uint16_t value_text(uint8_t finding)
 {
-    switch (finding) {
-    case CDS_FINDING_SLOW: return TEXT_WAITS;
-    case CDS_FINDING_LOW_SUPPLY:
-    case CDS_FINDING_HIGH_SUPPLY: return TEXT_SUPPLY;
-    case CDS_FINDING_OVERHEATED: return TEXT_HOT;
-    default: return TEXT_NOTHING;
-    }
+    if (finding == CDS_FINDING_SLOW)
+        return TEXT_WAITS;
+    if (finding == CDS_FINDING_LOW_SUPPLY || finding == CDS_FINDING_HIGH_SUPPLY)
+        return TEXT_SUPPLY;
+    return finding == CDS_FINDING_OVERHEATED ? TEXT_HOT : TEXT_NOTHING;
 }
 
 /* Whom it is about, and the value that the finding has. */

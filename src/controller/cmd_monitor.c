@@ -22,7 +22,7 @@ enum monitor_phase {
 
 uint8_t monitor_begin(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
     const struct command_line *line = &console->line;
     uint8_t error;
 
@@ -60,7 +60,7 @@ static const CDS_FLASH struct {
 /* "1deg:150.147", behind the first one with a comma before it */
 static void tell(struct console *console, uint8_t value)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
     struct writer *writer = &console->writer;
     uint16_t raw = 0;
 
@@ -76,7 +76,7 @@ static void tell(struct console *console, uint8_t value)
 
 static void end_of_line(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
     uint32_t now_us = cds_port_now_us();
 
     if (monitor->begun)
@@ -93,7 +93,7 @@ static void end_of_line(struct console *console)
 
 static void next(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
 
     monitor->index++;
     if (monitor->index < monitor->count)
@@ -105,7 +105,7 @@ static void next(struct console *console)
 /* One that fails is left out of the line; in the first one it ends all. */
 static void take(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
     struct cds_feedback *feedback = &monitor->feedback;
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
@@ -125,7 +125,7 @@ static void take(struct console *console)
 /* "42 lines, 0 answers missing" */
 static bool sum_up(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
 
     if (console->writer.within) {
         writer_end_of_line(&console->writer);
@@ -139,7 +139,7 @@ static bool sum_up(struct console *console)
 
 static void ask(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
     enum cds_result result =
         cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
 
@@ -149,7 +149,7 @@ static void ask(struct console *console)
 
 bool monitor_poll(struct console *console)
 {
-    struct monitor *monitor = &console->job.monitor;
+    struct monitor *monitor = &console_job(console)->monitor;
     bool asked = console->phase == TAKE;
 
     if (asked && console->line.request->result == CDS_PENDING)

@@ -66,7 +66,7 @@ bool get_poll(struct console *console)
 uint8_t set_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint8_t *data = console->job.set.data;
+    uint8_t *data = console_job(console)->set.data;
     struct cds_register at;
     uint16_t raw = 0;
     uint8_t error;

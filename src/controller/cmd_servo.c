@@ -15,7 +15,7 @@ enum phase { LOOK, WRITE };
 /* Number `index` of the line as what is written; its error, or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
-    uint8_t *data = &console->job.set.data[2 * index];
+    uint8_t *data = &console_job(console)->set.data[2 * index];
     uint8_t error = console_number(console, index, unit);
 
     data[0] = (uint8_t)console->raw;
@@ -36,7 +36,7 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
 
     console->phase = WRITE;
     return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
-                                    console->job.set.data, length);
+                                    console_job(console)->set.data, length);
 }
 
 uint8_t move_begin(struct console *console)
@@ -86,14 +86,14 @@ bool move_poll(struct console *console)
 /* Both angle limits 0 make it an endless turn (manual 3.2). */
 uint8_t turn_begin(struct console *console)
 {
-    static const uint8_t no_limits[4];
+    const uint8_t *no_limits = console_job(console)->set.no_limits; // zero since it began
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0 && robot_cycles(console->robot, console->line.id))
         error = ERROR_CYCLE;
     if (error)
         return error;
-    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, sizeof no_limits);
+    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, 4);
 }
 
 bool turn_poll(struct console *console)
@@ -104,7 +104,7 @@ bool turn_poll(struct console *console)
         return true;
     if (console->error)
         return false;
-    if (console->job.set.setup.written)
+    if (console_job(console)->set.setup.written)
         writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
     console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
     return console->error == 0;
@@ -112,7 +112,7 @@ bool turn_poll(struct console *console)
 
 CDS_APART static uint8_t write_switch(struct console *console, uint8_t address)
 {
-    console->job.set.data[0] = console->line.choice == 1;
+    console_job(console)->set.data[0] = console->line.choice == 1;
     return servo_write(console, address, 1);
 }
 

@@ -86,7 +86,7 @@ bool identity_poll(struct console *console)
 
 uint8_t lock_begin(struct console *console)
 {
-    return (uint8_t)cds_setup_lock_begin(&console->job.set.setup, console->bus,
+    return (uint8_t)cds_setup_lock_begin(&console_job(console)->set.setup, console->bus,
                                          console->line.request, console->line.id);
 }
 
@@ -94,13 +94,13 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
 {
     const struct command_line *line = &console->line;
 
-    return (uint8_t)cds_setup_write_begin(&console->job.set.setup, console->bus, line->request,
-                                          line->id, address, data, length);
+    return (uint8_t)cds_setup_write_begin(&console_job(console)->set.setup, console->bus,
+                                          line->request, line->id, address, data, length);
 }
 
 bool setup_waits(struct console *console)
 {
-    struct cds_setup *setup = &console->job.set.setup;
+    struct cds_setup *setup = &console_job(console)->set.setup;
 
     if (cds_setup_poll(setup) == CDS_PENDING)
         return true;
@@ -115,6 +115,6 @@ bool setup_poll(struct console *console)
         return true;
     if (console->error == 0)
         writer_line(&console->writer,
-                    console->job.set.setup.written ? TEXT_WRITTEN : TEXT_UNCHANGED);
+                    console_job(console)->set.setup.written ? TEXT_WRITTEN : TEXT_UNCHANGED);
     return false;
 }

@@ -28,12 +28,12 @@ bool stop_poll(struct console *console)
         return true;
     console->error = robot->stop.result;
     while (*index < robot->crew.roster.count) {
-        uint8_t at = (*index)++;
+        const struct cds_roster_servo *servo = &robot->servos[(*index)++];
 
-        if (robot->outcomes[at] == CDS_STOP_OFF)
+        if (servo->stopped == CDS_STOP_OFF)
             continue;
-        console->writer.values[0] = robot->servos[at].id;
-        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, robot->outcomes[at]);
+        console->writer.values[0] = servo->id;
+        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->stopped);
         return true;
     }
     return false;

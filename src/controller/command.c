@@ -249,7 +249,8 @@ static void find_letter(struct command_line *line, const struct token *token)
         line->takes++;
 }
 
-static uint8_t take_letter(struct command_line *line, const struct token *token, char separator)
+CDS_APART static uint8_t take_letter(struct command_line *line, const struct token *token,
+                                     char separator)
 {
     switch (*line->takes) {
     case 'i': return take_byte(token, CDS_ID_MAX, &line->id);

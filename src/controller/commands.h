@@ -98,7 +98,9 @@
       "diagnose 1")                                                                                \
     X(counters, BUS, "?i", 0, counters_begin, counters_poll, " [ID]",                              \
       "what was sent, answered, lost",                                                             \
-      "Since power-up, modulo 65536; of the bus, or of one of the robot's servos", "counters")     \
+      "Since power-up, modulo 65536; of the bus, or of one of the robot's servos: late, extra, "   \
+      "foreign and echo errors up to 255",                                                         \
+      "counters")                                                                                  \
     X(bus, BUS, "?u", 0, bus_begin, bus_poll, " [RATE]", "rate of the bus",                        \
       "RATE: 7843 to 2000000bps, or the register, 0raw to 254raw; none: shows it",                 \
       "bus 1000000bps")                                                                            \

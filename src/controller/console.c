@@ -27,16 +27,22 @@ static void begin_line(struct console *console)
     console->state = CONSOLE_READING;
 }
 
-void console_open(struct console *console, struct keeper *keeper, struct cds_request *request,
-                  struct cds_ring *input, struct cds_ring *output)
+_Static_assert(sizeof(((union console_buffer *)0)->command) <=
+                   sizeof(((union console_buffer *)0)->packet),
+               "the longest packet decides");
+
+void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+                  struct cds_ring *output)
 {
+    CDS_OPAQUE(console);
     console->keeper = keeper;
     console->robot = keeper->robot;
     console->bus = keeper->robot->bus;
     console->input = input;
     console->looked = input->tail;
     console->writer.ring = output;
-    console->line.request = request;
+    console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet);
+    console->line.request = &console->request;
     begin_line(console);
 }
 
@@ -88,7 +94,8 @@ CDS_APART static void conclude(struct console *console, uint8_t error)
 
 CDS_APART static void begin_command(struct console *console)
 {
-    memset(&console->job, 0, sizeof console->job);
+    if (!commands[console->line.kind].instruction) // else the packet of the line stands there
+        memset(console_job(console), 0, sizeof(union console_job));
     console->step = 0;
     console->phase = 0;
     console->index = 0;

@@ -49,10 +49,21 @@ struct monitor {
 union console_job {
     struct {
         struct cds_setup setup;
-        uint8_t data[4]; // what it writes
+        uint8_t data[4];      // what it writes
+        uint8_t no_limits[4]; // angle limits that make an endless turn
     } set;
     struct monitor monitor;
     uint32_t since_us;
+};
+
+/* What the console's request sends and hears. A line that is a packet itself may take all of it;
+ * any other command has the end of it for what it remembers. */
+union console_buffer {
+    uint8_t packet[CDS_LENGTH_MAX + 4]; // the longest
+    struct {
+        uint8_t packet[2 * COMMAND_LIST_MAX]; // words of a list, too
+        union console_job job;
+    } command;
 };
 
 /* What commands use is first: an AVR reaches 64 bytes of a struct easily. */
@@ -69,24 +80,25 @@ struct console {
     uint8_t servo_error; // CDS_ERROR_* bits not yet told
     uint16_t raw;        // what console_number() or console_ms() has made of a number
     struct command_line line;
-    union console_job job;
     struct cds_ring *input;
     uint16_t characters; // of the line so far
     uint8_t state;       // enum console_state
-    bool closed;         // the reply's last line is written
-    bool skipping;       // the rest of this line counts for nothing but its end
-    bool stop_asked;     // by Ctrl-X, and not answered yet
-    bool ending;         // what is locked of the text is all of the line
+    bool closed : 1;     // the reply's last line is written
+    bool skipping : 1;   // the rest of this line counts for nothing but its end
+    bool stop_asked : 1; // by Ctrl-X, and not answered yet
+    bool ending : 1;     // what is locked of the text is all of the line
     uint8_t fed;         // characters of what is locked that the parser has
     uint8_t looked;      // index of the input ring: no Ctrl-X before it
     struct token token;
     struct editor editor;
+    struct cds_request request;
+    union console_buffer buffer; // of it
 };
 
-/* Zero *console first (static storage is). `request` has room for the longest packet, 258 bytes,
- * and is on the bus of the robot of `keeper`, which has begun. */
-void console_open(struct console *console, struct keeper *keeper, struct cds_request *request,
-                  struct cds_ring *input, struct cds_ring *output);
+/* Zero *console first (static storage is). The robot of `keeper` has begun; it is on the bus that
+ * the console uses. */
+void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+                  struct cds_ring *output);
 
 /* Moves on: takes some characters, or goes on with a command, or writes a piece of the reply. To be
  * called from the main loop, beside cds_bus_poll() and robot_poll(). */
@@ -99,6 +111,13 @@ void console_stop(struct console *console);
 bool console_idle(const struct console *console);
 
 /* ---- for the commands ---- */
+
+/* What a command remembers: one without an instruction in its row of the table, whose packets, and
+ * the replies to them, are 100 bytes at the most. */
+static inline union console_job *console_job(struct console *console)
+{
+    return &console->buffer.command.job;
+}
 
 /* A number of the line, 0 to 2, as a register value of `unit` (number_within()), and number 0 as
  * milliseconds (number_ms()): 0 and console->raw; or an error, and console->raw is as it was. */

@@ -87,7 +87,7 @@ static void believe(struct crew *crew, uint8_t id, uint8_t level)
     struct cds_roster_servo *servo = cds_roster_find(&crew->roster, id);
 
     if (servo && servo->status_return_level < level)
-        servo->status_return_level = level;
+        servo->status_return_level = level & 3u;
 }
 
 /* Whoever has sent a packet is there, also if it was not the one that was asked. */

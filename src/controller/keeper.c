@@ -4,6 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()
+#include "opaque.h"       // CDS_OPAQUE()
 
 void keeper_begin(struct keeper *keeper, uint8_t reset_cause)
 {
@@ -84,6 +85,7 @@ static void watch_alarms(struct keeper *keeper)
 
 void keeper_poll(struct keeper *keeper)
 {
+    CDS_OPAQUE(keeper);
     watch_rate(keeper);
     keeper->robot->crew.open = keeper->settings->link_loss_ms != 0; // all are to be looked at then
     watch_link(keeper);

@@ -49,8 +49,6 @@ static struct {
     struct robot robot;
     struct console console;
     uint8_t packets[2][ANSWER_BEFORE + HOST_PACKET_MAX]; // from the host, on the bridge
-    uint8_t packet[HOST_PACKET_MAX];                     // of the console
-    struct cds_request request;
     uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
     uint8_t host_baud;   // as in the settings, in force
     uint8_t heard;       // of the host: as serial.rx.head was
@@ -131,7 +129,6 @@ static void begin_keeper(void)
 static void open(void)
 {
     settings_load(&controller.store, &controller.settings);
-    controller.request = (struct cds_request)CDS_REQUEST(controller.packet);
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
     serial_open(&controller.serial, divisor_of(controller.host_baud));
@@ -147,8 +144,7 @@ static void open(void)
     controller.device.owner = &controller.values;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[1] + ANSWER_BEFORE);
-    console_open(&controller.console, &controller.keeper, &controller.request, &controller.text,
-                 &controller.serial.tx);
+    console_open(&controller.console, &controller.keeper, &controller.text, &controller.serial.tx);
 }
 
 /* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:

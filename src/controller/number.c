@@ -13,7 +13,7 @@ struct unit_name {
 };
 
 /* In either case, so there is no micro and no mega. */
-static const CDS_FLASH struct unit_name names[] = {
+static const CDS_FLASH struct unit_name unit_names[] = {
     {"raw", NUMBER_RAW, 0},    {"deg", NUMBER_ANGLE, 3},  {"mdeg", NUMBER_ANGLE, 0},
     {"rpm", NUMBER_SPEED, 3},  {"mrpm", NUMBER_SPEED, 0}, {"v", NUMBER_VOLTAGE, 3},
     {"mv", NUMBER_VOLTAGE, 0}, {"%", NUMBER_SHARE, 2},    {"c", NUMBER_TEMPERATURE, 0},
@@ -81,11 +81,11 @@ static bool is_unit(const char *from, const char *end, const CDS_FLASH char *nam
 /* The unit that the rest of the word is, if there is a rest. */
 static uint8_t take_unit(const char *from, const char *end, struct number *number)
 {
-    const CDS_FLASH struct unit_name *name = names;
+    const CDS_FLASH struct unit_name *name = unit_names;
 
     if (from == end)
         return 0;
-    for (uint8_t left = sizeof names / sizeof names[0]; left; left--, name++) {
+    for (uint8_t left = sizeof unit_names / sizeof unit_names[0]; left; left--, name++) {
         if (is_unit(from, end, name->text)) {
             number->kind = name->kind;
             number->exponent = name->exponent;

@@ -76,8 +76,7 @@ static void begin_stop(struct robot *robot)
     robot->stop_waits = false;
     robot->stopping = true;
     robot->bus->observer = &robot->crew.roster.observer;
-    memset(robot->outcomes, CDS_STOP_UNKNOWN, sizeof robot->outcomes); // also who joins meanwhile
-    cds_stop_begin(&robot->stop, &robot->crew.roster, robot->outcomes);
+    cds_stop_begin(&robot->stop, &robot->crew.roster);
 }
 
 void robot_stop(struct robot *robot)
@@ -137,8 +136,10 @@ static bool begin_watch(struct robot *robot)
 
 void robot_poll(struct robot *robot)
 {
-    uint8_t count = robot->crew.roster.count;
+    uint8_t count;
 
+    CDS_OPAQUE(robot);
+    count = robot->crew.roster.count;
     if (!robot_idle(robot))
         poll_work(robot);
     if (count && !robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot) &&

@@ -20,7 +20,7 @@
 #include "cds55xx/watch.h"      // struct cds_watch
 #include "crew.h"               // struct crew
 
-/* Servos that the controller knows, 1 to 50. Each costs 73 bytes of RAM. */
+/* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
 #ifndef ROBOT_SERVOS
 #define ROBOT_SERVOS 18
 #endif
@@ -60,19 +60,18 @@ union robot_work {
 /* The robot. Fields are to be read only but for `work`, by whoever has claimed it. */
 struct robot {
     struct cds_bus *bus;
-    uint8_t operation; // enum robot_operation
-    uint8_t result;    // enum cds_result of it: CDS_PENDING while it goes on
-    uint8_t baud;      // register value of the bus's rate when it began
-    bool stop_waits;   // until the bus is back at its rate
-    bool stopping;     // a stop is under way
-    bool watch_rests;  // the cycle leaves no time for the state check
-    bool group_acts;   // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    uint8_t operation;    // enum robot_operation
+    uint8_t result;       // enum cds_result of it: CDS_PENDING while it goes on
+    uint8_t baud;         // register value of the bus's rate when it began
+    bool stop_waits : 1;  // until the bus is back at its rate
+    bool stopping : 1;    // a stop is under way
+    bool watch_rests : 1; // the cycle leaves no time for the state check
+    bool group_acts : 1;  // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    bool chosen : 1;      // somebody has said which servos they are: the state check looks at them
     uint8_t group_count;
     uint8_t watched; // servos that the state check was begun for
-    bool chosen;     // somebody has said which servos they are: the state check looks at them
     struct crew crew;
-    uint8_t group[ROBOT_SERVOS];    // IDs of the servos of pose and cycle
-    uint8_t outcomes[ROBOT_SERVOS]; // of the stop: enum cds_stop_outcome
+    uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_stop stop;
     struct cds_watch watch;
     union robot_work work;

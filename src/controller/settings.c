@@ -5,7 +5,7 @@
 
 #include "../avr/eeprom.h" // by its path: the simulator has an eeprom.h too
 #include "crc.h"
-#include "opaque.h" // CDS_APART
+#include "opaque.h" // CDS_OPAQUE(), CDS_APART
 
 #define ERASED UINT8_MAX // as version: no record
 
@@ -224,6 +224,7 @@ static void write_byte(struct settings_store *store)
 
 bool settings_save_poll(struct settings_store *store)
 {
+    CDS_OPAQUE(store);
     if (store->result != SETTINGS_SAVING)
         return false;
     if (!avr_eeprom_ready())

@@ -22,8 +22,8 @@ enum mark {
     MARK_UNIT, // of `units`, and so are those behind it
 };
 
-static const CDS_FLASH uint8_t units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
-                                          CDS_UNIT_CELSIUS, CDS_UNIT_BPS};
+static const CDS_FLASH uint8_t marked_units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
+                                                 CDS_UNIT_CELSIUS, CDS_UNIT_BPS};
 
 void writer_end_of_line(struct writer *writer)
 {
@@ -105,7 +105,7 @@ static void write_value(struct writer *writer, uint8_t mark)
         writer->outer_left = writer->left;
         begin_text(writer, value);
         break;
-    default: number_write(writer, (enum cds_unit)units[mark - MARK_UNIT], value); break;
+    default: number_write(writer, (enum cds_unit)marked_units[mark - MARK_UNIT], value); break;
     }
 }
 

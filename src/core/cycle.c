@@ -29,8 +29,7 @@ static CDS_APART void add(uint32_t *sum_us, uint16_t us)
 
 static CDS_APART bool on_its_way(const struct cds_cycle *cycle)
 {
-    return cycle->goals[0].result == CDS_PENDING || cycle->goals[1].result == CDS_PENDING ||
-           cycle->read.result == CDS_PENDING;
+    return cycle->goals.result == CDS_PENDING || cycle->read.result == CDS_PENDING;
 }
 
 /* Goals refused go out again from cds_cycle_poll(): the bus is not called out of itself. */
@@ -45,22 +44,24 @@ static void goals_ended(struct cds_request *request)
         count(&cycle->counters.unsent);
 }
 
-/* A whole packet whose goals are still to be set. */
-static void build_goals(struct cds_cycle *cycle, struct cds_request *request, uint8_t *bytes,
-                        uint16_t size)
+/* Both packets, whole, with goals that are still to be set. */
+static void build_goals(struct cds_cycle *cycle, uint16_t size)
 {
-    static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
+    struct cds_request *request = &cycle->goals;
+    uint8_t *none = cycle->back; // for now
 
-    request->packet.bytes = bytes;
+    request->packet.bytes = cycle->front;
     request->packet.room = size;
     request->reply_parameters = CDS_REPLY_NONE;
     request->urgent = true;
     request->on_end = goals_ended;
     request->owner = cycle;
+    memset(none, NO_GOAL, CDS_GOAL_SIZE);
     cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, CDS_GOAL_SIZE);
     for (uint8_t i = 0; i < cycle->count; i++)
         cds_packet_sync_add(&request->packet, cycle->ids[i], none);
     cds_packet_end(&request->packet);
+    memcpy(cycle->back, cycle->front, size);
 }
 
 /* All goals in front are judged, by the observer as it is now. */
@@ -91,7 +92,12 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     if (bus->byte_time_us == 0 || count == 0 || count > CDS_CYCLE_SERVOS_MAX ||
         !are_ids(ids, count) || goals_us + CDS_REPLY_MARGIN_US > period_us)
         return CDS_BAD_ARGUMENT;
-    *cycle = (struct cds_cycle){.bus = bus, .ids = ids, .feedback = feedback, .count = count};
+    *cycle = (struct cds_cycle){.bus = bus,
+                                .ids = ids,
+                                .feedback = feedback,
+                                .count = count,
+                                .front = packets,
+                                .back = packets + size};
     cycle->filling = true;
     cycle->period_us = period_us;
     cycle->goals_us = (uint16_t)goals_us;
@@ -99,44 +105,36 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->next_us = cds_port_now_us();
     note_vetted(cycle); // goals are judged when they are set
     cycle->filled_epoch = cycle->epoch;
-    build_goals(cycle, &cycle->goals[0], packets, size);
-    build_goals(cycle, &cycle->goals[1], packets + size, size);
+    build_goals(cycle, size);
     cycle->read.packet.bytes = cycle->buffer;
     cycle->read.packet.room = sizeof cycle->buffer;
     return CDS_OK;
 }
 
-static CDS_APART struct cds_request *front(struct cds_cycle *cycle)
+/* Is this packet on the wire, or waiting for that? */
+static bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
 {
-    return cycle->front ? &cycle->goals[1] : &cycle->goals[0];
-}
-
-static CDS_APART struct cds_request *back(struct cds_cycle *cycle)
-{
-    return cycle->front ? &cycle->goals[0] : &cycle->goals[1];
+    return cycle->goals.result == CDS_PENDING && cycle->goals.packet.bytes == packet;
 }
 
 /* ---- whose goals are sent ---- */
 
-static uint8_t *block_of(const struct cds_request *request, uint8_t index)
+static uint8_t *block_of(uint8_t *packet, uint8_t index)
 {
-    return request->packet.bytes + BLOCKS_AT + index * BLOCK_SIZE;
+    return packet + BLOCKS_AT + index * BLOCK_SIZE;
 }
 
 /* A dropped servo's block says so itself: it has another one's ID. */
 bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
 {
-    return index < cycle->count &&
-           *block_of(&cycle->goals[cycle->front], index) != cycle->ids[index];
+    return index < cycle->count && *block_of(cycle->front, index) != cycle->ids[index];
 }
 
 /* The packet keeps its size, so another servo's block stands for each one that is dropped: the same
  * as that servo's own, as the last block of an ID wins (R22). Then the checksum. */
-static void finish_goals(const struct cds_cycle *cycle, const struct cds_request *request,
-                         bool *holes)
+static void finish_goals(const struct cds_cycle *cycle, uint8_t *packet, bool *holes)
 {
-    const struct cds_packet *packet = &request->packet;
-    uint8_t *block = packet->bytes + BLOCKS_AT;
+    uint8_t *block = packet + BLOCKS_AT;
     const uint8_t *whole = NULL, *id = cycle->ids;
     bool dropped = false;
     uint8_t left = *holes ? cycle->count : 0;
@@ -158,7 +156,7 @@ static void finish_goals(const struct cds_cycle *cycle, const struct cds_request
     }
     *holes = dropped;
     if (whole || !dropped) // else it is not sent
-        packet->bytes[packet->size - 1u] = cds_packet_checksum(packet->bytes);
+        packet[cycle->goals.packet.size - 1u] = cds_packet_checksum(packet);
 }
 
 /* Has the observer admitted every goal in front, and would say the same again? */
@@ -199,12 +197,11 @@ static uint8_t who_changed(const struct cds_cycle *cycle)
  * they are committed; those that wait in the queue are judged by the bus when their turn comes. */
 static void vet(struct cds_cycle *cycle)
 {
-    struct cds_request *request = front(cycle);
-    uint8_t *block = block_of(request, 0);
+    uint8_t *block = block_of(cycle->front, 0);
     bool dropped = false;
     uint8_t who;
 
-    if (!cycle->committed || is_vetted(cycle) || request->result == CDS_PENDING)
+    if (!cycle->committed || is_vetted(cycle) || is_being_sent(cycle, cycle->front))
         return;
     who = who_changed(cycle);
     for (uint8_t i = 0; i < cycle->count; i++, block += BLOCK_SIZE) {
@@ -217,12 +214,12 @@ static void vet(struct cds_cycle *cycle)
             cycle->counters.dropped++;
         }
         if (cycle->filling && *block != id && // perhaps with a goal that was to bring it back
-            drop(cycle, block_of(back(cycle), i), id))
+            drop(cycle, block_of(cycle->back, i), id))
             cycle->filled_holes = true;
     }
     if (dropped) {
         cycle->holes = true;
-        finish_goals(cycle, request, &cycle->holes);
+        finish_goals(cycle, cycle->front, &cycle->holes);
     }
     note_vetted(cycle);
 }
@@ -248,9 +245,7 @@ static CDS_APART enum cds_result judge_goal(struct cds_cycle *cycle, uint8_t *bl
 /* What is not set anew is to stay as it is, not as it was before that. */
 static void follow_front(struct cds_cycle *cycle)
 {
-    const struct cds_packet *packet = &front(cycle)->packet;
-
-    memcpy(back(cycle)->packet.bytes, packet->bytes, packet->size);
+    memcpy(cycle->back, cycle->front, cycle->goals.packet.size);
     cycle->filled_epoch = cycle->epoch;
     cycle->filled_holes = cycle->holes;
     cycle->filling = true;
@@ -259,17 +254,16 @@ static void follow_front(struct cds_cycle *cycle)
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed)
 {
-    struct cds_request *request = back(cycle);
     enum cds_result result = CDS_OK;
     uint8_t *block;
 
     if (index >= cycle->count || position > CDS_VALUE_MAX || speed > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
-    if (request->result == CDS_PENDING)
+    if (is_being_sent(cycle, cycle->back))
         return CDS_BUSY;
     if (!cycle->filling)
         follow_front(cycle);
-    block = block_of(request, index);
+    block = block_of(cycle->back, index);
     if (cycle->bus->observer)
         result = judge_goal(cycle, block, cycle->ids[index], position, speed);
     if (result == CDS_OK)
@@ -279,7 +273,7 @@ enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t 
 
 static bool all_set(struct cds_cycle *cycle)
 {
-    const uint8_t *block = block_of(back(cycle), 0), *id = cycle->ids;
+    const uint8_t *block = block_of(cycle->back, 0), *id = cycle->ids;
 
     for (uint8_t i = cycle->count; i; i--, block += BLOCK_SIZE)
         if (*block == *id++ && block[2] == NO_GOAL)
@@ -289,14 +283,17 @@ static bool all_set(struct cds_cycle *cycle)
 
 enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
 {
+    uint8_t *filled = cycle->back;
+
     if (!cycle->filling)
         return CDS_OK;
     if (!cycle->committed && !all_set(cycle))
         return CDS_BAD_ARGUMENT;
-    finish_goals(cycle, back(cycle), &cycle->filled_holes);
+    finish_goals(cycle, filled, &cycle->filled_holes);
     if (!cycle->committed)
         cycle->next_us = cds_port_now_us(); // none of the periods before it can have been missed
-    cycle->front = !cycle->front;
+    cycle->back = cycle->front;
+    cycle->front = filled;
     cycle->epoch = cycle->filled_epoch;
     cycle->holes = cycle->filled_holes;
     cycle->filling = false;
@@ -327,14 +324,17 @@ static CDS_APART void pass_period(struct cds_cycle *cycle)
 /* Is there nobody left to send the goals in front to? */
 static bool is_empty(struct cds_cycle *cycle)
 {
-    return *block_of(front(cycle), 0) == NO_SERVO;
+    return *block_of(cycle->front, 0) == NO_SERVO;
 }
 
-/* False: not sent. */
+/* False: not sent, or some are on their way still. */
 static CDS_APART bool send_goals(struct cds_cycle *cycle)
 {
-    struct cds_request *request = front(cycle);
+    struct cds_request *request = &cycle->goals;
 
+    if (request->result == CDS_PENDING)
+        return false;
+    request->packet.bytes = cycle->front;
     request->vetted = is_vetted(cycle);
     return cds_bus_submit(cycle->bus, request) == CDS_OK;
 }
@@ -473,8 +473,7 @@ enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 void cds_cycle_stop(struct cds_cycle *cycle)
 {
     if (cycle->bus) { // else it was never begun
-        cds_bus_cancel(cycle->bus, &cycle->goals[0]);
-        cds_bus_cancel(cycle->bus, &cycle->goals[1]);
+        cds_bus_cancel(cycle->bus, &cycle->goals);
         cds_bus_cancel(cycle->bus, &cycle->read);
     }
     cycle->stopping = true;

@@ -27,8 +27,8 @@ void cds_feedback_decode(struct cds_feedback *feedback, const uint8_t *bytes)
     feedback->load = word(&bytes[AT(PRESENT_LOAD)]);
     feedback->voltage = bytes[AT(PRESENT_VOLTAGE)];
     feedback->temperature = bytes[AT(PRESENT_TEMPERATURE)];
-    feedback->registered = bytes[AT(REGISTERED_INSTRUCTION)];
-    feedback->moving = bytes[AT(MOVING)];
+    feedback->registered = bytes[AT(REGISTERED_INSTRUCTION)] != 0;
+    feedback->moving = bytes[AT(MOVING)] != 0;
 }
 
 CDS_APART_TOO(cds_feedback_take);
@@ -45,7 +45,7 @@ enum cds_result cds_feedback_take(struct cds_feedback *feedback, const struct cd
         if (request->length != CDS_FEEDBACK_SIZE)
             result = CDS_REFUSED;
     }
-    feedback->result = result;
+    feedback->result = result & 31u;
     if (result == CDS_OK) {
         cds_feedback_decode(feedback, request->packet.bytes);
         feedback->time_us = time_us;

@@ -78,7 +78,7 @@ static void fail(struct cds_group_move *move, uint8_t result)
 }
 
 /* Goal `next` is done with; behind the last of them comes `phase`. */
-static void advance(struct cds_group_move *move, enum move_phase phase)
+static CDS_APART void advance(struct cds_group_move *move, enum move_phase phase)
 {
     move->next++;
     if (move->next == move->count)

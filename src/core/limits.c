@@ -74,8 +74,8 @@ void cds_limits_take(struct cds_roster_servo *servo, const struct cds_span *span
     const uint8_t *word = word_of(span, CDS_REG_GOAL_POSITION);
     uint16_t magnitude = 0;
 
-    servo->cw_limit = angle_limit(servo->cw_limit, span, CDS_REG_CW_ANGLE_LIMIT);
-    servo->ccw_limit = angle_limit(servo->ccw_limit, span, CDS_REG_CCW_ANGLE_LIMIT);
+    servo->cw_limit = angle_limit(servo->cw_limit, span, CDS_REG_CW_ANGLE_LIMIT) & 3u;
+    servo->ccw_limit = angle_limit(servo->ccw_limit, span, CDS_REG_CCW_ANGLE_LIMIT) & 3u;
     if (cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1))
         servo->goal_known = word && goal_is_good(servo, word_at(word));
     if (cds_span_touches(span, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1)) {
@@ -109,7 +109,7 @@ enum cds_result cds_limits_check_goal(const struct cds_roster_servo *servo, cons
 enum cds_result cds_limits_check(const struct cds_roster_servo *servo, const struct cds_span *span)
 {
     bool mode_set, goal_set, speed_set, goal_counts, mode_counts, speed_counts;
-    enum cds_mode before = cds_limits_mode(servo), mode;
+    uint8_t before = cds_limits_mode(servo), mode;
     struct cds_roster_servo next;
 
     if (!cds_limits_any(servo))

@@ -22,11 +22,14 @@ bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last);
 
 enum cds_mode { CDS_MODE_UNKNOWN, CDS_MODE_POSITION, CDS_MODE_TURN };
 
-static inline enum cds_mode cds_limits_mode(const struct cds_roster_servo *servo)
+/* Returns enum cds_mode. */
+static inline uint8_t cds_limits_mode(const struct cds_roster_servo *servo)
 {
-    if ((servo->cw_limit | servo->ccw_limit) & CDS_ANGLE_SET)
+    uint8_t cw = servo->cw_limit, ccw = servo->ccw_limit;
+
+    if ((cw | ccw) & CDS_ANGLE_SET)
         return CDS_MODE_POSITION;
-    return servo->cw_limit & servo->ccw_limit ? CDS_MODE_TURN : CDS_MODE_UNKNOWN;
+    return cw & ccw ? CDS_MODE_TURN : CDS_MODE_UNKNOWN;
 }
 
 /* Is there any limit of its goal, or of its speed? */

@@ -211,11 +211,15 @@ static bool learn_byte(uint8_t *setting, const struct cds_span *span, uint8_t re
 static void learn_settings(struct cds_roster *roster, struct cds_roster_servo *servo,
                            const struct cds_span *span)
 {
+    uint8_t level = servo->status_return_level;
+
     learn_byte(&servo->baud, span, CDS_REG_BAUD_RATE);
     if (learn_byte(&servo->return_delay, span, CDS_REG_RETURN_DELAY))
         roster->changed = true;
-    if (learn_byte(&servo->status_return_level, span, CDS_REG_STATUS_RETURN_LEVEL))
+    if (learn_byte(&level, span, CDS_REG_STATUS_RETURN_LEVEL)) {
+        servo->status_return_level = level < LEVEL_ALL ? level & 1u : LEVEL_ALL;
         roster->changed = true;
+    }
 }
 
 static void learn_registered(struct cds_roster *roster, struct cds_roster_servo *servo,
@@ -362,7 +366,7 @@ static bool is_torque_off(const uint8_t *bytes)
 
 /* ---- what may be sent ---- */
 
-static bool is_held(const struct cds_roster_servo *servo)
+static inline __attribute__((always_inline)) bool is_held(const struct cds_roster_servo *servo)
 {
     return servo->held || servo->presence == CDS_PRESENCE_BACK;
 }
@@ -614,7 +618,7 @@ static void not_answered(struct cds_roster *roster, struct cds_roster_servo *ser
     if (servo->baud != roster->bus->baud || servo->maybe_id != NO_ID)
         return;
     if (servo->silences < CDS_ROSTER_SILENCES)
-        servo->silences++;
+        servo->silences = (servo->silences + 1u) & 3u;
     if (servo->silences == CDS_ROSTER_SILENCES && servo->presence != CDS_PRESENCE_AWAY) {
         servo->presence = CDS_PRESENCE_AWAY;
         note_change(roster, servo);
@@ -674,7 +678,7 @@ static void doubt(struct cds_roster *roster, struct cds_roster_servo *servo,
     if (return_delay > servo->return_delay)
         servo->return_delay = return_delay;
     if (level > servo->status_return_level)
-        servo->status_return_level = level;
+        servo->status_return_level = level & 3u;
     if (cds_span_byte(span, CDS_REG_BAUD_RATE))
         servo->baud = CDS_ROSTER_UNKNOWN;
     if (torque)
@@ -752,13 +756,23 @@ static void carried_out(struct cds_roster *roster, struct cds_roster_servo *serv
     }
 }
 
+/* Adds to what should never be; it stays at the most that it can be. */
+CDS_APART static void add_oddities(uint8_t *counter, uint16_t more)
+{
+    uint8_t room = (uint8_t)(UINT8_MAX - *counter);
+
+    if (more > room)
+        more = room;
+    *counter = (uint8_t)(*counter + more);
+}
+
 static void count_echo_errors(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
     uint16_t echo_errors = cds_link_count(&roster->bus->link.echo_errors);
+    uint16_t more = (uint16_t)(echo_errors - roster->echo_errors);
 
-    if (servo)
-        servo->counters.echo_errors =
-            (uint16_t)(servo->counters.echo_errors + (echo_errors - roster->echo_errors));
+    if (servo && more)
+        add_oddities(&servo->counters.echo_errors, more);
     roster->echo_errors = echo_errors;
 }
 
@@ -793,12 +807,13 @@ static void ended(struct cds_roster *roster, struct cds_roster_servo *servo,
 
 static void count_undue(struct cds_roster_counters *counters, uint8_t event)
 {
+    uint8_t *counter = &counters->foreign;
+
     if (event == CDS_BUS_LATE)
-        counters->late++;
+        counter = &counters->late;
     else if (event == CDS_BUS_EXTRA)
-        counters->extra++;
-    else
-        counters->foreign++;
+        counter = &counters->extra;
+    add_oddities(counter, 1);
 }
 
 CDS_APART static void take_news(struct cds_roster *roster, const struct cds_bus_news *news)
@@ -925,7 +940,7 @@ CDS_APART static void set_held(struct cds_roster *roster, struct cds_roster_serv
     note_change(roster, servo);
     for (uint8_t i = roster->count; i; i--, each++) {
         if (!servo || servo == each)
-            each->held = (each->held & keep) | why;
+            each->held = (uint8_t)((each->held & keep) | why) & 3u;
     }
 }
 

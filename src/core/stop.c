@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/servo.h" // cds_servo_read(), cds_servo_write_byte()
-#include "opaque.h"        // CDS_APART
+#include "opaque.h"        // CDS_OPAQUE(), CDS_APART
 
 enum stop_phase {
     TELLING_ALL,
@@ -14,7 +14,7 @@ enum stop_phase {
     LOOKING,
 };
 
-static const struct cds_roster_servo *servo_of(const struct cds_stop *stop)
+static struct cds_roster_servo *servo_of(const struct cds_stop *stop)
 {
     return &stop->roster->servos[stop->index];
 }
@@ -27,20 +27,20 @@ static bool is_settled(uint8_t outcome)
 /* By the worst of them: from CDS_STOP_ON on, the less the worse. */
 static enum cds_result conclude(const struct cds_stop *stop)
 {
+    const struct cds_roster_servo *servo = stop->roster->servos;
     uint8_t worst = UINT8_MAX;
 
-    for (uint8_t i = 0; i < stop->roster->count; i++) {
-        uint8_t outcome = stop->outcomes[i];
+    for (uint8_t i = stop->roster->count; i; i--, servo++) {
+        uint8_t outcome = servo->stopped;
 
         if (outcome >= CDS_STOP_ON && outcome < worst)
             worst = outcome;
     }
-    switch (worst) {
-    case CDS_STOP_ON: return CDS_REFUSED;
-    case CDS_STOP_SILENT: return CDS_TIMEOUT;
-    case CDS_STOP_MUTE: return CDS_NO_REPLY_DUE;
-    default: return CDS_OK;
-    }
+    if (worst == CDS_STOP_ON) // not by a switch: a table for it would stand in RAM
+        return CDS_REFUSED;
+    if (worst == CDS_STOP_SILENT)
+        return CDS_TIMEOUT;
+    return worst == CDS_STOP_MUTE ? CDS_NO_REPLY_DUE : CDS_OK;
 }
 
 /* The next one to look at, from `index` on: round after round, so that one that is dead does not
@@ -49,7 +49,7 @@ static void look_from(struct cds_stop *stop, uint8_t index)
 {
     for (; stop->round < CDS_STOP_ROUNDS; stop->round++) {
         for (; index < stop->roster->count; index++) {
-            if (!is_settled(stop->outcomes[index])) {
+            if (!is_settled(stop->roster->servos[index].stopped)) {
                 stop->index = index;
                 stop->phase = stop->round == 0 ? LOOK : TELL;
                 return;
@@ -62,20 +62,20 @@ static void look_from(struct cds_stop *stop, uint8_t index)
 
 static void settle(struct cds_stop *stop, enum cds_stop_outcome outcome)
 {
-    stop->outcomes[stop->index] = (uint8_t)outcome;
+    servo_of(stop)->stopped = outcome & 7u;
     look_from(stop, (uint8_t)(stop->index + 1u));
 }
 
 static void give_up(struct cds_stop *stop, enum cds_result result)
 {
-    for (struct cds_request *each = stop->all; each < stop->all + CDS_STOP_BROADCASTS; each++)
-        cds_bus_cancel(stop->roster->bus, each);
+    cds_bus_cancel(stop->roster->bus, &stop->requests[0]);
+    cds_bus_cancel(stop->roster->bus, &stop->requests[1]);
     stop->result = (uint8_t)result;
 }
 
 /* Nothing went out, as the line was not quiet or somebody has opened the bus anew. May it be tried
  * once more? */
-static bool may_try_again(struct cds_stop *stop)
+static CDS_APART bool may_try_again(struct cds_stop *stop)
 {
     stop->tries++;
     if (stop->tries == CDS_STOP_TRIES)
@@ -85,7 +85,18 @@ static bool may_try_again(struct cds_stop *stop)
 
 /* ---- all ---- */
 
-static void tell_all(struct cds_stop *stop, struct cds_request *request)
+/* Are more broadcasts due than went out or are on their way? A look of the stop before counts, too,
+ * while it is in flight: it ends before any of them. */
+static bool are_due(const struct cds_stop *stop)
+{
+    uint8_t count = stop->broadcasts;
+
+    count = (uint8_t)(count + (stop->requests[0].result == CDS_PENDING));
+    count = (uint8_t)(count + (stop->requests[1].result == CDS_PENDING));
+    return count < CDS_STOP_BROADCASTS;
+}
+
+static CDS_APART void tell_all(struct cds_stop *stop, struct cds_request *request)
 {
     enum cds_result result = cds_servo_write_byte(stop->roster->bus, request, CDS_BROADCAST_ID,
                                                   CDS_REG_TORQUE_ENABLE, 0);
@@ -94,17 +105,27 @@ static void tell_all(struct cds_stop *stop, struct cds_request *request)
         stop->result = (uint8_t)result;
 }
 
+/* By now the other broadcast has begun, or is the next one: so this one goes right behind it. What
+ * came to nothing cds_stop_poll() tries again. */
+static void on_end(struct cds_request *request)
+{
+    struct cds_stop *stop = (struct cds_stop *)request->owner;
+
+    if (stop->result != CDS_PENDING || request->result == CDS_LINE_BUSY)
+        return;
+    if (request->id == CDS_BROADCAST_ID) // else a look of the stop before
+        stop->broadcasts++;
+    if (are_due(stop))
+        tell_all(stop, request);
+}
+
 static void telling_all(struct cds_stop *stop)
 {
-    struct cds_request *request = stop->all, *end = request + CDS_STOP_BROADCASTS;
+    struct cds_request *request = stop->requests;
 
-    stop->broadcasts = 0;
-    for (; request < end && stop->result == CDS_PENDING; request++) {
-        if (request->result == CDS_OK)
-            stop->broadcasts++;
-        else if (request->result != CDS_PENDING && may_try_again(stop))
+    for (uint8_t i = 2; i && stop->result == CDS_PENDING; i--, request++)
+        if (request->result != CDS_PENDING && are_due(stop) && may_try_again(stop))
             tell_all(stop, request);
-    }
     if (stop->broadcasts == CDS_STOP_BROADCASTS)
         look_from(stop, 0);
 }
@@ -118,9 +139,9 @@ static void send(struct cds_stop *stop)
     enum cds_result result;
 
     if (stop->phase == TELL)
-        result = cds_servo_write_byte(bus, &stop->one, id, CDS_REG_TORQUE_ENABLE, 0);
+        result = cds_servo_write_byte(bus, stop->requests, id, CDS_REG_TORQUE_ENABLE, 0);
     else
-        result = cds_servo_read(bus, &stop->one, id, CDS_REG_TORQUE_ENABLE, 1);
+        result = cds_servo_read(bus, stop->requests, id, CDS_REG_TORQUE_ENABLE, 1);
     if (result == CDS_OK)
         stop->phase++; // what it is, on its way
     else if (result == CDS_NO_REPLY_DUE)
@@ -133,7 +154,7 @@ static void looked(struct cds_stop *stop)
 {
     uint8_t torque = 0;
 
-    if (cds_request_byte(&stop->one, 0, &torque) != CDS_OK)
+    if (cds_request_byte(stop->requests, 0, &torque) != CDS_OK)
         settle(stop, CDS_STOP_SILENT);
     else
         settle(stop, torque ? CDS_STOP_ON : CDS_STOP_OFF);
@@ -142,7 +163,7 @@ static void looked(struct cds_stop *stop)
 /* What was on its way to one has ended. */
 static void ended(struct cds_stop *stop)
 {
-    uint8_t result = stop->one.result;
+    uint8_t result = stop->requests[0].result;
 
     if (result == CDS_LINE_BUSY || result == CDS_CANCELLED) {
         if (may_try_again(stop))
@@ -159,42 +180,45 @@ static bool is_on_its_way(const struct cds_stop *stop)
     return stop->phase == TELLING || stop->phase == LOOKING;
 }
 
-/* One that is on its way still is what it is to be already. */
-static CDS_APART void prepare(struct cds_request *request, uint8_t bytes[CDS_PACKET_SIZE(2)])
+/* One of the two, for the first time. If it is on its way still, it is what it is to be already. */
+static CDS_APART void take_up(struct cds_stop *stop, struct cds_request *request, uint8_t *bytes)
 {
     if (request->result != CDS_PENDING)
         *request = (struct cds_request){.packet = {.bytes = bytes, .room = CDS_PACKET_SIZE(2)},
+                                        .on_end = on_end,
+                                        .owner = stop,
                                         .urgent = CDS_URGENT_FIRST};
+    tell_all(stop, request);
 }
 
-enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster, uint8_t *outcomes)
+enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster)
 {
+    struct cds_roster_servo *servo = roster->servos;
+
+    CDS_OPAQUE(stop);
     cds_roster_hold(roster, NULL, CDS_HOLD_STOPPED);
-    cds_bus_cancel(roster->bus, &stop->one); // of a stop under way, if it waits: to be told first
+    cds_bus_cancel(roster->bus, stop->requests); // a look, if it waits: all are to be told first
     stop->roster = roster;
-    stop->outcomes = outcomes;
     stop->tries = 0;
     stop->broadcasts = 0;
     stop->round = 0;
     stop->phase = TELLING_ALL;
     stop->result = CDS_PENDING;
-    for (uint8_t i = 0; i < roster->count; i++)
-        outcomes[i] = CDS_STOP_UNKNOWN;
-    prepare(&stop->one, stop->buffers[CDS_STOP_BROADCASTS]);
-    for (uint8_t i = 0; i < CDS_STOP_BROADCASTS; i++) {
-        prepare(&stop->all[i], stop->buffers[i]);
-        tell_all(stop, &stop->all[i]);
-    }
+    for (uint8_t i = roster->count; i; i--, servo++)
+        servo->stopped = CDS_STOP_UNKNOWN;
+    take_up(stop, &stop->requests[0], stop->buffers[0]);
+    take_up(stop, &stop->requests[1], stop->buffers[1]);
     return stop->result == CDS_PENDING ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
 enum cds_result cds_stop_poll(struct cds_stop *stop)
 {
+    CDS_OPAQUE(stop);
     if (stop->result != CDS_PENDING)
         return (enum cds_result)stop->result;
     if (stop->phase == TELLING_ALL)
         telling_all(stop);
-    else if (is_on_its_way(stop) && stop->one.result != CDS_PENDING)
+    else if (is_on_its_way(stop) && stop->requests[0].result != CDS_PENDING)
         ended(stop);
     if (stop->result == CDS_PENDING && (stop->phase == TELL || stop->phase == LOOK))
         send(stop);

@@ -154,15 +154,14 @@ static void moves_with_roster(void)
 static void stop_all(void)
 {
     static struct cds_stop stop;
-    static uint8_t outcomes[SERVOS + 1];
 
-    say("begun", cds_stop_begin(&stop, &roster, outcomes));
+    say("begun", cds_stop_begin(&stop, &roster));
     while (cds_stop_poll(&stop) == CDS_PENDING)
         cds_bus_poll(&bus);
     say("stopped", stop.result);
     say("told", stop.broadcasts);
     for (uint8_t i = 0; i <= SERVOS; i++)
-        say("outcome", outcomes[i]);
+        say("outcome", servos[i].stopped);
     write_byte("held", 1, CDS_REG_TORQUE_ENABLE, 1);
     cds_roster_release(&roster, NULL);
     write_byte("driven", 1, CDS_REG_TORQUE_ENABLE, 1);

@@ -29,7 +29,6 @@ static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
 static struct cds_feedback feedback[SERVOS];
 static struct cds_watch watch;
 static struct cds_stop stop;
-static uint8_t outcomes[SERVOS];
 static bool cycling, watching, stopping;
 
 /* What changed, and when. */
@@ -141,7 +140,7 @@ static void fill_and_stop(void)
     cds_servo_write(&bus, &requests[1], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, &on, 1);
     cds_servo_write_word(&bus, &requests[2], 2, CDS_REG_GOAL_POSITION, 900);
     cds_servo_ping(&bus, &requests[3], 3);
-    cds_stop_begin(&stop, &roster, outcomes);
+    cds_stop_begin(&stop, &roster);
     stopping = true;
 }
 
@@ -166,7 +165,7 @@ static void say_stop(void)
     say("result", stop.result);
     say("broadcasts", stop.broadcasts);
     for (uint8_t i = 0; i < SERVOS; i++)
-        say("outcome", outcomes[i]);
+        say("outcome", servos[i].stopped);
     for (uint8_t i = 0; i < WAITING; i++)
         say("waiting", requests[i].result);
 }

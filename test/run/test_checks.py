@@ -393,6 +393,26 @@ class Build(unittest.TestCase):
             self.assertEqual(status, 1)
             self.assertIn("OVER BUDGET", output)
 
+    def test_the_map_of_the_flash_has_all_of_it_and_each_byte_once(self):
+        elf = ROOT / "build/atmega128/controller.elf"
+        status, output = run(ROOT / "scripts/size-map.py", elf)
+        self.assertEqual(status, 0, output)
+        rows = re.findall(r"^ *(\d+) +(\d+|-)  ( *)(.+)$", output, re.M)
+        flash = {name: int(size) for size, _, _, name in rows}
+        tables = {name: int(size) for _, size, _, name in rows if size != "-"}
+        text, data = map(int, run("avr-size", elf)[1].splitlines()[1].split()[:2])
+        self.assertEqual(flash.pop("in all"), text + data)
+        folders = [name for _, _, inner, name in rows[:-1] if not inner]
+        self.assertEqual(sum(flash[name] for name in folders), text + data)
+        self.assertEqual(sum(flash.values()),
+                         text + data + sum(flash[name] for name in folders if "/" in name))
+        texts = int(re.search(r"(\d+) t texts$",
+                              run("avr-nm", "--print-size", "--radix=d", elf)[1], re.M)[1])
+        self.assertTrue(texts < tables["writer.c"] < flash["writer.c"], output)
+        self.assertNotIn("roster.c", tables)
+        self.assertTrue({"bus.c", "roster.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
+        self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
+
 
 class Readme(unittest.TestCase):
     def test_a_program_outside_the_tree_builds_and_runs_with_its_command_line(self):

@@ -97,7 +97,7 @@ class Debugger(unittest.TestCase):
 
     def test_a_breakpoint_in_a_handler_of_the_usart(self):
         said = self.debug("break __vector_30", "continue", "print controller.bus.counters.sent",
-                          "x/6xb controller.packets[2]", "detach")
+                          "x/6xb controller.console.buffer.packet", "detach")
         self.assertIn("Breakpoint 1, __vector_30 () at ", said)
         self.assertIn("$1 = 1\n", said)
         self.assertRegex(said, r"0xff\s+0xff\s+0x01\s+0x02\s+0x01\s+0xfb")  # it answers this ping
