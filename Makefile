@@ -257,10 +257,24 @@ bench: $(BENCH_NEEDS)
 bench-scaling: $(BENCH_NEEDS)
 	@scripts/bench.py --scaling
 
-## bench-docs: make bench, and its table in docs/performance.md anew
+## bench-account: where the cycles of its figures go, function by function
+.PHONY: bench-account
+bench-account: $(BENCH_NEEDS)
+	@scripts/account.py
+
+## bench-docs: make bench, and its tables in README.md and docs/performance.md anew
 .PHONY: bench-docs
 bench-docs: $(BENCH_NEEDS)
-	@scripts/bench.py; scripts/bench.py --docs
+	@scripts/bench.py; scripts/bench.py --docs; scripts/account.py --docs
+
+## bench-ci: make bench twice, the same to the digit, its tables up to date; see test/bench/over.tsv
+.PHONY: bench-ci
+bench-ci: $(BENCH_NEEDS)
+	@scripts/bench.py --known
+	@scripts/bench.py --known --out build/bench-again.tsv > build/bench-again.log || \
+	  { cat build/bench-again.log; exit 1; }
+	@cmp build/bench.tsv build/bench-again.tsv
+	@scripts/bench.py --docs --check
 
 # ---- faults ----------------------------------------------------------------------------------------
 

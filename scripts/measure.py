@@ -5,6 +5,7 @@ import functools
 import pathlib
 import random
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -46,7 +47,8 @@ class Run:
 
     programs = {}  # --program
 
-    def __init__(self, elf, *options, board="atmega128", servos="1", eeprom=None, good=True):
+    def __init__(self, elf, *options, board="atmega128", servos="1", eeprom=None, good=True,
+                 keep=None):
         self.board = board.split("/")[-1]
         elf = self.programs.get(elf, f"build/{self.board}/{elf}.elf")
         with tempfile.TemporaryDirectory() as folder:
@@ -69,6 +71,8 @@ class Run:
             self.figure = Figures((name, int(number)) for name, number in
                                   re.findall(r"^(\w+) (\d+)$", self.output, re.M))
             self.read((folder / "times").read_text())
+            if keep:
+                shutil.copy(folder / "times", keep)
             self.transcript = (folder / "transcript").read_text()
 
     def check(self, kept, what):

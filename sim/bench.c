@@ -379,6 +379,7 @@ static bool init_instruments(struct bench *bench)
         (options->mark && !mark_open(&bench->mark, &bench->machine.cpu, options->mark)) ||
         (options->times && !times_open(&bench->times, &bench->machine, options->times)) ||
         (options->stamp && !times_stamp(&bench->times, options->stamp)) ||
+        (options->steps && !times_steps(&bench->times, options->steps)) ||
         (options->plot && !open_plot(bench)) || (options->gdb && !open_gdb(bench)) ||
         (options->eeprom && !eeprom_load(&bench->machine.eeprom, options->eeprom))) {
         return false;

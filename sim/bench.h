@@ -57,6 +57,7 @@ struct bench_options {
     const char *mark;   // pin
     const char *times;
     const char *stamp; // port
+    const char *steps; // cycles, as in 1000-2000
     bool gdb;
     uint16_t gdb_port; // 0: any
     bool rules_warn;

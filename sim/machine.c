@@ -340,6 +340,9 @@ static enum machine_end run(struct machine *machine)
         }
         machine->fresh = false;
         machine->pc = avr->pc;
+        if (machine->on_step) {
+            machine->on_step(machine->watcher, avr->cycle, avr->pc);
+        }
         int state = avr_run(avr);
         if (avr->interrupt_state < 0) {
             cpu_stepped(&machine->cpu);

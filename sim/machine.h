@@ -52,6 +52,7 @@ struct machine {
     bool interrupts;            // on, after the latest instruction
     void *watcher;
     void (*on_interrupts)(void *watcher, bool on); // they were turned on or off; may be 0
+    void (*on_step)(void *watcher, uint64_t now, uint32_t pc); // an instruction begins; may be 0
     void *owner;
     void (*on_reset)(void *owner, uint64_t now); // may be 0
 };

@@ -49,6 +49,7 @@ static const char help[] =
     "  --mark PIN         how much of the time that pin is high, as in B0, handlers not counted\n"
     "  --times FILE       what happened when, to the cycle, and how long handlers took\n"
     "  --stamp PORT       each step of its pins too, as in B\n"
+    "  --steps FROM-TO    each instruction that begins in these cycles too\n"
     "  --gdb PORT         wait for avr-gdb (target remote 127.0.0.1:PORT) before all else\n"
     "  --rules warn       tell and count what breaks the rules of the wire, but do not fail\n"
     "  --state DIR        keep what each servo has in its EEPROM from run to run\n"
@@ -198,6 +199,7 @@ static bool parse_option(struct bench_options *options, const char *name, const 
         {"--rules", 0, parse_rules},         {"--state", &options->state, 0},
         {"--seconds", 0, parse_seconds},     {"--fault", 0, parse_fault},
         {"--seed", 0, parse_seed},           {"--usart", 0, parse_usart},
+        {"--steps", &options->steps, 0},
     };
     for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++) {
         if (strcmp(name, known[i].name) != 0) {
@@ -254,10 +256,10 @@ static bool check_ids(const struct bench_options *options)
 static bool check_bus(const struct bench_options *options)
 {
     if (options->elf || options->board || !options->exact || options->gdb || options->eeprom ||
-        options->mark || options->times || options->stamp ||
+        options->mark || options->times || options->stamp || options->steps ||
         (options->host != BENCH_HOST_NONE && !options->script)) {
         return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom, "
-                     "--mark, --times, --stamp",
+                     "--mark, --times, --stamp, --steps",
                      0);
     }
     if (options->servos[1].count || options->servos[2].count) {

@@ -105,6 +105,33 @@ bool times_stamp(struct times *times, const char *port)
     return true;
 }
 
+/* --- instructions --------------------------------------------------------------------------------
+ */
+
+static void stepped(void *owner, uint64_t now, uint32_t pc)
+{
+    const struct times *times = owner;
+    if (now >= times->steps_from && now < times->steps_to) {
+        fprintf(times->file, "step %" PRIu64 " %" PRIu32 "\n", now, pc);
+    }
+}
+
+bool times_steps(struct times *times, const char *span)
+{
+    char behind;
+    if (!times->file) {
+        fputs("--steps is for --times\n", stderr);
+        return false;
+    }
+    if (sscanf(span, "%" SCNu64 "-%" SCNu64 "%c", &times->steps_from, &times->steps_to, &behind) !=
+        2) {
+        fprintf(stderr, "--steps %s: wanted: two cycles, as in 1000-2000\n", span);
+        return false;
+    }
+    times->machine->on_step = stepped;
+    return true;
+}
+
 /* --- the wire ------------------------------------------------------------------------------------
  */
 

@@ -39,6 +39,8 @@ struct times {
     uint64_t longest_off;
     uint64_t longest_off_at;
 
+    uint64_t steps_from, steps_to; // instructions that begin from one cycle to before the other
+
     struct pin stamp; // any of its port
     bool stamps;
     uint8_t level; // of its pins
@@ -56,6 +58,10 @@ bool times_open(struct times *times, struct machine *machine, const char *path);
 /* Steps of the pins of `port`, as in B, are told too. False, with one line on stderr, when the chip
  * has no such port. */
 bool times_stamp(struct times *times, const char *port);
+
+/* Instructions that begin in the cycles of `span`, as in 1000-2000, are told too. False, with one
+ * line on stderr, when that is none. */
+bool times_steps(struct times *times, const char *span);
 
 /* To be called when a handler is entered or left. */
 void times_handler(struct times *times, uint64_t now);

@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Where the cycles of a figure of the bench go: the worst case of each, function by function, as the
+simulated CPU runs it (--steps). What gcc inlines counts for the function it stands in.
+
+usage: account.py [--docs]    --docs: the tables of docs/performance.md anew
+"""
+import bisect
+import collections
+import re
+import subprocess
+import sys
+import tempfile
+import pathlib
+
+from measure import BYTE, CALL, POLL, RETURN_DELAY, ROOT, WHOLE, Run
+
+DOCS = ROOT / "docs/performance.md"
+HANDLER = re.compile(r"__vector_(\d+)|__vectors")
+
+
+class Program:
+    """A program of the bench, run as the bench does."""
+
+    def __init__(self, elf, *options, **more):
+        self.elf, self.options, self.more = elf, options, more
+        self.run = Run(elf, *options, **more)
+        names = subprocess.run(["avr-nm", "-n", ROOT / f"build/{self.run.board}/{elf}.elf"],
+                               stdout=subprocess.PIPE, text=True, check=True).stdout
+        words = [line.split() for line in names.splitlines()]
+        self.functions = [(int(word[0], 16), word[-1]) for word in words if word[1] in "tT"]
+        self.starts = [start for start, _ in self.functions]
+
+    def function(self, address):
+        name = self.functions[bisect.bisect_right(self.starts, address) - 1][1]
+        return "handlers" if HANDLER.fullmatch(name) else re.sub(r"\.(constprop|lto_priv|part).*", "", name)
+
+    def cycles(self, start, end):
+        """{function: cycles} of what runs from cycle `start` to before `end`."""
+        with tempfile.TemporaryDirectory() as folder:
+            times = pathlib.Path(folder) / "times"
+            Run(self.elf, *self.options, "--steps", f"{start}-{end}", keep=times, **self.more)
+            steps = [tuple(map(int, line.split()[1:])) for line in open(times)
+                     if line.startswith("step ")]
+        spent = collections.Counter()
+        for (at, address), (then, _) in zip(steps, [*steps[1:], (end, 0)]):
+            spent[self.function(address)] += min(then, end) - at
+        if steps:
+            spent["(begun before)"] += steps[0][0] - start
+        return +spent
+
+
+def reads():
+    program = Program("bench/read", "--stamp", "B", "--seconds", "2")
+    run = program.run
+    over, begun, took, n = max((took - RETURN_DELAY * n, begun, took, n)
+                               for n, (took, _, begun) in enumerate(run.spans(WHOLE), 1))
+    first, last = next(sent[:2] for sent in run.sent if sent[0] >= begun)
+    heard = last + RETURN_DELAY * n + 8 * BYTE
+    yield "`read_overhead`: typed call to first start bit", program.cycles(begun, first)
+    yield ("`read_overhead`: end of the last stop bit of the reply to outcome known",
+           program.cycles(heard, begun + took))
+    took, handlers, begun = max(run.spans(CALL), key=lambda span: span[0] - span[1])
+    yield "`enqueue`", program.cycles(begun, begun + took)
+
+
+def syncs():
+    program = Program("bench/sync", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
+    begun = program.run.spans(CALL)[-1][2]
+    first = next(sent[0] for sent in program.run.sent if sent[0] >= begun)
+    yield "`sync18`: typed call to first start bit", program.cycles(begun, first)
+
+
+def groups():
+    program = Program("bench/group", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
+    sent = [one for one in program.run.sent if one[2] == 8][5:7]
+    heard = sent[0][1] + RETURN_DELAY + 14 * BYTE
+    yield "`group18`: last stop bit of a reply to the next start bit", program.cycles(heard, sent[1][0])
+
+
+def absents():
+    program = Program("bench/absent", "--stamp", "B", "--seconds", "2")
+    took, _, begun = program.run.spans(WHOLE)[0]
+    due = begun + (16 * 10 + 2 + 100) * 16
+    yield ("`absent_us`: behind what bytes, return delay and margin take",
+           program.cycles(due, begun + took))
+
+
+def polls():
+    program = Program("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", "--fault",
+                      "noise 3000", servos="1-50")
+    took, handlers, begun = max(program.run.spans(POLL), key=lambda span: span[0] - span[1])
+    yield "`poll_max`, of those with noise on the line", program.cycles(begun, begun + took)
+
+
+def tables():
+    for job in (reads, syncs, groups, absents, polls):
+        for title, spent in job():
+            yield f"| {title} | **{sum(spent.values())}** |"
+            yield "|---|---|"
+            for name, cycles in spent.most_common():
+                yield f"| {'handlers' if name == 'handlers' else f'`{name}`'} | {cycles} |"
+            yield ""
+
+
+def main(arguments):
+    text = "\n".join(tables()).rstrip("\n")
+    if arguments == ["--docs"]:
+        block = f"<!-- make bench-account -->\n{text}\n<!-- end -->"
+        DOCS.write_text(re.sub(r"<!-- make bench-account -->.*?<!-- end -->", lambda m: block,
+                               DOCS.read_text(), flags=re.S))
+    else:
+        print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
