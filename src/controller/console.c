@@ -220,7 +220,7 @@ static void read_input(struct console *console)
 /* ---- Ctrl-X ---- */
 
 /* The place behind the last Ctrl-X among the bytes that wait for their turn, or 0. */
-static uint8_t behind_stop(const struct console *console, uint8_t from)
+CDS_APART static uint8_t behind_stop(const struct console *console, uint8_t from)
 {
     uint8_t behind = 0;
 

@@ -71,7 +71,7 @@ void robot_abort(struct robot *robot)
     }
 }
 
-static void begin_stop(struct robot *robot)
+CDS_APART static void begin_stop(struct robot *robot)
 {
     robot->stop_waits = false;
     robot->stopping = true;
