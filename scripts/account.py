@@ -6,13 +6,16 @@ usage: account.py [--docs]    --docs: the tables of docs/performance.md anew
 """
 import bisect
 import collections
+import pathlib
 import re
 import subprocess
 import sys
 import tempfile
-import pathlib
 
 from measure import BYTE, CALL, POLL, RETURN_DELAY, ROOT, WHOLE, Run
+
+sys.path.insert(0, str(ROOT / "test/run"))
+import feedback
 
 DOCS = ROOT / "docs/performance.md"
 HANDLER = re.compile(r"__vector_(\d+)|__vectors")
@@ -92,18 +95,51 @@ def polls():
     yield "`poll_max`, of those with noise on the line", program.cycles(begun, begun + took)
 
 
+def bulks():
+    with tempfile.NamedTemporaryFile("w", suffix=".pc") as said:
+        said.write(feedback.program())
+        said.flush()
+        program = Program("controller", "--host", said.name, servos="1-18")
+        asked = [one for one in program.run.sent if one[2] == 8][:18]
+        words = [line.split() for line in program.run.output.splitlines()]
+        request = int([line for line in words if line[:1] == ["said"]][1][2])
+        answered = int([line for line in words if line[:1] == ["heard"]][1][2])
+        heard = [last + RETURN_DELAY + 14 * BYTE for _, last, *_ in asked]
+        yield "`bulk18`: last byte of the request to the first READ", program.cycles(request, asked[0][0])
+        yield ("`bulk18`: last stop bit of a reply to the next start bit, 17 times",
+               program.cycles(heard[5], asked[6][0]))
+        yield ("`bulk18`: last stop bit of the last reply to that of the last status packet",
+               program.cycles(heard[17], answered))
+
+
+JOBS = (reads, syncs, groups, absents, polls, bulks)
+
+
 def tables():
-    for job in (reads, syncs, groups, absents, polls):
+    for job in JOBS:
         for title, spent in job():
-            yield f"| {title} | **{sum(spent.values())}** |"
-            yield "|---|---|"
-            for name, cycles in spent.most_common():
-                yield f"| {'handlers' if name == 'handlers' else f'`{name}`'} | {cycles} |"
-            yield ""
+            parts = ", ".join(f"{name if name == 'handlers' else f'`{name}`'} {cycles}"
+                              for name, cycles in spent.most_common())
+            yield f"| {title} | {sum(spent.values())} | {parts} |"
+
+
+def sizes(elf, whole):
+    """As make size-map prints them; of the larger one only the folders."""
+    text = subprocess.run(["scripts/size-map.py", elf], stdout=subprocess.PIPE, text=True, check=True,
+                          cwd=ROOT).stdout
+    return "\n".join(line for line in text.splitlines()
+                     if whole or not re.match(r" *[\d-]+ +[\d-]+    ", line))
+
+
+def account():
+    rows = "\n".join(tables())
+    return (f"| from, to | cycles | of them |\n|---|---|---|\n{rows}\n\n```\n"
+            f"{sizes('build/atmega644p/bench/min.elf', True)}\n```\n\n```\n"
+            f"{sizes('build/atmega128/controller.elf', False)}\n```")
 
 
 def main(arguments):
-    text = "\n".join(tables()).rstrip("\n")
+    text = account()
     if arguments == ["--docs"]:
         block = f"<!-- make bench-account -->\n{text}\n<!-- end -->"
         DOCS.write_text(re.sub(r"<!-- make bench-account -->.*?<!-- end -->", lambda m: block,
