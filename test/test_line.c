@@ -433,6 +433,16 @@ void test_an_old_answer_is_not_feared_half_an_hour_later(void)
     TEST_ASSERT_TRUE(is_sent());
 }
 
+/* A program that blocks polls while it waits, and never else. */
+void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(void)
+{
+    give_up_early();
+    port_fake.now_us += 0x80000000u + 1000;
+    TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
 void test_opening_again_waits_until_no_old_answer_can_come(void)
 {
     give_up_early();

@@ -439,7 +439,7 @@ ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t param
 
 ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 {
-    if (cds_bus_is_watched_(bus) || !is_free(bus))
+    if (cds_bus_is_watched_(bus) || bus->request || !is_free(bus))
         return 0;
     return cds_link_begin(bus->port, CDS_HEADER);
 }
