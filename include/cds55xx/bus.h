@@ -150,7 +150,8 @@ struct cds_bus_observer {
 /* How far the bus is with its first request. */
 enum cds_bus_flight {
     CDS_BUS_CLOSED,
-    CDS_BUS_IDLE,  // it waits, or there is none
+    CDS_BUS_WAITS, // it waits for its turn
+    CDS_BUS_IDLE,  // there is none
     CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
     CDS_BUS_TELLS, // ... no reply is due
     CDS_BUS_ASKS,  // ... a reply is due, and what comes is searched for it

@@ -382,6 +382,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
  * longer come: for as long as the longest exchange may take. */
 static ONE_COPY void wait_for_turn(struct cds_bus *bus)
 {
+    bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
     allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
 }
 
@@ -396,8 +397,12 @@ static ONE_COPY void begin_turn(struct cds_bus *bus)
  * sees. */
 static ONE_COPY void begin_next(struct cds_bus *bus)
 {
-    if (bus->request && cds_bus_judge_(bus, bus->request) == CDS_OK)
+    if (!bus->request)
+        return;
+    if (cds_bus_judge_(bus, bus->request) == CDS_OK)
         begin_turn(bus);
+    else
+        wait_for_turn(bus);
 }
 
 /* Puts the request into the queue, before those that are less urgent than `urgent`, but never
@@ -439,14 +444,14 @@ ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t param
 
 ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 {
-    if (cds_bus_is_watched_(bus) || bus->request || !is_free(bus))
+    if (cds_bus_is_watched_(bus) || !is_free(bus))
         return 0;
     return cds_link_begin(bus->port, CDS_HEADER);
 }
 
 ONE_COPY uint8_t cds_bus_begin_judged_(struct cds_bus *bus)
 {
-    if (bus->request || !is_free(bus))
+    if (!is_free(bus))
         return 0;
     return cds_link_begin(bus->port, CDS_HEADER);
 }
@@ -488,8 +493,10 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
-    if (place == &bus->request)
+    if (place == &bus->request) {
+        bus->flight = CDS_BUS_IDLE;
         begin_next(bus); // it has waited for nothing yet
+    }
     return CDS_OK;
 }
 
@@ -527,6 +534,7 @@ static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
+    bus->flight = CDS_BUS_IDLE;
     bus->request = request->next;
     request->result = result;
     return go_further(bus, request);
