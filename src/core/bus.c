@@ -347,9 +347,13 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
         parse(bus);
     }
     if (used || (!high && bus->line != CDS_BUS_BUSY)) {
+        uint16_t quiet_us = (uint16_t)(2u * bus->byte_time_us);
+
+        if (bus->line != CDS_BUS_OK && bus->quiet_us > quiet_us)
+            quiet_us = bus->quiet_us; // of what was asked before cds_bus_open()
         if (used || bus->line == CDS_BUS_OK)
             bus->line = CDS_BUS_BUSY;
-        hush(bus, (uint16_t)(2u * bus->byte_time_us));
+        hush(bus, quiet_us);
     } else if (bus->line != CDS_BUS_OK &&
                ((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us) {
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
@@ -672,7 +676,6 @@ CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t end)
             *to++ = ring[at & RING_MASK];
     }
     bus->link.rx.tail = (uint8_t)(end + 1u);
-    bus->owed = false;
     return end_well(bus);
 }
 
