@@ -410,6 +410,20 @@ void test_others_are_asked_meanwhile(void)
     assert_answered(&other, 6);
 }
 
+void test_that_another_answers_does_not_make_an_old_answer_a_new_one(void)
+{
+    give_up_early();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+    assert_answered(&other, 6);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_FALSE(is_sent());
+    port_fake_answer(&bus.link, 5, 0, NULL, 0);
+    poll_at(505);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    poll_at(QUIET_US);
+    assert_answered(&request, 5);
+}
+
 void test_what_is_not_answered_is_sent_meanwhile(void)
 {
     give_up_early();
@@ -433,6 +447,16 @@ void test_an_old_answer_is_not_feared_half_an_hour_later(void)
     TEST_ASSERT_TRUE(is_sent());
 }
 
+/* A program that blocks polls while it waits, and never else. */
+void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(void)
+{
+    give_up_early();
+    port_fake.now_us += 0x80000000u + 1000;
+    TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
 void test_opening_again_waits_until_no_old_answer_can_come(void)
 {
     give_up_early();
@@ -443,6 +467,23 @@ void test_opening_again_waits_until_no_old_answer_can_come(void)
     TEST_ASSERT_FALSE(is_sent());
     poll_at(1);
     TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_noise_does_not_shorten_that_wait(void)
+{
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    noise();
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US - 1);
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
+    assert_answered(&request, 5);
+    noise();
+    poll_at(0);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5)); // as ever, from then on
+    poll_at(QUIET_US);
+    assert_answered(&request, 5);
 }
 
 void test_at_another_rate_no_old_answer_is_feared(void)

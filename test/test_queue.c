@@ -118,6 +118,26 @@ void test_a_failed_request_does_not_hold_up_those_behind_it(void)
     TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
 }
 
+/* Behind a bad end one waits on a line that is free: it must not be passed, let alone forgotten. */
+void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
+{
+    requests[0].reply_parameters = CDS_REPLY_NONE;
+    cds_packet_action(&requests[0].packet, CDS_BROADCAST_ID);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &requests[0]));
+    ping(1);
+    cds_bus_poll(&bus);
+    port_fake.now_us += 10000; // the transmitter has stopped
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    ping(2);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    cds_bus_poll(&bus);
+    answer(2);
+    answer(3);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[2].result);
+}
+
 void test_each_waiting_request_has_a_deadline_of_its_own(void)
 {
     ping(0);

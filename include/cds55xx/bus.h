@@ -150,7 +150,8 @@ struct cds_bus_observer {
 /* How far the bus is with its first request. */
 enum cds_bus_flight {
     CDS_BUS_CLOSED,
-    CDS_BUS_IDLE,  // it waits, or there is none
+    CDS_BUS_WAITS, // it waits for its turn
+    CDS_BUS_IDLE,  // there is none
     CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
     CDS_BUS_TELLS, // ... no reply is due
     CDS_BUS_ASKS,  // ... a reply is due, and what comes is searched for it
@@ -166,7 +167,8 @@ struct cds_bus {
     uint8_t port;               // number of the bus on its board
     uint8_t flight;             // enum cds_bus_flight
     uint8_t line;               // enum cds_bus_state
-    bool owed;                  // the one given up last may answer until `late_us`
+    bool owed;                  // the one given up last, `late_id`, may answer until `late_us`
+    uint8_t late_id;
     uint8_t damaged;            // not 0: something of the reply came damaged
     bool closing;               // the deadline is over, and bytes up to this index of the
     uint8_t close_at;           // ring are still looked at

@@ -92,21 +92,27 @@ uint16_t cds_port_short_us(void)
 }
 
 /* The timer sets the flag when it passes the compare register, every 32 ms. What was passed while a
- * handler held up these lines would ring late: so it is moved to a few microseconds from now. */
+ * handler held up these lines would ring late: so it is moved to a few microseconds from now, or
+ * counted as a lap that is over. */
 uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us)
 {
     uint32_t ticks = us << 1;
     uint16_t from = (uint16_t)(from_us << 1), wait = (uint16_t)ticks, passed;
+    uint8_t laps = (uint8_t)(ticks >> 16);
 
-    do {
+    for (;;) {
         set_compare(port, (uint16_t)(from + wait));
         TIMER_FLAGS = alarm_flag(port);
         passed = (uint16_t)(TIMER_COUNT - from);
-        if (passed < wait)
+        if (passed < wait || (TIMER_FLAGS & alarm_flag(port)))
             break;
+        if (laps && passed > wait) { // it would have rung by now, and does so again in time
+            laps--;
+            break;
+        }
         wait = (uint16_t)(passed + AVR_CLOCK_SOON);
-    } while (!(TIMER_FLAGS & alarm_flag(port)));
-    return (uint8_t)(ticks >> 16);
+    }
+    return laps;
 }
 
 void cds_port_silence_alarm(uint8_t port)

@@ -347,9 +347,13 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
         parse(bus);
     }
     if (used || (!high && bus->line != CDS_BUS_BUSY)) {
+        uint16_t quiet_us = (uint16_t)(2u * bus->byte_time_us);
+
+        if (bus->line != CDS_BUS_OK && bus->quiet_us > quiet_us)
+            quiet_us = bus->quiet_us; // of what was asked before cds_bus_open()
         if (used || bus->line == CDS_BUS_OK)
             bus->line = CDS_BUS_BUSY;
-        hush(bus, (uint16_t)(2u * bus->byte_time_us));
+        hush(bus, quiet_us);
     } else if (bus->line != CDS_BUS_OK &&
                ((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us) {
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
@@ -382,6 +386,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
  * longer come: for as long as the longest exchange may take. */
 static ONE_COPY void wait_for_turn(struct cds_bus *bus)
 {
+    bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
     allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
 }
 
@@ -396,8 +401,12 @@ static ONE_COPY void begin_turn(struct cds_bus *bus)
  * sees. */
 static ONE_COPY void begin_next(struct cds_bus *bus)
 {
-    if (bus->request && cds_bus_judge_(bus, bus->request) == CDS_OK)
+    if (!bus->request)
+        return;
+    if (cds_bus_judge_(bus, bus->request) == CDS_OK)
         begin_turn(bus);
+    else
+        wait_for_turn(bus);
 }
 
 /* Puts the request into the queue, before those that are less urgent than `urgent`, but never
@@ -446,7 +455,7 @@ ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 
 ONE_COPY uint8_t cds_bus_begin_judged_(struct cds_bus *bus)
 {
-    if (bus->request || !is_free(bus))
+    if (!is_free(bus))
         return 0;
     return cds_link_begin(bus->port, CDS_HEADER);
 }
@@ -488,8 +497,10 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     *place = request->next;
     request->result = CDS_CANCELLED;
-    if (place == &bus->request)
+    if (place == &bus->request) {
+        bus->flight = CDS_BUS_IDLE;
         begin_next(bus); // it has waited for nothing yet
+    }
     return CDS_OK;
 }
 
@@ -527,6 +538,7 @@ static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
+    bus->flight = CDS_BUS_IDLE;
     bus->request = request->next;
     request->result = result;
     return go_further(bus, request);
@@ -664,7 +676,6 @@ CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t end)
             *to++ = ring[at & RING_MASK];
     }
     bus->link.rx.tail = (uint8_t)(end + 1u);
-    bus->owed = false;
     return end_well(bus);
 }
 

@@ -17,24 +17,30 @@ void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_d
 
 void cds_bus_note_given_up_(struct cds_bus *bus)
 {
-    bus->last_id = bus->request->id;
+    bus->late_id = bus->request->id;
     bus->owed = true;
     bus->late_us = cds_port_now_us() + CDS_RETURN_DELAY_MAX_US - bus->request->return_delay_us;
+}
+
+/* It is so long at most: more is an old time, also where nobody has looked for half an hour. */
+static bool is_ahead(uint32_t late_us, uint32_t now_us)
+{
+    return (uint32_t)(late_us - now_us - 1u) < CDS_RETURN_DELAY_MAX_US;
 }
 
 bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us)
 {
     return bus->owed &&
-           (id == bus->last_id || id == CDS_BROADCAST_ID || bus->last_id == CDS_BROADCAST_ID) &&
-           (int32_t)(now_us - bus->late_us) < 0;
+           (id == bus->late_id || id == CDS_BROADCAST_ID || bus->late_id == CDS_BROADCAST_ID) &&
+           is_ahead(bus->late_us, now_us);
 }
 
-/* Once the time is over, for good: half an hour later the clock would not tell. */
+/* Once the time is over, for good: an hour later the clock would not tell. */
 bool cds_bus_owes_(struct cds_bus *bus, uint8_t id)
 {
     uint32_t now_us = cds_port_now_us();
 
-    if ((int32_t)(now_us - bus->late_us) >= 0)
+    if (!is_ahead(bus->late_us, now_us))
         bus->owed = false;
     return cds_bus_may_answer_late(bus, id, now_us);
 }

@@ -100,11 +100,12 @@ class Programs(unittest.TestCase):
         self.assertLess(figure["submit_us"], 8 * 10)  # not even its own packet was waited for
         self.assertGreater(figure["turns"], 20)
 
-    def test_the_clock_never_goes_back_nor_jumps(self):
+    def test_the_clock_never_goes_back_nor_jumps_and_alarms_ring_in_time(self):
         run, figure = self.figures("clock")
         self.assertEqual(run.status, 0, run.output)
         self.assertEqual(figure["wrong"], 0)
         self.assertGreater(figure["readings"], 10000)
+        self.assertEqual(figure["alarms"], 0)
 
     def test_damaged_and_lost_bytes_are_counted_and_never_a_reply(self):
         run, figure = self.figures("line_errors", servos="1")
