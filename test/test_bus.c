@@ -694,6 +694,27 @@ void test_broadcast_ping_is_answered_by_any_servo(void)
 }
 
 /* No servo has that ID; the packet's own echo, for one, looks like such a reply. */
+/* R27: any number of FF before an ID; nothing of it is taken for an ID. */
+void test_broadcast_ping_is_answered_behind_one_more_FF(void)
+{
+    static const uint8_t header[] = {0xFF};
+
+    ping(CDS_BROADCAST_ID);
+    hear(header, sizeof header);
+    port_fake_answer(&bus.link, 2, 0, NULL, 0); // its ID is the LENGTH due
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL_UINT8(2, request.id);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().refuted);
+}
+
+void test_packet_that_was_never_ended_is_refused(void)
+{
+    cds_packet_begin(&request.packet, 5, CDS_PING);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[PORT]);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().sent);
+}
+
 void test_reply_from_the_broadcast_id_is_no_reply(void)
 {
     ping(CDS_BROADCAST_ID);

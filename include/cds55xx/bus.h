@@ -164,10 +164,10 @@ enum cds_bus_flight {
 struct cds_bus {
     struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
-    uint8_t port;               // number of the bus on its board
-    uint8_t flight;             // enum cds_bus_flight
-    uint8_t line;               // enum cds_bus_state
-    bool owed;                  // the one given up last, `late_id`, may answer until `late_us`
+    uint8_t port;   // number of the bus on its board
+    uint8_t flight; // enum cds_bus_flight
+    uint8_t line;   // enum cds_bus_state
+    bool owed;      // the one given up last, `late_id`, may answer until `late_us`
     uint8_t late_id;
     uint8_t damaged;            // not 0: something of the reply came damaged
     bool closing;               // the deadline is over, and bytes up to this index of the
@@ -229,9 +229,10 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
  * else in its turn, after those submitted before it that are as urgent, or more so.
  * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
- * already; nothing was touched. CDS_BAD_ARGUMENT: no bus is open, or reply_parameters is above
- * CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer. CDS_NO_REPLY_DUE, CDS_LIMIT,
- * CDS_HELD: the observer does not admit it (roster.h). All but the first: nothing was sent.
+ * already; nothing was touched. CDS_BAD_ARGUMENT: no bus is open, the packet was never ended, or
+ * reply_parameters is above CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer.
+ * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer does not admit it (roster.h). All but the
+ * first: nothing was sent.
  *
  * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each

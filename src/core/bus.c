@@ -8,7 +8,7 @@
 
 #define NOBODY        UINT8_MAX // no ID
 #define RING_MASK     (CDS_RING_SIZE - 1)
-#define TAKEN_AT_MOST 16
+#define TAKEN_AT_MOST 16 // parameters of a reply that are summed up in one poll
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
@@ -18,7 +18,7 @@
  * time for a byte counts. */
 #define ONE_COPY __attribute__((noclone, noinline))
 
-/* What a program does not use: account.c and repeat.c have those that do something. */
+/* What a program does not use: account.c, repeat.c and late.c have those that do something. */
 #define UNUSED __attribute__((weak))
 
 UNUSED bool cds_bus_is_watched_(const struct cds_bus *bus)
@@ -476,6 +476,8 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
+    if (request->packet.size > CDS_LENGTH_MAX + CDS_AT_INSTRUCTION)
+        return CDS_BAD_ARGUMENT;
     if (due != CDS_REPLY_NONE) {
         if (due > CDS_REPLY_MAX)
             return CDS_BAD_ARGUMENT;
@@ -660,8 +662,8 @@ static bool poll_idle(struct cds_bus *bus)
     return false;
 }
 
-/* All of a reply has come: is its checksum right? Only then more parameters than a header has bytes
- * take the place of the instruction packet: one that fails can be sent again. */
+/* All of a reply has come: is its checksum right? Only then parameters take the place of an
+ * instruction packet that could not be built again: one that fails can be sent again. */
 CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t end)
 {
     const volatile uint8_t *ring = bus->link.rx.bytes;
@@ -749,7 +751,7 @@ CDS_APART static bool begins_as_due(struct cds_bus *bus)
     if (ring[tail & RING_MASK] != CDS_HEADER ||
         ring[(uint8_t)(tail + 1) & RING_MASK] != CDS_HEADER ||
         ring[(uint8_t)(tail + CDS_AT_ID) & RING_MASK] != id ||
-        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length)
+        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length || id == NOBODY)
         return false;
     return begin_taking(bus, tail, (uint8_t)(id + length), (uint8_t)(length + CDS_AT_LENGTH));
 }
