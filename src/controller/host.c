@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()
-#include "opaque.h"       // CDS_APART
+#include "opaque.h"       // CDS_OPAQUE(), CDS_APART
 
 /* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
  */
@@ -300,8 +300,10 @@ static bool mark_lost(struct cds_ring *text)
 
 bool host_poll(struct host *host)
 {
-    uint8_t tail = host->input->tail;
+    uint8_t tail;
 
+    CDS_OPAQUE(host);
+    tail = host->input->tail;
     if (host->lost && !host->skipping && mark_lost(host->text)) { // the line's end may be lost, too
         host->lost = false;
         host->typing = false;
