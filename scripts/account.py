@@ -42,7 +42,7 @@ class Program:
         with tempfile.TemporaryDirectory() as folder:
             times = pathlib.Path(folder) / "times"
             Run(self.elf, *self.options, "--steps", f"{start}-{end}", keep=times, **self.more)
-            steps = [tuple(map(int, line.split()[1:])) for line in open(times)
+            steps = [tuple(map(int, line.split()[1:])) for line in times.read_text().splitlines()
                      if line.startswith("step ")]
         spent = collections.Counter()
         for (at, address), (then, _) in zip(steps, [*steps[1:], (end, 0)]):

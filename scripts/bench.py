@@ -166,7 +166,8 @@ def table_of(done, what, columns):
              "|---|---|" + "---|" * len(columns)]
     for row in done:
         least = "≥ " if row["sense"] == "min" else ""
-        cells = {**row, "value": f"{row['value']} {row['unit']}",
+        bold = "**" if exceeds(row, number(row["value"]), "limit") else ""
+        cells = {**row, "value": f"{bold}{row['value']} {row['unit']}{bold}",
                  **{bound: row[bound] if row[bound] == "-" else least + row[bound]
                     for bound in ("limit", "goal")}}
         lines.append(f"| `{row['name']}` | {what[row['name']]} | "

@@ -6,12 +6,13 @@
 static struct run run;
 static char text[4096];
 static char path[64];
+static char more[48]; // options
 
 static void times_of(const char *firmware)
 {
-    char options[128];
+    char options[192];
     snprintf(path, sizeof(path), "/tmp/cds55xx-times-%d", (int)getpid());
-    snprintf(options, sizeof(options), "--rules warn --times %s --stamp B", path);
+    snprintf(options, sizeof(options), "--rules warn --times %s --stamp B%s", path, more);
     simulate_firmware(&run, firmware, options);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
     FILE *file = fopen(path, "r");
@@ -23,6 +24,7 @@ static void times_of(const char *firmware)
 
 void setUp(void)
 {
+    more[0] = 0;
     times_of("times");
 }
 
@@ -54,6 +56,24 @@ void test_the_steps_of_a_pin(void)
     TEST_ASSERT_EQUAL_UINT(0, down[2]);
     TEST_ASSERT_EQUAL_UINT(0, down[3]); // no handler yet
     TEST_ASSERT_NULL(strstr(second + 1, "pin "));
+}
+
+/* SBI takes two cycles; what begins behind it is told too, and nothing from `to` on. */
+void test_the_instructions_of_a_span(void)
+{
+    unsigned long up[6], step[6], then[6];
+    TEST_ASSERT_NULL(strstr(text, "step "));
+    line("pin ", up);
+    snprintf(more, sizeof(more), " --steps %lu-%lu", up[0], up[0] + 3);
+    times_of("times");
+    TEST_ASSERT_EQUAL_UINT(2, line("step ", step));
+    TEST_ASSERT_EQUAL_UINT(up[0], step[0]);
+    const char *second = strstr(strstr(text, "step ") + 1, "step ");
+    TEST_ASSERT_NOT_NULL(second);
+    TEST_ASSERT_EQUAL_INT(2, sscanf(second, "step %lu %lu", &then[0], &then[1]));
+    TEST_ASSERT_EQUAL_UINT(up[0] + 2, then[0]);
+    TEST_ASSERT_EQUAL_UINT(step[1] + 2, then[1]);
+    TEST_ASSERT_NULL(strstr(second + 1, "step "));
 }
 
 void test_handlers_without_those_within(void)
@@ -116,9 +136,10 @@ void test_the_sums_of_the_run(void)
 
 void test_what_cannot_be_had_is_refused(void)
 {
-    static const char *const bad[] = {"--times /no/such/folder/x", "--stamp B",
-                                      "--times /dev/null --stamp H",
-                                      "--times /dev/null --stamp B0"};
+    static const char *const bad[] = {
+        "--times /no/such/folder/x",     "--stamp B",   "--times /dev/null --stamp H",
+        "--times /dev/null --stamp B0",  "--steps 1-2", "--times /dev/null --steps 5",
+        "--times /dev/null --steps 1-2x"};
     for (unsigned i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {
         simulate_firmware(&run, "times", bad[i]);
         TEST_ASSERT_EQUAL_INT_MESSAGE(2, run.status, bad[i]);
