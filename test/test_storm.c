@@ -133,9 +133,9 @@ static void answer(struct job *job)
     uint32_t at_us = port_fake.now_us;
 
     job->token = ++tokens;
-    job->id = id == CDS_BROADCAST_ID ? (uint8_t)random_below(250) : id;
-    job->error = one_in(5) ? CDS_ERROR_RANGE | CDS_ERROR_VOLTAGE : 0;
-    job->length = request->any_length ? (uint8_t)random_below(ANY) : request->reply_parameters;
+    job->id = (uint8_t)(id == CDS_BROADCAST_ID ? random_below(250) : id);
+    job->error = (uint8_t)(one_in(5) ? CDS_ERROR_RANGE | CDS_ERROR_VOLTAGE : 0);
+    job->length = (uint8_t)(request->any_length ? random_below(ANY) : request->reply_parameters);
     if (job->error && one_in(2))
         job->length = 0;
     if (storm != QUICK)
@@ -192,7 +192,7 @@ static void pass(uint16_t us)
     uint32_t until_us = port_fake.now_us + us;
 
     if (talking && !stuck) {
-        uint32_t leaves_us = talking->begun_us + talking->request.packet.size * BYTE_US;
+        uint32_t leaves_us = talking->begun_us + (uint32_t)talking->request.packet.size * BYTE_US;
 
         if ((int32_t)(leaves_us - until_us) <= 0) {
             port_fake.now_us = leaves_us;
@@ -213,7 +213,7 @@ static void pass(uint16_t us)
 static uint32_t deadline_us(const struct job *job)
 {
     const struct cds_request *request = &job->request;
-    uint32_t us = job->begun_us + request->packet.size * BYTE_US + CDS_REPLY_MARGIN_US;
+    uint32_t us = job->begun_us + (uint32_t)request->packet.size * BYTE_US + CDS_REPLY_MARGIN_US;
 
     if (request->reply_parameters == CDS_REPLY_NONE)
         return us;
