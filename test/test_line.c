@@ -457,6 +457,51 @@ void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(v
     TEST_ASSERT_TRUE(is_sent());
 }
 
+void test_an_old_answer_is_not_feared_when_the_clock_comes_round(void)
+{
+    give_up_early();
+    poll_at(600);
+    port_fake.now_us -= 300;
+    TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
+}
+
+void test_nobody_is_feared_when_what_is_not_answered_was_never_sent(void)
+{
+    cds_bus_set_return_delay(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    poll_at(1000);
+    poll_at(1000);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_what_was_submitted_keeps_the_return_delay_of_that_time(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    cds_bus_set_return_delay(&bus, 2);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    poll_at(12 * 10 + 508 + 99);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    poll_at(1);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+}
+
+void test_a_corrupt_reply_is_followed_by_silence_of_two_byte_times(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+    poll_at(2000);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(QUIET_US - 1);
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
+    assert_answered(&request, 5);
+}
+
 void test_opening_again_waits_until_no_old_answer_can_come(void)
 {
     give_up_early();

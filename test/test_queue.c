@@ -138,6 +138,37 @@ void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
     TEST_ASSERT_EQUAL(CDS_OK, requests[2].result);
 }
 
+/* ... nor one that is to be sent once more. A poll says that there is work. */
+void test_what_is_submitted_behind_a_failed_try_waits_behind_the_repeat(void)
+{
+    cds_bus_set_repeats(&bus, 1);
+    ping(0);
+    cds_bus_poll(&bus);
+    port_fake.now_us += 10000; // the transmitter has stopped
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    bus.owed = false; // as in a program without late.c
+    ping(1);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    port_fake.low = true;
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    port_fake.low = false;
+    port_fake_settle(&bus);
+    answer(1);
+    answer(2);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+}
+
+void test_a_poll_that_ends_one_and_begins_another_says_that_there_is_work(void)
+{
+    ping(0);
+    ping(1);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+}
+
 void test_each_waiting_request_has_a_deadline_of_its_own(void)
 {
     ping(0);

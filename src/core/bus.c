@@ -608,7 +608,6 @@ static uint8_t outcome_late(struct cds_bus *bus)
             return CDS_PENDING; // the next poll takes more of it
         give_back(bus);
     }
-    bus->flight = CDS_BUS_ASKS;
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
     if (bus->damaged || (bus->link.broken && bus->link.broken_at == bus->close_at))
