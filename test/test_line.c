@@ -270,6 +270,7 @@ void test_one_that_waits_for_silence_can_be_taken_back(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
     poll_at(QUIET_US);
     TEST_ASSERT_FALSE(is_sent());
     TEST_ASSERT_EQUAL_UINT16(0, counters().sent);
@@ -469,7 +470,7 @@ void test_nobody_is_feared_when_what_is_not_answered_was_never_sent(void)
 {
     cds_bus_set_return_delay(&bus, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    poll_at(1000);
+    poll_at(0);
     poll_at(1000);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));

@@ -222,6 +222,43 @@ void test_a_poll_ends_at_most_one_exchange(void)
     }
 }
 
+static enum cds_result verdict;
+
+static enum cds_result judge(struct cds_bus_observer *observer, struct cds_request *request)
+{
+    (void)observer;
+    (void)request;
+    return verdict;
+}
+
+static void hear_no_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_what_is_admitted_no_more_when_its_turn_comes_is_not_sent(void)
+{
+    struct cds_bus_observer observer = {.admit = judge, .on_news = hear_no_news};
+
+    cds_bus_set_observer(&bus, &observer);
+    verdict = CDS_HELD;
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_servo_ping(&bus, &requests[0], 1));
+    TEST_ASSERT_NULL(bus.request);
+    verdict = CDS_OK;
+    ping(0);
+    ping(1);
+    verdict = CDS_HELD;
+    answer(1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_bus_begin_judged_(&bus)); // it is still first
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
+    cds_bus_set_observer(&bus, NULL);
+}
+
 /* ---- repeats ---- */
 
 void test_nothing_is_repeated_unless_asked_for(void)
@@ -230,6 +267,7 @@ void test_nothing_is_repeated_unless_asked_for(void)
     stay_silent();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
     TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
 }
 
 void test_a_request_is_repeated_at_most_the_number_set(void)
