@@ -251,6 +251,48 @@ void test_submitting_a_request_that_is_on_its_way_touches_nothing(void)
     assert_ended(CDS_OK);
 }
 
+void test_polling_a_bus_that_was_not_opened_does_nothing(void)
+{
+    memset(&bus, 0, sizeof bus);
+    port_fake_reset();
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_set_baud(&bus, 3));
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
+}
+
+void test_another_rate(void)
+{
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_set_baud(&bus, 255));
+    submit_ping(5);
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_set_baud(&bus, 254));
+    transmit();
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+    hear(pong, 1);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[PORT]);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 254));
+    TEST_ASSERT_EQUAL_UINT8(254, port_fake.bauds[PORT]);
+    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    hear(pong, sizeof pong);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().extra); // at this rate nobody was asked
+    port_fake.now_us += 2 * 1275;
+    cds_bus_poll(&bus);
+    submit_ping(5);
+    transmit();
+    assert_pending_for(12 * 1275 + 508 + 99 - 10000);
+}
+
+void test_who_is_heard_before_anybody_was_asked_is_foreign(void)
+{
+    port_fake_answer(&bus.link, 0, 0, NULL, 0);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().extra);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
+}
+
 void test_bus_that_was_not_opened_is_refused(void)
 {
     memset(&bus, 0, sizeof bus);
@@ -564,6 +606,17 @@ void test_all_error_bits_reach_the_caller_with_the_data(void)
 }
 
 /* The same request again: what the last reply brought must not be taken for this one's. */
+void test_a_refusal_with_half_the_data_is_no_reply(void)
+{
+    static const uint8_t half[] = {1, 2};
+
+    submit_read(5, 4);
+    transmit();
+    port_fake_answer(&bus.link, 5, CDS_ERROR_RANGE, half, sizeof half);
+    assert_pending();
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
+}
+
 void test_new_exchange_begins_with_a_clean_request(void)
 {
     uint8_t data[2] = {0x34, 0x12};
@@ -810,6 +863,52 @@ void test_damaged_byte_in_place_of_a_good_one_is_not_bridged(void)
     }
 }
 
+/* Whoever answers second with a checksum that is right is heard, and all of it is his. */
+void test_good_reply_after_one_with_a_wrong_checksum_is_taken(void)
+{
+    static const uint8_t bad_word[] = {0xFF, 0xFF, 0x05, 0x04, 0x00, 0x99, 0x88, 0x00};
+    static const uint8_t bad_refusal[] = {0xFF, 0xFF, 0x05, 0x02, 0x08, 0x00};
+    static const uint8_t bad_pong[] = {0xFF, 0xFF, 0x07, 0x02, 0x00, 0x00};
+    uint16_t value = 0;
+
+    read_word();
+    hear(bad_word, sizeof bad_word);
+    assert_pending();
+    hear(word_reply, sizeof word_reply);
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_request_word(&request, 0, &value));
+    TEST_ASSERT_EQUAL_HEX16(0x1234, value);
+    read_word();
+    hear(bad_refusal, sizeof bad_refusal);
+    port_fake_look(&bus);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&bus.link.rx));
+    hear(word_reply, sizeof word_reply);
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL_UINT8(2, request.length);
+    ping(CDS_BROADCAST_ID);
+    hear(bad_pong, sizeof bad_pong);
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL_UINT8(5, request.id);
+}
+
+/* Nothing but a READ of what is due can be built again from what is due. */
+void test_a_packet_that_asks_for_more_than_is_due_stands_when_it_fails(void)
+{
+    static const uint8_t bad_word[] = {0xFF, 0xFF, 0x05, 0x04, 0x00, 0x99, 0x88, 0x00};
+    uint8_t packet[8];
+
+    request.reply_parameters = 2;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&request.packet, 5, 7, 4));
+    memcpy(packet, buffer, sizeof packet);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    transmit();
+    hear(bad_word, sizeof bad_word);
+    assert_pending();
+    assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
+}
+
 void test_a_damaged_last_byte_is_corrupt(void)
 {
     read_word();
@@ -902,6 +1001,16 @@ static void keep_news(struct cds_bus_observer *observer, const struct cds_bus_ne
 {
     (void)observer;
     told = *news;
+}
+
+void test_opening_again_keeps_the_observer(void)
+{
+    struct cds_bus_observer observer = {.admit = admit_all, .on_news = keep_news};
+
+    cds_bus_set_observer(&bus, &observer);
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    TEST_ASSERT_TRUE(cds_bus_is_watched_(&bus));
+    cds_bus_set_observer(&bus, NULL);
 }
 
 /* What was taken of it before the deadline is known when the rest has come. */

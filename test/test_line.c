@@ -270,6 +270,7 @@ void test_one_that_waits_for_silence_can_be_taken_back(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
     poll_at(QUIET_US);
     TEST_ASSERT_FALSE(is_sent());
     TEST_ASSERT_EQUAL_UINT16(0, counters().sent);
@@ -384,9 +385,9 @@ void test_a_late_answer_amid_another_exchange_is_late(void)
 
 /* With a return delay of 2 us told, an answer up to 506 us after the deadline could pass for the
  * next one's. */
-static void give_up_early(void)
+static void give_up_early(uint16_t told_us)
 {
-    cds_bus_set_return_delay(&bus, 2);
+    cds_bus_set_return_delay(&bus, told_us);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     poll_at(12 * 10 + 2 + 100);
@@ -395,7 +396,7 @@ static void give_up_early(void)
 
 void test_a_servo_given_up_early_is_not_asked_again_before_it_must_be_silent(void)
 {
-    give_up_early();
+    give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     poll_at(505);
     TEST_ASSERT_FALSE(is_sent());
@@ -405,14 +406,14 @@ void test_a_servo_given_up_early_is_not_asked_again_before_it_must_be_silent(voi
 
 void test_others_are_asked_meanwhile(void)
 {
-    give_up_early();
+    give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     assert_answered(&other, 6);
 }
 
 void test_that_another_answers_does_not_make_an_old_answer_a_new_one(void)
 {
-    give_up_early();
+    give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     assert_answered(&other, 6);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -426,21 +427,21 @@ void test_that_another_answers_does_not_make_an_old_answer_a_new_one(void)
 
 void test_what_is_not_answered_is_sent_meanwhile(void)
 {
-    give_up_early();
+    give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
     TEST_ASSERT_TRUE(is_sent());
 }
 
 void test_everybody_is_not_asked_meanwhile(void)
 {
-    give_up_early();
+    give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, CDS_BROADCAST_ID));
     TEST_ASSERT_FALSE(is_sent());
 }
 
 void test_an_old_answer_is_not_feared_half_an_hour_later(void)
 {
-    give_up_early();
+    give_up_early(2);
     poll_at(600);
     poll_at(0x80000000u);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -450,16 +451,83 @@ void test_an_old_answer_is_not_feared_half_an_hour_later(void)
 /* A program that blocks polls while it waits, and never else. */
 void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(void)
 {
-    give_up_early();
+    give_up_early(2);
     port_fake.now_us += 0x80000000u + 1000;
     TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(is_sent());
 }
 
+void test_an_old_answer_is_not_feared_when_the_clock_comes_round(void)
+{
+    give_up_early(2);
+    poll_at(600);
+    port_fake.now_us -= 300;
+    TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
+}
+
+void test_nobody_is_feared_when_what_is_not_answered_was_never_sent(void)
+{
+    cds_bus_set_return_delay(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    poll_at(0);
+    poll_at(1000);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_what_was_submitted_keeps_the_return_delay_of_that_time(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    cds_bus_set_return_delay(&bus, 2);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    poll_at(12 * 10 + 508 + 99);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    poll_at(1);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+}
+
+static enum cds_result admit_as_quick(struct cds_bus_observer *observer, struct cds_request *asked)
+{
+    (void)observer;
+    cds_bus_set_return_delay_of_(asked, 2);
+    return CDS_OK;
+}
+
+static void hear_no_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_the_observer_says_how_long_a_servo_waits(void)
+{
+    struct cds_bus_observer observer = {.admit = admit_as_quick, .on_news = hear_no_news};
+
+    cds_bus_set_observer(&bus, &observer);
+    give_up_early(508);
+    cds_bus_set_observer(&bus, NULL);
+}
+
+void test_a_corrupt_reply_is_followed_by_silence_of_two_byte_times(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+    poll_at(2000);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(QUIET_US - 1);
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
+    assert_answered(&request, 5);
+}
+
 void test_opening_again_waits_until_no_old_answer_can_come(void)
 {
-    give_up_early();
+    give_up_early(2);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -488,7 +556,7 @@ void test_noise_does_not_shorten_that_wait(void)
 
 void test_at_another_rate_no_old_answer_is_feared(void)
 {
-    give_up_early();
+    give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(is_sent());

@@ -506,3 +506,50 @@ void test_noise_never_leads_out_of_the_ring(void)
     hear_all(done, sizeof done);
     assert_only(done, sizeof done);
 }
+
+/* What is found, and the bytes passed over, do not depend on how many are looked at at once. */
+void test_scanning_few_bytes_or_many_is_the_same(void)
+{
+    static struct cds_ring other_ring;
+    struct cds_parser other = parser;
+    uint32_t random = 77;
+
+    other_ring = ring;
+    for (uint16_t packets = 0; packets < 300;) {
+        enum cds_parsed parsed = CDS_PARSED_MORE;
+
+        random = random * 1664525u + 1013904223u;
+        if (cds_ring_count(&ring) < CDS_RING_SIZE / 2) {
+            uint8_t byte = (uint8_t)(random >> 29 < 4 ? 0xFF : random >> 24 & 7);
+
+            cds_ring_put(&ring, byte);
+            cds_ring_put(&other_ring, byte);
+            continue;
+        }
+        while (!parsed && parser.seen < cds_ring_count(&ring))
+            parsed = step();
+        other.left = CDS_RING_SIZE;
+        TEST_ASSERT_EQUAL(parsed, cds_parser_scan(&other, &other_ring, other_ring.head));
+        TEST_ASSERT_EQUAL_UINT8(ring.tail, other_ring.tail);
+        TEST_ASSERT_EQUAL_UINT8(parser.seen, other.seen);
+        TEST_ASSERT_EQUAL_UINT16(parser.stray, other.stray);
+        packets++;
+        if (parsed == CDS_PARSED_PACKET) {
+            cds_parser_accept(&parser, &ring);
+            cds_parser_accept(&other, &other_ring);
+        }
+    }
+}
+
+void test_no_more_is_looked_at_than_is_allowed(void)
+{
+    for (uint8_t i = 0; i < 9; i++)
+        cds_ring_put(&ring, 0x55);
+    parser.left = 7;
+    TEST_ASSERT_EQUAL(CDS_PARSED_MORE, cds_parser_scan(&parser, &ring, (uint8_t)(ring.tail + 4)));
+    TEST_ASSERT_EQUAL_UINT8(3, parser.left);
+    TEST_ASSERT_EQUAL_UINT8(5, cds_ring_count(&ring));
+    TEST_ASSERT_EQUAL(CDS_PARSED_MORE, cds_parser_scan(&parser, &ring, ring.head));
+    TEST_ASSERT_EQUAL_UINT8(0, parser.left);
+    TEST_ASSERT_EQUAL_UINT8(2, cds_ring_count(&ring));
+}

@@ -138,6 +138,37 @@ void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
     TEST_ASSERT_EQUAL(CDS_OK, requests[2].result);
 }
 
+/* ... nor one that is to be sent once more. A poll says that there is work. */
+void test_what_is_submitted_behind_a_failed_try_waits_behind_the_repeat(void)
+{
+    cds_bus_set_repeats(&bus, 1);
+    ping(0);
+    cds_bus_poll(&bus);
+    port_fake.now_us += 10000; // the transmitter has stopped
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    bus.owed = false; // as in a program without late.c
+    ping(1);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    port_fake.low = true;
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    port_fake.low = false;
+    port_fake_settle(&bus);
+    answer(1);
+    answer(2);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+}
+
+void test_a_poll_that_ends_one_and_begins_another_says_that_there_is_work(void)
+{
+    ping(0);
+    ping(1);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+}
+
 void test_each_waiting_request_has_a_deadline_of_its_own(void)
 {
     ping(0);
@@ -191,6 +222,43 @@ void test_a_poll_ends_at_most_one_exchange(void)
     }
 }
 
+static enum cds_result verdict;
+
+static enum cds_result judge(struct cds_bus_observer *observer, struct cds_request *request)
+{
+    (void)observer;
+    (void)request;
+    return verdict;
+}
+
+static void hear_no_news(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+{
+    (void)observer;
+    (void)news;
+}
+
+void test_what_is_admitted_no_more_when_its_turn_comes_is_not_sent(void)
+{
+    struct cds_bus_observer observer = {.admit = judge, .on_news = hear_no_news};
+
+    cds_bus_set_observer(&bus, &observer);
+    verdict = CDS_HELD;
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_servo_ping(&bus, &requests[0], 1));
+    TEST_ASSERT_NULL(bus.request);
+    verdict = CDS_OK;
+    ping(0);
+    ping(1);
+    verdict = CDS_HELD;
+    answer(1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_bus_begin_judged_(&bus)); // it is still first
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
+    cds_bus_set_observer(&bus, NULL);
+}
+
 /* ---- repeats ---- */
 
 void test_nothing_is_repeated_unless_asked_for(void)
@@ -199,6 +267,7 @@ void test_nothing_is_repeated_unless_asked_for(void)
     stay_silent();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
     TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
 }
 
 void test_a_request_is_repeated_at_most_the_number_set(void)

@@ -167,8 +167,8 @@ struct cds_bus {
     uint8_t port;               // number of the bus on its board
     uint8_t flight;             // enum cds_bus_flight
     uint8_t line;               // enum cds_bus_state
-    bool owed;                  // the one given up last may answer until `late_us`
-    uint8_t late_id;            // ... and who that was, or CDS_BROADCAST_ID
+    bool owed;                  // the one given up last may answer until `late_us`:
+    uint8_t late_id;            // who that is, or CDS_BROADCAST_ID
     uint8_t damaged;            // not 0: something of the reply came damaged
     bool closing;               // the deadline is over, and bytes up to this index of the
     uint8_t close_at;           // ring are still looked at

@@ -115,7 +115,6 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
     bus->last_id = NOBODY;
     bus->flight = CDS_BUS_IDLE;
-    cds_parser_begin(&bus->parser, CDS_PARSER_LENGTH_MAX); // any packet is of interest: none is due
     if (again) { // what was asked before may be answered yet
         bus->line = CDS_BUS_BUSY;
         hush(bus, CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
@@ -610,7 +609,6 @@ static uint8_t outcome_late(struct cds_bus *bus)
             return CDS_PENDING; // the next poll takes more of it
         give_back(bus);
     }
-    bus->flight = CDS_BUS_ASKS;
     if (looked_to(bus) != end_at_deadline(bus))
         return CDS_PENDING;
     if (bus->damaged || (bus->link.broken && bus->link.broken_at == bus->close_at))

@@ -29,7 +29,6 @@ CDS_APART enum cds_parsed cds_parser_scan(struct cds_parser *parser, struct cds_
 
         at++;
         if (seen < CDS_AT_ID) {
-            sum = 0;
             if (byte != CDS_HEADER) { // it is none of the two, and begins none either
                 tail = at;
                 stray++;
