@@ -69,7 +69,8 @@ struct cds_request {
                                           // it may submit again
     void *owner;                          // the caller's, for on_end
     struct cds_request *next;             // the bus's own
-    uint16_t return_delay_us;             // the longest this servo waits; set by submit
+    uint16_t return_delay_us;             // the longest this servo waits; set by submit or,
+                                          // of one that waits unwatched, when it begins
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes; of use where
                      // cds_bus_set_repeats() is
@@ -212,8 +213,9 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
 
 /* Tells how long the slowest servo of the bus waits before it replies, in microseconds: twice its
  * register 0x05. CDS_RETURN_DELAY_MAX_US from cds_bus_open() on, which is safe; the true value ends
- * a timeout sooner (manual, example 8). A servo that was given up sooner than that is not asked
- * again before it can no longer answer the first time, or an old answer would pass for a new one.
+ * a timeout sooner (manual, example 8). For what begins from now on. A servo that was given up
+ * sooner than that is not asked again before it can no longer answer the first time, or an old
+ * answer would pass for a new one.
  */
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 

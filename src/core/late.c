@@ -6,7 +6,7 @@
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
 {
     if (bus->flight == CDS_BUS_BEGUN)
-        cds_bus_expect_(bus); // what was submitted keeps what it was submitted with
+        cds_bus_expect_(bus); // what has begun keeps what it has begun with
     bus->return_delay_us = return_delay_us;
 }
 
