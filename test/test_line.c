@@ -183,6 +183,7 @@ void test_a_released_line_recovers_by_itself(void)
     poll_at(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus));
     poll_at(100000);
+    TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus)); // as long as it lasts
     port_fake.low = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_FALSE(is_sent());
