@@ -73,11 +73,18 @@ def syncs():
     yield "`sync18`: typed call to first start bit", program.cycles(begun, first)
 
 
+def longest_gap(sent):
+    """From the end of a reply of 14 bytes to the beginning of the next READ."""
+    gaps = [(last + RETURN_DELAY + 14 * BYTE, first)
+            for (_, last, *_), (first, *_) in zip(sent, sent[1:])]
+    return max(gaps, key=lambda gap: gap[1] - gap[0])
+
+
 def groups():
     program = Program("bench/group", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
-    sent = [one for one in program.run.sent if one[2] == 8][5:7]
-    heard = sent[0][1] + RETURN_DELAY + 14 * BYTE
-    yield "`group18`: last stop bit of a reply to the next start bit", program.cycles(heard, sent[1][0])
+    sent = [one for one in program.run.sent if one[2] == 8][:18]
+    yield ("`group18`: last stop bit of a reply to the next start bit, the longest of 17",
+           program.cycles(*longest_gap(sent)))
 
 
 def absents():
@@ -104,12 +111,12 @@ def bulks():
         words = [line.split() for line in program.run.output.splitlines()]
         request = int([line for line in words if line[:1] == ["said"]][1][2])
         answered = int([line for line in words if line[:1] == ["heard"]][1][2])
-        heard = [last + RETURN_DELAY + 14 * BYTE for _, last, *_ in asked]
+        heard = asked[-1][1] + RETURN_DELAY + 14 * BYTE
         yield "`bulk18`: last byte of the request to the first READ", program.cycles(request, asked[0][0])
-        yield ("`bulk18`: last stop bit of a reply to the next start bit, 17 times",
-               program.cycles(heard[5], asked[6][0]))
+        yield ("`bulk18`: last stop bit of a reply to the next start bit, the longest of 17",
+               program.cycles(*longest_gap(asked)))
         yield ("`bulk18`: last stop bit of the last reply to that of the last status packet",
-               program.cycles(heard[17], answered))
+               program.cycles(heard, answered))
 
 
 JOBS = (reads, syncs, groups, absents, polls, bulks)

@@ -41,14 +41,16 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* Bytes that one poll looks for packets in. */
+/* Bytes that one poll looks for packets in, and parameters of a reply that it takes. */
 #define CDS_BUS_BYTES_PER_POLL 12
 
 /* State of the line. */
 enum cds_bus_state {
     CDS_BUS_OK,    // quiet but for our exchanges
-    CDS_BUS_BUSY,  // heard from unasked within the last two byte times: nothing is sent
-    CDS_BUS_FAULT, // low for longer than any byte: short circuit, or a dead driver
+    CDS_BUS_BUSY,  // not known to be quiet: heard from unasked, or a reply came damaged, within the
+                   // last two byte times; or just opened again. Nothing is sent
+    CDS_BUS_FAULT, // low when looked at two byte times behind the last byte: short circuit, or a
+                   // dead driver, if it lasts; one look may have met a start bit
 };
 
 /* How many parameters a reply must have; one that refuses the packet (CDS_ERRORS_OF_PACKET) may
@@ -197,9 +199,9 @@ struct cds_bus {
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
  * (`baud` 0 to 254) and listens. What went on on the line before is not known: who opens it amid
- * the talk of others waits for two byte times before the first request. `port` is not checked: it
- * must be the number this very bus was bound to (on an AVR by CDS_AVR_BUS(bus, port)). There a
- * number the board does not have works the registers of port 0, one that no bus is bound to
+ * the talk of others should wait for two byte times before the first request. `port` is not
+ * checked: it must be the number this very bus was bound to (on an AVR by CDS_AVR_BUS(bus, port)).
+ * There a number the board does not have works the registers of port 0, one that no bus is bound to
  * restarts the program at the first interrupt, and one bound to another bus mixes up the two.
  * Counters start at 0. If the bus was open already, requests in flight or waiting end as
  * CDS_CANCELLED, without on_end, and nothing is sent before the last of them can no longer be

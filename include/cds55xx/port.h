@@ -54,8 +54,8 @@ uint16_t cds_port_short_us(void);
 
 /* Sets the alarm of the port: `us` (below 2^20) after the moment of `from_us`, as of
  * cds_port_short_us(), it rings, and goes on. It may have to ring before that too: returns how
- * often, 0 to 32. Never too early; as much too late as it is set later than CDS_PORT_SHORT_MAX / 2
- * after that moment, and for what rings before by as much as it is silenced late. Main context. */
+ * often, 0 to 31. Never too early; too late if it is set later than CDS_PORT_SHORT_MAX after that
+ * moment, and by as much as what rings before is silenced late. Main context. */
 uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us);
 
 /* Does it ring? For every poll. Main context. */

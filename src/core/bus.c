@@ -6,9 +6,8 @@
 
 #include "opaque.h" // CDS_APART
 
-#define NOBODY        UINT8_MAX // no ID
-#define RING_MASK     (CDS_RING_SIZE - 1)
-#define TAKEN_AT_MOST 16 // parameters of a reply that are summed up in one poll
+#define NOBODY    UINT8_MAX // no ID
+#define RING_MASK (CDS_RING_SIZE - 1)
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, cold))
@@ -687,8 +686,8 @@ CDS_APART static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
 
     if ((uint8_t)(end - at) > (uint8_t)(last - at))
         stop = last;
-    if ((uint8_t)(stop - at) > TAKEN_AT_MOST)
-        stop = (uint8_t)(at + TAKEN_AT_MOST);
+    if ((uint8_t)(stop - at) > CDS_BUS_BYTES_PER_POLL)
+        stop = (uint8_t)(at + CDS_BUS_BYTES_PER_POLL);
     do {
         uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
 
@@ -702,7 +701,7 @@ CDS_APART static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
     bus->to = to;
     if (at == last) {
         bus->flight = CDS_BUS_ENDS;
-        if (at != end && (to || bus->request->length <= TAKEN_AT_MOST))
+        if (at != end && (to || bus->request->length <= CDS_BUS_BYTES_PER_POLL))
             return end_taking(bus, at); // of the others all are copied then: a poll of its own
     }
     return go_on(bus);

@@ -46,9 +46,10 @@ static void run(uint16_t late_us)
     } while (poll());
 }
 
-static void reads(uint16_t late_us)
+/* Every seventh length, from the first on. */
+static void reads(uint16_t late_us, uint8_t first)
 {
-    for (uint8_t length = 1; length <= CDS_REPLY_MAX; length = (uint8_t)(length + 7)) {
+    for (uint8_t length = first; length <= CDS_REPLY_MAX; length = (uint8_t)(length + 7)) {
         for (uint8_t i = 0; i < QUEUE; i++)
             cds_servo_read(&bus, &requests[i], (uint8_t)(i + 1), CDS_REG_RESERVED_00, length);
         run(late_us);
@@ -74,7 +75,7 @@ int main(void)
     cds_bus_set_repeats(&bus, REPEATS);
     for (uint8_t i = 0; i < ROUNDS; i++) {
         for (uint8_t j = 0; j < sizeof(late_us) / sizeof(late_us[0]); j++) {
-            reads(late_us[j]);
+            reads(late_us[j], (uint8_t)(i % 7 + 1));
             goals_behind_a_read(late_us[j]);
         }
     }
