@@ -247,10 +247,9 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found
- * good is on the wire before the rest of it is built. First, if cds_bus_has_room_(): has it begun,
- * or is it not its turn? The rest must follow at once: the packet, whole but for a checksum that
- * will be there within a few byte times; returns what cds_bus_submit() does. */
-bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters);
+ * good, and whose reply has room, is on the wire before the rest of it is built. Has it begun, or
+ * is it not its turn? The rest must follow at once: the packet, whole but for a checksum that will
+ * be there within a few byte times; returns what cds_bus_submit() does. */
 uint8_t cds_bus_begin_(struct cds_bus *bus);
 uint8_t cds_bus_begin_judged_(struct cds_bus *bus); // ... of what the observer has admitted already
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);

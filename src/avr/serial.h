@@ -56,6 +56,12 @@ bool serial_broken(struct serial *serial);
 
 // clang-format off
 
+/* `out` where the register is in its reach, which is a cycle less. */
+#define SERIAL_CONTROL_IS_R24_                                                  \
+    ".if %[control] < 0x60    \n\t" "out %[control]-0x20, r24 \n\t"             \
+    ".else                    \n\t" "sts  %[control], r24     \n\t"             \
+    ".endif                   \n\t"
+
 /* A turnaround of a bus must not wait for the host: each handler first takes its own interrupts
  * away by one store to UCSRnB, lets all others in, and gives its own back at its end, for sending
  * only if there is more to send. What follows sei is still done before anybody comes in; cli changes
@@ -64,12 +70,6 @@ bool serial_broken(struct serial *serial);
  * at the beginning, and for 9 at the end, each 1 less where `out` reaches UCSRnB, and one handler may
  * follow the other: what return delay servos need for that while the host floods the link at 1 Mbps
  * is return_delay_needed of `make bench`. By hand as those of handlers.h, where more is said. */
-/* `out` where the register is in its reach, which is a cycle less. */
-#define SERIAL_CONTROL_IS_R24_                                                  \
-    ".if %[control] < 0x60    \n\t" "out %[control]-0x20, r24 \n\t"             \
-    ".else                    \n\t" "sts  %[control], r24     \n\t"             \
-    ".endif                   \n\t"
-
 #define SERIAL_ENTER_                                                           \
     "push r24                 \n\t" "ldi  r24, %[quiet]       \n\t"             \
     "sei                      \n\t" SERIAL_CONTROL_IS_R24_                      \

@@ -439,23 +439,24 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 }
 
 /* Is there room for a reply of so many parameters, or of any length? */
-ONE_COPY bool cds_bus_has_room_(const struct cds_request *request, uint8_t parameters)
+static bool has_room(const struct cds_request *request, uint8_t parameters)
 {
     return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
 }
 
+static inline __attribute__((always_inline)) uint8_t begin_if_free(struct cds_bus *bus)
+{
+    return is_free(bus) ? cds_link_begin(bus->port, CDS_HEADER) : 0;
+}
+
 ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
 {
-    if (cds_bus_is_watched_(bus) || !is_free(bus))
-        return 0;
-    return cds_link_begin(bus->port, CDS_HEADER);
+    return cds_bus_is_watched_(bus) ? 0 : begin_if_free(bus);
 }
 
 ONE_COPY uint8_t cds_bus_begin_judged_(struct cds_bus *bus)
 {
-    if (!is_free(bus))
-        return 0;
-    return cds_link_begin(bus->port, CDS_HEADER);
+    return begin_if_free(bus);
 }
 
 ONE_COPY uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
@@ -479,7 +480,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     if (due != CDS_REPLY_NONE) {
         if (due > CDS_REPLY_MAX)
             return CDS_BAD_ARGUMENT;
-        if (!cds_bus_has_room_(request, due))
+        if (!has_room(request, due))
             return CDS_NO_ROOM;
     }
     return (enum cds_result)cds_bus_follow_(bus, request, cds_bus_begin_(bus));
