@@ -12,13 +12,16 @@ import subprocess
 import sys
 import tempfile
 
-from measure import BYTE, CALL, POLL, RETURN_DELAY, ROOT, WHOLE, Run
+import blocks
+from measure import BYTE, CALL, MHZ, POLL, RETURN_DELAY, ROOT, WHOLE, Run
 
 sys.path.insert(0, str(ROOT / "test/run"))
 import feedback
 
 DOCS = ROOT / "docs/performance.md"
-HANDLER = re.compile(r"__vector_(\d+)|__vectors")
+HANDLER = re.compile(r"__vector_\d+|__vectors")
+COPY = re.compile(r"\.(constprop|lto_priv|part).*")  # of a function: what gcc calls it
+MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
 
 
 class Program:
@@ -35,7 +38,7 @@ class Program:
 
     def function(self, address):
         name = self.functions[bisect.bisect_right(self.starts, address) - 1][1]
-        return "handlers" if HANDLER.fullmatch(name) else re.sub(r"\.(constprop|lto_priv|part).*", "", name)
+        return "handlers" if HANDLER.fullmatch(name) else COPY.sub("", name)
 
     def cycles(self, start, end):
         """{function: cycles} of what runs from cycle `start` to before `end`."""
@@ -52,17 +55,21 @@ class Program:
         return +spent
 
 
+def without_handlers(span):
+    return span[0] - span[1]
+
+
 def reads():
     program = Program("bench/read", "--stamp", "B", "--seconds", "2")
     run = program.run
-    over, begun, took, n = max((took - RETURN_DELAY * n, begun, took, n)
-                               for n, (took, _, begun) in enumerate(run.spans(WHOLE), 1))
+    _, begun, took, n = max((took - RETURN_DELAY * n, begun, took, n)
+                            for n, (took, _, begun) in enumerate(run.spans(WHOLE), 1))
     first, last = next(sent[:2] for sent in run.sent if sent[0] >= begun)
     heard = last + RETURN_DELAY * n + 8 * BYTE
     yield "`read_overhead`: typed call to first start bit", program.cycles(begun, first)
     yield ("`read_overhead`: end of the last stop bit of the reply to outcome known",
            program.cycles(heard, begun + took))
-    took, handlers, begun = max(run.spans(CALL), key=lambda span: span[0] - span[1])
+    took, _, begun = max(run.spans(CALL), key=without_handlers)
     yield "`enqueue`", program.cycles(begun, begun + took)
 
 
@@ -90,7 +97,7 @@ def groups():
 def absents():
     program = Program("bench/absent", "--stamp", "B", "--seconds", "2")
     took, _, begun = program.run.spans(WHOLE)[0]
-    due = begun + (16 * 10 + 2 + 100) * 16
+    due = begun + 16 * BYTE + RETURN_DELAY + MARGIN
     yield ("`absent_us`: behind what bytes, return delay and margin take",
            program.cycles(due, begun + took))
 
@@ -98,7 +105,7 @@ def absents():
 def polls():
     program = Program("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", "--fault",
                       "noise 3000", servos="1-50")
-    took, handlers, begun = max(program.run.spans(POLL), key=lambda span: span[0] - span[1])
+    took, _, begun = max(program.run.spans(POLL), key=without_handlers)
     yield "`poll_max`, of those with noise on the line", program.cycles(begun, begun + took)
 
 
@@ -112,7 +119,8 @@ def bulks():
         request = int([line for line in words if line[:1] == ["said"]][1][2])
         answered = int([line for line in words if line[:1] == ["heard"]][1][2])
         heard = asked[-1][1] + RETURN_DELAY + 14 * BYTE
-        yield "`bulk18`: last byte of the request to the first READ", program.cycles(request, asked[0][0])
+        yield ("`bulk18`: last byte of the request to the first READ",
+               program.cycles(request, asked[0][0]))
         yield ("`bulk18`: last stop bit of a reply to the next start bit, the longest of 17",
                program.cycles(*longest_gap(asked)))
         yield ("`bulk18`: last stop bit of the last reply to that of the last status packet",
@@ -148,9 +156,7 @@ def account():
 def main(arguments):
     text = account()
     if arguments == ["--docs"]:
-        block = f"<!-- make bench-account -->\n{text}\n<!-- end -->"
-        DOCS.write_text(re.sub(r"<!-- make bench-account -->.*?<!-- end -->", lambda m: block,
-                               DOCS.read_text(), flags=re.S))
+        DOCS.write_text(blocks.renewed(DOCS.read_text(), "make bench-account", text))
     else:
         print(text)
     return 0

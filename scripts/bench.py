@@ -4,28 +4,34 @@ test/bench/rows.tsv. Exact cycle counts: two runs agree to the digit.
 
 usage: bench.py [--only ROW,...] [--known] [--program NAME=ELF]... [--jobs N] [--out FILE]
        bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
-       bench.py --docs [--check]    the tables of docs/performance.md and README.md anew, from FILE; runs
-                               nothing. --check: changes nothing, exit 1 if they are out of date
+       bench.py --docs [--check]    the tables of docs/performance.md and README.md anew, from FILE;
+                               runs nothing. --check: changes nothing, exit 1 if they are out of date
 
 Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
 wrong. --only runs what these rows need: isr_* then come of the program for them alone, of all programs
 otherwise. --known: a row of test/bench/over.tsv, which is over its limit and known to be, passes up to
-what stands there, and fails as soon as it keeps its limit, so that it is struck off. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
+what stands there, and fails as soon as it keeps its limit, so that it is struck off. --program: another
+ELF in place of a program, as in bench/read=build/atmega128/x.elf.
 """
 import argparse
 import concurrent.futures
 import csv
 import fractions
 import os
-import re
 import subprocess
 import sys
 
+import blocks
 from measure import JOBS, MHZ, ROOT, Run, Wrong, scaling_points, worst
 
 ROWS = ROOT / "test/bench/rows.tsv"
 OVER = ROOT / "test/bench/over.tsv"
 COLUMNS = "name board value unit sense limit goal floor".split()
+
+
+def records(path):
+    with open(path) as file:
+        return list(csv.DictReader(file, delimiter="\t"))
 
 
 def measured(jobs, count):
@@ -88,8 +94,7 @@ def table(rows, values):
 
 
 def bench(arguments):
-    with open(ROWS) as file:
-        rows = list(csv.DictReader(file, delimiter="\t"))
+    rows = records(ROWS)
     if arguments.only:
         names = arguments.only.split(",")
         unknown = set(names) - {row["name"] for row in rows}
@@ -116,8 +121,7 @@ def bench(arguments):
 def misjudged(rows, over, values):
     """Of the rows over their limit those that are not known to be so, or have grown; and of those known
     the ones that keep it now."""
-    with open(OVER) as file:
-        known = {row["name"]: row["most"] for row in csv.DictReader(file, delimiter="\t")}
+    known = {row["name"]: row["most"] for row in records(OVER)}
     for row in rows:
         name = row["name"]
         if name in over and name not in known:
@@ -161,9 +165,7 @@ def scaling(arguments):
 # ---- docs -------------------------------------------------------------------------------------------
 
 def table_of(done, what, columns):
-    head = {"board": "board", "value": "value", "limit": "limit", "goal": "goal", "floor": "floor"}
-    lines = ["| | what | " + " | ".join(head[column] for column in columns) + " |",
-             "|---|---|" + "---|" * len(columns)]
+    lines = ["| | what | " + " | ".join(columns) + " |", "|---|---|" + "---|" * len(columns)]
     for row in done:
         least = "≥ " if row["sense"] == "min" else ""
         bold = "**" if exceeds(row, number(row["value"]), "limit") else ""
@@ -176,17 +178,14 @@ def table_of(done, what, columns):
 
 
 def document(arguments):
-    with open(ROWS) as file:
-        what = {row["name"]: row["what"] for row in csv.DictReader(file, delimiter="\t")}
-    with open(arguments.out) as file:
-        done = list(csv.DictReader(file, delimiter="\t"))
+    what = {row["name"]: row["what"] for row in records(ROWS)}
+    done = records(arguments.out)
     stale = 0
     for path, columns in (("docs/performance.md", ("board", "value", "limit", "goal", "floor")),
                           ("README.md", ("value", "limit", "goal"))):
         docs = ROOT / path
-        block = f"<!-- make bench -->\n{table_of(done, what, columns)}\n<!-- end -->"
         before = docs.read_text()
-        after = re.sub(r"<!-- make bench -->.*?<!-- end -->", lambda m: block, before, flags=re.S)
+        after = blocks.renewed(before, "make bench", table_of(done, what, columns))
         if after != before and arguments.check:
             print(f"{path} quotes a table of the bench that is out of date: run make bench-docs")
             stale = 1

@@ -15,11 +15,12 @@ import collections
 import csv
 import concurrent.futures
 import os
-import re
 import subprocess
 import sys
 import threading
 import time
+
+import blocks
 
 TOOL = "build/host/faults"
 BOARDS = ["atmega128", "arduino-uno", "arbotix"]
@@ -114,10 +115,9 @@ def document(path, docs="docs/faults.md"):
     columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]
     lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     lines += [f"| {' | '.join(row[column] for column in columns)} |" for row in done]
-    table = "<!-- make faults -->\n" + "\n".join(lines) + "\n<!-- end -->"
     text = open(docs).read()
     with open(docs, "w") as out:
-        out.write(re.sub(r"<!-- make faults -->.*<!-- end -->", lambda m: table, text, flags=re.S))
+        out.write(blocks.renewed(text, "make faults", "\n".join(lines)))
 
 
 def main():
