@@ -153,7 +153,7 @@ void port_fake_settle(struct cds_bus *bus)
 void port_fake_look(struct cds_bus *bus)
 {
     for (uint8_t i = 0; i < 12 && cds_bus_is_in_flight_(bus) &&
-                        (cds_ring_count(&bus->link.rx) > bus->parser.seen || bus->link.broken);
+                        ((uint8_t)(bus->looked_to ^ bus->link.rx.head) || bus->link.broken);
          i++)
         cds_bus_poll(bus);
 }

@@ -41,7 +41,8 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* Bytes that one poll looks for packets in, and parameters of a reply that it takes. */
+/* Parameters of a reply that one poll takes, and bytes that begin no packet that it passes over; of
+ * packets that are none, or not due, it passes over one. */
 #define CDS_BUS_BYTES_PER_POLL 12
 
 /* State of the line. */
@@ -158,9 +159,7 @@ enum cds_bus_flight {
     CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
     CDS_BUS_TELLS, // ... no reply is due
     CDS_BUS_ASKS,  // ... a reply is due, and what comes is searched for it
-    CDS_BUS_FITS,  // ... what has come begins as it should, up to LENGTH
-    CDS_BUS_TAKES, // ... and what seems to be it is summed up as it comes
-    CDS_BUS_ENDS,  // ... of which all but the checksum is there
+    CDS_BUS_TAKES, // ... and what begins as it should is taken as it comes
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
@@ -172,17 +171,19 @@ struct cds_bus {
     uint8_t line;               // enum cds_bus_state
     bool owed;                  // the one given up last may answer until `late_us`:
     uint8_t late_id;            // who that is, or CDS_BROADCAST_ID
-    uint8_t damaged;            // not 0: something of the reply came damaged
+    bool damaged;               // something of the reply came damaged
     bool closing;               // the deadline is over, and bytes up to this index of the
     uint8_t close_at;           // ring are still looked at
     uint8_t last_id;            // of the last exchange with a reply due that is over,
     uint8_t last_result;        // and enum cds_result of it
-    uint8_t at;                 // of the reply that is taken: index of its next byte in the ring,
+    uint8_t looked_to;          // the ring was searched up to this index
+    bool is_whole;              // of the reply that is taken: all of it was there when it was found
+    uint8_t at;                 // ... index of its next byte in the ring,
     uint8_t last;               // and of its checksum
-    uint8_t *to;                // where its next parameter goes; NULL: all of them at the end
-    uint8_t due_id, due_length; // with which the reply should begin
+    uint8_t sum;                // ... of its bytes from the ID on
+    uint8_t *to;                // ... where its next parameter goes
     uint8_t laps;               // how often the alarm rings before its time
-    uint8_t asked, instruction, address; // of the packet in flight
+    uint8_t asked, instruction, address, count; // of the packet in flight, if it is a READ
     struct cds_bus_observer *observer;   // or NULL; by cds_bus_set_observer()
     uint16_t return_delay_us;            // longest of any servo on this bus
     uint16_t byte_time_us;               // ten bits

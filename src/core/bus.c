@@ -74,6 +74,16 @@ UNUSED bool cds_bus_owes_(struct cds_bus *bus, uint8_t id)
     return false;
 }
 
+/* Of a reply that was not found good, parameters may stand in the place of the packet in flight: a
+ * READ is built again. */
+static ONE_COPY void restore(struct cds_bus *bus)
+{
+    struct cds_packet *packet = &bus->request->packet;
+
+    if (bus->instruction == CDS_READ && packet->size == CDS_PACKET_SIZE(2))
+        cds_packet_build_read_(packet, bus->asked, bus->address, bus->count);
+}
+
 static void cancel_all(struct cds_bus *bus)
 {
     while (bus->request) {
@@ -89,13 +99,14 @@ static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
 }
 
-static bool give_back(struct cds_bus *bus);
-
-/* From now on it must be quiet for so long. */
-static ONE_COPY void hush(struct cds_bus *bus, uint16_t us)
+/* Others use the line now. From here on it must be quiet for two byte times, or for as long as
+ * before if it was not quiet yet. */
+static ONE_COPY void note_use(struct cds_bus *bus)
 {
+    if (bus->line == CDS_BUS_OK)
+        bus->quiet_us = (uint16_t)(2u * bus->byte_time_us);
+    bus->line = CDS_BUS_BUSY;
     bus->heard_us = cds_port_short_us();
-    bus->quiet_us = us;
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
@@ -104,8 +115,8 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bool again = bus->flight != CDS_BUS_CLOSED;
 
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    if (bus->flight >= CDS_BUS_FITS)
-        give_back(bus);
+    if (bus->flight > CDS_BUS_BEGUN)
+        restore(bus);
     cancel_all(bus);
     memset(bus, 0, sizeof *bus);
     bus->observer = observer;
@@ -115,8 +126,9 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->last_id = NOBODY;
     bus->flight = CDS_BUS_IDLE;
     if (again) { // what was asked before may be answered yet
-        bus->line = CDS_BUS_BUSY;
-        hush(bus, CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
+        note_use(bus);
+        if (bus->quiet_us < CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
+            bus->quiet_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
     }
     cds_link_open(&bus->link, port);
 }
@@ -143,49 +155,59 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE;
 }
 
-/* May what begins with this ID and LENGTH be the reply that is due? A servo that refuses sends its
- * error bits and no parameters. */
-static bool may_be_reply(const struct cds_bus *bus)
+/* Is the packet whose head was found the reply that is due? A servo that refuses sends its error
+ * bits and no parameters. */
+static inline __attribute__((always_inline)) bool is_due(const struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
-    const struct cds_parser *parser = &bus->parser;
-    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
+    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN), id = bus->parser.id;
 
-    if (request->id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != request->id)
+    if (bus->asked == CDS_BROADCAST_ID ? id > CDS_ID_MAX : id != bus->asked)
         return false;
-    return parameters == request->reply_parameters || parameters == 0 || request->any_length;
+    if (bus->parser.error & CDS_ERROR_NONE_SUCH)
+        return false;
+    if (parameters == request->reply_parameters || request->any_length)
+        return true;
+    return parameters == 0 && (bus->parser.error & CDS_ERRORS_OF_PACKET);
 }
 
-/* It was too soon: the packet stands again as it was sent, and what was taken is looked at as any
- * other bytes, from the next poll on. True. */
-static SELDOM bool give_back(struct cds_bus *bus)
+/* A packet begins at the ring's tail, unless more must come to know. If it is the reply that is due,
+ * it is taken from the next poll on: even what is not whole yet, unless it is cut there. */
+static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *bus, uint8_t parsed,
+                                                               uint8_t cut)
 {
     struct cds_request *request = bus->request;
+    uint8_t id, length, error, tail;
 
-    bus->parser.id = request->id;
-    bus->parser.length = (uint8_t)(request->length + CDS_LENGTH_MIN);
-    bus->parser.sum = (uint8_t)(request->id + bus->parser.length);
-    bus->parser.seen = CDS_AT_ERROR;
-    request->id = bus->asked;
-    request->length = request->reply_parameters;
-    if (bus->to) {
-        cds_packet_build_read_(&request->packet, bus->asked, bus->address, request->length);
-        bus->to = request->packet.bytes;
-    }
-    bus->flight = CDS_BUS_ASKS;
+    if (parsed < CDS_PARSED_HEAD || (parsed == CDS_PARSED_HEAD && cut) ||
+        bus->flight != CDS_BUS_ASKS || !is_due(bus))
+        return false;
+    tail = bus->link.rx.tail, id = bus->parser.id, length = bus->parser.length;
+    error = bus->parser.error;
+    bus->is_whole = parsed == CDS_PARSED_PACKET;
+    bus->at = (uint8_t)(tail + CDS_AT_PARAMETERS);
+    bus->last = (uint8_t)(tail + length + CDS_AT_LENGTH);
+    bus->sum = (uint8_t)(id + length + error);
+    bus->to = request->packet.bytes;
+    bus->flight = CDS_BUS_TAKES;
+    request->id = id;
+    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
+    request->error = error;
     return true;
 }
 
-/* Something has come of a candidate that is not, or was not found to be, the reply that is due. */
-static ONE_COPY void decide(struct cds_bus *bus, uint8_t parsed)
+/* A good packet that is not due. */
+static void pass_over(struct cds_bus *bus)
 {
-    if (parsed == CDS_PARSED_REFUTED) {
-        cds_bus_count_(&bus->counters.refuted);
-        bus->damaged = 1;
-        return;
-    }
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
+    bus->looked_to = bus->link.rx.tail;
+}
+
+static ONE_COPY void note_refuted(struct cds_bus *bus)
+{
+    cds_bus_count_(&bus->counters.refuted);
+    bus->damaged = true;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -199,61 +221,44 @@ static SELDOM void drop_broken(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         link->rx.tail = link->whole_from;
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
-    cds_parser_begin(&bus->parser, bus->parser.longest);
-    bus->damaged = 1;
-}
-
-/* Index of the next byte to be examined. */
-static uint8_t looked_to(const struct cds_bus *bus)
-{
-    return (uint8_t)(bus->link.rx.tail + bus->parser.seen);
+    bus->damaged = true;
 }
 
 /* Is there anything in the ring that was not looked at yet? */
 static inline __attribute__((always_inline)) uint8_t heard(const struct cds_bus *bus)
 {
-    return (uint8_t)(bus->link.broken | (looked_to(bus) ^ bus->link.rx.head));
+    return (uint8_t)(bus->link.broken | (bus->looked_to ^ bus->link.rx.head));
 }
 
-/* The deadline is over: returns the end of what had come when a poll first saw that. It is still
- * looked at, and nothing behind it, or a line never quiet would let the deadline slip. */
-static SELDOM uint8_t end_at_deadline(const struct cds_bus *bus)
-{
-    uint8_t left = (uint8_t)(bus->close_at - looked_to(bus));
-
-    return left > CDS_RING_SIZE ? looked_to(bus) : bus->close_at; // damage was passed over
-}
-
-/* Parses what has been heard by now, or by the deadline if that is over, before and behind the
- * damage there may be, but no more than the poll may still look at: neither a long reply nor a
- * babbling line holds up the caller. True: the reply that is due seems to stand at the ring's tail,
- * by its ID and LENGTH. */
-static ONE_COPY bool parse(struct cds_bus *bus)
+/* Searches what has been heard by now, or by the deadline if that is over, before and behind the
+ * damage there may be, for packets; but no more than a poll may: neither a long reply nor a
+ * babbling line holds up the caller. */
+static ONE_COPY void search(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
+    uint8_t steps = CDS_BUS_BYTES_PER_POLL;
 
-    bus->parser.left = CDS_BUS_BYTES_PER_POLL;
-    for (;;) {
-        uint8_t end = link->rx.head; // before `broken`: a break after this lies behind it
-        bool broken;
-        uint8_t parsed;
+    do {
+        uint8_t end = bus->closing ? bus->close_at : link->rx.head; // before `broken`: a break
+        uint8_t broken = link->broken, parsed;                      // after this lies behind it
 
-        if (bus->closing)
-            end = end_at_deadline(bus);
-        broken = link->broken;
         if (broken)
             end = link->broken_at;
-        do {
-            parsed = cds_parser_scan(&bus->parser, &link->rx, end);
-            if (parsed > CDS_PARSED_HEAD)
-                decide(bus, parsed);
-            else if (parsed && bus->flight == CDS_BUS_ASKS && may_be_reply(bus))
-                return true;
-        } while (parsed);
-        if (!broken || looked_to(bus) != end)
-            return false;
+        parsed = cds_parser_step(&bus->parser, &link->rx, end);
+        bus->looked_to = link->rx.tail;
+        if (parsed == CDS_PARSED_STRAY)
+            continue;
+        if (parsed == CDS_PARSED_REFUTED)
+            return note_refuted(bus);
+        if (begin_taking(bus, parsed, broken | bus->closing))
+            return;
+        if (parsed == CDS_PARSED_PACKET)
+            return pass_over(bus);
+        bus->looked_to = end; // what stands there depends on bytes that have not come
+        if (!broken)
+            return;
         drop_broken(bus);
-    }
+    } while (--steps);
 }
 
 /* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
@@ -289,44 +294,36 @@ static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request 
     return CDS_OK;
 }
 
-/* Can the packet in flight be built again, when the parameters of the reply that is due have
- * overwritten it? Then nothing may stand behind it but what stood there before. */
-static inline __attribute__((always_inline)) bool is_read(const uint8_t *bytes, uint8_t due)
-{
-    return due <= CDS_PACKET_SIZE(2) && bytes[CDS_AT_INSTRUCTION] == CDS_READ &&
-           bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 && bytes[CDS_AT_PARAMETERS + 1] == due;
-}
-
 /* What is due for the packet that has begun, and by when. */
 ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     const uint8_t *bytes = request->packet.bytes;
     uint16_t size = request->packet.size, return_delay_us = 0;
-    uint8_t longest = CDS_LENGTH_MIN, flight = CDS_BUS_TELLS, due = request->reply_parameters;
+    uint8_t flight = CDS_BUS_TELLS;
 
     if (!cds_bus_is_watched_(bus)) // else it was asked
         request->return_delay_us = bus->return_delay_us;
     bus->asked = request->id = bytes[CDS_AT_ID];
+    bus->instruction = bytes[CDS_AT_INSTRUCTION];
     bus->address = bytes[CDS_AT_PARAMETERS];
-    bus->to = is_read(bytes, due) ? request->packet.bytes : NULL;
-    bus->due_id = request->id == CDS_BROADCAST_ID ? NOBODY : request->id;
-    bus->due_length = (uint8_t)(due + CDS_LENGTH_MIN);
+    bus->count = bytes[CDS_AT_PARAMETERS + 1];
     request->length = 0;
     request->error = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
+        uint8_t due = request->reply_parameters;
+
         flight = CDS_BUS_ASKS;
-        request->length = due;
-        longest = bus->due_length;
+        bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN);
         if (request->any_length)
-            longest = CDS_PARSER_LENGTH_MAX;
+            bus->parser.longest = CDS_PARSER_LENGTH_MAX;
         size = (uint16_t)(size + CDS_PACKET_SIZE(due));
         return_delay_us = request->return_delay_us;
     }
     bus->flight = flight;
-    bus->damaged = 0;
+    bus->damaged = false;
     bus->closing = false;
-    cds_parser_begin(&bus->parser, longest);
+    bus->looked_to = bus->link.rx.tail;
     allow(bus, bus->heard_us, size, return_delay_us);
 }
 
@@ -335,27 +332,23 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
 static ONE_COPY bool is_quiet(struct cds_bus *bus)
 {
     bool high = cds_port_line_is_high(bus->port);
-    uint8_t used = heard(bus);
+    uint8_t used = heard(bus), line = bus->line;
 
     if (bus->owed)
         cds_bus_owes_(bus, NOBODY); // not for ever
     if (used) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         bus->closing = false;
-        parse(bus);
+        search(bus);
+    } else if (high && line == CDS_BUS_OK) {
+        return true;
     }
-    if (used || (!high && bus->line != CDS_BUS_BUSY)) {
-        uint16_t quiet_us = (uint16_t)(2u * bus->byte_time_us);
-
-        if (bus->line != CDS_BUS_OK && bus->quiet_us > quiet_us)
-            quiet_us = bus->quiet_us; // of what was asked before cds_bus_open()
-        if (used || bus->line == CDS_BUS_OK)
-            bus->line = CDS_BUS_BUSY;
-        hush(bus, quiet_us);
-    } else if (bus->line != CDS_BUS_OK &&
-               ((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us) {
+    if (used || line == CDS_BUS_OK)
+        note_use(bus);
+    else if (!high && line == CDS_BUS_FAULT)
+        bus->heard_us = cds_port_short_us();
+    else if (((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us)
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
-    }
     return bus->line == CDS_BUS_OK;
 }
 
@@ -520,11 +513,12 @@ static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
 }
 
 /* The first request is over. Returns whether there is more to do, as all below. */
-static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, uint8_t result)
+static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
     struct cds_request *next = request->next;
 
+    bus->flight = CDS_BUS_IDLE;
     bus->request = next;
     request->result = result;
     if (next)
@@ -534,41 +528,24 @@ static inline __attribute__((always_inline)) bool finish(struct cds_bus *bus, ui
     return false;
 }
 
-/* ... not well. */
-static SELDOM bool finish_badly(struct cds_bus *bus, uint8_t result)
+/* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
+static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    bus->flight = CDS_BUS_IDLE;
-    bus->request = request->next;
-    request->result = result;
-    return go_further(bus, request);
-}
-
-/* The exchange in flight has ended. */
-static void land(struct cds_bus *bus, uint8_t result)
-{
-    cds_bus_note_end_(bus, result);
-    bus->flight = CDS_BUS_IDLE;
-}
-
-/* ... without a good reply: it is sent again, if it may be. */
-static bool fail(struct cds_bus *bus, uint8_t result)
-{
-    struct cds_request *request = bus->request;
-
+    restore(bus);
+    request->id = bus->asked;
     request->length = 0;
     request->error = 0;
     if (bus->flight != CDS_BUS_TELLS)
         cds_bus_note_given_up_(bus);
-    if (result == CDS_CORRUPT) { // and the line may be so still
-        bus->line = CDS_BUS_BUSY;
-        hush(bus, (uint16_t)(2u * bus->byte_time_us));
-    }
-    land(bus, result);
+    if (result == CDS_CORRUPT)
+        note_use(bus); // it may be so still
+    cds_bus_note_end_(bus, result);
     if (!cds_bus_repeats_(request))
-        return finish_badly(bus, result);
+        return finish(bus, result);
     cds_bus_count_(&bus->counters.repeated);
+    bus->flight = CDS_BUS_IDLE;
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
     wait_for_turn(bus);
@@ -578,59 +555,35 @@ static bool fail(struct cds_bus *bus, uint8_t result)
 /* ... well. */
 CDS_APART static bool end_well(struct cds_bus *bus)
 {
-    land(bus, CDS_OK);
+    cds_bus_note_end_(bus, CDS_OK);
     return finish(bus, CDS_OK);
 }
 
-/* Does the reply that is taken end before byte `end` of the ring? */
-static bool is_whole(const struct cds_bus *bus, uint8_t end)
+/* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and
+ * nothing behind it, or a line never quiet would let the deadline slip. */
+CDS_APART static bool look_at_deadline(struct cds_bus *bus)
 {
-    uint8_t tail = bus->link.rx.tail;
-
-    return (uint8_t)(bus->last - tail) < (uint8_t)(end - tail);
-}
-
-/* How the exchange in flight stands, now that its deadline is over and all was looked at that a
- * poll may look at. */
-static uint8_t outcome_late(struct cds_bus *bus)
-{
+    if (!is_over(bus))
+        return true;
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
-        return CDS_TIMEOUT;
+        return fail(bus, CDS_TIMEOUT);
     }
-    if (bus->flight == CDS_BUS_TELLS) // out in this very moment: the next poll ends it
-        return CDS_PENDING;
     if (!bus->closing) {
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
+        if (bus->flight == CDS_BUS_TAKES && !bus->is_whole)
+            bus->flight = CDS_BUS_ASKS; // is it by now?
+        if (bus->link.broken)
+            return true;
     }
-    if (bus->flight >= CDS_BUS_FITS) {
-        if (is_whole(bus, bus->close_at))
-            return CDS_PENDING; // the next poll takes more of it
-        give_back(bus);
-    }
-    if (looked_to(bus) != end_at_deadline(bus))
-        return CDS_PENDING;
-    if (bus->damaged || (bus->link.broken && bus->link.broken_at == bus->close_at))
-        return CDS_CORRUPT; // of several bytes, or the last
-    return CDS_TIMEOUT;
+    if (bus->flight == CDS_BUS_ASKS && bus->looked_to == bus->close_at)
+        return fail(bus, bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT);
+    return true;
 }
 
-/* The alarm has rung. */
-CDS_APART static bool look_at_deadline(struct cds_bus *bus)
-{
-    uint8_t result;
-
-    if (!is_over(bus))
-        return true;
-    result = outcome_late(bus);
-    if (result == CDS_PENDING)
-        return true;
-    return fail(bus, result);
-}
-
-/* Nothing has ended: but is there still time? Asked after parsing: what came by then is not late.
- */
+/* Nothing has ended: but is there still time? Asked after the search: what came by then is not
+ * late. */
 static inline __attribute__((always_inline)) bool go_on(struct cds_bus *bus)
 {
     return cds_port_alarm_rings(bus->port) ? look_at_deadline(bus) : true;
@@ -647,7 +600,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
-    return finish_badly(bus, result);
+    return finish(bus, result);
 }
 
 /* Nothing is in flight. */
@@ -660,153 +613,81 @@ static bool poll_idle(struct cds_bus *bus)
     return false;
 }
 
-/* All of a reply has come: is its checksum right? Only then parameters take the place of an
- * instruction packet that could not be built again: one that fails can be sent again. */
-CDS_APART static bool end_taking(struct cds_bus *bus, uint8_t end)
+/* All of a reply has come, and its checksum makes the sum wrong: what was taken is looked at as any
+ * other bytes, from the next poll on. True. */
+static SELDOM bool refute(struct cds_bus *bus)
 {
-    const volatile uint8_t *ring = bus->link.rx.bytes;
-    struct cds_request *request = bus->request;
-
-    if (!cds_parser_ends_well(&bus->parser, ring[end & RING_MASK]))
-        return give_back(bus);
-    if (!bus->to) {
-        uint8_t *to = request->packet.bytes;
-
-        for (uint8_t at = (uint8_t)(bus->link.rx.tail + CDS_AT_PARAMETERS); at != end; at++)
-            *to++ = ring[at & RING_MASK];
-    }
-    bus->link.rx.tail = (uint8_t)(end + 1u);
-    return end_well(bus);
+    note_refuted(bus);
+    cds_ring_drop(&bus->link.rx, 1);
+    bus->flight = CDS_BUS_ASKS;
+    return true;
 }
 
-/* Takes the parameters from byte `at` of the ring on, up to byte `end`, at least one of them. */
+/* Takes the reply that is due from byte `at` of the ring on, up to byte `end`, at least one of
+ * them. */
 CDS_APART static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
 {
-    uint8_t last = bus->last, sum = bus->parser.sum, stop = end;
+    uint8_t last = bus->last, sum = bus->sum;
     uint8_t *to = bus->to;
 
-    if ((uint8_t)(end - at) > (uint8_t)(last - at))
-        stop = last;
-    if ((uint8_t)(stop - at) > CDS_BUS_BYTES_PER_POLL)
-        stop = (uint8_t)(at + CDS_BUS_BYTES_PER_POLL);
+    if ((uint8_t)(end - at) > CDS_BUS_BYTES_PER_POLL)
+        end = (uint8_t)(at + CDS_BUS_BYTES_PER_POLL);
     do {
         uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
 
         sum = (uint8_t)(sum + byte);
-        if (to)
-            *to++ = byte;
+        if (at == last) {
+            if (sum != UINT8_MAX) // the checksum is ~ of the rest
+                return refute(bus);
+            at++;
+            bus->link.rx.tail = at;
+            bus->looked_to = at;
+            return end_well(bus);
+        }
         at++;
-    } while (at != stop);
-    bus->parser.sum = sum;
+        *to++ = byte;
+    } while (at != end);
+    bus->sum = sum;
     bus->at = at;
     bus->to = to;
-    if (at == last) {
-        bus->flight = CDS_BUS_ENDS;
-        if (at != end && (to || bus->request->length <= CDS_BUS_BYTES_PER_POLL))
-            return end_taking(bus, at); // of the others all are copied then: a poll of its own
+    return go_on(bus);
+}
+
+/* The reply that is due is taken. */
+CDS_APART static bool poll_taking(struct cds_bus *bus)
+{
+    uint8_t end = bus->link.rx.head, at = bus->at; // before `broken`, as in search()
+
+    if (end == at)
+        return go_on(bus);
+    if (bus->link.broken && !bus->is_whole) {
+        bus->flight = CDS_BUS_ASKS; // what stands before damaged bytes may be all of it
+        return true;
+    }
+    return take(bus, at, end);
+}
+
+/* No reply is taken yet. */
+CDS_APART static bool poll_other(struct cds_bus *bus)
+{
+    if (bus->flight < CDS_BUS_BEGUN)
+        return poll_idle(bus);
+    if (bus->flight == CDS_BUS_BEGUN)
+        cds_bus_expect_(bus);
+    if (bus->link.state == CDS_LINK_LISTENING) {
+        if (bus->flight == CDS_BUS_TELLS)
+            return end_well(bus);
+        if (heard(bus))
+            search(bus);
+        if (bus->flight == CDS_BUS_TAKES)
+            return poll_taking(bus);
     }
     return go_on(bus);
 }
 
-/* Takes ERROR, byte `at` of the ring, and what has come behind it, up to byte `end`. */
-CDS_APART static bool take_error(struct cds_bus *bus, uint8_t at, uint8_t end)
-{
-    struct cds_request *request = bus->request;
-    uint8_t error = bus->link.rx.bytes[at & RING_MASK];
-
-    request->error = error;
-    if (error & CDS_ERROR_NONE_SUCH || (request->length != request->reply_parameters &&
-                                        !request->any_length && !(error & CDS_ERRORS_OF_PACKET)))
-        return give_back(bus);
-    bus->parser.sum = (uint8_t)(bus->parser.sum + error);
-    bus->at = ++at;
-    bus->flight = at == bus->last ? CDS_BUS_ENDS : CDS_BUS_TAKES;
-    if (at == end)
-        return go_on(bus);
-    return at == bus->last ? end_taking(bus, at) : take(bus, at, end);
-}
-
-/* The reply that is due seems to stand at the ring's tail, `size` bytes without its checksum: it is
- * taken from now on. True. */
-static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *bus, uint8_t tail,
-                                                               uint8_t sum, uint8_t size)
-{
-    bus->parser.sum = sum;
-    bus->parser.seen = 0;
-    bus->at = (uint8_t)(tail + CDS_AT_ERROR);
-    bus->last = (uint8_t)(tail + size);
-    bus->flight = CDS_BUS_FITS;
-    return true;
-}
-
-/* Does what has come begin just as it should, with the first byte? Almost always, and at 1 Mbps
- * there were no time to look at it as at any other bytes. Returns whether it is taken. */
-CDS_APART static bool begins_as_due(struct cds_bus *bus)
-{
-    const volatile uint8_t *ring = bus->link.rx.bytes;
-    uint8_t tail = bus->link.rx.tail, id = bus->due_id, length = bus->due_length;
-
-    if (ring[tail & RING_MASK] != CDS_HEADER ||
-        ring[(uint8_t)(tail + 1) & RING_MASK] != CDS_HEADER ||
-        ring[(uint8_t)(tail + CDS_AT_ID) & RING_MASK] != id ||
-        ring[(uint8_t)(tail + CDS_AT_LENGTH) & RING_MASK] != length || id == NOBODY)
-        return false;
-    return begin_taking(bus, tail, (uint8_t)(id + length), (uint8_t)(length + CDS_AT_LENGTH));
-}
-
-/* Something is in flight for which no reply is taken yet. Searches what comes for one. */
-CDS_APART static bool wait_for_reply(struct cds_bus *bus)
-{
-    uint8_t end = bus->link.rx.head; // before `broken`, as in parse()
-
-    if (bus->link.state != CDS_LINK_LISTENING)
-        return go_on(bus);
-    if (bus->flight == CDS_BUS_TELLS)
-        return end_well(bus);
-    if (!(uint8_t)(bus->closing | bus->link.broken | bus->parser.seen)) {
-        if ((uint8_t)(end - bus->link.rx.tail) < CDS_AT_ERROR)
-            return go_on(bus); // nothing can be said yet
-        if (begins_as_due(bus))
-            return end == bus->at ? go_on(bus) : take_error(bus, bus->at, end);
-    }
-    if (!parse(bus))
-        return go_on(bus);
-    bus->request->id = bus->parser.id;
-    bus->request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    begin_taking(bus, bus->link.rx.tail, bus->parser.sum,
-                 (uint8_t)(bus->parser.length + CDS_AT_LENGTH));
-    end = bus->link.rx.head;
-    return bus->link.broken || end == bus->at ? true : take_error(bus, bus->at, end);
-}
-
-/* Something has just begun. */
-static bool poll_begun(struct cds_bus *bus)
-{
-    cds_bus_expect_(bus);
-    return wait_for_reply(bus);
-}
-
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t flight = bus->flight, at, end;
-
-    if (flight < CDS_BUS_FITS) {
-        if (flight > CDS_BUS_BEGUN)
-            return wait_for_reply(bus);
-        return flight == CDS_BUS_BEGUN ? poll_begun(bus) : poll_idle(bus);
-    }
-    end = bus->link.rx.head; // before `broken`, as in parse()
-    at = bus->at;
-    if (end == at)
-        return go_on(bus);
-    if (bus->link.broken) {
-        end = bus->link.broken_at;
-        if (!is_whole(bus, end)) // what stands before damaged bytes may be all there is to take
-            return give_back(bus);
-    }
-    if (flight == CDS_BUS_ENDS)
-        return end_taking(bus, at);
-    return flight == CDS_BUS_TAKES ? take(bus, at, end) : take_error(bus, at, end);
+    return bus->flight == CDS_BUS_TAKES ? poll_taking(bus) : poll_other(bus);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
