@@ -307,7 +307,7 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     bus->asked = request->id = bytes[CDS_AT_ID];
     bus->instruction = bytes[CDS_AT_INSTRUCTION];
     bus->address = bytes[CDS_AT_PARAMETERS];
-    bus->count = bytes[CDS_AT_PARAMETERS + 1];
+    bus->count = bytes[size - 2];
     request->length = 0;
     request->error = 0;
     if (reply_is_due(request)) { // no servo sends more than it was asked for
