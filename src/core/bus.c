@@ -179,7 +179,7 @@ static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *b
     struct cds_request *request = bus->request;
     uint8_t id, length, error, tail;
 
-    if (parsed < CDS_PARSED_HEAD || (parsed == CDS_PARSED_HEAD && cut) ||
+    if (parsed < CDS_PARSED_HEAD || (parsed == CDS_PARSED_HEAD && (cut || bus->closing)) ||
         bus->flight != CDS_BUS_ASKS || !is_due(bus))
         return false;
     tail = bus->link.rx.tail, id = bus->parser.id, length = bus->parser.length;
@@ -188,7 +188,6 @@ static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *b
     bus->at = (uint8_t)(tail + CDS_AT_PARAMETERS);
     bus->last = (uint8_t)(tail + length + CDS_AT_LENGTH);
     bus->sum = (uint8_t)(id + length + error);
-    bus->to = request->packet.bytes;
     bus->flight = CDS_BUS_TAKES;
     request->id = id;
     request->length = (uint8_t)(length - CDS_LENGTH_MIN);
@@ -231,7 +230,7 @@ static inline __attribute__((always_inline)) uint8_t heard(const struct cds_bus 
 }
 
 /* Searches what has been heard by now, or by the deadline if that is over, before and behind the
- * damage there may be, for packets; but no more than a poll may: neither a long reply nor a
+ * damage there may be, for a packet; but no more than a poll may: neither a long reply nor a
  * babbling line holds up the caller. */
 static ONE_COPY void search(struct cds_bus *bus)
 {
@@ -250,7 +249,7 @@ static ONE_COPY void search(struct cds_bus *bus)
             continue;
         if (parsed == CDS_PARSED_REFUTED)
             return note_refuted(bus);
-        if (begin_taking(bus, parsed, broken | bus->closing))
+        if (begin_taking(bus, parsed, broken))
             return;
         if (parsed == CDS_PARSED_PACKET)
             return pass_over(bus);
@@ -304,6 +303,7 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
 
     if (!cds_bus_is_watched_(bus)) // else it was asked
         request->return_delay_us = bus->return_delay_us;
+    bus->to = request->packet.bytes;
     bus->asked = request->id = bytes[CDS_AT_ID];
     bus->instruction = bytes[CDS_AT_INSTRUCTION];
     bus->address = bytes[CDS_AT_PARAMETERS];
@@ -518,7 +518,6 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
     struct cds_request *request = bus->request;
     struct cds_request *next = request->next;
 
-    bus->flight = CDS_BUS_IDLE;
     bus->request = next;
     request->result = result;
     if (next)
@@ -542,10 +541,10 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
     if (result == CDS_CORRUPT)
         note_use(bus); // it may be so still
     cds_bus_note_end_(bus, result);
+    bus->flight = CDS_BUS_IDLE;
     if (!cds_bus_repeats_(request))
         return finish(bus, result);
     cds_bus_count_(&bus->counters.repeated);
-    bus->flight = CDS_BUS_IDLE;
     bus->request = request->next;
     insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
     wait_for_turn(bus);
@@ -555,8 +554,26 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
 /* ... well. */
 CDS_APART static bool end_well(struct cds_bus *bus)
 {
+    struct cds_request *request = bus->request, *next = request->next;
+
     cds_bus_note_end_(bus, CDS_OK);
-    return finish(bus, CDS_OK);
+    bus->flight = CDS_BUS_IDLE;
+    bus->request = next;
+    request->result = CDS_OK;
+    if (next)
+        return go_further(bus, request);
+    if (request->on_end)
+        return go_further(bus, request);
+    return false;
+}
+
+/* What was taken is looked at as any other bytes, from the next poll on; if more must not come, it
+ * may be whole by now. True. */
+static SELDOM bool look_again(struct cds_bus *bus)
+{
+    bus->to = bus->request->packet.bytes;
+    bus->flight = CDS_BUS_ASKS;
+    return true;
 }
 
 /* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and
@@ -573,12 +590,13 @@ CDS_APART static bool look_at_deadline(struct cds_bus *bus)
         bus->closing = true;
         bus->close_at = bus->link.rx.head;
         if (bus->flight == CDS_BUS_TAKES && !bus->is_whole)
-            bus->flight = CDS_BUS_ASKS; // is it by now?
-        if (bus->link.broken)
-            return true;
+            look_again(bus);
     }
-    if (bus->flight == CDS_BUS_ASKS && bus->looked_to == bus->close_at)
-        return fail(bus, bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT);
+    if (bus->flight == CDS_BUS_ASKS) {
+        search(bus);
+        if (bus->flight == CDS_BUS_ASKS && bus->looked_to == bus->close_at)
+            return fail(bus, bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT);
+    }
     return true;
 }
 
@@ -600,6 +618,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
+    bus->flight = CDS_BUS_IDLE;
     return finish(bus, result);
 }
 
@@ -613,19 +632,17 @@ static bool poll_idle(struct cds_bus *bus)
     return false;
 }
 
-/* All of a reply has come, and its checksum makes the sum wrong: what was taken is looked at as any
- * other bytes, from the next poll on. True. */
+/* All of a reply has come, and its checksum makes the sum wrong. True. */
 static SELDOM bool refute(struct cds_bus *bus)
 {
     note_refuted(bus);
     cds_ring_drop(&bus->link.rx, 1);
-    bus->flight = CDS_BUS_ASKS;
-    return true;
+    return look_again(bus);
 }
 
 /* Takes the reply that is due from byte `at` of the ring on, up to byte `end`, at least one of
  * them. */
-CDS_APART static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
+static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
 {
     uint8_t last = bus->last, sum = bus->sum;
     uint8_t *to = bus->to;
@@ -653,41 +670,43 @@ CDS_APART static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
     return go_on(bus);
 }
 
-/* The reply that is due is taken. */
-CDS_APART static bool poll_taking(struct cds_bus *bus)
-{
-    uint8_t end = bus->link.rx.head, at = bus->at; // before `broken`, as in search()
-
-    if (end == at)
-        return go_on(bus);
-    if (bus->link.broken && !bus->is_whole) {
-        bus->flight = CDS_BUS_ASKS; // what stands before damaged bytes may be all of it
-        return true;
-    }
-    return take(bus, at, end);
-}
-
-/* No reply is taken yet. */
+/* No reply is taken yet. Four bytes say nothing. */
 CDS_APART static bool poll_other(struct cds_bus *bus)
 {
-    if (bus->flight < CDS_BUS_BEGUN)
+    uint8_t flight = bus->flight;
+
+    if (flight < CDS_BUS_BEGUN)
         return poll_idle(bus);
-    if (bus->flight == CDS_BUS_BEGUN)
+    if (flight == CDS_BUS_BEGUN) {
         cds_bus_expect_(bus);
-    if (bus->link.state == CDS_LINK_LISTENING) {
-        if (bus->flight == CDS_BUS_TELLS)
-            return end_well(bus);
-        if (heard(bus))
-            search(bus);
-        if (bus->flight == CDS_BUS_TAKES)
-            return poll_taking(bus);
+        flight = bus->flight;
     }
-    return go_on(bus);
+    if (flight == CDS_BUS_TELLS && bus->link.state == CDS_LINK_LISTENING)
+        return end_well(bus);
+    if (cds_port_alarm_rings(bus->port))
+        return look_at_deadline(bus);
+    if (bus->link.broken || cds_ring_count(&bus->link.rx) > CDS_AT_ERROR)
+        search(bus);
+    return true;
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    return bus->flight == CDS_BUS_TAKES ? poll_taking(bus) : poll_other(bus);
+    uint8_t at, end;
+
+    if (bus->flight != CDS_BUS_TAKES) {
+        bool busy = poll_other(bus);
+
+        if (bus->flight != CDS_BUS_TAKES)
+            return busy;
+    }
+    end = bus->link.rx.head; // before `broken`, as in search()
+    at = bus->at;
+    if (end == at)
+        return go_on(bus);
+    if (bus->link.broken && !bus->is_whole)
+        return look_again(bus);
+    return take(bus, at, end);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
