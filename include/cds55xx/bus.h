@@ -185,6 +185,7 @@ struct cds_bus {
     uint8_t laps;               // how often the alarm rings before its time
     uint8_t asked, instruction, address, count; // of the packet in flight, if it is a READ
     struct cds_bus_observer *observer;   // or NULL; by cds_bus_set_observer()
+    bool has_queue;                      // by cds_bus_set_queue()
     uint16_t return_delay_us;            // longest of any servo on this bus
     uint16_t byte_time_us;               // ten bits
     uint16_t heard_us;                   // when others were last found using the line, by
@@ -231,6 +232,11 @@ void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_d
  * before a repeat. */
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
+/* Lets requests wait behind the one in flight, each for its turn. `on`: false, from
+ * zeroed storage on, refuses what is submitted meanwhile as CDS_BUSY; a program that never says
+ * true does not pay for a queue. What needs one (cycle.h and so on) says true by itself. */
+void cds_bus_set_queue(struct cds_bus *bus, bool on);
+
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
  * else in its turn, after those submitted before it that are as urgent, or more so.
  * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
@@ -255,6 +261,11 @@ uint8_t cds_bus_begin_(struct cds_bus *bus);
 uint8_t cds_bus_begin_judged_(struct cds_bus *bus); // ... of what the observer has admitted already
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
+/* The first request, which was found good, has its turn: it is sent if the line and old answers let
+ * it, else it waits for them. */
+void cds_bus_begin_turn_(struct cds_bus *bus);
+void cds_bus_wait_for_turn_(struct cds_bus *bus); // ... from the next poll on
+
 /* What is due for the packet that has begun, and by when: the first poll sees to that. */
 void cds_bus_expect_(struct cds_bus *bus);
 
@@ -274,7 +285,10 @@ void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ...
 void cds_bus_note_break_(struct cds_bus *bus); // the stream is broken: before it is mended
 void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
 void cds_bus_count_(uint16_t *counter);
-bool cds_bus_repeats_(struct cds_request *request);  // is it to be sent once more?
+bool cds_bus_repeat_(struct cds_bus *bus);           // is the first request sent once more?
+bool cds_bus_queues_(const struct cds_bus *bus);     // may a request wait behind another one?
+void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent);
+void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
 void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due
 bool cds_bus_owes_(struct cds_bus *bus, uint8_t id); // may an old answer of this one still come?
 uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes); // of a packet

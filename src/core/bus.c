@@ -10,7 +10,7 @@
 #define RING_MASK (CDS_RING_SIZE - 1)
 
 /* Kept out of the way of what runs for every byte and every exchange. */
-#define SELDOM __attribute__((noinline, cold))
+#define SELDOM __attribute__((noinline, noclone, cold))
 
 /* Not copied for a bus that is known when the program is linked: by a pointer, an AVR reaches the
  * fields in half as many words. What is only CDS_APART may be copied so: a pointer less, where the
@@ -57,10 +57,28 @@ UNUSED void cds_bus_count_(uint16_t *counter)
     (void)counter;
 }
 
-UNUSED bool cds_bus_repeats_(struct cds_request *request)
+UNUSED bool cds_bus_repeat_(struct cds_bus *bus)
 {
-    (void)request;
+    (void)bus;
     return false;
+}
+
+UNUSED bool cds_bus_queues_(const struct cds_bus *bus)
+{
+    (void)bus;
+    return false;
+}
+
+UNUSED void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
+{
+    (void)urgent;
+    bus->request = request;
+    request->next = NULL;
+}
+
+UNUSED void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
+{
+    (void)bus, (void)result;
 }
 
 UNUSED void cds_bus_note_given_up_(struct cds_bus *bus)
@@ -99,13 +117,13 @@ static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
 }
 
-/* Others use the line now. From here on it must be quiet for two byte times, or for as long as
- * before if it was not quiet yet. */
-static ONE_COPY void note_use(struct cds_bus *bus)
+/* The line is used, or was not free of doubt. From here on it must be quiet for two byte times, or
+ * for as long as before if it was not quiet yet. */
+static ONE_COPY void doubt(struct cds_bus *bus, uint8_t line)
 {
     if (bus->line == CDS_BUS_OK)
         bus->quiet_us = (uint16_t)(2u * bus->byte_time_us);
-    bus->line = CDS_BUS_BUSY;
+    bus->line = line;
     bus->heard_us = cds_port_short_us();
 }
 
@@ -126,7 +144,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->last_id = NOBODY;
     bus->flight = CDS_BUS_IDLE;
     if (again) { // what was asked before may be answered yet
-        note_use(bus);
+        doubt(bus, CDS_BUS_BUSY);
         if (bus->quiet_us < CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
             bus->quiet_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
     }
@@ -343,13 +361,16 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
     } else if (high && line == CDS_BUS_OK) {
         return true;
     }
-    if (used || line == CDS_BUS_OK)
-        note_use(bus);
-    else if (!high && line == CDS_BUS_FAULT)
-        bus->heard_us = cds_port_short_us();
-    else if (((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us)
+    if (used || line == CDS_BUS_OK) {
+        line = CDS_BUS_BUSY;
+    } else if (high || line != CDS_BUS_FAULT) {
+        if (((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) < bus->quiet_us)
+            return false;
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
-    return bus->line == CDS_BUS_OK;
+        return high;
+    }
+    doubt(bus, line);
+    return false;
 }
 
 /* Is there nothing to be waited for? A request waits only where the observer, the line or an old
@@ -366,8 +387,8 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
 
-    if (!is_free(bus) &&
-        (!is_quiet(bus) || (reply_is_due(request) && cds_bus_owes_(bus, request->id))))
+    if (!is_quiet(bus) ||
+        (reply_is_due(request) && cds_bus_owes_(bus, request->packet.bytes[CDS_AT_ID])))
         return false;
     send_rest(bus, request, cds_link_begin(bus->port, CDS_HEADER));
     return true;
@@ -375,41 +396,17 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
 
 /* It is the first request's turn, but it must wait, for a quiet line or until an old answer can no
  * longer come: for as long as the longest exchange may take. */
-static ONE_COPY void wait_for_turn(struct cds_bus *bus)
+ONE_COPY void cds_bus_wait_for_turn_(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
     allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
 }
 
 /* The turn of the first request begins, which was found good. */
-static ONE_COPY void begin_turn(struct cds_bus *bus)
+ONE_COPY void cds_bus_begin_turn_(struct cds_bus *bus)
 {
     if (!send_if_quiet(bus))
-        wait_for_turn(bus);
-}
-
-/* The same of the next one, if there is one. If the observer has changed its mind, the next poll
- * sees. */
-static ONE_COPY void begin_next(struct cds_bus *bus)
-{
-    if (!bus->request)
-        return;
-    if (cds_bus_judge_(bus, bus->request) == CDS_OK)
-        begin_turn(bus);
-    else
-        wait_for_turn(bus);
-}
-
-/* Puts the request into the queue, before those that are less urgent than `urgent`, but never
- * before one in flight, which is the first. */
-static ONE_COPY void insert(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
-{
-    struct cds_request **place = cds_bus_is_in_flight_(bus) ? &bus->request->next : &bus->request;
-
-    while (*place && (*place)->urgent >= urgent)
-        place = &(*place)->next;
-    request->next = *place;
-    *place = request;
+        cds_bus_wait_for_turn_(bus);
 }
 
 /* It is not its turn yet, as far as is known. */
@@ -419,15 +416,16 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 
     if (bus->byte_time_us == 0)
         return CDS_BAD_ARGUMENT;
+    if (bus->request && !cds_bus_queues_(bus))
+        return CDS_BUSY;
     request->return_delay_us = bus->return_delay_us;
     result = cds_bus_judge_(bus, request);
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
-    request->id = request->packet.bytes[CDS_AT_ID];
-    insert(bus, request, request->urgent);
+    cds_bus_insert_(bus, request, request->urgent);
     if (bus->request == request)
-        begin_turn(bus);
+        cds_bus_begin_turn_(bus);
     return CDS_OK;
 }
 
@@ -493,20 +491,16 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     request->result = CDS_CANCELLED;
     if (place == &bus->request) {
         bus->flight = CDS_BUS_IDLE;
-        begin_next(bus); // it has waited for nothing yet
+        cds_bus_begin_next_(bus, CDS_OK); // it has waited for nothing yet
     }
     return CDS_OK;
 }
 
 /* The first request is over, and another waits or somebody is to be told. The next one begins
- * before on_end runs, so that what on_end submits takes its turn like any other; but behind a bad
- * end a poll has done enough, and the next one looks whether the line is quiet. */
-static ONE_COPY bool go_further(struct cds_bus *bus, struct cds_request *ended)
+ * before on_end runs, so that what on_end submits takes its turn like any other. */
+CDS_APART static bool go_further(struct cds_bus *bus, struct cds_request *ended)
 {
-    if (ended->result == CDS_OK)
-        begin_next(bus);
-    else if (bus->request)
-        wait_for_turn(bus);
+    cds_bus_begin_next_(bus, ended->result);
     if (ended->on_end)
         ended->on_end(ended);
     return bus->request;
@@ -539,16 +533,10 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
     if (bus->flight != CDS_BUS_TELLS)
         cds_bus_note_given_up_(bus);
     if (result == CDS_CORRUPT)
-        note_use(bus); // it may be so still
+        doubt(bus, CDS_BUS_BUSY); // it may be so still
     cds_bus_note_end_(bus, result);
     bus->flight = CDS_BUS_IDLE;
-    if (!cds_bus_repeats_(request))
-        return finish(bus, result);
-    cds_bus_count_(&bus->counters.repeated);
-    bus->request = request->next;
-    insert(bus, request, (uint8_t)(request->urgent + 1u)); // only what is more urgent goes before
-    wait_for_turn(bus);
-    return true;
+    return cds_bus_repeat_(bus) ? true : finish(bus, result);
 }
 
 /* ... well. */
@@ -578,7 +566,7 @@ static SELDOM bool look_again(struct cds_bus *bus)
 
 /* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and
  * nothing behind it, or a line never quiet would let the deadline slip. */
-CDS_APART static bool look_at_deadline(struct cds_bus *bus)
+static SELDOM bool look_at_deadline(struct cds_bus *bus)
 {
     if (!is_over(bus))
         return true;
@@ -623,7 +611,7 @@ static bool wait_for_quiet(struct cds_bus *bus)
 }
 
 /* Nothing is in flight. */
-static bool poll_idle(struct cds_bus *bus)
+static SELDOM bool poll_idle(struct cds_bus *bus)
 {
     if (bus->request)
         return wait_for_quiet(bus);

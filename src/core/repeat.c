@@ -36,10 +36,17 @@ uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
     return bus->repeats && bears_repeating(bytes) ? bus->repeats : 0;
 }
 
-bool cds_bus_repeats_(struct cds_request *request)
+/* Only what is more urgent goes before it. */
+bool cds_bus_repeat_(struct cds_bus *bus)
 {
+    struct cds_request *request = bus->request;
+
     if (request->repeats == 0)
         return false;
     request->repeats--;
+    cds_bus_count_(&bus->counters.repeated);
+    bus->request = request->next;
+    cds_bus_insert_(bus, request, (uint8_t)(request->urgent + 1u));
+    cds_bus_wait_for_turn_(bus);
     return true;
 }
