@@ -118,8 +118,10 @@ uint16_t cds_port_short_us(void)
 }
 
 /* An alarm of 15 bits, as that of a timer: it rings once in every lap. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us)
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint16_t count, uint16_t each_us,
+                           uint16_t more_us)
 {
+    uint32_t us = (uint32_t)count * each_us + more_us;
     uint32_t passed_us = (port_fake.now_us - from_us) & CDS_PORT_SHORT_MAX;
 
     (void)line(port);

@@ -260,9 +260,8 @@ static ONE_COPY bool parse(struct cds_bus *bus)
 static ONE_COPY void allow(struct cds_bus *bus, uint16_t from_us, uint16_t bytes,
                            uint16_t return_delay_us)
 {
-    bus->laps = cds_port_set_alarm(bus->port, from_us,
-                                   (uint32_t)bytes * bus->byte_time_us +
-                                       (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
+    bus->laps = cds_port_set_alarm(bus->port, from_us, bytes, bus->byte_time_us,
+                                   (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
 }
 
 /* The alarm rings: is that time over? */
