@@ -56,7 +56,8 @@ AVR_INLINE void cds_port_listen(uint8_t port)
 #define CDS_AVR_BUS(bus, number) AVR_PASTE(AVR_HANDLERS_, AVR_BUS(number, _WIRING))(bus, number)
 
 /* Binds the board's BOARD_CLOCK_TIMER: its count, of its compare units A, B and C one for each bus,
- * and its overflow vector if anything in the program calls cds_port_now_us(). At file scope, once. */
+ * and its overflow vector if anything in the program calls cds_port_now_us(). At file scope, once.
+ */
 #define CDS_AVR_CLOCK() struct cds_avr_clock cds_avr_clock;
 
 #endif

@@ -60,17 +60,20 @@ uint16_t cds_port_short_us(void)
     return TIMER_COUNT >> 1;
 }
 
-/* Ticks of so many times `each_us`, and `more_us`: the lower 16 bits, and how often those are full.
- * For so few bits avr-gcc would call a function that multiplies to 32. */
-AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t more_us, uint16_t *ticks)
+/* Ticks of so many times `each_us`, and `*ticks` microseconds: the lower 16 bits, and returns those
+ * above. For so few bits avr-gcc would call a function that multiplies to 32. */
+AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t *ticks)
 {
-    uint16_t low;
+    uint16_t low = *ticks;
     uint8_t high;
 
-    __asm__("mul  %A2, %A3   \n\t"
-            "movw %A0, r0    \n\t"
-            "mul  %B2, %B3   \n\t"
+    __asm__("mul  %B2, %B3   \n\t"
             "mov  %1, r0     \n\t"
+            "mul  %A2, %A3   \n\t"
+            "add  %A0, r0    \n\t"
+            "adc  %B0, r1    \n\t"
+            "clr  r1         \n\t" // and the carry stays
+            "adc  %1, r1     \n\t"
             "mul  %A2, %B3   \n\t"
             "add  %B0, r0    \n\t"
             "adc  %1, r1     \n\t"
@@ -78,14 +81,11 @@ AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t more_us, ui
             "add  %B0, r0    \n\t"
             "adc  %1, r1     \n\t"
             "clr  r1         \n\t"
-            "add  %A0, %A4   \n\t"
-            "adc  %B0, %B4   \n\t"
-            "adc  %1, r1     \n\t"
             "lsl  %A0        \n\t"
             "rol  %B0        \n\t"
             "rol  %1         \n\t"
-            : "=&r"(low), "=&r"(high)
-            : "r"(count), "r"(each_us), "r"(more_us)
+            : "+&r"(low), "=&r"(high)
+            : "r"(count), "r"(each_us)
             : "r0");
     *ticks = low;
     return high;
@@ -97,22 +97,19 @@ AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t more_us, ui
 uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
-    uint16_t from = (uint16_t)(from_us << 1), wait, passed;
-    uint8_t laps = sum_up(count, each_us, more_us, &wait);
+    uint16_t from = (uint16_t)(from_us << 1), wait = more_us, passed;
+    uint8_t laps = sum_up(count, each_us, &wait);
 
     for (;;) {
         set_compare(port, (uint16_t)(from + wait));
         TIMER_FLAGS = alarm_flag(port);
         passed = (uint16_t)(TIMER_COUNT - from);
         if (passed < wait || (TIMER_FLAGS & alarm_flag(port)))
-            break;
-        if (laps && passed != wait) { // it would have rung by now, and does so again in time
-            laps--;
-            break;
-        }
+            return laps;
+        if (laps && passed != wait) // it would have rung by now, and does so again in time
+            return (uint8_t)(laps - 1u);
         wait = (uint16_t)(passed + AVR_CLOCK_SOON);
     }
-    return laps;
 }
 
 void cds_port_silence_alarm(uint8_t port)

@@ -14,8 +14,7 @@ ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK AVR_NEAR)
     uint8_t low = (uint8_t)(cds_avr_clock.overflows[0] + 1u);
 
     cds_avr_clock.overflows[0] = low;
-    if (low == 0 &&
-        (cds_avr_clock.overflows[1] = (uint8_t)(cds_avr_clock.overflows[1] + 1u)) == 0)
+    if (low == 0 && (cds_avr_clock.overflows[1] = (uint8_t)(cds_avr_clock.overflows[1] + 1u)) == 0)
         cds_avr_clock.overflows[2] = (uint8_t)(cds_avr_clock.overflows[2] + 1u);
 }
 
