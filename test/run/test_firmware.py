@@ -107,6 +107,7 @@ class Programs(unittest.TestCase):
         self.assertGreater(figure["readings"], 10000)
         self.assertEqual(figure["alarms"], 0)
         self.assertEqual(figure["sums"], 0)
+        self.assertEqual(figure["laps"], 0)
 
     def test_damaged_and_lost_bytes_are_counted_and_never_a_reply(self):
         run, figure = self.figures("line_errors", servos="1")
