@@ -1,6 +1,8 @@
 /* The half-duplex direction, seen from the main context; the events are in link.h. */
 #include "cds55xx/link.h"
 
+#include "opaque.h" // CDS_APART
+
 void cds_link_open(struct cds_link *link, uint8_t port)
 {
     cds_link_abort(link, port);
@@ -19,7 +21,7 @@ void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet,
     cds_port_follow(port);
 }
 
-void cds_link_abort(struct cds_link *link, uint8_t port)
+CDS_APART void cds_link_abort(struct cds_link *link, uint8_t port)
 {
     cds_port_high_z(port); // no event from here on
     link->state = CDS_LINK_LISTENING;
