@@ -83,7 +83,7 @@ static void cancel_all(struct cds_bus *bus)
 }
 
 /* A byte is ten bits of (baud + 1) / 2 us. */
-static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
+static void set_rate(struct cds_bus *bus, uint8_t baud)
 {
     bus->baud = baud;
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
