@@ -55,9 +55,9 @@ AVR_INLINE void set_compare(uint8_t port, uint16_t ticks)
     TIMER_COMPARE_A = ticks;
 }
 
-uint16_t cds_port_short_us(void)
+uint16_t cds_port_ticks(void)
 {
-    return TIMER_COUNT >> 1;
+    return TIMER_COUNT;
 }
 
 /* Ticks of so many times `each_us`, and `*ticks` microseconds: the lower 16 bits, and returns those
@@ -94,10 +94,10 @@ AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t *ticks)
 /* The timer sets the flag when it passes the compare register, every 32 ms. What was passed while a
  * handler held up these lines would ring late: so it is moved to a few microseconds from now, or
  * counted as a lap that is over. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint16_t count, uint16_t each_us,
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
-    uint16_t from = (uint16_t)(from_us << 1), wait = more_us, passed;
+    uint16_t wait = more_us, passed;
     uint8_t laps = sum_up(count, each_us, &wait);
 
     for (;;) {

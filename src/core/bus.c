@@ -94,7 +94,7 @@ static bool give_back(struct cds_bus *bus);
 /* From now on it must be quiet for so long. */
 static ONE_COPY void hush(struct cds_bus *bus, uint16_t us)
 {
-    bus->heard_us = cds_port_short_us();
+    bus->heard_at = cds_port_ticks();
     bus->quiet_us = us;
 }
 
@@ -257,10 +257,10 @@ static ONE_COPY bool parse(struct cds_bus *bus)
 }
 
 /* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
-static ONE_COPY void allow(struct cds_bus *bus, uint16_t from_us, uint16_t bytes,
+static ONE_COPY void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
                            uint16_t return_delay_us)
 {
-    bus->laps = cds_port_set_alarm(bus->port, from_us, bytes, bus->byte_time_us,
+    bus->laps = cds_port_set_alarm(bus->port, from, bytes, bus->byte_time_us,
                                    (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
 }
 
@@ -283,7 +283,7 @@ static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request 
 
     cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
-    bus->heard_us = cds_port_short_us(); // the deadline is counted from here
+    bus->heard_at = cds_port_ticks(); // the deadline is counted from here
     cds_bus_note_sent_(bus);
     return CDS_OK;
 }
@@ -326,7 +326,13 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     bus->damaged = 0;
     bus->closing = false;
     cds_parser_begin(&bus->parser, longest);
-    allow(bus, bus->heard_us, size, return_delay_us);
+    allow(bus, bus->heard_at, size, return_delay_us);
+}
+
+/* How long ago was that moment, of the last 32 ms? */
+static uint16_t passed_us(uint16_t from)
+{
+    return (uint16_t)(cds_port_ticks() - from) / CDS_PORT_TICKS_PER_US;
 }
 
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
@@ -351,8 +357,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
         if (used || bus->line == CDS_BUS_OK)
             bus->line = CDS_BUS_BUSY;
         hush(bus, quiet_us);
-    } else if (bus->line != CDS_BUS_OK &&
-               ((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) >= bus->quiet_us) {
+    } else if (bus->line != CDS_BUS_OK && passed_us(bus->heard_at) >= bus->quiet_us) {
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
     }
     return bus->line == CDS_BUS_OK;
@@ -384,7 +389,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
 static ONE_COPY void wait_for_turn(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
-    allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
 }
 
 /* The turn of the first request begins, which was found good. */

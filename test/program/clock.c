@@ -28,18 +28,18 @@ static uint32_t in_us(const struct time *time)
  * early. Looked at all the time. */
 static int32_t ringing_late_us(const struct time *time, uint16_t late_us)
 {
-    uint16_t from_us = cds_port_short_us();
-    uint32_t from = cds_port_now_us();
+    uint16_t from = cds_port_ticks();
+    uint32_t from_us = cds_port_now_us();
     uint8_t laps;
 
-    while (cds_port_now_us() - from < late_us) {
+    while (cds_port_now_us() - from_us < late_us) {
     }
-    laps = cds_port_set_alarm(0, from_us, time->count, time->each_us, time->more_us);
+    laps = cds_port_set_alarm(0, from, time->count, time->each_us, time->more_us);
     for (;;) {
         while (!cds_port_alarm_rings(0)) {
         }
         if (laps == 0)
-            return (int32_t)(cds_port_now_us() - from - in_us(time));
+            return (int32_t)(cds_port_now_us() - from_us - in_us(time));
         laps--;
         cds_port_silence_alarm(0);
     }
@@ -74,12 +74,12 @@ static uint32_t wrong_sums(void)
     for (uint16_t baud = 0; baud < 255; baud += 17)
         for (uint16_t count = 6; count <= 314; count += 11) {
             struct time time = {count, (uint16_t)(5 * (baud + 1)), (uint16_t)(100 + 2 * baud)};
-            uint32_t ticks = 2 * in_us(&time);
-            uint16_t from_us = cds_port_short_us();
-            uint8_t laps = cds_port_set_alarm(0, from_us, time.count, time.each_us, time.more_us);
+            uint32_t ticks = CDS_PORT_TICKS_PER_US * in_us(&time);
+            uint16_t from = cds_port_ticks();
+            uint8_t laps = cds_port_set_alarm(0, from, time.count, time.each_us, time.more_us);
 
             if ((uint16_t)ticks > SEEN_TICKS &&
-                (laps != ticks >> 16 || TIMER_COMPARE_A != (uint16_t)(2 * from_us + ticks)))
+                (laps != ticks >> 16 || TIMER_COMPARE_A != (uint16_t)(from + ticks)))
                 wrong++;
         }
     return wrong;
@@ -93,13 +93,13 @@ static uint32_t wrong_laps(void)
 
     for (uint16_t us = 0; us < 40; us++)
         for (uint8_t cycles = 0; cycles < 16; cycles++) {
-            uint16_t from_us = cds_port_short_us();
+            uint16_t from = cds_port_ticks();
             uint8_t laps;
 
             for (uint8_t i = 0; i < cycles; i++)
                 __asm__ __volatile__("nop");
-            laps = cds_port_set_alarm(0, from_us, 1, CDS_PORT_SHORT_MAX + 1u, us);
-            while (((cds_port_short_us() - from_us) & CDS_PORT_SHORT_MAX) < 100) {
+            laps = cds_port_set_alarm(0, from, 1, AVR_CLOCK_OVERFLOW_US, us);
+            while ((uint16_t)(cds_port_ticks() - from) < 100 * CDS_PORT_TICKS_PER_US) {
             }
             wrong += laps == 0 && cds_port_alarm_rings(0);
         }
