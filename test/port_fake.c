@@ -112,20 +112,24 @@ uint32_t cds_port_now_us(void)
     return port_fake.now_us;
 }
 
-uint16_t cds_port_short_us(void)
+uint16_t cds_port_ticks(void)
 {
-    return (uint16_t)(cds_port_now_us() & CDS_PORT_SHORT_MAX);
+    return (uint16_t)(cds_port_now_us() * CDS_PORT_TICKS_PER_US);
 }
 
-/* An alarm of 15 bits, as that of a timer: it rings once in every lap. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us)
+#define LAP_US (0x10000u / CDS_PORT_TICKS_PER_US)
+
+/* An alarm of 16 bits, as that of a timer: it rings once in every lap. */
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
+                           uint16_t more_us)
 {
-    uint32_t passed_us = (port_fake.now_us - from_us) & CDS_PORT_SHORT_MAX;
+    uint32_t us = (uint32_t)count * each_us + more_us;
+    uint16_t passed_us =
+        (uint16_t)(port_fake.now_us * CDS_PORT_TICKS_PER_US - from) / CDS_PORT_TICKS_PER_US;
 
     (void)line(port);
-    port_fake.alarms_us[port % FAKE_PORTS] =
-        port_fake.now_us - passed_us + (us & CDS_PORT_SHORT_MAX);
-    return (uint8_t)(us >> 15);
+    port_fake.alarms_us[port % FAKE_PORTS] = port_fake.now_us - passed_us + us % LAP_US;
+    return (uint8_t)(us / LAP_US);
 }
 
 bool cds_port_alarm_rings(uint8_t port)
@@ -139,7 +143,7 @@ bool cds_port_alarm_rings(uint8_t port)
 void cds_port_silence_alarm(uint8_t port)
 {
     (void)line(port);
-    port_fake.alarms_us[port % FAKE_PORTS] += CDS_PORT_SHORT_MAX + 1u;
+    port_fake.alarms_us[port % FAKE_PORTS] += LAP_US;
 }
 
 void port_fake_settle(struct cds_bus *bus)

@@ -188,8 +188,8 @@ struct cds_bus {
     bool has_queue;                      // by cds_bus_set_queue()
     uint16_t return_delay_us;            // longest of any servo on this bus
     uint16_t byte_time_us;               // ten bits
-    uint16_t heard_us;                   // when others were last found using the line, by
-                                         // cds_port_short_us(); of a packet just begun: when
+    uint16_t heard_at;                   // when others were last found using the line, by
+                                         // cds_port_ticks(); of a packet just begun: when
     uint16_t quiet_us;                   // how long it must be quiet since then
     struct cds_link link;
     uint32_t late_us;             // until then the servo given up last may still answer

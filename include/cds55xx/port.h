@@ -48,15 +48,16 @@ bool cds_port_line_is_high(uint8_t port);
 /* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
 uint32_t cds_port_now_us(void);
 
-/* The same modulo CDS_PORT_SHORT_MAX + 1, and cheaper. Main context. */
-#define CDS_PORT_SHORT_MAX 0x7FFF
-uint16_t cds_port_short_us(void);
+/* Returns the same in ticks of half a microsecond, modulo 2^16 (32.8 ms), cheaper. Main context. */
+#define CDS_PORT_TICKS_PER_US 2
+uint16_t cds_port_ticks(void);
 
-/* Sets the alarm of the port: `us` (below 2^20) after the moment of `from_us`, as of
- * cds_port_short_us(), it rings, and goes on. It may have to ring before that too: returns how
- * often, 0 to 31. Never too early; too late if it is set later than CDS_PORT_SHORT_MAX after that
- * moment, and by as much as what rings before is silenced late. Main context. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from_us, uint32_t us);
+/* Sets the alarm of the port: `count` times `each_us`, and `more_us`, 0 to 2^20 - 1 in all, after
+ * the moment `from`, as of cds_port_ticks(), it rings, and goes on. It may have to ring before that
+ * too: returns how often, 0 to 31. Never too early; too late if it is set later than 32 ms after
+ * that moment, and by as much as what rings before is silenced late. Main context. */
+uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
+                           uint16_t more_us);
 
 /* Does it ring? For every poll. Main context. */
 bool cds_port_alarm_rings(uint8_t port);

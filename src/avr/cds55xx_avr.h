@@ -29,7 +29,6 @@
 #include "cds55xx/link.h" // the events
 #include "clock.h"        // cds_avr_clock_open()
 #include "handlers.h"     // AVR_HANDLERS_*
-#include "timer.h"        // TIMER_OVERFLOW_VECTOR
 #include "usart.h"        // the verbs, inline
 
 /* The three verbs an event may use, inlined wherever this header is included; the functions that
@@ -56,18 +55,9 @@ AVR_INLINE void cds_port_listen(uint8_t port)
  * line around before anything is saved. */
 #define CDS_AVR_BUS(bus, number) AVR_PASTE(AVR_HANDLERS_, AVR_BUS(number, _WIRING))(bus, number)
 
-/* Binds the board's BOARD_CLOCK_TIMER: its count, and of its compare units A, B and C one for each
- * bus. At file scope, once. */
-#define CDS_AVR_CLOCK()                                                                            \
-    struct cds_avr_clock cds_avr_clock;                                                            \
-    ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK) /* the line's turnaround must not wait for it */       \
-    {                                                                                              \
-        uint8_t low = (uint8_t)(cds_avr_clock.overflows[0] + 1u);                                  \
-                                                                                                   \
-        cds_avr_clock.overflows[0] = low;                                                          \
-        if (low == 0 &&                                                                            \
-            (cds_avr_clock.overflows[1] = (uint8_t)(cds_avr_clock.overflows[1] + 1u)) == 0)        \
-            cds_avr_clock.overflows[2] = (uint8_t)(cds_avr_clock.overflows[2] + 1u);               \
-    }
+/* Binds the board's BOARD_CLOCK_TIMER: its count, of its compare units A, B and C one for each bus,
+ * and its overflow vector if anything in the program calls cds_port_now_us(). At file scope, once.
+ */
+#define CDS_AVR_CLOCK() struct cds_avr_clock cds_avr_clock;
 
 #endif

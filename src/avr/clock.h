@@ -19,8 +19,13 @@ struct cds_avr_clock {
 /* The program's one clock; CDS_AVR_CLOCK() of cds55xx_avr.h defines it. */
 extern struct cds_avr_clock cds_avr_clock;
 
-/* Starts the clock at 0 us. Main context, once, before the first bus is opened. */
+/* Starts the clock, at 0 us if nobody had the timer run before. Main context, once, before the
+ * first bus is opened. */
 void cds_avr_clock_open(void);
+
+/* Has the overflows counted, where cds_port_now_us() is used; else does nothing. Main context, by
+ * cds_avr_clock_open(). */
+void cds_avr_clock_count_(void);
 
 #ifdef __cplusplus
 }

@@ -111,7 +111,7 @@ static void cancel_all(struct cds_bus *bus)
 }
 
 /* A byte is ten bits of (baud + 1) / 2 us. */
-static ONE_COPY void set_rate(struct cds_bus *bus, uint8_t baud)
+static void set_rate(struct cds_bus *bus, uint8_t baud)
 {
     bus->baud = baud;
     bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
@@ -124,7 +124,7 @@ static ONE_COPY void doubt(struct cds_bus *bus, uint8_t line)
     if (bus->line == CDS_BUS_OK)
         bus->quiet_us = (uint16_t)(2u * bus->byte_time_us);
     bus->line = line;
-    bus->heard_us = cds_port_short_us();
+    bus->heard_at = cds_port_ticks();
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
@@ -279,12 +279,11 @@ static ONE_COPY void search(struct cds_bus *bus)
 }
 
 /* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
-static ONE_COPY void allow(struct cds_bus *bus, uint16_t from_us, uint16_t bytes,
+static ONE_COPY void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
                            uint16_t return_delay_us)
 {
-    bus->laps = cds_port_set_alarm(bus->port, from_us,
-                                   (uint32_t)bytes * bus->byte_time_us +
-                                       (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
+    bus->laps = cds_port_set_alarm(bus->port, from, bytes, bus->byte_time_us,
+                                   (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
 }
 
 /* The alarm rings: is that time over? */
@@ -306,7 +305,7 @@ static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request 
 
     cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
-    bus->heard_us = cds_port_short_us(); // the deadline is counted from here
+    bus->heard_at = cds_port_ticks(); // the deadline is counted from here
     cds_bus_note_sent_(bus);
     return CDS_OK;
 }
@@ -342,7 +341,13 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     bus->damaged = false;
     bus->closing = false;
     bus->looked_to = bus->link.rx.tail;
-    allow(bus, bus->heard_us, size, return_delay_us);
+    allow(bus, bus->heard_at, size, return_delay_us);
+}
+
+/* How long ago was that moment, of the last 32 ms? */
+static uint16_t passed_us(uint16_t from)
+{
+    return (uint16_t)(cds_port_ticks() - from) / CDS_PORT_TICKS_PER_US;
 }
 
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
@@ -364,7 +369,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
     if (used || line == CDS_BUS_OK) {
         line = CDS_BUS_BUSY;
     } else if (high || line != CDS_BUS_FAULT) {
-        if (((cds_port_short_us() - bus->heard_us) & CDS_PORT_SHORT_MAX) < bus->quiet_us)
+        if (passed_us(bus->heard_at) < bus->quiet_us)
             return false;
         bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
         return high;
@@ -399,7 +404,7 @@ static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
 ONE_COPY void cds_bus_wait_for_turn_(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
-    allow(bus, cds_port_short_us(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
 }
 
 /* The turn of the first request begins, which was found good. */

@@ -78,7 +78,7 @@ class NewBoard(unittest.TestCase):
         for board, chip in [("cm510", "atmega2561"), ("arduino-mega", "atmega2560"),
                             ("arduino-uno", "atmega328p"), ("arbotix", "atmega644p"),
                             ("cm510", "atmega1281"), ("arduino-uno", "atmega168")]:
-            for source in ["usart.c", "clock.c"]:
+            for source in ["usart.c", "clock.c", "now.c"]:
                 self.assertEqual(self.header(board, chip, source=source), "")
 
     def test_what_is_missing_is_named(self):
