@@ -35,6 +35,7 @@ void setUp(void)
     memset(&device, 0, sizeof device);
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     host_open(&host, &input, &text, buffers[0] + ANSWER_BEFORE);
     eeprom_fake_reset();
     memset(&store, 0, sizeof store);

@@ -24,6 +24,7 @@ static void open_at(uint8_t baud)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, PORT, baud);
+    cds_bus_set_queue(&bus, true);
     port_fake_forget();
 }
 
@@ -148,6 +149,7 @@ void test_open_sets_the_rate_and_listens(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, PORT, 34);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(FAKE_OPEN, port_fake.log[0].verb);
     TEST_ASSERT_EQUAL_UINT8(PORT, port_fake.log[0].port);
     TEST_ASSERT_EQUAL_UINT8(34, port_fake.log[0].byte);
@@ -164,6 +166,7 @@ void test_open_starts_all_counters_at_0(void)
     assert_ended(CDS_OK);
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING | CDS_LINE_OVERRUN);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     cds_bus_counters(&bus, &count);
     TEST_ASSERT_EQUAL_MEMORY(&none, &count, sizeof none);
 }
@@ -714,6 +717,7 @@ void test_opening_again_cancels_the_exchange_in_flight(void)
 {
     submit_read(5, 2);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
     TEST_ASSERT_NULL(bus.request);
     assert_next_is_ok();
@@ -1009,6 +1013,7 @@ void test_opening_again_keeps_the_observer(void)
 
     cds_bus_set_observer(&bus, &observer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_TRUE(cds_bus_is_watched_(&bus));
     cds_bus_set_observer(&bus, NULL);
 }
@@ -1047,6 +1052,7 @@ void test_opening_again_amid_a_reply_gives_the_packet_back(void)
         assert_pending();
     }
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
 }
@@ -1360,6 +1366,7 @@ void test_two_buses_do_not_meet(void)
 
     memset(&other, 0, sizeof other);
     cds_bus_open(&other, PORT + 1, CDS_BAUD_1M);
+    cds_bus_set_queue(&other, true);
     other_request.reply_parameters = 0;
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&other_request.packet, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&other, &other_request));

@@ -28,6 +28,7 @@ void setUp(void)
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
     settings_default(&settings);

@@ -22,6 +22,7 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     request = (struct cds_request){.packet = {.bytes = buffer, .room = sizeof buffer}};
     memset(&feedback, 0, sizeof feedback);
 }

@@ -24,6 +24,7 @@ void setUp(void)
     request = (struct cds_request)CDS_REQUEST(buffer);
     other = (struct cds_request)CDS_REQUEST(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     port_fake_forget();
 }
 

@@ -163,6 +163,7 @@ void setUp(void)
     request = (struct cds_request)CDS_REQUEST(buffer);
     other = (struct cds_request)CDS_REQUEST(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     port_fake_forget();
     goals[0] = (struct cds_goal){.id = 0, .position = 0, .speed = 0x100};
     goals[1] = (struct cds_goal){.id = 1, .position = 0x3FF, .speed = 0x200};

@@ -24,6 +24,7 @@ void setUp(void)
     memset(&bus, 0, sizeof bus);
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     port_fake_forget();
     for (uint16_t i = 0; i < sizeof ids; i++)
         ids[i] = (uint8_t)(253 - i); // the highest first
@@ -304,6 +305,7 @@ void test_a_packet_that_never_leaves_ends_it(void)
     begin(120, 4);
     cds_group_write_poll(&group);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_group_write_poll(&group));
     TEST_ASSERT_EQUAL_UINT8(0, group.next);
     TEST_ASSERT_NULL(bus.request);

@@ -23,6 +23,7 @@ void setUp(void)
     request = (struct cds_request)CDS_REQUEST(buffer);
     other = (struct cds_request)CDS_REQUEST(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     port_fake_forget();
 }
 
@@ -217,6 +218,7 @@ void test_silence_is_measured_across_the_clocks_wrap(void)
 void test_two_byte_times_are_the_bus_s_own(void)
 {
     cds_bus_open(&bus, PORT, 103);
+    cds_bus_set_queue(&bus, true);
     noise();
     poll_at(0);
     poll_at(1039);
@@ -530,6 +532,7 @@ void test_opening_again_waits_until_no_old_answer_can_come(void)
 {
     give_up_early(2);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     poll_at(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US - 1);
@@ -541,6 +544,7 @@ void test_opening_again_waits_until_no_old_answer_can_come(void)
 void test_noise_does_not_shorten_that_wait(void)
 {
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     noise();
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -568,6 +572,7 @@ void test_opening_again_amid_an_exchange_waits_for_its_answer(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_FALSE(is_sent());
     poll_at(12 * 10 + 508 + 100);

@@ -26,7 +26,7 @@ static const uint8_t done[] = {0xFF, 0xFF, 0x00, 0x02, 0x00, 0xFD};       // exa
  * ID 0. Only the bus can tell, which knows whom it has asked. */
 static const uint8_t word[] = {0xFF, 0xFF, 0x45, 0x04, 0x00, 0x34, 0x12, 0x70};
 
-static enum cds_parsed step(void)
+static uint8_t step(void)
 {
     return cds_parser_step(&parser, &ring, ring.head);
 }

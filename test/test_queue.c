@@ -29,6 +29,7 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     for (uint8_t i = 0; i < REQUESTS; i++)
         requests[i] = (struct cds_request){
             .packet = {.bytes = buffers[i], .room = sizeof buffers[i]},
@@ -437,6 +438,7 @@ void test_opening_again_cancels_all(void)
     ping(0);
     ping(1);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[0].result);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[1].result);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));

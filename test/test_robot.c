@@ -22,6 +22,7 @@ void setUp(void)
     memset(&robot, 0, sizeof robot);
     request = (struct cds_request)CDS_REQUEST(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     robot_begin(&robot, &bus);
     robot.crew.open = true;
 }

@@ -28,6 +28,7 @@ void setUp(void)
     servos[1].id = 2;
     servos[2].id = 30;
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, 3));
 }
 
@@ -169,6 +170,7 @@ void test_opening_the_bus_again_keeps_the_roster(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_set_limits(&roster, one, 100, 200, 1023));
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     assert_refused(CDS_LIMIT, goal(1, 300));
 }
 

@@ -26,6 +26,7 @@ void setUp(void)
     memset(&bus, 0, sizeof bus);
     memset(&stop, 0, sizeof stop);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
         servos[i].id = (uint8_t)(i + 1);
         wire.servo[i].torque = 1;
@@ -427,6 +428,7 @@ void test_a_bus_opened_anew_meanwhile_is_told_again(void)
     begin();
     run_for(BROADCAST_US / 2);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     memset(&wire.talking, 0, sizeof wire.talking);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     assert_three_broadcasts(0);

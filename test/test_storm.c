@@ -311,6 +311,7 @@ static void submit(struct job *job)
 static void open_again(void)
 {
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     talking = NULL;
     submitted = ended = ok = sent = unsent = 0;
 }
@@ -395,6 +396,7 @@ void setUp(void)
         request->owner = &jobs[i];
     }
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     open_again();
 }
 

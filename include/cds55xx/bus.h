@@ -184,8 +184,6 @@ struct cds_bus {
     uint8_t *to;                // ... where its next parameter goes
     uint8_t laps;               // how often the alarm rings before its time
     uint8_t asked, instruction, address, count; // of the packet in flight, if it is a READ
-    struct cds_bus_observer *observer;   // or NULL; by cds_bus_set_observer()
-    bool has_queue;                      // by cds_bus_set_queue()
     uint16_t return_delay_us;            // longest of any servo on this bus
     uint16_t byte_time_us;               // ten bits
     uint16_t heard_at;                   // when others were last found using the line, by
@@ -197,6 +195,8 @@ struct cds_bus {
     uint8_t repeats;              // given to each request that bears repeating
     struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
+    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer(). From here on not cleared
+    bool has_queue;                    // when opened; by cds_bus_set_queue()
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s

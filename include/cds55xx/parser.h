@@ -46,7 +46,7 @@ struct cds_parser {
  * packet's bytes are cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4; the
  * caller then calls cds_parser_accept(). Takes the longer, the longer the packet: 60 bytes are
  * summed up in 40 us. Consumer's context. */
-enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
 /* Takes the packet just found out of the ring. Consumer's context. */
 static inline void cds_parser_accept(const struct cds_parser *parser, struct cds_ring *ring)

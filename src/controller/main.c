@@ -133,6 +133,7 @@ static void open(void)
     controller.host_baud = controller.settings.host_baud;
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
+    cds_bus_set_queue(&controller.bus, true);
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus);
     begin_keeper();

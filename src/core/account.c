@@ -11,7 +11,10 @@ bool cds_bus_is_watched_(const struct cds_bus *bus)
 
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
 {
-    return (uint8_t)(bus->observer ? bus->observer->admit(bus->observer, request) : CDS_OK);
+    if (!bus->observer)
+        return CDS_OK;
+    request->return_delay_us = bus->return_delay_us; // unless the observer knows better
+    return (uint8_t)bus->observer->admit(bus->observer, request);
 }
 
 CDS_APART void cds_bus_count_(uint16_t *counter)

@@ -129,15 +129,13 @@ static ONE_COPY void doubt(struct cds_bus *bus, uint8_t line)
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
 {
-    struct cds_bus_observer *observer = bus->observer;
     bool again = bus->flight != CDS_BUS_CLOSED;
 
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
     if (bus->flight > CDS_BUS_BEGUN)
         restore(bus);
     cancel_all(bus);
-    memset(bus, 0, sizeof *bus);
-    bus->observer = observer;
+    memset(bus, 0, offsetof(struct cds_bus, observer));
     bus->port = port;
     set_rate(bus, baud);
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
@@ -214,7 +212,7 @@ static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *b
 }
 
 /* A good packet that is not due. */
-static void pass_over(struct cds_bus *bus)
+static inline __attribute__((always_inline)) void pass_over(struct cds_bus *bus)
 {
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
@@ -423,7 +421,6 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
         return CDS_BAD_ARGUMENT;
     if (bus->request && !cds_bus_queues_(bus))
         return CDS_BUSY;
-    request->return_delay_us = bus->return_delay_us;
     result = cds_bus_judge_(bus, request);
     if (result != CDS_OK)
         return result;
@@ -678,7 +675,8 @@ CDS_APART static bool poll_other(struct cds_bus *bus)
         return end_well(bus);
     if (cds_port_alarm_rings(bus->port))
         return look_at_deadline(bus);
-    if (bus->link.broken || cds_ring_count(&bus->link.rx) > CDS_AT_ERROR)
+    if ((bus->link.broken || cds_ring_count(&bus->link.rx) > CDS_AT_ERROR) &&
+        bus->link.state == CDS_LINK_LISTENING)
         search(bus);
     return true;
 }

@@ -103,7 +103,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->goals_us = (uint16_t)goals_us;
     cycle->latest_us = (uint16_t)(period_us - cycle->goals_us - CDS_REPLY_MARGIN_US);
     cycle->next_us = cds_port_now_us();
-    note_vetted(cycle); // goals are judged when they are set
+    cds_bus_set_queue(bus, true); // others send beside it
+    note_vetted(cycle);           // goals are judged when they are set
     cycle->filled_epoch = cycle->epoch;
     build_goals(cycle, size);
     cycle->read.packet.bytes = cycle->buffer;

@@ -22,11 +22,10 @@ static uint8_t sum_of(const struct cds_ring *ring, uint8_t at, uint8_t size)
     return sum;
 }
 
-CDS_APART enum cds_parsed cds_parser_step(struct cds_parser *parser, struct cds_ring *ring,
-                                          uint8_t end)
+CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
     uint8_t tail = ring->tail, count = (uint8_t)(end - tail), id, length;
-    enum cds_parsed parsed = CDS_PARSED_STRAY;
+    uint8_t parsed = CDS_PARSED_STRAY;
 
     if ((uint8_t)(count - 1u) >= CDS_RING_SIZE)
         return CDS_PARSED_MORE;

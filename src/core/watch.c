@@ -18,6 +18,7 @@ enum cds_result cds_watch_begin(struct cds_watch *watch, struct cds_roster *rost
         return CDS_BAD_ARGUMENT;
     if (watch->request.result == CDS_PENDING)
         return CDS_BUSY;
+    cds_bus_set_queue(roster->bus, true); // others send beside it
     *watch = (struct cds_watch){
         .roster = roster,
         .step_us = roster->count ? period_us / roster->count : period_us,

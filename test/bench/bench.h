@@ -47,6 +47,7 @@ static inline void bench_open(struct cds_bus *bus)
     cds_avr_clock_open();
     sei();
     cds_bus_open(bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(bus, true);
     mark(MARK_NOTHING);
     unmark(MARK_NOTHING);
 }
