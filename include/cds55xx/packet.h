@@ -117,26 +117,28 @@ static inline bool cds_packet_grows_(const struct cds_packet *packet)
     return (int8_t)(packet->size >> 8) >= 0x40;
 }
 
-/* For the library's own calls. Begins a packet that has `count` parameters so far; appends `count`
- * bytes, 1 to 51: all of them, or none. */
+/* For the library's own calls. Begins a packet with its first `count` parameters, or one that is
+ * refused: `id` is CDS_NO_ID. */
+#define CDS_NO_ID 0xFF
 void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
                        uint8_t instruction);
+
+/* Appends `count` bytes, 0 to 51: all of them, or none. Returns the buffer, or NULL: none. */
 uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
 
 /* Is there anything to transfer, and does it lie within the control table? */
-static inline bool cds_packet_is_within_(uint8_t address, uint8_t length)
+static inline bool cds_packet_is_length_(uint8_t length)
 {
-    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE && address <= (uint8_t)(CDS_TABLE_SIZE - length);
+    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE;
 }
 
-/* Of one that was begun: an argument is wrong. Where something was wrong before, that is the
- * reason; but an ID is the first. */
-void cds_packet_refuse_(struct cds_packet *packet);
-static inline void cds_packet_judge_id_(struct cds_packet *packet, uint8_t id)
+static inline bool cds_packet_is_within_(uint8_t address, uint8_t length)
 {
-    if (id > CDS_BROADCAST_ID)
-        packet->size = CDS_PACKET_REFUSED;
+    return address <= (uint8_t)(CDS_TABLE_SIZE - length);
 }
+
+/* An argument is wrong. Where something was wrong before, that is the reason. */
+void cds_packet_refuse_(struct cds_packet *packet);
 
 /* WRITE or REG WRITE, for the library's own calls, which end it. */
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,

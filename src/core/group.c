@@ -8,15 +8,14 @@
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length)
 {
     uint8_t where[2] = {address, length};
-    bool good = cds_packet_is_within_(address, length);
+    uint8_t id = CDS_BROADCAST_ID;
 
-    cds_servo_start_(request, where, good ? sizeof where : 0, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
+        id = CDS_NO_ID;
+    cds_servo_start_(request, where, 2, id, CDS_SYNC_WRITE);
     if (request->result == CDS_PENDING)
         return CDS_BUSY; // its packet is to be sent as it is
-    if (good)
-        return CDS_OK;
-    cds_packet_refuse_(&request->packet);
-    return CDS_BAD_ARGUMENT;
+    return id == CDS_NO_ID ? CDS_BAD_ARGUMENT : CDS_OK;
 }
 
 void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *data)

@@ -83,16 +83,20 @@ static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint
 void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
                        uint8_t instruction)
 {
+    uint16_t size = GROWS;
+
     if (packet->room >= CDS_PACKET_SIZE(0))
         put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
-    packet->size = GROWS;
+    CDS_OPAQUE(size);
+    if (id == CDS_NO_ID)
+        size |= CDS_PACKET_REFUSED;
+    packet->size = size;
     cds_packet_append_(packet, data, count); // or finds that there is no room
 }
 
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
     cds_packet_start_(packet, NULL, 0, id, instruction);
-    cds_packet_judge_id_(packet, id);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -136,7 +140,8 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
 uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                              uint8_t length)
 {
-    if (!cds_packet_is_within_(address, length) || id > CDS_ID_MAX)
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length) ||
+        id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
     return packet->room < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_OK;
 }
@@ -185,14 +190,10 @@ enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t a
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
-    bool good = cds_packet_is_within_(address, length);
-
-    cds_packet_start_(packet, &address, good, id, instruction);
-    cds_packet_judge_id_(packet, id);
-    if (good)
-        cds_packet_append_(packet, data, length);
-    else
-        cds_packet_refuse_(packet);
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
+        id = CDS_NO_ID;
+    cds_packet_start_(packet, &address, 1, id, instruction);
+    cds_packet_append_(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
@@ -212,13 +213,12 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
     uint8_t where[2] = {address, length};
-    bool good = cds_packet_is_within_(address, length);
+    uint8_t id = CDS_BROADCAST_ID;
 
-    cds_packet_start_(packet, where, good ? sizeof where : 0, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
-    if (good)
-        return CDS_OK;
-    cds_packet_refuse_(packet);
-    return CDS_BAD_ARGUMENT;
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
+        id = CDS_NO_ID;
+    cds_packet_start_(packet, where, 2, id, CDS_SYNC_WRITE);
+    return id == CDS_NO_ID ? CDS_BAD_ARGUMENT : CDS_OK;
 }
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)

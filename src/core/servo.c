@@ -29,11 +29,11 @@ CDS_APART uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *reque
     const uint8_t *bytes;
 
     CDS_OPAQUE(request);
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
     if (cds_packet_grows_(&request->packet) &&
         request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE)
         begun = cds_bus_begin_(bus);
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
     result = (uint8_t)cds_packet_end(&request->packet);
     if (result != CDS_OK)
         return result;
@@ -48,20 +48,10 @@ CDS_APART uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *reque
     return cds_bus_follow_(bus, request, begun);
 }
 
-/* An argument may be wrong. */
-static inline void judge(struct cds_request *request, uint8_t id, bool good)
-{
-    if ((good && id <= CDS_BROADCAST_ID) || request->result == CDS_PENDING)
-        return;
-    cds_packet_refuse_(&request->packet);
-    cds_packet_judge_id_(&request->packet, id);
-}
-
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                             uint8_t instruction)
 {
     cds_servo_start_(request, NULL, 0, id, instruction);
-    judge(request, id, true);
     return (enum cds_result)cds_servo_send_(bus, request);
 }
 
@@ -126,10 +116,9 @@ enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request
 static enum cds_result write_few(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                  const uint8_t *data, uint8_t count)
 {
-    bool good = data[0] <= (uint8_t)(CDS_TABLE_SIZE - count);
-
-    cds_servo_start_(request, data, good ? (uint8_t)(1 + count) : 0, id, CDS_WRITE);
-    judge(request, id, good);
+    if (!cds_packet_is_within_(data[0], count))
+        id = CDS_NO_ID;
+    cds_servo_start_(request, data, (uint8_t)(1 + count), id, CDS_WRITE);
     return (enum cds_result)cds_servo_send_(bus, request);
 }
 
