@@ -46,7 +46,12 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
         packet->size = CDS_PACKET_REFUSED;
 }
 
+/* Goals may be many, and late: so the header is first. */
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
 {
-    return (enum cds_result)cds_servo_send_(bus, request);
+    uint8_t begun = 0;
+
+    if (cds_packet_grows_(&request->packet)) // else it is on its way, sent once more, or refused
+        begun = cds_bus_begin_(bus);
+    return (enum cds_result)cds_servo_send_(bus, request, begun);
 }

@@ -20,18 +20,14 @@ CDS_APART void cds_servo_start_(struct cds_request *request, const uint8_t *data
         cds_packet_start_(&request->packet, data, count, id, instruction);
 }
 
-/* Whole before its header leaves: between the two a program with slow handlers would let the line
- * idle for longer than a servo waits. But goals may be many, and late: so of a SYNC WRITE the
- * header is first. */
-CDS_APART uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request)
+/* Whole before its header leaves, if that has not begun: between the two a program with slow
+ * handlers would let the line idle for longer than a servo waits. */
+CDS_APART uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
 {
-    uint8_t begun = 0, result;
+    uint8_t result;
     const uint8_t *bytes;
 
     CDS_OPAQUE(request);
-    if (cds_packet_grows_(&request->packet) &&
-        request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE)
-        begun = cds_bus_begin_(bus);
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = (uint8_t)cds_packet_end(&request->packet);
@@ -52,7 +48,7 @@ static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, ui
                             uint8_t instruction)
 {
     cds_servo_start_(request, NULL, 0, id, instruction);
-    return (enum cds_result)cds_servo_send_(bus, request);
+    return (enum cds_result)cds_servo_send_(bus, request, 0);
 }
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
@@ -103,7 +99,7 @@ static enum cds_result with_data(struct cds_bus *bus, struct cds_request *reques
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     cds_packet_begin_write_(&request->packet, id, instruction, address, data, length);
-    return (enum cds_result)cds_servo_send_(bus, request);
+    return (enum cds_result)cds_servo_send_(bus, request, 0);
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -119,7 +115,7 @@ static enum cds_result write_few(struct cds_bus *bus, struct cds_request *reques
     if (!cds_packet_is_within_(data[0], count))
         id = CDS_NO_ID;
     cds_servo_start_(request, data, (uint8_t)(1 + count), id, CDS_WRITE);
-    return (enum cds_result)cds_servo_send_(bus, request);
+    return (enum cds_result)cds_servo_send_(bus, request, 0);
 }
 
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,
