@@ -52,7 +52,7 @@ CDS_APART uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *
             add(bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
             return bytes;
         }
-        size = CDS_PACKET_NO_ROOM;
+        size |= CDS_PACKET_NO_ROOM;
     }
     packet->size = size | CDS_PACKET_REFUSED;
     return NULL;
@@ -148,9 +148,10 @@ uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_
 
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
+    uint8_t *to;
 
     packet->size = CDS_PACKET_SIZE(2);
+    to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
     *to++ = address;
     *to++ = length;
     *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);

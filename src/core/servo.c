@@ -74,9 +74,9 @@ uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8
 uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
                                uint8_t id, uint8_t address, uint8_t length)
 {
-    cds_packet_build_read_(&request->packet, id, address, length);
     request->reply_parameters = length;
     request->any_length = false; // there is room for what is due
+    cds_packet_build_read_(&request->packet, id, address, length);
     request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
     return cds_bus_follow_(bus, request, begun);
 }
@@ -87,8 +87,12 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
 {
     uint8_t result = cds_servo_may_read_(request, id, address, length);
 
-    if (result == CDS_OK)
-        result = cds_servo_follow_read_(bus, request, cds_bus_begin_(bus), id, address, length);
+    if (result == CDS_OK) {
+        uint8_t begun = cds_bus_begin_(bus);
+
+        CDS_OPAQUE(request);
+        result = cds_servo_follow_read_(bus, request, begun, id, address, length);
+    }
     return (enum cds_result)result;
 }
 
