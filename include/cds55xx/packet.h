@@ -71,10 +71,10 @@ struct cds_packet {
 };
 
 /* In `size`: the packet grows, and so many bytes were put so far; or it was refused, and none can
- * come of it, for want of room or for an argument. Of one that grows, at 3 to 257 bytes, the high
+ * come of it, for want of room or for an argument. Of one that grows, at 5 to 257 bytes, the high
  * byte is always the same. */
 #define CDS_PACKET_GROWS   0x3FFEu
-#define CDS_PACKET_REFUSED 0x8000u // this bit; for which argument does not matter
+#define CDS_PACKET_REFUSED 0x8000u // this bit, whatever the others are
 #define CDS_PACKET_NO_ROOM 0xA000u
 
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
@@ -117,8 +117,8 @@ static inline bool cds_packet_grows_(const struct cds_packet *packet)
     return (int8_t)(packet->size >> 8) >= 0x40;
 }
 
-/* For the library's own calls. Begins a packet with its first `count` parameters, or one that is
- * refused: `id` is CDS_NO_ID. */
+/* For the library's own calls. Begins a packet with its first `count` parameters; or one that is
+ * refused, whatever the room: `id` is CDS_NO_ID. */
 #define CDS_NO_ID 0xFF
 void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
                        uint8_t instruction);

@@ -821,12 +821,13 @@ enum cds_result cds_request_byte(const struct cds_request *request, uint8_t inde
 
 enum cds_result cds_request_word(const struct cds_request *request, uint8_t index, uint16_t *out)
 {
-    const uint8_t *at = request->packet.bytes + index;
+    const uint8_t *at;
 
     if (request->result != CDS_OK)
         return (enum cds_result)request->result;
     if (index + 1u >= request->length)
         return CDS_REFUSED;
+    at = request->packet.bytes + index;
     *out = (uint16_t)(at[0] | (uint16_t)at[1] << 8);
     return CDS_OK;
 }

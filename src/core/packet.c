@@ -8,9 +8,6 @@
 
 #define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
 
-/* Not copied for a packet that is known when the program is linked: see opaque.h. */
-#define ONE_COPY __attribute__((noclone, noinline))
-
 #define GROWS (CDS_PACKET_GROWS + CDS_AT_PARAMETERS) // `size`: all but parameters was put
 #define REAL  2u // what the low byte of `size` is less than the bytes put
 
@@ -27,7 +24,7 @@ static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t
     uint8_t sum = 0, *to = bytes + at;
 
     if (!count)
-        return;
+        return; // a packet was begun, to see whether there is room
     do {
         uint8_t byte = *data++;
 
@@ -87,7 +84,7 @@ void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t c
 
     if (packet->room >= CDS_PACKET_SIZE(0))
         put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
-    CDS_OPAQUE(size);
+    CDS_OPAQUE(size); // or gcc loads both bytes anew
     if (id == CDS_NO_ID)
         size |= CDS_PACKET_REFUSED;
     packet->size = size;
