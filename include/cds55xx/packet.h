@@ -123,6 +123,13 @@ static inline bool cds_packet_grows_(const struct cds_packet *packet)
 void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
                        uint8_t instruction);
 
+/* With what ID to begin one of which another argument is wrong. Where there is no room for any
+ * packet, that is the reason. */
+static inline uint8_t cds_packet_refused_id_(const struct cds_packet *packet, uint8_t id)
+{
+    return packet->room < CDS_PACKET_SIZE(0) ? id : CDS_NO_ID;
+}
+
 /* Appends `count` bytes, 0 to 51: all of them, or none. Returns the buffer, or NULL: none. */
 uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
 

@@ -8,14 +8,17 @@
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length)
 {
     uint8_t where[2] = {address, length};
+    enum cds_result result = CDS_OK;
     uint8_t id = CDS_BROADCAST_ID;
 
-    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
-        id = CDS_NO_ID;
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length)) {
+        id = cds_packet_refused_id_(&request->packet, id);
+        result = CDS_BAD_ARGUMENT;
+    }
     cds_servo_start_(request, where, 2, id, CDS_SYNC_WRITE);
     if (request->result == CDS_PENDING)
         return CDS_BUSY; // its packet is to be sent as it is
-    return id == CDS_NO_ID ? CDS_BAD_ARGUMENT : CDS_OK;
+    return result;
 }
 
 void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *data)

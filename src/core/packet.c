@@ -189,7 +189,7 @@ void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t inst
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
     if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
-        id = CDS_NO_ID;
+        id = cds_packet_refused_id_(packet, id);
     cds_packet_start_(packet, &address, 1, id, instruction);
     cds_packet_append_(packet, data, length);
 }
@@ -211,12 +211,15 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
     uint8_t where[2] = {address, length};
+    enum cds_result result = CDS_OK;
     uint8_t id = CDS_BROADCAST_ID;
 
-    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
-        id = CDS_NO_ID;
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length)) {
+        id = cds_packet_refused_id_(packet, id);
+        result = CDS_BAD_ARGUMENT;
+    }
     cds_packet_start_(packet, where, 2, id, CDS_SYNC_WRITE);
-    return id == CDS_NO_ID ? CDS_BAD_ARGUMENT : CDS_OK;
+    return result;
 }
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)

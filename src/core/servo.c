@@ -117,7 +117,7 @@ static enum cds_result write_few(struct cds_bus *bus, struct cds_request *reques
                                  const uint8_t *data, uint8_t count)
 {
     if (!cds_packet_is_within_(data[0], count))
-        id = CDS_NO_ID;
+        id = cds_packet_refused_id_(&request->packet, id);
     cds_servo_start_(request, data, (uint8_t)(1 + count), id, CDS_WRITE);
     return (enum cds_result)cds_servo_send_(bus, request, 0);
 }
