@@ -9,7 +9,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/result.h" // enum cds_result
+#include "cds55xx/control_table.h" // CDS_TABLE_SIZE
+#include "cds55xx/result.h"        // enum cds_result
 
 #ifdef __cplusplus
 extern "C" {
@@ -70,9 +71,10 @@ struct cds_packet {
 };
 
 /* In `size`: the packet grows, and so many bytes were put so far; or it was refused, and none can
- * come of it, for want of room or for an argument. */
-#define CDS_PACKET_GROWS   0x4000u
-#define CDS_PACKET_REFUSED 0x8000u
+ * come of it, for want of room or for an argument. Of one that grows, at 5 to 257 bytes, the high
+ * byte is always the same. */
+#define CDS_PACKET_GROWS   0x3FFEu
+#define CDS_PACKET_REFUSED 0x8000u // this bit, whatever the others are
 #define CDS_PACKET_NO_ROOM 0xA000u
 
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */
@@ -112,18 +114,42 @@ void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t addre
 /* Is it being put together? One byte of `size` says so. */
 static inline bool cds_packet_grows_(const struct cds_packet *packet)
 {
-    return (uint8_t)(packet->size >> 8) & (uint8_t)(CDS_PACKET_GROWS >> 8);
+    return (int8_t)(packet->size >> 8) >= 0x40;
 }
 
-/* For the library's own calls: appends `count` bytes, at least 1; all of them, or none. */
-void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
+/* For the library's own calls. Begins a packet with its first `count` parameters; or one that is
+ * refused, whatever the room: `id` is CDS_NO_ID. */
+#define CDS_NO_ID 0xFF
+void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
+                       uint8_t instruction);
+
+/* With what ID to begin one of which another argument is wrong. Where there is no room for any
+ * packet, that is the reason. */
+static inline uint8_t cds_packet_refused_id_(const struct cds_packet *packet, uint8_t id)
+{
+    return packet->room < CDS_PACKET_SIZE(0) ? id : CDS_NO_ID;
+}
+
+/* Appends `count` bytes, 0 to 51: all of them, or none. Returns the buffer, or NULL: none. */
+uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count);
+
+/* Is there anything to transfer, and does it lie within the control table? */
+static inline bool cds_packet_is_length_(uint8_t length)
+{
+    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE;
+}
+
+static inline bool cds_packet_is_within_(uint8_t address, uint8_t length)
+{
+    return address <= (uint8_t)(CDS_TABLE_SIZE - length);
+}
+
+/* An argument is wrong. Where something was wrong before, that is the reason. */
+void cds_packet_refuse_(struct cds_packet *packet);
 
 /* WRITE or REG WRITE, for the library's own calls, which end it. */
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length);
-
-/* The end of a packet that grows, for the library's own calls: LENGTH and checksum. */
-void cds_packet_close_(struct cds_packet *packet);
 
 /* SYNC WRITE grows servo by servo: begin, then a block for each, then cds_packet_end().
  * `length`: bytes for each servo, 1 to 50, from register `address` (0 to 0x31) on. A block is the

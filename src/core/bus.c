@@ -712,12 +712,13 @@ enum cds_result cds_request_byte(const struct cds_request *request, uint8_t inde
 
 enum cds_result cds_request_word(const struct cds_request *request, uint8_t index, uint16_t *out)
 {
-    uint8_t low = 0, high = 0;
-    enum cds_result result = cds_request_byte(request, index, &low);
+    const uint8_t *at;
 
-    if (result == CDS_OK)
-        result = cds_request_byte(request, (uint8_t)(index + 1), &high);
-    if (result == CDS_OK)
-        *out = (uint16_t)(low | (uint16_t)high << 8);
-    return result;
+    if (request->result != CDS_OK)
+        return (enum cds_result)request->result;
+    if (index + 1u >= request->length)
+        return CDS_REFUSED;
+    at = request->packet.bytes + index;
+    *out = (uint16_t)(at[0] | (uint16_t)at[1] << 8);
+    return CDS_OK;
 }

@@ -7,9 +7,18 @@
 
 enum cds_result cds_group_sync_begin(struct cds_request *request, uint8_t address, uint8_t length)
 {
+    uint8_t where[2] = {address, length};
+    enum cds_result result = CDS_OK;
+    uint8_t id = CDS_BROADCAST_ID;
+
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length)) {
+        id = cds_packet_refused_id_(&request->packet, id);
+        result = CDS_BAD_ARGUMENT;
+    }
+    cds_servo_start_(request, where, 2, id, CDS_SYNC_WRITE);
     if (request->result == CDS_PENDING)
         return CDS_BUSY; // its packet is to be sent as it is
-    return cds_packet_sync_begin(&request->packet, address, length);
+    return result;
 }
 
 void cds_group_sync_add(struct cds_request *request, uint8_t id, const uint8_t *data)
@@ -24,6 +33,7 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
     uint8_t block[1 + CDS_GOAL_SIZE];
     struct cds_packet *packet = &request->packet;
     uint8_t high = (uint8_t)(position >> 8);
+    const uint8_t *bytes;
 
     if (request->result == CDS_PENDING)
         return;
@@ -31,26 +41,20 @@ void cds_group_sync_add_goal(struct cds_request *request, uint8_t id, uint16_t p
     high = (uint8_t)(high | speed >> 8);
     block[0] = id;
     cds_goal_put(block + 1, position, speed);
-    cds_packet_append_(packet, block, sizeof block);
-    if (!cds_packet_grows_(packet))
+    bytes = cds_packet_append_(packet, block, sizeof block);
+    if (!bytes)
         return; // refused: perhaps no byte in the buffer says how long a block is
     if (id > CDS_ID_MAX || high > CDS_VALUE_MAX >> 8 || // all its bits are 1
-        packet->bytes[CDS_AT_SYNC_LENGTH] != CDS_GOAL_SIZE)
+        bytes[CDS_AT_SYNC_LENGTH] != CDS_GOAL_SIZE)
         packet->size = CDS_PACKET_REFUSED;
 }
 
-/* Goals may be many, and late: so the header is first. Nobody answers, and nothing is repeated. */
+/* Goals may be many, and late: so the header is first. */
 enum cds_result cds_group_sync_send(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t begun;
+    uint8_t begun = 0;
 
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    if (!cds_packet_grows_(&request->packet))
-        return cds_servo_send_(bus, request); // once more, or it was refused
-    begun = cds_bus_begin_(bus);
-    cds_packet_close_(&request->packet);
-    request->reply_parameters = CDS_REPLY_NONE;
-    request->repeats = 0;
-    return (enum cds_result)cds_bus_follow_(bus, request, begun);
+    if (cds_packet_grows_(&request->packet)) // else it is on its way, sent once more, or refused
+        begun = cds_bus_begin_(bus);
+    return (enum cds_result)cds_servo_send_(bus, request, begun);
 }

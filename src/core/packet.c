@@ -4,51 +4,55 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "cds55xx/control_table.h" // CDS_TABLE_SIZE
-#include "opaque.h"                // CDS_OPAQUE()
+#include "opaque.h" // CDS_APART
 
 #define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
-#define GROWN_MAX     (CDS_PACKET_GROWS + LENGTH_OFFSET + CDS_LENGTH_MAX - 1) // `size`
-#define NO_ADDRESS    UINT8_MAX
 
-/* Not copied for a packet that is known when the program is linked: see opaque.h. */
-#define ONE_COPY __attribute__((noclone, noinline))
+#define GROWS (CDS_PACKET_GROWS + CDS_AT_PARAMETERS) // `size`: all but parameters was put
+#define REAL  2u // what the low byte of `size` is less than the bytes put
 
 /* While a packet grows, the sum of its other bytes from the ID on stands in the place of LENGTH: so
  * its end costs the same however long it is. */
 
-/* An argument is wrong. Where something was wrong before, that is the reason. */
-static inline void refuse(struct cds_packet *packet)
+CDS_APART void cds_packet_refuse_(struct cds_packet *packet)
 {
-    packet->size =
-        cds_packet_grows_(packet) ? CDS_PACKET_REFUSED : packet->size | CDS_PACKET_REFUSED;
+    packet->size |= CDS_PACKET_REFUSED;
 }
 
 static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t count)
 {
-    uint8_t sum = bytes[CDS_AT_LENGTH], *to = bytes + at;
+    uint8_t sum = 0, *to = bytes + at;
 
+    if (!count)
+        return; // a packet was begun, to see whether there is room
     do {
         uint8_t byte = *data++;
 
         sum = (uint8_t)(sum + byte);
         *to++ = byte;
     } while (--count);
-    bytes[CDS_AT_LENGTH] = sum;
+    bytes[CDS_AT_LENGTH] = (uint8_t)(bytes[CDS_AT_LENGTH] + sum);
 }
 
-ONE_COPY void cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
+CDS_APART uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
 {
-    uint16_t size = packet->size, end = (uint16_t)(size + count);
+    uint16_t size, end;
+    uint8_t *bytes;
 
-    if (!(size & CDS_PACKET_GROWS)) { // it was ended, never begun, or refused
-        packet->size = size | CDS_PACKET_REFUSED;
-    } else if (end >= (uint16_t)(packet->room + CDS_PACKET_GROWS) || end > GROWN_MAX) {
-        packet->size = CDS_PACKET_NO_ROOM;
-    } else {
-        packet->size = end;
-        add(packet->bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
+    CDS_OPAQUE(packet);
+    size = packet->size;
+    if (cds_packet_grows_(packet)) { // else it was ended, never begun, or refused
+        end = (uint16_t)(size + count);
+        if (!(end & 0x100) && end < (uint16_t)(packet->room + CDS_PACKET_GROWS)) {
+            packet->size = end;
+            bytes = packet->bytes;
+            add(bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
+            return bytes;
+        }
+        size |= CDS_PACKET_NO_ROOM;
     }
+    packet->size = size | CDS_PACKET_REFUSED;
+    return NULL;
 }
 
 void cds_packet_put(struct cds_packet *packet, uint8_t byte)
@@ -73,28 +77,23 @@ static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint
     return bytes;
 }
 
-/* With the first parameter, which is an address, or NO_ADDRESS. */
-ONE_COPY static void begin_at(struct cds_packet *packet, uint8_t id, uint8_t instruction,
-                              uint8_t address)
+void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
+                       uint8_t instruction)
 {
-    uint16_t size = CDS_PACKET_GROWS + CDS_AT_PARAMETERS + 1;
+    uint16_t size = GROWS;
 
-    if (address == NO_ADDRESS) {
-        size--;
-        address = 0; // nothing to the sum
-    }
-    if (id > CDS_BROADCAST_ID)
-        size = CDS_PACKET_REFUSED;
-    else if (packet->room < CDS_PACKET_SIZE(0))
-        size = CDS_PACKET_NO_ROOM;
+    if (packet->room >= CDS_PACKET_SIZE(0))
+        put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
+    CDS_OPAQUE(size); // or gcc loads both bytes anew
+    if (id == CDS_NO_ID)
+        size |= CDS_PACKET_REFUSED;
     packet->size = size;
-    if (size & CDS_PACKET_GROWS)
-        *put_head(packet->bytes, id, (uint8_t)(id + instruction + address), instruction) = address;
+    cds_packet_append_(packet, data, count); // or finds that there is no room
 }
 
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    begin_at(packet, id, instruction, NO_ADDRESS);
+    cds_packet_start_(packet, NULL, 0, id, instruction);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -108,17 +107,15 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
     return (uint8_t)~sum;
 }
 
-void cds_packet_close_(struct cds_packet *packet)
+static inline void close(struct cds_packet *packet)
 {
-    uint16_t size = packet->size;
-    uint8_t length = (uint8_t)(size + 1u - LENGTH_OFFSET), sum;
-    uint8_t *bytes;
+    uint8_t *bytes = packet->bytes, at = (uint8_t)packet->size;
+    uint8_t length = (uint8_t)(at + REAL + 1 - LENGTH_OFFSET);
+    uint8_t sum = (uint8_t)(bytes[CDS_AT_LENGTH] + length);
 
-    packet->size = (uint16_t)(size + 1u - CDS_PACKET_GROWS);
-    bytes = packet->bytes;
-    sum = (uint8_t)(bytes[CDS_AT_LENGTH] + length);
+    packet->size = (uint16_t)(at + REAL + 1);
     bytes[CDS_AT_LENGTH] = length;
-    bytes[(uint16_t)(size - CDS_PACKET_GROWS)] = (uint8_t)~sum;
+    bytes[at + REAL] = (uint8_t)~sum;
 }
 
 enum cds_result cds_packet_end(struct cds_packet *packet)
@@ -126,10 +123,10 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
     uint16_t size = packet->size;
 
     if (cds_packet_grows_(packet)) { // all was judged when it was put
-        cds_packet_close_(packet);
+        close(packet);
         return CDS_OK;
     }
-    if (size >= CDS_PACKET_NO_ROOM)
+    if (size & CDS_PACKET_NO_ROOM & ~CDS_PACKET_REFUSED)
         return CDS_NO_ROOM;
     if ((int16_t)size >= (int16_t)LENGTH_OFFSET &&
         packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
@@ -137,30 +134,21 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
     return CDS_BAD_ARGUMENT;
 }
 
-/* Is there anything to transfer, and does it lie within the control table? */
-static inline bool is_length(uint8_t length)
-{
-    return (uint8_t)(length - 1u) < CDS_TABLE_SIZE;
-}
-
-static inline bool is_within(uint8_t address, uint8_t length)
-{
-    return address <= (uint8_t)(CDS_TABLE_SIZE - length);
-}
-
 uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
                              uint8_t length)
 {
-    if (!is_length(length) || !is_within(address, length) || id > CDS_ID_MAX)
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length) ||
+        id > CDS_ID_MAX)
         return CDS_BAD_ARGUMENT;
     return packet->room < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_OK;
 }
 
 void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
 {
-    uint8_t *to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
+    uint8_t *to;
 
     packet->size = CDS_PACKET_SIZE(2);
+    to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
     *to++ = address;
     *to++ = length;
     *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
@@ -200,11 +188,10 @@ enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t a
 void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                              uint8_t address, const uint8_t *data, uint8_t length)
 {
-    begin_at(packet, id, instruction, address);
-    if (is_length(length) && is_within(address, length))
-        cds_packet_append_(packet, data, length);
-    else
-        refuse(packet);
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
+        id = cds_packet_refused_id_(packet, id);
+    cds_packet_start_(packet, &address, 1, id, instruction);
+    cds_packet_append_(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
@@ -223,13 +210,16 @@ enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint
 
 enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address, uint8_t length)
 {
-    begin_at(packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE, address);
-    if (!is_length(length) || !is_within(address, length)) {
-        refuse(packet);
-        return CDS_BAD_ARGUMENT;
+    uint8_t where[2] = {address, length};
+    enum cds_result result = CDS_OK;
+    uint8_t id = CDS_BROADCAST_ID;
+
+    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length)) {
+        id = cds_packet_refused_id_(packet, id);
+        result = CDS_BAD_ARGUMENT;
     }
-    cds_packet_put(packet, length);
-    return CDS_OK;
+    cds_packet_start_(packet, where, 2, id, CDS_SYNC_WRITE);
+    return result;
 }
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
@@ -238,7 +228,7 @@ void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *d
     bool begun = (int16_t)packet->size > (int16_t)CDS_PACKET_GROWS + CDS_AT_SYNC_LENGTH;
 
     if (id > CDS_ID_MAX || !begun) {
-        refuse(packet);
+        cds_packet_refuse_(packet);
         return;
     }
     cds_packet_append_(packet, &id, 1);
