@@ -287,6 +287,7 @@ void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that i
 void cds_bus_count_(uint16_t *counter);
 bool cds_bus_repeat_(struct cds_bus *bus);           // is the first request sent once more?
 bool cds_bus_queues_(const struct cds_bus *bus);     // may a request wait behind another one?
+struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
 void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent);
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
 void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due

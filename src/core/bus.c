@@ -63,6 +63,12 @@ UNUSED bool cds_bus_repeat_(struct cds_bus *bus)
     return false;
 }
 
+UNUSED struct cds_request *cds_bus_next_of_(const struct cds_request *request)
+{
+    (void)request;
+    return NULL;
+}
+
 UNUSED bool cds_bus_queues_(const struct cds_bus *bus)
 {
     (void)bus;
@@ -73,7 +79,6 @@ UNUSED void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, ui
 {
     (void)urgent;
     bus->request = request;
-    request->next = NULL;
 }
 
 UNUSED void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
@@ -92,22 +97,10 @@ UNUSED bool cds_bus_owes_(struct cds_bus *bus, uint8_t id)
     return false;
 }
 
-/* Of a reply that was not found good, parameters may stand in the place of the packet in flight: a
- * READ is built again. */
-static ONE_COPY void restore(struct cds_bus *bus)
-{
-    struct cds_packet *packet = &bus->request->packet;
-
-    if (bus->instruction == CDS_READ && packet->size == CDS_PACKET_SIZE(2))
-        cds_packet_build_read_(packet, bus->asked, bus->address, bus->count);
-}
-
 static void cancel_all(struct cds_bus *bus)
 {
-    while (bus->request) {
+    for (; bus->request; bus->request = cds_bus_next_of_(bus->request))
         bus->request->result = CDS_CANCELLED;
-        bus->request = bus->request->next;
-    }
 }
 
 /* A byte is ten bits of (baud + 1) / 2 us. */
@@ -132,8 +125,6 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bool again = bus->flight != CDS_BUS_CLOSED;
 
     cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    if (bus->flight > CDS_BUS_BEGUN)
-        restore(bus);
     cancel_all(bus);
     memset(bus, 0, offsetof(struct cds_bus, observer));
     bus->port = port;
@@ -426,8 +417,12 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
         return result;
     request->result = CDS_PENDING;
     cds_bus_insert_(bus, request, request->urgent);
-    if (bus->request == request)
+    if (bus->request != request)
+        return CDS_OK;
+    if (cds_bus_is_watched_(bus)) // it is only now that it was found good
         cds_bus_begin_turn_(bus);
+    else
+        cds_bus_wait_for_turn_(bus);
     return CDS_OK;
 }
 
@@ -512,7 +507,7 @@ CDS_APART static bool go_further(struct cds_bus *bus, struct cds_request *ended)
 static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
-    struct cds_request *next = request->next;
+    struct cds_request *next = cds_bus_next_of_(request);
 
     bus->request = next;
     request->result = result;
@@ -528,7 +523,6 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    restore(bus);
     request->id = bus->asked;
     request->length = 0;
     request->error = 0;
@@ -544,7 +538,7 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
 /* ... well. */
 CDS_APART static bool end_well(struct cds_bus *bus)
 {
-    struct cds_request *request = bus->request, *next = request->next;
+    struct cds_request *request = bus->request, *next = cds_bus_next_of_(request);
 
     cds_bus_note_end_(bus, CDS_OK);
     bus->flight = CDS_BUS_IDLE;

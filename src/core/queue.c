@@ -12,6 +12,11 @@ bool cds_bus_queues_(const struct cds_bus *bus)
     return bus->has_queue;
 }
 
+struct cds_request *cds_bus_next_of_(const struct cds_request *request)
+{
+    return request->next;
+}
+
 /* Puts the request before those that are less urgent than `urgent`, but never before one in flight,
  * which is the first. */
 void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)

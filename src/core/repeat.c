@@ -36,12 +36,26 @@ uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
     return bus->repeats && bears_repeating(bytes) ? bus->repeats : 0;
 }
 
+/* Of a reply that was not found good, parameters may stand in the place of the packet in flight: a
+ * READ is built again. False: of anything else, this one is not the packet any more. */
+static bool restore(const struct cds_bus *bus)
+{
+    struct cds_packet *packet = &bus->request->packet;
+
+    if (bus->to == packet->bytes)
+        return true;
+    if (bus->instruction != CDS_READ || packet->size != CDS_PACKET_SIZE(2))
+        return false;
+    cds_packet_build_read_(packet, bus->asked, bus->address, bus->count);
+    return true;
+}
+
 /* Only what is more urgent goes before it. */
 bool cds_bus_repeat_(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
 
-    if (request->repeats == 0)
+    if (request->repeats == 0 || !restore(bus))
         return false;
     request->repeats--;
     cds_bus_count_(&bus->counters.repeated);
