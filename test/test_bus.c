@@ -896,23 +896,6 @@ void test_good_reply_after_one_with_a_wrong_checksum_is_taken(void)
     TEST_ASSERT_EQUAL_UINT8(5, request.id);
 }
 
-/* Nothing but a READ of what is due can be built again from what is due. */
-void test_a_packet_that_asks_for_more_than_is_due_stands_when_it_fails(void)
-{
-    static const uint8_t bad_word[] = {0xFF, 0xFF, 0x05, 0x04, 0x00, 0x99, 0x88, 0x00};
-    uint8_t packet[8];
-
-    request.reply_parameters = 2;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&request.packet, 5, 7, 4));
-    memcpy(packet, buffer, sizeof packet);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
-    transmit();
-    hear(bad_word, sizeof bad_word);
-    assert_pending();
-    assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
-}
-
 void test_a_damaged_last_byte_is_corrupt(void)
 {
     read_word();
@@ -946,50 +929,88 @@ void test_good_reply_after_a_damaged_one_is_taken(void)
     TEST_ASSERT_EQUAL_UINT16(0, counters().corrupt);
 }
 
-/* A reply is taken as it comes, byte for byte; the packet in its place is needed again if it fails.
- */
-static void assert_read_survives(const uint8_t *bytes, uint8_t count, uint8_t due)
+/* A reply is taken as it comes, byte for byte, in the place of the packet, which is needed again if
+ * it fails. */
+static void assert_read_is_repeated(const uint8_t *bytes, uint8_t count, uint8_t due)
 {
-    uint8_t packet[8], behind[sizeof buffer], room = due > 8 ? due : 8;
+    uint8_t packet[8];
+    uint16_t deadline_us = (uint16_t)(WORD_DEADLINE_US + due * 10u);
 
-    memset(buffer, 0xA5, sizeof buffer);
+    request.repeats = 1;
     submit_read(5, due);
     transmit();
     memcpy(packet, buffer, sizeof packet);
-    memcpy(behind, buffer, sizeof buffer);
     for (uint8_t i = 0; i < count; i++) {
         hear(bytes + i, 1);
         assert_pending();
     }
-    port_fake.now_us += WORD_DEADLINE_US + due * 10u;
+    port_fake.now_us += deadline_us;
     port_fake_look(&bus);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
-    TEST_ASSERT_TRUE(request.result == CDS_TIMEOUT || request.result == CDS_CORRUPT);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(behind + room, buffer + room, sizeof buffer - room);
+    assert_pending();
+    transmit();
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
+    assert_pending();
+    port_fake.now_us += deadline_us;
+    assert_ended(CDS_TIMEOUT);
     TEST_ASSERT_EQUAL_UINT8(5, request.id);
     TEST_ASSERT_EQUAL_HEX8(0, request.error);
     TEST_ASSERT_EQUAL_UINT8(0, request.length);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
-    transmit();
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
-    port_fake.now_us += 100000;
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
 }
 
-void test_a_read_that_failed_amid_its_reply_can_be_sent_again(void)
+void test_a_read_that_failed_amid_its_reply_is_sent_again(void)
 {
     static const uint8_t eleven[] = {0xFF, 0xFF, 0x05, 0x0D, 0x20, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
     uint8_t bytes[sizeof word_reply];
 
     for (uint8_t count = 0; count < sizeof word_reply; count++)
-        assert_read_survives(word_reply, count, 2);
+        assert_read_is_repeated(word_reply, count, 2);
     memcpy(bytes, word_reply, sizeof bytes);
     bytes[7] ^= 0x01;
-    assert_read_survives(bytes, sizeof bytes, 2);
+    assert_read_is_repeated(bytes, sizeof bytes, 2);
     bytes[4] = 0x80; // no servo's
-    assert_read_survives(bytes, sizeof bytes, 2);
-    assert_read_survives(eleven, sizeof eleven, 11);
+    assert_read_is_repeated(bytes, sizeof bytes, 2);
+    assert_read_is_repeated(eleven, sizeof eleven, 11);
+}
+
+/* It asks for more than is due: all the same it is that one that is sent again. */
+void test_a_read_of_more_than_is_due_is_sent_again_as_it_was(void)
+{
+    uint8_t packet[8];
+
+    request.repeats = 1;
+    request.reply_parameters = 2;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&request.packet, 5, 7, 4));
+    memcpy(packet, buffer, sizeof packet);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    transmit();
+    for (uint8_t i = 0; i < 7; i++) {
+        hear(word_reply + i, 1);
+        assert_pending();
+    }
+    port_fake.now_us += WORD_DEADLINE_US;
+    port_fake_look(&bus);
+    transmit();
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
+    port_fake.now_us += 100000;
+    port_fake_look(&bus);
+}
+
+/* What is no READ cannot be built again. */
+void test_what_is_lost_amid_its_reply_is_not_sent_again(void)
+{
+    request.repeats = 1;
+    request.reply_parameters = 2;
+    request.any_length = true;
+    request.packet.room = CDS_REPLY_ANY;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&request.packet, 5));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    transmit();
+    for (uint8_t i = 0; i < 7; i++) {
+        hear(word_reply + i, 1);
+        assert_pending();
+    }
+    port_fake.now_us += WORD_DEADLINE_US;
+    assert_ended(CDS_TIMEOUT);
 }
 
 static struct cds_bus_news told;
@@ -1039,22 +1060,6 @@ void test_the_news_of_a_late_reply_are_those_of_all_of_it(void)
         TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERHEATING, told.error);
         cds_bus_set_observer(&bus, NULL);
     }
-}
-
-void test_opening_again_amid_a_reply_gives_the_packet_back(void)
-{
-    uint8_t packet[8];
-
-    read_word();
-    memcpy(packet, buffer, sizeof packet);
-    for (uint8_t i = 0; i < 7; i++) {
-        hear(word_reply + i, 1);
-        assert_pending();
-    }
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
-    TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
 }
 
 void test_a_damaged_byte_in_a_reply_that_is_taken_is_not_bridged(void)

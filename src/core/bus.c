@@ -403,6 +403,8 @@ ONE_COPY void cds_bus_begin_turn_(struct cds_bus *bus)
         cds_bus_wait_for_turn_(bus);
 }
 
+static bool poll_idle(struct cds_bus *bus);
+
 /* It is not its turn yet, as far as is known. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
@@ -419,10 +421,12 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     cds_bus_insert_(bus, request, request->urgent);
     if (bus->request != request)
         return CDS_OK;
-    if (cds_bus_is_watched_(bus)) // it is only now that it was found good
+    if (cds_bus_is_watched_(bus)) { // it is only now that it was found good
         cds_bus_begin_turn_(bus);
-    else
+    } else {
         cds_bus_wait_for_turn_(bus);
+        poll_idle(bus);
+    }
     return CDS_OK;
 }
 

@@ -36,17 +36,17 @@ uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
     return bus->repeats && bears_repeating(bytes) ? bus->repeats : 0;
 }
 
-/* Of a reply that was not found good, parameters may stand in the place of the packet in flight: a
- * READ is built again. False: of anything else, this one is not the packet any more. */
+/* Parameters of a reply that was not found good may stand in the place of the packet: a READ is built
+ * again. False: it could not be. */
 static bool restore(const struct cds_bus *bus)
 {
-    struct cds_packet *packet = &bus->request->packet;
+    struct cds_request *request = bus->request;
 
-    if (bus->to == packet->bytes)
-        return true;
-    if (bus->instruction != CDS_READ || packet->size != CDS_PACKET_SIZE(2))
+    if (request->reply_parameters == 0 && !request->any_length)
+        return true; // there were none
+    if (bus->instruction != CDS_READ || request->packet.size != CDS_PACKET_SIZE(2))
         return false;
-    cds_packet_build_read_(packet, bus->asked, bus->address, bus->count);
+    cds_packet_build_read_(&request->packet, bus->asked, bus->address, bus->count);
     return true;
 }
 
