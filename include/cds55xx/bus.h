@@ -177,7 +177,7 @@ struct cds_bus {
     uint8_t last_id;            // of the last exchange with a reply due that is over,
     uint8_t last_result;        // and enum cds_result of it
     uint8_t looked_to;          // the ring was searched up to this index
-    bool is_whole;              // of the reply that is taken: all of it was there when it was found
+    uint8_t is_whole;           // of the reply that is taken: all of it was there when it was found
     uint8_t at;                 // ... index of its next byte in the ring,
     uint8_t last;               // and of its checksum
     uint8_t sum;                // ... of its bytes from the ID on
@@ -288,7 +288,7 @@ void cds_bus_count_(uint16_t *counter);
 bool cds_bus_repeat_(struct cds_bus *bus);           // is the first request sent once more?
 bool cds_bus_queues_(const struct cds_bus *bus);     // may a request wait behind another one?
 struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
-void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent);
+bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent); // first?
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
 void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due
 bool cds_bus_owes_(struct cds_bus *bus, uint8_t id); // may an old answer of this one still come?

@@ -17,6 +17,9 @@
  * time for a byte counts. */
 #define ONE_COPY __attribute__((noclone, noinline))
 
+/* Part of the one or two that call it, whichever bus that is. */
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
+
 /* What a program does not use: account.c, repeat.c and late.c have those that do something. */
 #define UNUSED __attribute__((weak))
 
@@ -75,10 +78,11 @@ UNUSED bool cds_bus_queues_(const struct cds_bus *bus)
     return false;
 }
 
-UNUSED void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
+UNUSED bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
     (void)urgent;
     bus->request = request;
+    return true;
 }
 
 UNUSED void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
@@ -164,7 +168,7 @@ static bool reply_is_due(const struct cds_request *request)
 
 /* Is the packet whose head was found the reply that is due? A servo that refuses sends its error
  * bits and no parameters. */
-static inline __attribute__((always_inline)) bool is_due(const struct cds_bus *bus)
+ALWAYS_INLINE bool is_due(const struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
     uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN), id = bus->parser.id;
@@ -175,12 +179,14 @@ static inline __attribute__((always_inline)) bool is_due(const struct cds_bus *b
         return false;
     if (parameters == request->reply_parameters || request->any_length)
         return true;
-    return parameters == 0 && (bus->parser.error & CDS_ERRORS_OF_PACKET);
+    if (parameters != 0)
+        return false;
+    return bus->parser.error & CDS_ERRORS_OF_PACKET;
 }
 
 /* A packet begins at the ring's tail, unless more must come to know. If it is the reply that is due,
  * it is taken from the next poll on: even what is not whole yet, unless it is cut there. */
-static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *bus, uint8_t parsed,
+ALWAYS_INLINE bool begin_taking(struct cds_bus *bus, uint8_t parsed,
                                                                uint8_t cut)
 {
     struct cds_request *request = bus->request;
@@ -191,7 +197,7 @@ static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *b
         return false;
     tail = bus->link.rx.tail, id = bus->parser.id, length = bus->parser.length;
     error = bus->parser.error;
-    bus->is_whole = parsed == CDS_PARSED_PACKET;
+    bus->is_whole = (uint8_t)(parsed - CDS_PARSED_HEAD);
     bus->at = (uint8_t)(tail + CDS_AT_PARAMETERS);
     bus->last = (uint8_t)(tail + length + CDS_AT_LENGTH);
     bus->sum = (uint8_t)(id + length + error);
@@ -203,14 +209,14 @@ static inline __attribute__((always_inline)) bool begin_taking(struct cds_bus *b
 }
 
 /* A good packet that is not due. */
-static inline __attribute__((always_inline)) void pass_over(struct cds_bus *bus)
+ALWAYS_INLINE void pass_over(struct cds_bus *bus)
 {
     cds_bus_note_undue_(bus);
     cds_parser_accept(&bus->parser, &bus->link.rx);
     bus->looked_to = bus->link.rx.tail;
 }
 
-static ONE_COPY void note_refuted(struct cds_bus *bus)
+ALWAYS_INLINE void note_refuted(struct cds_bus *bus)
 {
     cds_bus_count_(&bus->counters.refuted);
     bus->damaged = true;
@@ -231,7 +237,7 @@ static SELDOM void drop_broken(struct cds_bus *bus)
 }
 
 /* Is there anything in the ring that was not looked at yet? */
-static inline __attribute__((always_inline)) uint8_t heard(const struct cds_bus *bus)
+ALWAYS_INLINE uint8_t heard(const struct cds_bus *bus)
 {
     return (uint8_t)(bus->link.broken | (bus->looked_to ^ bus->link.rx.head));
 }
@@ -276,7 +282,7 @@ static ONE_COPY void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
 }
 
 /* The alarm rings: is that time over? */
-static bool is_over(struct cds_bus *bus)
+ALWAYS_INLINE bool is_over(struct cds_bus *bus)
 {
     if (bus->laps == 0)
         return true;
@@ -344,24 +350,23 @@ static uint16_t passed_us(uint16_t from)
 static ONE_COPY bool is_quiet(struct cds_bus *bus)
 {
     bool high = cds_port_line_is_high(bus->port);
-    uint8_t used = heard(bus), line = bus->line;
+    uint8_t line = bus->line;
 
     if (bus->owed)
         cds_bus_owes_(bus, NOBODY); // not for ever
-    if (used) {
+    if (heard(bus)) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         bus->closing = false;
         search(bus);
-    } else if (high && line == CDS_BUS_OK) {
-        return true;
-    }
-    if (used || line == CDS_BUS_OK) {
+        line = CDS_BUS_BUSY;
+    } else if (line == CDS_BUS_OK) {
+        if (high)
+            return true;
         line = CDS_BUS_BUSY;
     } else if (high || line != CDS_BUS_FAULT) {
-        if (passed_us(bus->heard_at) < bus->quiet_us)
-            return false;
-        bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
-        return high;
+        if (passed_us(bus->heard_at) >= bus->quiet_us)
+            bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
+        return bus->line == CDS_BUS_OK;
     }
     doubt(bus, line);
     return false;
@@ -369,7 +374,7 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
 
 /* Is there nothing to be waited for? A request waits only where the observer, the line or an old
  * answer make it. */
-static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *bus)
+ALWAYS_INLINE bool is_free(const struct cds_bus *bus)
 {
     if (bus->flight != CDS_BUS_IDLE || (uint8_t)(bus->line | bus->owed) || heard(bus))
         return false;
@@ -377,7 +382,7 @@ static inline __attribute__((always_inline)) bool is_free(const struct cds_bus *
 }
 
 /* Sends the first request if the line and old answers let it. */
-static ONE_COPY bool send_if_quiet(struct cds_bus *bus)
+static bool send_if_quiet(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
 
@@ -410,7 +415,7 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
 
-    if (bus->byte_time_us == 0)
+    if (bus->flight == CDS_BUS_CLOSED)
         return CDS_BAD_ARGUMENT;
     if (bus->request && !cds_bus_queues_(bus))
         return CDS_BUSY;
@@ -418,8 +423,7 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
-    cds_bus_insert_(bus, request, request->urgent);
-    if (bus->request != request)
+    if (!cds_bus_insert_(bus, request, request->urgent))
         return CDS_OK;
     if (cds_bus_is_watched_(bus)) { // it is only now that it was found good
         cds_bus_begin_turn_(bus);
@@ -436,7 +440,7 @@ static bool has_room(const struct cds_request *request, uint8_t parameters)
     return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
 }
 
-static inline __attribute__((always_inline)) uint8_t begin_if_free(struct cds_bus *bus)
+ALWAYS_INLINE uint8_t begin_if_free(struct cds_bus *bus)
 {
     return is_free(bus) ? cds_link_begin(bus->port, CDS_HEADER) : 0;
 }
@@ -511,19 +515,15 @@ CDS_APART static bool go_further(struct cds_bus *bus, struct cds_request *ended)
 static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
-    struct cds_request *next = cds_bus_next_of_(request);
 
-    bus->request = next;
+    bus->flight = CDS_BUS_IDLE;
+    bus->request = cds_bus_next_of_(request);
     request->result = result;
-    if (next)
-        return go_further(bus, request);
-    if (request->on_end)
-        return go_further(bus, request);
-    return false;
+    return go_further(bus, request);
 }
 
 /* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
-static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
+ALWAYS_INLINE bool fail(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
@@ -535,7 +535,6 @@ static SELDOM bool fail(struct cds_bus *bus, uint8_t result)
     if (result == CDS_CORRUPT)
         doubt(bus, CDS_BUS_BUSY); // it may be so still
     cds_bus_note_end_(bus, result);
-    bus->flight = CDS_BUS_IDLE;
     return cds_bus_repeat_(bus) ? true : finish(bus, result);
 }
 
@@ -568,35 +567,38 @@ static SELDOM bool look_again(struct cds_bus *bus)
  * nothing behind it, or a line never quiet would let the deadline slip. */
 static SELDOM bool look_at_deadline(struct cds_bus *bus)
 {
+    uint8_t result = CDS_TIMEOUT;
+
     if (!is_over(bus))
         return true;
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
-        return fail(bus, CDS_TIMEOUT);
+    } else {
+        if (!bus->closing) {
+            bus->closing = true;
+            bus->close_at = bus->link.rx.head;
+            if (bus->flight == CDS_BUS_TAKES && !bus->is_whole)
+                look_again(bus);
+        }
+        if (bus->flight == CDS_BUS_ASKS)
+            search(bus);
+        if (bus->flight != CDS_BUS_ASKS || bus->looked_to != bus->close_at)
+            return true;
+        if (bus->damaged)
+            result = CDS_CORRUPT;
     }
-    if (!bus->closing) {
-        bus->closing = true;
-        bus->close_at = bus->link.rx.head;
-        if (bus->flight == CDS_BUS_TAKES && !bus->is_whole)
-            look_again(bus);
-    }
-    if (bus->flight == CDS_BUS_ASKS) {
-        search(bus);
-        if (bus->flight == CDS_BUS_ASKS && bus->looked_to == bus->close_at)
-            return fail(bus, bus->damaged ? CDS_CORRUPT : CDS_TIMEOUT);
-    }
-    return true;
+    return fail(bus, result);
 }
 
 /* Nothing has ended: but is there still time? Asked after the search: what came by then is not
  * late. */
-static inline __attribute__((always_inline)) bool go_on(struct cds_bus *bus)
+ALWAYS_INLINE bool go_on(struct cds_bus *bus)
 {
     return cds_port_alarm_rings(bus->port) ? look_at_deadline(bus) : true;
 }
 
 /* The first request waits for a quiet line. */
-static bool wait_for_quiet(struct cds_bus *bus)
+ALWAYS_INLINE bool wait_for_quiet(struct cds_bus *bus)
 {
     uint8_t result = cds_bus_judge_(bus, bus->request);
 
@@ -606,7 +608,6 @@ static bool wait_for_quiet(struct cds_bus *bus)
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
     }
-    bus->flight = CDS_BUS_IDLE;
     return finish(bus, result);
 }
 

@@ -19,7 +19,7 @@ struct cds_request *cds_bus_next_of_(const struct cds_request *request)
 
 /* Puts the request before those that are less urgent than `urgent`, but never before one in flight,
  * which is the first. */
-void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
+bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
 {
     struct cds_request **place = cds_bus_is_in_flight_(bus) ? &bus->request->next : &bus->request;
 
@@ -27,6 +27,7 @@ void cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t u
         place = &(*place)->next;
     request->next = *place;
     *place = request;
+    return place == &bus->request;
 }
 
 /* Behind a bad end a poll has done enough, and the next one looks whether the line is quiet. If the

@@ -59,7 +59,8 @@ bool cds_bus_repeat_(struct cds_bus *bus)
         return false;
     request->repeats--;
     cds_bus_count_(&bus->counters.repeated);
-    bus->request = request->next;
+    bus->flight = CDS_BUS_IDLE;
+    bus->request = cds_bus_next_of_(request);
     cds_bus_insert_(bus, request, (uint8_t)(request->urgent + 1u));
     cds_bus_wait_for_turn_(bus);
     return true;
