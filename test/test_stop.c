@@ -437,7 +437,7 @@ void test_a_bus_opened_anew_meanwhile_is_told_again(void)
 
 void test_a_closed_bus_is_refused(void)
 {
-    bus.byte_time_us = 0;
+    bus.flight = CDS_BUS_CLOSED;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_begin(&stop, &roster));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_stop_poll(&stop));
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 2)); // held all the same

@@ -162,6 +162,14 @@ enum cds_bus_flight {
     CDS_BUS_TAKES, // ... and what begins as it should is taken as it comes
 };
 
+/* What an instruction packet asks for, where that must be known when the reply has taken its place.
+ */
+struct cds_bus_asked {
+    uint8_t instruction;
+    uint8_t first; // parameter: an address, if there is any; else anything
+    uint8_t last;  // parameter: of READ the length
+};
+
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
     struct cds_request *request; // in flight, then those that wait, in their order; or NULL
@@ -171,7 +179,7 @@ struct cds_bus {
     uint8_t line;               // enum cds_bus_state
     bool owed;                  // the one given up last may answer until `late_us`:
     uint8_t late_id;            // who that is, or CDS_BROADCAST_ID
-    bool damaged;               // something of the reply came damaged
+    uint8_t failure;            // CDS_TIMEOUT, or CDS_CORRUPT if something has come damaged
     bool closing;               // the deadline is over, and bytes up to this index of the
     uint8_t close_at;           // ring are still looked at
     uint8_t last_id;            // of the last exchange with a reply due that is over,
@@ -183,7 +191,8 @@ struct cds_bus {
     uint8_t sum;                // ... of its bytes from the ID on
     uint8_t *to;                // ... where its next parameter goes
     uint8_t laps;               // how often the alarm rings before its time
-    uint8_t asked, instruction, address, count; // of the packet in flight, if it is a READ
+    uint8_t asked;              // who was asked
+    struct cds_bus_asked what;  // and for what
     uint16_t return_delay_us;            // longest of any servo on this bus
     uint16_t byte_time_us;               // ten bits
     uint16_t heard_at;                   // when others were last found using the line, by
@@ -281,10 +290,12 @@ static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
 bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
 void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
+void cds_bus_note_packet_(struct cds_bus *bus);                           // ... while it is sent
 void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange
 void cds_bus_note_break_(struct cds_bus *bus); // the stream is broken: before it is mended
 void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
 void cds_bus_count_(uint16_t *counter);
+const struct cds_bus_asked *cds_bus_asked_(const struct cds_bus *bus); // for account.c, repeat.c
 bool cds_bus_repeat_(struct cds_bus *bus);           // is the first request sent once more?
 bool cds_bus_queues_(const struct cds_bus *bus);     // may a request wait behind another one?
 struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it

@@ -24,9 +24,6 @@ CDS_APART void cds_bus_count_(uint16_t *counter)
 
 void cds_bus_note_sent_(struct cds_bus *bus)
 {
-    const uint8_t *bytes = bus->request->packet.bytes;
-
-    bus->instruction = bytes[CDS_AT_INSTRUCTION];
     bus->counters.sent++;
 }
 
@@ -34,12 +31,13 @@ void cds_bus_note_sent_(struct cds_bus *bus)
 CDS_APART static void tell(struct cds_bus *bus, uint8_t event, uint8_t id, uint8_t error,
                            uint8_t result)
 {
+    const struct cds_bus_asked *what = cds_bus_asked_(bus);
     struct cds_bus_news news = {.event = event,
                                 .id = id,
                                 .error = error,
                                 .result = result,
-                                .instruction = bus->instruction,
-                                .address = bus->address,
+                                .instruction = what->instruction,
+                                .address = what->first,
                                 .request = bus->request};
 
     if (bus->observer)

@@ -40,6 +40,11 @@ UNUSED void cds_bus_note_sent_(struct cds_bus *bus)
     (void)bus;
 }
 
+UNUSED void cds_bus_note_packet_(struct cds_bus *bus)
+{
+    (void)bus;
+}
+
 UNUSED void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
 {
     (void)bus, (void)result;
@@ -219,12 +224,12 @@ ALWAYS_INLINE void pass_over(struct cds_bus *bus)
 ALWAYS_INLINE void note_refuted(struct cds_bus *bus)
 {
     cds_bus_count_(&bus->counters.refuted);
-    bus->damaged = true;
+    bus->failure = CDS_CORRUPT;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
  * first to the last of them goes, and the search begins anew behind it. */
-static SELDOM void drop_broken(struct cds_bus *bus)
+ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
 
@@ -233,7 +238,7 @@ static SELDOM void drop_broken(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         link->rx.tail = link->whole_from;
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
-    bus->damaged = true;
+    bus->failure = CDS_CORRUPT;
 }
 
 /* Is there anything in the ring that was not looked at yet? */
@@ -309,33 +314,32 @@ static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request 
 ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    const uint8_t *bytes = request->packet.bytes;
-    uint16_t size = request->packet.size, return_delay_us = 0;
-    uint8_t flight = CDS_BUS_TELLS;
+    uint8_t *bytes = request->packet.bytes;
+    uint16_t size = request->packet.size, return_delay_us = bus->return_delay_us;
+    uint8_t due = request->reply_parameters;
 
-    if (!cds_bus_is_watched_(bus)) // else it was asked
-        request->return_delay_us = bus->return_delay_us;
-    bus->to = request->packet.bytes;
-    bus->asked = request->id = bytes[CDS_AT_ID];
-    bus->instruction = bytes[CDS_AT_INSTRUCTION];
-    bus->address = bytes[CDS_AT_PARAMETERS];
-    bus->count = bytes[size - 2];
+    if (cds_bus_is_watched_(bus))
+        return_delay_us = request->return_delay_us; // the observer was asked
+    request->return_delay_us = return_delay_us;
+    request->id = bytes[CDS_AT_ID];
     request->length = 0;
     request->error = 0;
-    if (reply_is_due(request)) { // no servo sends more than it was asked for
-        uint8_t due = request->reply_parameters;
-
-        flight = CDS_BUS_ASKS;
+    bus->to = bytes;
+    bus->asked = bytes[CDS_AT_ID];
+    cds_bus_note_packet_(bus);
+    bus->flight = CDS_BUS_TELLS;
+    bus->failure = CDS_TIMEOUT;
+    bus->closing = false;
+    bus->looked_to = bus->link.rx.tail;
+    if (due == CDS_REPLY_NONE) {
+        return_delay_us = 0;
+    } else { // no servo sends more than it was asked for
+        bus->flight = CDS_BUS_ASKS;
         bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN);
         if (request->any_length)
             bus->parser.longest = CDS_PARSER_LENGTH_MAX;
         size = (uint16_t)(size + CDS_PACKET_SIZE(due));
-        return_delay_us = request->return_delay_us;
     }
-    bus->flight = flight;
-    bus->damaged = false;
-    bus->closing = false;
-    bus->looked_to = bus->link.rx.tail;
     allow(bus, bus->heard_at, size, return_delay_us);
 }
 
@@ -364,9 +368,10 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
             return true;
         line = CDS_BUS_BUSY;
     } else if (high || line != CDS_BUS_FAULT) {
-        if (passed_us(bus->heard_at) >= bus->quiet_us)
-            bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
-        return bus->line == CDS_BUS_OK;
+        if (passed_us(bus->heard_at) < bus->quiet_us)
+            return false;
+        bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
+        return high;
     }
     doubt(bus, line);
     return false;
@@ -382,7 +387,7 @@ ALWAYS_INLINE bool is_free(const struct cds_bus *bus)
 }
 
 /* Sends the first request if the line and old answers let it. */
-static bool send_if_quiet(struct cds_bus *bus)
+ALWAYS_INLINE bool send_if_quiet(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
 
@@ -395,7 +400,7 @@ static bool send_if_quiet(struct cds_bus *bus)
 
 /* It is the first request's turn, but it must wait, for a quiet line or until an old answer can no
  * longer come: for as long as the longest exchange may take. */
-ONE_COPY void cds_bus_wait_for_turn_(struct cds_bus *bus)
+void cds_bus_wait_for_turn_(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
     allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
@@ -428,7 +433,6 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     if (cds_bus_is_watched_(bus)) { // it is only now that it was found good
         cds_bus_begin_turn_(bus);
     } else {
-        cds_bus_wait_for_turn_(bus);
         poll_idle(bus);
     }
     return CDS_OK;
@@ -523,7 +527,7 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 }
 
 /* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
-ALWAYS_INLINE bool fail(struct cds_bus *bus, uint8_t result)
+static SELDOM bool fail(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
 
@@ -532,10 +536,10 @@ ALWAYS_INLINE bool fail(struct cds_bus *bus, uint8_t result)
     request->error = 0;
     if (bus->flight != CDS_BUS_TELLS)
         cds_bus_note_given_up_(bus);
-    if (result == CDS_CORRUPT)
+    if (bus->failure == CDS_CORRUPT)
         doubt(bus, CDS_BUS_BUSY); // it may be so still
-    cds_bus_note_end_(bus, result);
-    return cds_bus_repeat_(bus) ? true : finish(bus, result);
+    cds_bus_note_end_(bus, bus->failure);
+    return cds_bus_repeat_(bus) ? true : finish(bus, bus->failure);
 }
 
 /* ... well. */
@@ -567,27 +571,23 @@ static SELDOM bool look_again(struct cds_bus *bus)
  * nothing behind it, or a line never quiet would let the deadline slip. */
 static SELDOM bool look_at_deadline(struct cds_bus *bus)
 {
-    uint8_t result = CDS_TIMEOUT;
-
     if (!is_over(bus))
         return true;
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
-    } else {
-        if (!bus->closing) {
-            bus->closing = true;
-            bus->close_at = bus->link.rx.head;
-            if (bus->flight == CDS_BUS_TAKES && !bus->is_whole)
-                look_again(bus);
-        }
-        if (bus->flight == CDS_BUS_ASKS)
-            search(bus);
-        if (bus->flight != CDS_BUS_ASKS || bus->looked_to != bus->close_at)
-            return true;
-        if (bus->damaged)
-            result = CDS_CORRUPT;
+        return fail(bus);
     }
-    return fail(bus, result);
+    if (!bus->closing) {
+        bus->closing = true;
+        bus->close_at = bus->link.rx.head;
+        look_again(bus); // what is taken is all there by now, or it is none
+    }
+    if (bus->flight == CDS_BUS_ASKS) {
+        search(bus);
+        if (bus->flight == CDS_BUS_ASKS && bus->looked_to == bus->close_at)
+            return fail(bus);
+    }
+    return true;
 }
 
 /* Nothing has ended: but is there still time? Asked after the search: what came by then is not
@@ -597,13 +597,19 @@ ALWAYS_INLINE bool go_on(struct cds_bus *bus)
     return cds_port_alarm_rings(bus->port) ? look_at_deadline(bus) : true;
 }
 
-/* The first request waits for a quiet line. */
+/* The first request waits for a quiet line, or begins to. */
 ALWAYS_INLINE bool wait_for_quiet(struct cds_bus *bus)
 {
     uint8_t result = cds_bus_judge_(bus, bus->request);
 
     if (result == CDS_OK) {
-        if (send_if_quiet(bus) || !cds_port_alarm_rings(bus->port) || !is_over(bus))
+        if (send_if_quiet(bus))
+            return true;
+        if (bus->flight == CDS_BUS_IDLE) {
+            cds_bus_wait_for_turn_(bus);
+            return true;
+        }
+        if (!cds_port_alarm_rings(bus->port) || !is_over(bus))
             return true;
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;

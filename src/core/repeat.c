@@ -40,13 +40,14 @@ uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
  * again. False: it could not be. */
 static bool restore(const struct cds_bus *bus)
 {
+    const struct cds_bus_asked *what = cds_bus_asked_(bus);
     struct cds_request *request = bus->request;
 
     if (request->reply_parameters == 0 && !request->any_length)
         return true; // there were none
-    if (bus->instruction != CDS_READ || request->packet.size != CDS_PACKET_SIZE(2))
+    if (what->instruction != CDS_READ || request->packet.size != CDS_PACKET_SIZE(2))
         return false;
-    cds_packet_build_read_(&request->packet, bus->asked, bus->address, bus->count);
+    cds_packet_build_read_(&request->packet, bus->asked, what->first, what->last);
     return true;
 }
 
