@@ -316,16 +316,16 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     struct cds_request *request = bus->request;
     uint8_t *bytes = request->packet.bytes;
     uint16_t size = request->packet.size, return_delay_us = bus->return_delay_us;
-    uint8_t due = request->reply_parameters;
+    uint8_t due = request->reply_parameters, id = bytes[CDS_AT_ID];
 
     if (cds_bus_is_watched_(bus))
         return_delay_us = request->return_delay_us; // the observer was asked
     request->return_delay_us = return_delay_us;
-    request->id = bytes[CDS_AT_ID];
+    request->id = id;
     request->length = 0;
     request->error = 0;
     bus->to = bytes;
-    bus->asked = bytes[CDS_AT_ID];
+    bus->asked = id;
     cds_bus_note_packet_(bus);
     bus->flight = CDS_BUS_TELLS;
     bus->failure = CDS_TIMEOUT;
@@ -389,21 +389,24 @@ ALWAYS_INLINE bool is_free(const struct cds_bus *bus)
 /* Sends the first request if the line and old answers let it. */
 ALWAYS_INLINE bool send_if_quiet(struct cds_bus *bus)
 {
-    const struct cds_request *request = bus->request;
-
-    if (!is_quiet(bus) ||
-        (reply_is_due(request) && cds_bus_owes_(bus, request->packet.bytes[CDS_AT_ID])))
+    if (!is_quiet(bus) || (reply_is_due(bus->request) &&
+                           cds_bus_owes_(bus, bus->request->packet.bytes[CDS_AT_ID])))
         return false;
-    send_rest(bus, request, cds_link_begin(bus->port, CDS_HEADER));
+    send_rest(bus, bus->request, cds_link_begin(bus->port, CDS_HEADER));
     return true;
 }
 
 /* It is the first request's turn, but it must wait, for a quiet line or until an old answer can no
  * longer come: for as long as the longest exchange may take. */
-void cds_bus_wait_for_turn_(struct cds_bus *bus)
+ALWAYS_INLINE void wait_for_turn(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
     allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+}
+
+void cds_bus_wait_for_turn_(struct cds_bus *bus)
+{
+    wait_for_turn(bus);
 }
 
 /* The turn of the first request begins, which was found good. */
@@ -606,7 +609,7 @@ ALWAYS_INLINE bool wait_for_quiet(struct cds_bus *bus)
         if (send_if_quiet(bus))
             return true;
         if (bus->flight == CDS_BUS_IDLE) {
-            cds_bus_wait_for_turn_(bus);
+            wait_for_turn(bus);
             return true;
         }
         if (!cds_port_alarm_rings(bus->port) || !is_over(bus))
