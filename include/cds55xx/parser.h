@@ -26,9 +26,8 @@ extern "C" {
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
     CDS_PARSED_STRAY,   // something that begins no packet was taken out
-    CDS_PARSED_REFUTED, // what looked like a packet was none (LENGTH or checksum)
-    CDS_PARSED_HEAD,    // the header, ID, a LENGTH that can be, and ERROR, but not all of it
-    CDS_PARSED_PACKET,  // a whole packet, checksum right, stands there
+    CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
+    CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
 };
 
 /* A search, and the head of the candidate at the ring's tail, once it was found. */
@@ -41,18 +40,22 @@ struct cds_parser {
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
- * which is not among them; none of them if `end` lies behind. To be called again after STRAY and
- * REFUTED; after HEAD, as after MORE, nothing changes before more bytes have come. After PACKET the
- * packet's bytes are cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4; the
- * caller then calls cds_parser_accept(). Takes the longer, the longer the packet: 60 bytes are
- * summed up in 40 us. Consumer's context. */
+ * which is not among them; none of them if `end` lies behind. Returns enum cds_parsed. To be called
+ * again after STRAY and REFUTED; after MORE nothing changes before more bytes have come; after HEAD
+ * it is the caller's turn. Consumer's context. */
 uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
-/* Takes the packet just found out of the ring. Consumer's context. */
-static inline void cds_parser_accept(const struct cds_parser *parser, struct cds_ring *ring)
+/* Does the packet whose head stands at the tail end before the byte with index `end`? Its bytes are
+ * cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4. Consumer's context. */
+static inline bool cds_parser_is_whole(const struct cds_parser *parser, const struct cds_ring *ring,
+                                       uint8_t end)
 {
-    cds_ring_drop(ring, (uint8_t)(parser->length + CDS_AT_LENGTH + 1));
+    return (uint8_t)(end - ring->tail) > (uint8_t)(parser->length + CDS_AT_LENGTH);
 }
+
+/* Takes that packet, which is whole, out of the ring, if its checksum is right: true. Else it was
+ * none, and no more than its first byte is taken out. The longest takes 40 us. Consumer's context. */
+bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring);
 
 #ifdef __cplusplus
 }

@@ -189,20 +189,13 @@ ALWAYS_INLINE bool is_due(const struct cds_bus *bus)
     return bus->parser.error & CDS_ERRORS_OF_PACKET;
 }
 
-/* A packet begins at the ring's tail, unless more must come to know. If it is the reply that is due,
- * it is taken from the next poll on: even what is not whole yet, unless it is cut there. */
-ALWAYS_INLINE bool begin_taking(struct cds_bus *bus, uint8_t parsed,
-                                                               uint8_t cut)
+/* The reply that is due is taken from the next poll on, whether all of it is there or not. */
+ALWAYS_INLINE void begin_taking(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    uint8_t id, length, error, tail;
+    uint8_t tail = bus->link.rx.tail, id = bus->parser.id, length = bus->parser.length,
+            error = bus->parser.error;
 
-    if (parsed < CDS_PARSED_HEAD || (parsed == CDS_PARSED_HEAD && (cut || bus->closing)) ||
-        bus->flight != CDS_BUS_ASKS || !is_due(bus))
-        return false;
-    tail = bus->link.rx.tail, id = bus->parser.id, length = bus->parser.length;
-    error = bus->parser.error;
-    bus->is_whole = (uint8_t)(parsed - CDS_PARSED_HEAD);
     bus->at = (uint8_t)(tail + CDS_AT_PARAMETERS);
     bus->last = (uint8_t)(tail + length + CDS_AT_LENGTH);
     bus->sum = (uint8_t)(id + length + error);
@@ -210,15 +203,6 @@ ALWAYS_INLINE bool begin_taking(struct cds_bus *bus, uint8_t parsed,
     request->id = id;
     request->length = (uint8_t)(length - CDS_LENGTH_MIN);
     request->error = error;
-    return true;
-}
-
-/* A good packet that is not due. */
-ALWAYS_INLINE void pass_over(struct cds_bus *bus)
-{
-    cds_bus_note_undue_(bus);
-    cds_parser_accept(&bus->parser, &bus->link.rx);
-    bus->looked_to = bus->link.rx.tail;
 }
 
 ALWAYS_INLINE void note_refuted(struct cds_bus *bus)
@@ -239,6 +223,28 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
         link->rx.tail = link->whole_from;
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
     bus->failure = CDS_CORRUPT;
+}
+
+/* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there. If
+ * it is the reply that is due, it is taken from the next poll on; another one is noted when it is
+ * whole. False: it depends on bytes that are not there. */
+ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
+{
+    bus->is_whole = cds_parser_is_whole(&bus->parser, &bus->link.rx, end);
+    if (cut && !bus->is_whole)
+        return false;
+    if (bus->flight == CDS_BUS_ASKS && is_due(bus)) {
+        begin_taking(bus);
+        return true;
+    }
+    if (!bus->is_whole)
+        return false;
+    if (cds_parser_take(&bus->parser, &bus->link.rx))
+        cds_bus_note_undue_(bus);
+    else
+        note_refuted(bus);
+    bus->looked_to = bus->link.rx.tail;
+    return true;
 }
 
 /* Is there anything in the ring that was not looked at yet? */
@@ -267,10 +273,8 @@ static ONE_COPY void search(struct cds_bus *bus)
             continue;
         if (parsed == CDS_PARSED_REFUTED)
             return note_refuted(bus);
-        if (begin_taking(bus, parsed, broken))
+        if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
             return;
-        if (parsed == CDS_PARSED_PACKET)
-            return pass_over(bus);
         bus->looked_to = end; // what stands there depends on bytes that have not come
         if (!broken)
             return;

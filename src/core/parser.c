@@ -11,17 +11,6 @@ static inline __attribute__((always_inline)) uint8_t peek(const struct cds_ring 
     return ring->bytes[at & (CDS_RING_SIZE - 1)];
 }
 
-/* Of the `size` bytes from byte `at` of the ring on, at least one. */
-static uint8_t sum_of(const struct cds_ring *ring, uint8_t at, uint8_t size)
-{
-    uint8_t sum = 0;
-
-    do {
-        sum = (uint8_t)(sum + peek(ring, at++));
-    } while (--size);
-    return sum;
-}
-
 CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
     uint8_t tail = ring->tail, count = (uint8_t)(end - tail), id, length;
@@ -53,14 +42,24 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
     if (count == CDS_AT_ERROR)
         return CDS_PARSED_MORE;
     parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
-    if (count <= (uint8_t)(length + CDS_AT_LENGTH))
-        return CDS_PARSED_HEAD;
-    if (sum_of(ring, (uint8_t)(tail + CDS_AT_ID), (uint8_t)(length + 2u)) == SUM_OF_ALL)
-        return CDS_PARSED_PACKET;
-    goto drop;
+    return CDS_PARSED_HEAD;
 stray:
     parser->stray++;
 drop:
     ring->tail = (uint8_t)(tail + 1u);
     return parsed;
+}
+
+CDS_APART bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring)
+{
+    uint8_t tail = ring->tail, at = (uint8_t)(tail + CDS_AT_ID), sum = 0;
+    uint8_t end = (uint8_t)(tail + (parser->length + CDS_AT_LENGTH + 1));
+
+    do {
+        sum = (uint8_t)(sum + peek(ring, at++));
+    } while (at != end);
+    if (sum != SUM_OF_ALL)
+        end = (uint8_t)(tail + 1u);
+    ring->tail = end;
+    return sum == SUM_OF_ALL;
 }
