@@ -25,7 +25,8 @@ extern "C" {
 /* What a step has made of the bytes at the ring's tail. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
-    CDS_PARSED_STRAY,   // something that begins no packet was taken out
+    CDS_PARSED_STRAY,   // a byte that begins no packet was taken out, with the FF before it
+    CDS_PARSED_FF,      // one FF of a header that has more than two was taken out (R27)
     CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
     CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
 };
@@ -36,12 +37,11 @@ struct cds_parser {
     uint8_t id;
     uint8_t length;
     uint8_t error;
-    uint16_t stray; // bytes, each with the FF before it, that began no packet; modulo 65536
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
  * which is not among them; none of them if `end` lies behind. Returns enum cds_parsed. To be called
- * again after STRAY and REFUTED; after MORE nothing changes before more bytes have come; after HEAD
+ * again after STRAY, FF and REFUTED; after MORE nothing changes before more bytes have come; after HEAD
  * it is the caller's turn. Consumer's context. */
 uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 

@@ -122,6 +122,5 @@ void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 
     *out = bus->counters;
     add_up(&bus->link, overfull, out);
-    out->stray = bus->parser.stray;
     out->echo_errors = cds_link_count(&bus->link.echo_errors);
 }

@@ -270,6 +270,8 @@ static ONE_COPY void search(struct cds_bus *bus)
         parsed = cds_parser_step(&bus->parser, &link->rx, end);
         bus->looked_to = link->rx.tail;
         if (parsed == CDS_PARSED_STRAY)
+            cds_bus_count_(&bus->counters.stray);
+        if (parsed == CDS_PARSED_STRAY || parsed == CDS_PARSED_FF)
             continue;
         if (parsed == CDS_PARSED_REFUTED)
             return note_refuted(bus);

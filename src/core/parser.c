@@ -19,17 +19,18 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
     if ((uint8_t)(count - 1u) >= CDS_RING_SIZE)
         return CDS_PARSED_MORE;
     if (peek(ring, tail) != CDS_HEADER)
-        goto stray;
+        goto drop;
     if (count == CDS_AT_ID - 1)
         return CDS_PARSED_MORE;
     if (peek(ring, (uint8_t)(tail + 1)) != CDS_HEADER) {
         tail++;
-        goto stray;
+        goto drop;
     }
     if (count == CDS_AT_ID)
         return CDS_PARSED_MORE;
     id = peek(ring, (uint8_t)(tail + CDS_AT_ID));
-    if (id == CDS_HEADER) // R27: still header; the last two count
+    parsed = CDS_PARSED_FF;
+    if (id == CDS_HEADER)
         goto drop;
     if (count == CDS_AT_LENGTH)
         return CDS_PARSED_MORE;
@@ -43,8 +44,6 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
         return CDS_PARSED_MORE;
     parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
     return CDS_PARSED_HEAD;
-stray:
-    parser->stray++;
 drop:
     ring->tail = (uint8_t)(tail + 1u);
     return parsed;
