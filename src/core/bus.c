@@ -113,10 +113,15 @@ static void cancel_all(struct cds_bus *bus)
 }
 
 /* A byte is ten bits of (baud + 1) / 2 us. */
+static uint16_t byte_time_us(uint8_t baud)
+{
+    return (uint16_t)(5u * (baud + 1u));
+}
+
 static void set_rate(struct cds_bus *bus, uint8_t baud)
 {
     bus->baud = baud;
-    bus->byte_time_us = (uint16_t)(5u * (baud + 1u));
+    bus->byte_time_us = byte_time_us(baud);
 }
 
 /* The line is used, or was not free of doubt. From here on it must be quiet for two byte times, or
@@ -143,7 +148,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->flight = CDS_BUS_IDLE;
     if (again) { // what was asked before may be answered yet
         doubt(bus, CDS_BUS_BUSY);
-        if (bus->quiet_us < CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
+        if (2u * byte_time_us(baud) < CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
             bus->quiet_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
     }
     cds_link_open(&bus->link, port);
