@@ -185,7 +185,6 @@ struct cds_bus {
     uint8_t last_id;            // of the last exchange with a reply due that is over,
     uint8_t last_result;        // and enum cds_result of it
     uint8_t looked_to;          // the ring was searched up to this index
-    uint8_t is_whole;           // of the reply that is taken: all of it was there when it was found
     uint8_t at;                 // ... index of its next byte in the ring,
     uint8_t last;               // and of its checksum
     uint8_t sum;                // ... of its bytes from the ID on

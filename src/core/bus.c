@@ -235,14 +235,13 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
  * whole. False: it depends on bytes that are not there. */
 ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
 {
-    bus->is_whole = cds_parser_is_whole(&bus->parser, &bus->link.rx, end);
-    if (cut && !bus->is_whole)
+    if (cut && !cds_parser_is_whole(&bus->parser, &bus->link.rx, end))
         return false;
     if (bus->flight == CDS_BUS_ASKS && is_due(bus)) {
         begin_taking(bus);
         return true;
     }
-    if (!bus->is_whole)
+    if (!cds_parser_is_whole(&bus->parser, &bus->link.rx, end))
         return false;
     if (cds_parser_take(&bus->parser, &bus->link.rx))
         cds_bus_note_undue_(bus);
@@ -714,7 +713,7 @@ bool cds_bus_poll(struct cds_bus *bus)
     at = bus->at;
     if (end == at)
         return go_on(bus);
-    if (bus->link.broken && !bus->is_whole)
+    if (bus->link.broken && !cds_parser_is_whole(&bus->parser, &bus->link.rx, bus->link.broken_at))
         return look_again(bus);
     return take(bus, at, end);
 }
