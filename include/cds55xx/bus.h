@@ -179,7 +179,7 @@ struct cds_bus {
     uint8_t line;               // enum cds_bus_state
     bool owed;                  // the one given up last may answer until `late_us`:
     uint8_t late_id;            // who that is, or CDS_BROADCAST_ID
-    uint8_t failure;            // CDS_TIMEOUT, or CDS_CORRUPT if something has come damaged
+    bool is_clean;              // nothing of the reply came damaged
     bool closing;               // the deadline is over, and bytes up to this index of the
     uint8_t close_at;           // ring are still looked at
     uint8_t last_id;            // of the last exchange with a reply due that is over,

@@ -213,7 +213,7 @@ ALWAYS_INLINE void begin_taking(struct cds_bus *bus)
 ALWAYS_INLINE void note_refuted(struct cds_bus *bus)
 {
     cds_bus_count_(&bus->counters.refuted);
-    bus->failure = CDS_CORRUPT;
+    bus->is_clean = false;
 }
 
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
@@ -227,7 +227,7 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         link->rx.tail = link->whole_from;
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
-    bus->failure = CDS_CORRUPT;
+    bus->is_clean = false;
 }
 
 /* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there. If
@@ -338,7 +338,7 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     bus->asked = id;
     cds_bus_note_packet_(bus);
     bus->flight = CDS_BUS_TELLS;
-    bus->failure = CDS_TIMEOUT;
+    bus->is_clean = true;
     bus->closing = false;
     bus->looked_to = bus->link.rx.tail;
     if (due == CDS_REPLY_NONE) {
@@ -543,16 +543,19 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 static SELDOM bool fail(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
+    uint8_t result = CDS_TIMEOUT;
 
     request->id = bus->asked;
     request->length = 0;
     request->error = 0;
     if (bus->flight != CDS_BUS_TELLS)
         cds_bus_note_given_up_(bus);
-    if (bus->failure == CDS_CORRUPT)
+    if (!bus->is_clean) {
+        result = CDS_CORRUPT;
         doubt(bus, CDS_BUS_BUSY); // it may be so still
-    cds_bus_note_end_(bus, bus->failure);
-    return cds_bus_repeat_(bus) ? true : finish(bus, bus->failure);
+    }
+    cds_bus_note_end_(bus, result);
+    return cds_bus_repeat_(bus) ? true : finish(bus, result);
 }
 
 /* ... well. */
@@ -713,8 +716,8 @@ bool cds_bus_poll(struct cds_bus *bus)
     at = bus->at;
     if (end == at)
         return go_on(bus);
-    if (bus->link.broken && !cds_parser_is_whole(&bus->parser, &bus->link.rx, bus->link.broken_at))
-        return look_again(bus);
+    if (bus->link.broken && (uint8_t)(bus->link.broken_at - at) <= (uint8_t)(bus->last - at))
+        return look_again(bus); // but what stands before damaged bytes may be all of it
     return take(bus, at, end);
 }
 

@@ -135,7 +135,7 @@ static enum cds_result value_of(const struct cds_request *request, uint8_t index
                                 int32_t *value)
 {
     uint16_t raw;
-    uint8_t byte;
+    uint8_t byte = 0;
     enum cds_result result;
 
     if (width == 1) {
