@@ -174,37 +174,39 @@ struct cds_bus_asked {
 struct cds_bus {
     struct cds_request *request; // in flight, then those that wait, in their order; or NULL
     struct cds_parser parser;
-    uint8_t port;               // number of the bus on its board
-    uint8_t flight;             // enum cds_bus_flight
-    uint8_t line;               // enum cds_bus_state
-    bool owed;                  // the one given up last may answer until `late_us`:
-    uint8_t late_id;            // who that is, or CDS_BROADCAST_ID
-    bool is_clean;              // nothing of the reply came damaged
-    bool closing;               // the deadline is over, and bytes up to this index of the
-    uint8_t close_at;           // ring are still looked at
-    uint8_t last_id;            // of the last exchange with a reply due that is over,
-    uint8_t last_result;        // and enum cds_result of it
-    uint8_t looked_to;          // the ring was searched up to this index
-    uint8_t at;                 // ... index of its next byte in the ring,
-    uint8_t last;               // and of its checksum
-    uint8_t sum;                // ... of its bytes from the ID on
-    uint8_t *to;                // ... where its next parameter goes
-    uint8_t laps;               // how often the alarm rings before its time
-    uint8_t asked;              // who was asked
-    struct cds_bus_asked what;  // and for what
-    uint16_t return_delay_us;            // longest of any servo on this bus
-    uint16_t byte_time_us;               // ten bits
-    uint16_t heard_at;                   // when others were last found using the line, by
-                                         // cds_port_ticks(); of a packet just begun: when
-    uint16_t quiet_us;                   // how long it must be quiet since then
+    uint8_t port;              // number of the bus on its board
+    uint8_t flight;            // enum cds_bus_flight
+    uint8_t line;              // enum cds_bus_state
+    bool owed;                 // the one given up last may answer until `late_us`:
+    uint8_t late_id;           // who that is, or CDS_BROADCAST_ID
+    bool is_clean;             // nothing of the reply came damaged
+    bool closing;              // the deadline is over, and bytes up to this index of the
+    uint8_t close_at;          // ring are still looked at
+    bool has_ended;             // an exchange with a reply due, at this rate: the last one's
+    uint8_t last_id;            // ID,
+    uint8_t last_result;        // and enum cds_result
+    uint8_t looked_to;         // the ring was searched up to this index
+    uint8_t at;                // ... index of its next byte in the ring,
+    uint8_t last;              // and of its checksum
+    uint8_t sum;               // ... of its bytes from the ID on
+    uint8_t *to;               // ... where its next parameter goes
+    uint8_t laps;              // how often the alarm rings before its time
+    uint8_t asked;             // who was asked
+    struct cds_bus_asked what; // and for what
+    uint16_t return_delay_us;  // longest of any servo on this bus
+    uint16_t byte_time_us;     // ten bits
+    uint16_t heard_at;         // when others were last found using the line, by
+                               // cds_port_ticks(); of a packet just begun: when
+    uint16_t quiet_us;         // how long it must be quiet since then
     struct cds_link link;
     uint32_t late_us;             // until then the servo given up last may still answer
     uint8_t baud;                 // register value of its rate
     uint8_t repeats;              // given to each request that bears repeating
     struct cds_counters counters; // `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
-    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer(). From here on not cleared
-    bool has_queue;                    // when opened; by cds_bus_set_queue()
+    struct cds_bus_observer
+        *observer;  // or NULL; by cds_bus_set_observer(). From here on not cleared
+    bool has_queue; // when opened; by cds_bus_set_queue()
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -295,8 +297,8 @@ void cds_bus_note_break_(struct cds_bus *bus); // the stream is broken: before i
 void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
 void cds_bus_count_(uint16_t *counter);
 const struct cds_bus_asked *cds_bus_asked_(const struct cds_bus *bus); // for account.c, repeat.c
-bool cds_bus_repeat_(struct cds_bus *bus);           // is the first request sent once more?
-bool cds_bus_queues_(const struct cds_bus *bus);     // may a request wait behind another one?
+bool cds_bus_repeat_(struct cds_bus *bus);       // is the first request sent once more?
+bool cds_bus_queues_(const struct cds_bus *bus); // may a request wait behind another one?
 struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
 bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent); // first?
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so

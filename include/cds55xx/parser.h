@@ -34,15 +34,15 @@ enum cds_parsed {
 /* A search, and the head of the candidate at the ring's tail, once it was found. */
 struct cds_parser {
     uint8_t longest; // LENGTH above this is refuted at once: 2 to CDS_PARSER_LENGTH_MAX
-    uint8_t id;
-    uint8_t length;
-    uint8_t error;
+    uint8_t id;      // 0 to CDS_BROADCAST_ID
+    uint8_t length;  // LENGTH, 2 to `longest`
+    uint8_t error;   // CDS_ERROR_* bits
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
- * which is not among them; none of them if `end` lies behind. Returns enum cds_parsed. To be called
- * again after STRAY, FF and REFUTED; after MORE nothing changes before more bytes have come; after HEAD
- * it is the caller's turn. Consumer's context. */
+ * which is not among them; none of them if `end` lies before. Returns enum cds_parsed. To be called
+ * again after STRAY, FF and REFUTED; after MORE nothing changes before more bytes have come; after
+ * HEAD it is the caller's turn. Consumer's context. */
 uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
 /* Does the packet whose head stands at the tail end before the byte with index `end`? Its bytes are
@@ -54,7 +54,8 @@ static inline bool cds_parser_is_whole(const struct cds_parser *parser, const st
 }
 
 /* Takes that packet, which is whole, out of the ring, if its checksum is right: true. Else it was
- * none, and no more than its first byte is taken out. The longest takes 40 us. Consumer's context. */
+ * none, and no more than its first byte is taken out. The longest takes 40 us. Consumer's context.
+ */
 bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring);
 
 #ifdef __cplusplus

@@ -21,9 +21,10 @@
 
 /* While servo after servo is read, the bus is polled so often before the rest of a turn is due, if
  * the host says nothing: at 1 Mbps 18 servos of 8 bytes take fewer, and 5 ms. Less if the robot has
- * something to do, too. */
-#define POLLS       1500
-#define POLLS_ROBOT 150
+ * something to do, too, or something of the host's is still to be looked at, which may be Ctrl-X.
+ */
+#define POLLS        1500
+#define POLLS_OTHERS 150
 
 /* So often is the host listened to in a turn while a packet comes in. */
 #define HOST_POLLS 8
@@ -206,7 +207,9 @@ static void poll_console(void)
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
-    uint16_t left = robot_idle(&controller.robot) ? POLLS : POLLS_ROBOT;
+    uint16_t left = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx)
+                        ? POLLS
+                        : POLLS_OTHERS;
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {

@@ -50,6 +50,7 @@ CDS_APART void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
     uint16_t *counter = &bus->counters.timeouts;
 
     if (bus->flight != CDS_BUS_TELLS) {
+        bus->has_ended = true;
         bus->last_id = bus->asked;
         bus->last_result = result;
     }
@@ -67,7 +68,7 @@ CDS_APART void cds_bus_note_undue_(struct cds_bus *bus)
     uint16_t *counter = &bus->counters.foreign;
     uint8_t event = CDS_BUS_FOREIGN, id = bus->parser.id;
 
-    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
+    if (bus->has_ended && (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID)) {
         event = CDS_BUS_LATE;
         counter = &bus->counters.late;
         if (bus->last_result == CDS_OK) {

@@ -144,7 +144,6 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->port = port;
     set_rate(bus, baud);
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
-    bus->last_id = NOBODY;
     bus->flight = CDS_BUS_IDLE;
     if (again) { // what was asked before may be answered yet
         doubt(bus, CDS_BUS_BUSY);
@@ -165,7 +164,7 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     cds_port_open(bus->port, baud);
     set_rate(bus, baud);
     bus->line = CDS_BUS_OK;
-    bus->last_id = NOBODY; // what was asked at the old rate is not answered at this one
+    bus->has_ended = false; // what was asked at the old rate is not answered at this one
     bus->owed = false;
     cds_link_open(&bus->link, bus->port);
     return CDS_OK;
@@ -230,9 +229,9 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
     bus->is_clean = false;
 }
 
-/* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there. If
- * it is the reply that is due, it is taken from the next poll on; another one is noted when it is
- * whole. False: it depends on bytes that are not there. */
+/* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there.
+ * If it is the reply that is due, it is taken from the next poll on; another one is noted when it
+ * is whole. False: it depends on bytes that are not there. */
 ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
 {
     if (cut && !cds_parser_is_whole(&bus->parser, &bus->link.rx, end))
@@ -399,8 +398,8 @@ ALWAYS_INLINE bool is_free(const struct cds_bus *bus)
 /* Sends the first request if the line and old answers let it. */
 ALWAYS_INLINE bool send_if_quiet(struct cds_bus *bus)
 {
-    if (!is_quiet(bus) || (reply_is_due(bus->request) &&
-                           cds_bus_owes_(bus, bus->request->packet.bytes[CDS_AT_ID])))
+    if (!is_quiet(bus) ||
+        (reply_is_due(bus->request) && cds_bus_owes_(bus, bus->request->packet.bytes[CDS_AT_ID])))
         return false;
     send_rest(bus, bus->request, cds_link_begin(bus->port, CDS_HEADER));
     return true;
@@ -540,7 +539,7 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 }
 
 /* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
-static SELDOM bool fail(struct cds_bus *bus)
+static bool fail(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint8_t result = CDS_TIMEOUT;
@@ -591,19 +590,18 @@ static SELDOM bool look_at_deadline(struct cds_bus *bus)
         return true;
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
-        return fail(bus);
+    } else {
+        if (!bus->closing) {
+            bus->closing = true;
+            bus->close_at = bus->link.rx.head;
+            look_again(bus); // what is taken is all there by now, or it is none
+        }
+        if (bus->flight == CDS_BUS_ASKS && heard(bus))
+            search(bus);
+        if (bus->flight != CDS_BUS_ASKS || bus->looked_to != bus->close_at)
+            return true;
     }
-    if (!bus->closing) {
-        bus->closing = true;
-        bus->close_at = bus->link.rx.head;
-        look_again(bus); // what is taken is all there by now, or it is none
-    }
-    if (bus->flight == CDS_BUS_ASKS) {
-        search(bus);
-        if (bus->flight == CDS_BUS_ASKS && bus->looked_to == bus->close_at)
-            return fail(bus);
-    }
-    return true;
+    return fail(bus);
 }
 
 /* Nothing has ended: but is there still time? Asked after the search: what came by then is not

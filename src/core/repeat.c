@@ -36,8 +36,8 @@ uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
     return bus->repeats && bears_repeating(bytes) ? bus->repeats : 0;
 }
 
-/* Parameters of a reply that was not found good may stand in the place of the packet: a READ is built
- * again. False: it could not be. */
+/* Parameters of a reply that was not found good may stand in the place of the packet: a READ is
+ * built again. False: it could not be. */
 static bool restore(const struct cds_bus *bus)
 {
     const struct cds_bus_asked *what = cds_bus_asked_(bus);

@@ -197,7 +197,7 @@ enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster)
 
     CDS_OPAQUE(stop);
     cds_roster_hold(roster, NULL, CDS_HOLD_STOPPED);
-    cds_bus_set_queue(roster->bus, true); // whatever is going on
+    cds_bus_set_queue(roster->bus, true);        // whatever is going on
     cds_bus_cancel(roster->bus, stop->requests); // a look, if it waits: all are to be told first
     stop->roster = roster;
     stop->tries = 0;

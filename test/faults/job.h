@@ -53,7 +53,7 @@ struct __attribute__((packed)) job_outcome {
     uint8_t id;
     uint8_t error;
     uint8_t length;
-    uint8_t spilled;              // bytes of the buffer changed behind both packet and reply
+    uint8_t spilled;              // bytes of the buffer changed behind the packet and the reply due
     uint8_t data[JOB_DATA_MAX];   // as cds_request_byte() gives them
     uint16_t asked, found;        // of a scan
     uint8_t ids[JOB_FOUND_MAX];   // who was found,

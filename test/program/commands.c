@@ -397,6 +397,7 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
     cds_bus_set_return_delay(&bus, 100);
     one_servo();
     units();

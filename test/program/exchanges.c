@@ -85,8 +85,11 @@ static void clean_buffer(void)
 static uint8_t spilled(void)
 {
     uint8_t used = (uint8_t)request.packet.size, count = 0;
+    uint8_t due = request.reply_parameters == CDS_REPLY_NONE ? 0 : request.reply_parameters;
 
-    for (uint8_t i = request.length > used ? request.length : used; i < sizeof(packet); i++)
+    if (due < request.length)
+        due = request.length;
+    for (uint8_t i = due > used ? due : used; i < sizeof(packet); i++)
         if (packet[i] != UNTOUCHED)
             count++;
     return count;

@@ -115,9 +115,9 @@ class Known(unittest.TestCase):
             limits = {row["name"]: row["limit"] for row in csv.DictReader(rows, delimiter="\t")}
             for row in csv.DictReader(over, delimiter="\t"):
                 self.assertGreater(int(row["most"]), int(limits[row["name"]]))
-        status, output, _ = run("--only", "min_flash")
+        status, output, _ = run("--only", "console_flash")
         self.assertEqual(status, 1, output)
-        self.assertEqual(run("--only", "min_flash", "--known")[0], 0)
+        self.assertEqual(run("--only", "console_flash", "--known")[0], 0)
 
 
 class Documents(unittest.TestCase):

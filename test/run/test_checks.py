@@ -117,12 +117,12 @@ class Headers(unittest.TestCase):
     def test_a_struct_and_its_fields(self):
         self.missing("include/cds55xx/feedback.h", "voltage;     // units of 0.1 V", "voltage;",
                      "cds_feedback: what voltage is")
-        self.missing("include/cds55xx/parser.h", "/* How far the candidate", "\n#define X 1\n\n//",
+        self.missing("include/cds55xx/parser.h", "/* A search, and the head", "\n#define X 1\n\n//",
                      "cds_parser: a comment")
 
     def test_the_range_of_an_argument(self):
-        self.missing("include/cds55xx/parser.h", "`longest`: highest\n * LENGTH that can be due, 2 to "
-                     "CDS_PARSER_LENGTH_MAX.", "`longest` is due.", "unit or range of longest")
+        self.missing("include/cds55xx/parser.h", "index `end` (up to the ring's head)", "index `end`",
+                     "unit or range of end")
 
     def test_an_array_that_nothing_is_said_of(self):
         self.missing("include/cds55xx/scan.h", "`bauds`, ", "", "cds_scan_set_bauds: what bauds is")
@@ -145,7 +145,7 @@ class Headers(unittest.TestCase):
         self.missing("src/core/group_move.c", "    move->reason = result;",
                      "    move->reason = CDS_CANCELLED + 0; move->reason = CDS_BUSY;",
                      "cds_group_move_poll: its result CDS_BUSY", "include/cds55xx/group_move.h")
-        begin = "    cds_packet_begin(&request->packet, id, instruction);"
+        begin = "    cds_servo_start_(request, NULL, 0, id, instruction);"
         self.missing("src/core/servo.c", begin, "    if (!bus) return CDS_LINE_BUSY;\n" + begin,
                      "cds_servo_ping: its result CDS_LINE_BUSY", "include/cds55xx/servo.h")
 
@@ -170,7 +170,7 @@ class Headers(unittest.TestCase):
                      'cds_avr_clock_open: no extern "C"')
 
     def test_a_header_that_is_not_cpp(self):
-        self.missing("include/cds55xx/parser.h", "uint8_t sum; ", "uint8_t class; ",
+        self.missing("include/cds55xx/parser.h", "uint8_t longest; ", "uint8_t class; ",
                      "does not compile alone (avr-g++)")
 
 
