@@ -43,7 +43,7 @@ extern "C" {
 
 /* Parameters of a reply that one poll takes, and bytes that begin no packet that it passes over; of
  * packets that are none, or not due, it passes over one. */
-#define CDS_BUS_BYTES_PER_POLL 12
+#define CDS_BUS_BYTES_PER_POLL CDS_PARSER_SKIPPED_MAX
 
 /* State of the line. */
 enum cds_bus_state {
@@ -202,7 +202,7 @@ struct cds_bus {
     uint32_t late_us;             // until then the servo given up last may still answer
     uint8_t baud;                 // register value of its rate
     uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // `echo_errors` stay elsewhere until asked for
+    struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
     struct cds_bus_observer
         *observer;  // or NULL; by cds_bus_set_observer(). From here on not cleared

@@ -22,11 +22,13 @@ extern "C" {
 /* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
+/* Bytes that begin no packet are taken out in one step, so many of them at the most. */
+#define CDS_PARSER_SKIPPED_MAX 12
+
 /* What a step has made of the bytes at the ring's tail. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
-    CDS_PARSED_STRAY,   // a byte that begins no packet was taken out, with the FF before it
-    CDS_PARSED_FF,      // one FF of a header that has more than two was taken out (R27)
+    CDS_PARSED_SKIPPED, // nothing but as many as a step skips that begin no packet
     CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
     CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
 };
@@ -37,13 +39,18 @@ struct cds_parser {
     uint8_t id;      // 0 to CDS_BROADCAST_ID
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
+    uint16_t stray;  // bytes, each with the FF before it, that began no packet; modulo 65536. Of use
+                     // where counters are (bus.h)
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
  * which is not among them; none of them if `end` lies before. Returns enum cds_parsed. To be called
- * again after STRAY, FF and REFUTED; after MORE nothing changes before more bytes have come; after
+ * again after SKIPPED and REFUTED; after MORE nothing changes before more bytes have come; after
  * HEAD it is the caller's turn. Consumer's context. */
 uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+
+/* Hook: a byte begins no packet. */
+void cds_parser_note_stray_(struct cds_parser *parser);
 
 /* Does the packet whose head stands at the tail end before the byte with index `end`? Its bytes are
  * cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4. Consumer's context. */

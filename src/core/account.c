@@ -22,6 +22,11 @@ CDS_APART void cds_bus_count_(uint16_t *counter)
     (*counter)++;
 }
 
+void cds_parser_note_stray_(struct cds_parser *parser)
+{
+    parser->stray++;
+}
+
 void cds_bus_note_sent_(struct cds_bus *bus)
 {
     bus->counters.sent++;
@@ -123,5 +128,6 @@ void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 
     *out = bus->counters;
     add_up(&bus->link, overfull, out);
+    out->stray = bus->parser.stray;
     out->echo_errors = cds_link_count(&bus->link.echo_errors);
 }

@@ -262,9 +262,8 @@ ALWAYS_INLINE uint8_t heard(const struct cds_bus *bus)
 static ONE_COPY void search(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
-    uint8_t steps = CDS_BUS_BYTES_PER_POLL;
 
-    do {
+    for (;;) {
         uint8_t end = bus->closing ? bus->close_at : link->rx.head; // before `broken`: a break
         uint8_t broken = link->broken, parsed;                      // after this lies behind it
 
@@ -272,10 +271,8 @@ static ONE_COPY void search(struct cds_bus *bus)
             end = link->broken_at;
         parsed = cds_parser_step(&bus->parser, &link->rx, end);
         bus->looked_to = link->rx.tail;
-        if (parsed == CDS_PARSED_STRAY)
-            cds_bus_count_(&bus->counters.stray);
-        if (parsed == CDS_PARSED_STRAY || parsed == CDS_PARSED_FF)
-            continue;
+        if (parsed == CDS_PARSED_SKIPPED)
+            return;
         if (parsed == CDS_PARSED_REFUTED)
             return note_refuted(bus);
         if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
@@ -284,7 +281,7 @@ static ONE_COPY void search(struct cds_bus *bus)
         if (!broken)
             return;
         drop_broken(bus);
-    } while (--steps);
+    }
 }
 
 /* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */

@@ -11,42 +11,53 @@ static inline __attribute__((always_inline)) uint8_t peek(const struct cds_ring 
     return ring->bytes[at & (CDS_RING_SIZE - 1)];
 }
 
+/* Instead of that of account.c, where nothing is counted. */
+__attribute__((weak)) void cds_parser_note_stray_(struct cds_parser *parser)
+{
+    (void)parser;
+}
+
 CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
-    uint8_t tail = ring->tail, count = (uint8_t)(end - tail), id, length;
-    uint8_t parsed = CDS_PARSED_STRAY;
+    uint8_t tail = ring->tail, left = CDS_PARSER_SKIPPED_MAX, id, length;
 
-    if ((uint8_t)(count - 1u) >= CDS_RING_SIZE)
-        return CDS_PARSED_MORE;
-    if (peek(ring, tail) != CDS_HEADER)
-        goto drop;
-    if (count == CDS_AT_ID - 1)
-        return CDS_PARSED_MORE;
-    if (peek(ring, (uint8_t)(tail + 1)) != CDS_HEADER) {
-        tail++;
-        goto drop;
-    }
-    if (count == CDS_AT_ID)
-        return CDS_PARSED_MORE;
-    id = peek(ring, (uint8_t)(tail + CDS_AT_ID));
-    parsed = CDS_PARSED_FF;
-    if (id == CDS_HEADER)
-        goto drop;
-    if (count == CDS_AT_LENGTH)
-        return CDS_PARSED_MORE;
-    parser->id = id;
-    length = peek(ring, (uint8_t)(tail + CDS_AT_LENGTH));
-    parser->length = length;
-    parsed = CDS_PARSED_REFUTED;
-    if (length < CDS_LENGTH_MIN || length > parser->longest)
-        goto drop;
-    if (count == CDS_AT_ERROR)
-        return CDS_PARSED_MORE;
-    parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
-    return CDS_PARSED_HEAD;
-drop:
-    ring->tail = (uint8_t)(tail + 1u);
-    return parsed;
+    do {
+        uint8_t count = (uint8_t)(end - tail);
+
+        if ((uint8_t)(count - 1u) >= CDS_RING_SIZE)
+            return CDS_PARSED_MORE;
+        if (peek(ring, tail) != CDS_HEADER)
+            goto stray;
+        if (count == CDS_AT_ID - 1)
+            return CDS_PARSED_MORE;
+        if (peek(ring, (uint8_t)(tail + 1)) != CDS_HEADER) {
+            tail++;
+            goto stray;
+        }
+        if (count == CDS_AT_ID)
+            return CDS_PARSED_MORE;
+        id = peek(ring, (uint8_t)(tail + CDS_AT_ID));
+        if (id == CDS_HEADER) // R27: still header; the last two count
+            goto drop;
+        if (count == CDS_AT_LENGTH)
+            return CDS_PARSED_MORE;
+        parser->id = id;
+        length = peek(ring, (uint8_t)(tail + CDS_AT_LENGTH));
+        parser->length = length;
+        if (length < CDS_LENGTH_MIN || length > parser->longest) {
+            ring->tail = (uint8_t)(tail + 1);
+            return CDS_PARSED_REFUTED;
+        }
+        if (count == CDS_AT_ERROR)
+            return CDS_PARSED_MORE;
+        parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
+        return CDS_PARSED_HEAD;
+    stray:
+        cds_parser_note_stray_(parser);
+    drop:
+        ring->tail = ++tail;
+    } while (--left);
+    return CDS_PARSED_SKIPPED;
 }
 
 CDS_APART bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring)
