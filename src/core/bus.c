@@ -536,7 +536,7 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 }
 
 /* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
-static bool fail(struct cds_bus *bus)
+ALWAYS_INLINE bool fail(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint8_t result = CDS_TIMEOUT;
