@@ -121,8 +121,8 @@ class Headers(unittest.TestCase):
                      "cds_parser: a comment")
 
     def test_the_range_of_an_argument(self):
-        self.missing("include/cds55xx/bus.h", "(`baud` 0 to 254) and listens", "of `baud` and listens",
-                     "unit or range of baud")
+        self.missing("include/cds55xx/bus.h", "`repeats`, 0 to 2;", "`repeats`;",
+                     "unit or range of repeats")
 
     def test_an_array_that_nothing_is_said_of(self):
         self.missing("include/cds55xx/scan.h", "`bauds`, ", "", "cds_scan_set_bauds: what bauds is")
