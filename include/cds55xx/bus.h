@@ -182,11 +182,11 @@ struct cds_bus {
     bool is_clean;             // nothing of the reply came damaged
     bool closing;              // the deadline is over, and bytes up to this index of the
     uint8_t close_at;          // ring are still looked at
-    bool has_ended;             // an exchange with a reply due, at this rate: the last one's
-    uint8_t last_id;            // ID,
-    uint8_t last_result;        // and enum cds_result
+    bool has_ended;            // an exchange with a reply due, since the bus was opened at this
+    uint8_t last_id;           // rate: ID of the last one,
+    uint8_t last_result;       // and enum cds_result
     uint8_t looked_to;         // the ring was searched up to this index
-    uint8_t at;                // ... index of its next byte in the ring,
+    uint8_t at;                // of the reply that is taken: index of its next byte in the ring,
     uint8_t last;              // and of its checksum
     uint8_t sum;               // ... of its bytes from the ID on
     uint8_t *to;               // ... where its next parameter goes
@@ -204,9 +204,9 @@ struct cds_bus {
     uint8_t repeats;              // given to each request that bears repeating
     struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
-    struct cds_bus_observer
-        *observer;  // or NULL; by cds_bus_set_observer(). From here on not cleared
-    bool has_queue; // when opened; by cds_bus_set_queue()
+    // what follows stays when a bus is opened again:
+    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
+    bool has_queue;                    // by cds_bus_set_queue()
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
@@ -242,18 +242,25 @@ void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_d
  * before a repeat. */
 void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 
-/* Lets requests wait behind the one in flight, each for its turn. `on`: false, from
- * zeroed storage on, refuses what is submitted meanwhile as CDS_BUSY; a program that never says
- * true does not pay for a queue. What needs one (cycle.h and so on) says true by itself. */
+/* Gives the bus a queue (true), in which requests wait behind the one in flight for their turn, or
+ * takes it away: then, as from zeroed storage on, what is submitted meanwhile is refused as
+ * CDS_BUSY. A program that never asks for a queue does not pay for one. What sends beside others
+ * asks for it by itself: cycle.h, watch.h, stop.h. What has steps of its own, as scan.h or
+ * group_read.h, needs one if others submit too; without it a step may end it as CDS_BUSY. Before or
+ * after cds_bus_open(), which leaves it as it is. */
 void cds_bus_set_queue(struct cds_bus *bus, bool on);
 
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
  * else in its turn, after those submitted before it that are as urgent, or more so.
  * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
- * already; nothing was touched. CDS_BAD_ARGUMENT: no bus is open, the packet was never ended, or
+ * already, and nothing was touched; or another one is, and the bus has no queue
+ * (cds_bus_set_queue()). CDS_BAD_ARGUMENT: no bus is open, the packet was never ended, or
  * reply_parameters is above CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer.
  * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer does not admit it (roster.h). All but the
  * first: nothing was sent.
+ *
+ * A reply's parameters take the packet's place as they come. So a request whose reply has some must
+ * be built again before it is submitted again, however it has ended; repeats see to that.
  *
  * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
@@ -286,8 +293,9 @@ static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
 }
 
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
- * observer, those of repeat.c if it calls cds_bus_set_repeats(), and those of late.c if it sets a
- * return delay; else they do nothing, and cost nothing. */
+ * observer, those of repeat.c if it calls cds_bus_set_repeats(), that of asked.c with either of the
+ * two, those of queue.c if it calls cds_bus_set_queue(), and those of late.c if it sets a return
+ * delay; else they do nothing, and cost nothing. */
 bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
 void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request

@@ -1,4 +1,4 @@
-/* The exchange in flight and the queue behind it; see bus.h. */
+/* The exchange in flight; see bus.h. */
 #include "cds55xx/bus.h"
 
 #include <stddef.h>
@@ -20,7 +20,8 @@
 /* Part of the one or two that call it, whichever bus that is. */
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
 
-/* What a program does not use: account.c, repeat.c and late.c have those that do something. */
+/* What a program does not use: account.c, asked.c, late.c, queue.c and repeat.c have those that do
+ * something. Here, so that the linker looks for none of those. */
 #define UNUSED __attribute__((weak))
 
 UNUSED bool cds_bus_is_watched_(const struct cds_bus *bus)
@@ -424,7 +425,8 @@ ONE_COPY void cds_bus_begin_turn_(struct cds_bus *bus)
 
 static bool poll_idle(struct cds_bus *bus);
 
-/* It is not its turn yet, as far as is known. */
+/* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for an old
+ * answer, if not only for what the observer says. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
@@ -439,11 +441,10 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     request->result = CDS_PENDING;
     if (!cds_bus_insert_(bus, request, request->urgent))
         return CDS_OK;
-    if (cds_bus_is_watched_(bus)) { // it is only now that it was found good
-        cds_bus_begin_turn_(bus);
-    } else {
+    if (cds_bus_is_watched_(bus))
+        cds_bus_begin_turn_(bus); // that it is good is known only now
+    else
         poll_idle(bus);
-    }
     return CDS_OK;
 }
 
@@ -563,11 +564,7 @@ CDS_APART static bool end_well(struct cds_bus *bus)
     bus->flight = CDS_BUS_IDLE;
     bus->request = next;
     request->result = CDS_OK;
-    if (next)
-        return go_further(bus, request);
-    if (request->on_end)
-        return go_further(bus, request);
-    return false;
+    return next || request->on_end ? go_further(bus, request) : false;
 }
 
 /* What was taken is looked at as any other bytes, from the next poll on; if more must not come, it
@@ -676,7 +673,7 @@ static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
     return go_on(bus);
 }
 
-/* No reply is taken yet. Four bytes say nothing. */
+/* No reply is taken yet. Of one that may be due the first four bytes say nothing. */
 CDS_APART static bool poll_other(struct cds_bus *bus)
 {
     uint8_t flight = bus->flight;
