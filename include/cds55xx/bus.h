@@ -309,6 +309,7 @@ bool cds_bus_repeat_(struct cds_bus *bus);       // is the first request sent on
 bool cds_bus_queues_(const struct cds_bus *bus); // may a request wait behind another one?
 struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
 bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent); // first?
+void cds_bus_begin_first_(struct cds_bus *bus);                // ... and begins, or waits
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
 void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due
 bool cds_bus_owes_(struct cds_bus *bus, uint8_t id); // may an old answer of this one still come?

@@ -423,8 +423,6 @@ ONE_COPY void cds_bus_begin_turn_(struct cds_bus *bus)
         cds_bus_wait_for_turn_(bus);
 }
 
-static bool poll_idle(struct cds_bus *bus);
-
 /* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for an old
  * answer, if not only for what the observer says. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
@@ -439,12 +437,8 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
-    if (!cds_bus_insert_(bus, request, request->urgent))
-        return CDS_OK;
-    if (cds_bus_is_watched_(bus))
-        cds_bus_begin_turn_(bus); // that it is good is known only now
-    else
-        poll_idle(bus);
+    if (cds_bus_insert_(bus, request, request->urgent))
+        cds_bus_begin_first_(bus);
     return CDS_OK;
 }
 
@@ -633,6 +627,12 @@ static SELDOM bool poll_idle(struct cds_bus *bus)
     if (bus->flight != CDS_BUS_CLOSED)
         is_quiet(bus);
     return false;
+}
+
+/* The first request is a new one. Where nobody judges, what a poll does will do. */
+UNUSED void cds_bus_begin_first_(struct cds_bus *bus)
+{
+    poll_idle(bus);
 }
 
 /* All of a reply has come, and its checksum makes the sum wrong. True. */
