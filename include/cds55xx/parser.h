@@ -39,8 +39,8 @@ struct cds_parser {
     uint8_t id;      // 0 to CDS_BROADCAST_ID
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
-    uint16_t stray;  // bytes, each with the FF before it, that began no packet; modulo 65536. Of use
-                     // where counters are (bus.h)
+    uint16_t stray; // bytes, each with the FF before it, that began no packet; modulo 65536. Of use
+                    // where counters are (bus.h)
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),

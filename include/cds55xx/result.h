@@ -14,7 +14,7 @@
       "check power, wiring, ID and baud rate of the servo")                                        \
     X(CDS_CORRUPT, 3, "reply damaged",                                                             \
       "look for two servos with one ID, another baud rate, or noise on the line")                  \
-    X(CDS_BUSY, 4, "request busy", "wait until what is in flight has ended, then submit it again")      \
+    X(CDS_BUSY, 4, "request busy", "wait until what is in flight has ended, then submit it again") \
     X(CDS_BAD_ARGUMENT, 5, "argument out of range", "see the range in the header or in the help")  \
     X(CDS_NO_ROOM, 6, "packet too long",                                                           \
       "send fewer bytes or servos at once (LENGTH ends at 254), or enlarge the buffer")            \

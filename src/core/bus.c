@@ -423,8 +423,8 @@ ONE_COPY void cds_bus_begin_turn_(struct cds_bus *bus)
         cds_bus_wait_for_turn_(bus);
 }
 
-/* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for an old
- * answer, if not only for what the observer says. */
+/* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for an
+ * old answer, if not only for what the observer says. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
