@@ -278,10 +278,10 @@ uint8_t cds_bus_begin_(struct cds_bus *bus);
 uint8_t cds_bus_begin_judged_(struct cds_bus *bus); // ... of what the observer has admitted already
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
-/* The first request, which was found good, has its turn: it is sent if the line and old answers let
- * it, else it waits for them. */
-void cds_bus_begin_turn_(struct cds_bus *bus);
-void cds_bus_wait_for_turn_(struct cds_bus *bus); // ... from the next poll on
+/* The first request, which was found good, is sent if the line and old answers let it, else it
+ * waits for them. False: it has waited for too long. */
+bool cds_bus_begin_turn_(struct cds_bus *bus);
+void cds_bus_wait_for_turn_(struct cds_bus *bus); // from the next poll on
 
 /* What is due for the packet that has begun, and by when: the first poll sees to that. */
 void cds_bus_expect_(struct cds_bus *bus);
@@ -309,7 +309,6 @@ bool cds_bus_repeat_(struct cds_bus *bus);       // is the first request sent on
 bool cds_bus_queues_(const struct cds_bus *bus); // may a request wait behind another one?
 struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
 bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent); // first?
-void cds_bus_begin_first_(struct cds_bus *bus);                // ... and begins, or waits
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
 void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due
 bool cds_bus_owes_(struct cds_bus *bus, uint8_t id); // may an old answer of this one still come?

@@ -17,11 +17,6 @@ uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
     return (uint8_t)bus->observer->admit(bus->observer, request);
 }
 
-void cds_bus_begin_first_(struct cds_bus *bus)
-{
-    cds_bus_begin_turn_(bus); // it was found good just now
-}
-
 CDS_APART void cds_bus_count_(uint16_t *counter)
 {
     (*counter)++;

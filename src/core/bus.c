@@ -358,9 +358,8 @@ static uint16_t passed_us(uint16_t from)
 
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
  * two byte times; low for so long without a byte is no use of it but a fault. */
-static ONE_COPY bool is_quiet(struct cds_bus *bus)
+static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
 {
-    bool high = cds_port_line_is_high(bus->port);
     uint8_t line = bus->line;
 
     if (bus->owed)
@@ -371,14 +370,17 @@ static ONE_COPY bool is_quiet(struct cds_bus *bus)
         search(bus);
         line = CDS_BUS_BUSY;
     } else if (line == CDS_BUS_OK) {
-        if (high)
+        if (cds_port_line_is_high(bus->port))
             return true;
         line = CDS_BUS_BUSY;
-    } else if (high || line != CDS_BUS_FAULT) {
+    } else if (cds_port_line_is_high(bus->port) || line != CDS_BUS_FAULT) {
         if (passed_us(bus->heard_at) < bus->quiet_us)
             return false;
-        bus->line = high ? CDS_BUS_OK : CDS_BUS_FAULT;
-        return high;
+        if (cds_port_line_is_high(bus->port)) {
+            bus->line = CDS_BUS_OK;
+            return true;
+        }
+        line = CDS_BUS_FAULT;
     }
     doubt(bus, line);
     return false;
@@ -416,11 +418,17 @@ void cds_bus_wait_for_turn_(struct cds_bus *bus)
     wait_for_turn(bus);
 }
 
-/* The turn of the first request begins, which was found good. */
-ONE_COPY void cds_bus_begin_turn_(struct cds_bus *bus)
+/* The first request, which was found good, is sent or waits for that. False: it has waited for too
+ * long. */
+ONE_COPY bool cds_bus_begin_turn_(struct cds_bus *bus)
 {
-    if (!send_if_quiet(bus))
-        cds_bus_wait_for_turn_(bus);
+    if (send_if_quiet(bus))
+        return true;
+    if (bus->flight == CDS_BUS_IDLE)
+        wait_for_turn(bus);
+    else if (cds_port_alarm_rings(bus->port) && is_over(bus))
+        return false;
+    return true;
 }
 
 /* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for an
@@ -438,7 +446,7 @@ static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
         return result;
     request->result = CDS_PENDING;
     if (cds_bus_insert_(bus, request, request->urgent))
-        cds_bus_begin_first_(bus);
+        cds_bus_begin_turn_(bus);
     return CDS_OK;
 }
 
@@ -599,19 +607,13 @@ ALWAYS_INLINE bool go_on(struct cds_bus *bus)
     return cds_port_alarm_rings(bus->port) ? look_at_deadline(bus) : true;
 }
 
-/* The first request waits for a quiet line, or begins to. */
-ALWAYS_INLINE bool wait_for_quiet(struct cds_bus *bus)
+/* The first request waits for its turn. */
+ALWAYS_INLINE bool wait_on(struct cds_bus *bus)
 {
     uint8_t result = cds_bus_judge_(bus, bus->request);
 
     if (result == CDS_OK) {
-        if (send_if_quiet(bus))
-            return true;
-        if (bus->flight == CDS_BUS_IDLE) {
-            wait_for_turn(bus);
-            return true;
-        }
-        if (!cds_port_alarm_rings(bus->port) || !is_over(bus))
+        if (cds_bus_begin_turn_(bus))
             return true;
         cds_bus_count_(&bus->counters.unsent);
         result = CDS_LINE_BUSY;
@@ -623,16 +625,10 @@ ALWAYS_INLINE bool wait_for_quiet(struct cds_bus *bus)
 static SELDOM bool poll_idle(struct cds_bus *bus)
 {
     if (bus->request)
-        return wait_for_quiet(bus);
+        return wait_on(bus);
     if (bus->flight != CDS_BUS_CLOSED)
         is_quiet(bus);
     return false;
-}
-
-/* The first request is a new one. Where nobody judges, what a poll does will do. */
-UNUSED void cds_bus_begin_first_(struct cds_bus *bus)
-{
-    poll_idle(bus);
 }
 
 /* All of a reply has come, and its checksum makes the sum wrong. True. */
