@@ -134,6 +134,9 @@ uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t
 
 bool cds_port_alarm_rings(uint8_t port)
 {
+    if (port_fake.late)
+        cds_link_on_tx_complete(port_fake.late, port);
+    port_fake.late = NULL;
     port_fake.clock_reads++;
     (void)line(port);
     port_fake.now_us += port_fake.us_per_reading;

@@ -42,6 +42,7 @@ struct port_fake {
     uint16_t us_per_reading; // how far the clock moves on whenever it is asked
     bool low;                // somebody holds the line low
     struct cds_link *eager;  // if set: its packets are on the line before talk returns
+    struct cds_link *late;   // if set: its "complete" was held up, until the alarm is asked
 };
 
 extern struct port_fake port_fake;

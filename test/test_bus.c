@@ -793,6 +793,19 @@ void test_no_reply_due_ends_when_the_driver_is_released(void)
     TEST_ASSERT_EQUAL_UINT16(1, counters().ok);
 }
 
+/* A handler of the program's own took until the deadline, amid a poll that had seen the driver talk
+ * yet. */
+void test_no_reply_due_is_sent_though_its_end_was_seen_at_the_deadline(void)
+{
+    submit_broadcast_action();
+    assert_pending();
+    TEST_ASSERT_TRUE(port_fake_drain(&bus.link, PORT));
+    port_fake.now_us += 10000;
+    port_fake.late = &bus.link;
+    assert_pending();
+    assert_ended(CDS_OK);
+}
+
 void test_no_reply_due_gives_no_value(void)
 {
     uint8_t value = 0xAA;

@@ -587,6 +587,8 @@ static SELDOM bool look_at_deadline(struct cds_bus *bus)
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);
     } else {
+        if (bus->flight == CDS_BUS_TELLS)
+            return true; // it has left just now, and the next poll finds it so
         if (!bus->closing) {
             bus->closing = true;
             bus->close_at = bus->link.rx.head;
