@@ -255,6 +255,20 @@ void test_an_urgent_request_overtakes_one_that_waits_for_silence(void)
     assert_answered(&request, 5);
 }
 
+/* What another has waited so far is not taken from its time. */
+void test_an_urgent_request_that_overtakes_one_has_all_its_time_to_wait(void)
+{
+    port_fake.low = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    port_fake.now_us += WAIT_US;
+    other.urgent = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+    poll_at(WAIT_US - 1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
+    poll_at(1);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
+}
+
 /* The main loop was away until the time to wait was over; the line has been silent since. */
 void test_a_late_poll_that_finds_silence_sends(void)
 {

@@ -27,7 +27,10 @@ bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t u
         place = &(*place)->next;
     request->next = *place;
     *place = request;
-    return place == &bus->request;
+    if (place != &bus->request)
+        return false;
+    bus->flight = CDS_BUS_IDLE; // what time is left is of the one that has waited so far
+    return true;
 }
 
 /* Behind a bad end a poll has done enough, and the next one looks whether the line is quiet. If the
