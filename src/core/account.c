@@ -111,6 +111,8 @@ void cds_bus_note_break_(struct cds_bus *bus)
 
 void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer)
 {
+    if (bus->flight == CDS_BUS_BEGUN)
+        cds_bus_expect_(bus); // what has begun keeps what it has begun with
     bus->observer = observer;
 }
 
