@@ -325,6 +325,67 @@ void test_reply_that_would_not_fit_the_buffer_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
 }
 
+void test_a_bus_without_a_queue_refuses_what_would_wait(void)
+{
+    uint8_t other_buffer[8];
+    struct cds_request other = CDS_REQUEST(other_buffer);
+
+    cds_bus_set_queue(&bus, false);
+    ping(5);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&other.packet, 6));
+    other.urgent = CDS_URGENT_FIRST;
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_submit(&bus, &other));
+    TEST_ASSERT_NOT_EQUAL(CDS_PENDING, other.result);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_cancel(&bus, &other));
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().sent);
+}
+
+void test_of_any_length_more_may_come_than_is_counted_on(void)
+{
+    uint8_t room[CDS_REPLY_ANY], most[CDS_REPLY_ANY];
+
+    memset(most, 0x11, sizeof most);
+    request = (struct cds_request)CDS_REQUEST(room);
+    request.any_length = true;
+    submit_ping(5);
+    transmit();
+    port_fake_answer(&bus.link, 5, 0, most, sizeof most);
+    port_fake_look(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(sizeof most, request.length);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(most, room, sizeof most);
+    request.packet.room--; // a byte of the longest would stand behind it
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&request.packet, 5));
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
+}
+
+/* A packet that does not fit the ring never gets whole, and a reply like that has no room. */
+void test_what_is_longer_than_the_ring_is_none(void)
+{
+    static const uint8_t head[] = {0xFF, 0xFF, 5, CDS_PARSER_LENGTH_MAX + 1, 0};
+    uint8_t room[CDS_REPLY_ANY], longest[CDS_REPLY_ANY] = {0};
+
+    hear(head, sizeof head);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().refuted);
+    request = (struct cds_request)CDS_REQUEST(room);
+    request.any_length = true;
+    submit_ping(5);
+    transmit();
+    hear(head, sizeof head);
+    assert_pending();
+    TEST_ASSERT_EQUAL_UINT16(2, counters().refuted);
+    assert_ends_at(PING_DEADLINE_US, CDS_CORRUPT);
+    port_fake.now_us += 1000;
+    cds_bus_poll(&bus);
+    port_fake_answer(&bus.link, 6, 0, longest, sizeof longest);
+    for (uint8_t i = 0; i < 12; i++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
+}
+
 /* Neither call waits for anything: the clock stands still, and each looks at it once at most. */
 void test_nothing_waits_while_the_clock_stands_still(void)
 {
@@ -513,6 +574,31 @@ void test_only_wrong_ids_time_out(void)
     assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
     TEST_ASSERT_EQUAL_UINT16(3, counters().foreign);
     TEST_ASSERT_EQUAL_UINT16(0, counters().refuted);
+}
+
+void test_wrong_id_is_told_from_damage_while_it_comes(void)
+{
+    static const uint8_t foreign[] = {0xFF, 0xFF, 0x06, 0x02, 0x00, 0xF7};
+
+    ping(5);
+    for (uint8_t i = 0; i < sizeof foreign; i++) {
+        hear(foreign + i, 1);
+        assert_pending();
+    }
+    assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().refuted);
+}
+
+void test_wrong_id_with_a_wrong_checksum_is_corrupt(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 0x06, 0x02, 0x00, 0xF6};
+
+    ping(5);
+    hear(damaged, sizeof damaged);
+    assert_ends_at(PING_DEADLINE_US, CDS_CORRUPT);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().foreign);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().refuted);
 }
 
 void test_wrong_id_with_error_bits_is_no_reply(void)
@@ -1008,14 +1094,13 @@ void test_a_read_of_more_than_is_due_is_sent_again_as_it_was(void)
     port_fake_look(&bus);
 }
 
-/* What is no READ cannot be built again. */
-void test_what_is_lost_amid_its_reply_is_not_sent_again(void)
+/* The packet in `buffer` is sent, and is lost amid its reply. */
+static void assert_not_sent_again(void)
 {
     request.repeats = 1;
     request.reply_parameters = 2;
     request.any_length = true;
     request.packet.room = CDS_REPLY_ANY;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&request.packet, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
     transmit();
     for (uint8_t i = 0; i < 7; i++) {
@@ -1024,6 +1109,17 @@ void test_what_is_lost_amid_its_reply_is_not_sent_again(void)
     }
     port_fake.now_us += WORD_DEADLINE_US;
     assert_ended(CDS_TIMEOUT);
+}
+
+/* What is no READ cannot be built again. */
+void test_what_is_lost_amid_its_reply_is_not_sent_again(void)
+{
+    static const uint8_t on = 1;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&request.packet, 5));
+    assert_not_sent_again();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_write(&request.packet, 5, 0x19, &on, 1)); // as long as one
+    assert_not_sent_again();
 }
 
 static struct cds_bus_news told;
@@ -1049,6 +1145,35 @@ void test_opening_again_keeps_the_observer(void)
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     cds_bus_set_queue(&bus, true);
     TEST_ASSERT_TRUE(cds_bus_is_watched_(&bus));
+    cds_bus_set_observer(&bus, NULL);
+}
+
+/* Also if part of an answer was taken. */
+void test_the_news_of_a_broadcast_that_failed_are_of_all_who_were_asked(void)
+{
+    struct cds_bus_observer observer = {.admit = admit_all, .on_news = keep_news};
+
+    cds_bus_set_observer(&bus, &observer);
+    ping(CDS_BROADCAST_ID);
+    hear(pong, sizeof pong - 1);
+    assert_pending();
+    port_fake.now_us += PING_DEADLINE_US;
+    assert_ended(CDS_TIMEOUT);
+    TEST_ASSERT_EQUAL(CDS_BUS_ENDED, told.event);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, told.id);
+    TEST_ASSERT_TRUE(bus.late_id == CDS_BROADCAST_ID); // any of them may answer yet
+    cds_bus_set_observer(&bus, NULL);
+}
+
+/* It was not asked. */
+void test_an_observer_that_comes_amid_an_exchange_does_not_change_its_deadline(void)
+{
+    struct cds_bus_observer observer = {.admit = admit_all, .on_news = keep_news};
+
+    submit_ping(5);
+    cds_bus_set_observer(&bus, &observer);
+    transmit();
+    assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
     cds_bus_set_observer(&bus, NULL);
 }
 
@@ -1250,6 +1375,7 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
     // so many parameters each time, the noise before the first
     TEST_ASSERT_EQUAL_UINT8(50 / CDS_BUS_BYTES_PER_POLL, polls);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT16(0, counters().foreign); // what is taken is not searched
 }
 
 void test_what_comes_after_the_deadline_holds_nothing_up(void)
@@ -1321,6 +1447,19 @@ void test_index_past_the_reply_gives_no_value(void)
     TEST_ASSERT_EQUAL(CDS_REFUSED, cds_request_word(&request, 255, &word));
     TEST_ASSERT_EQUAL_HEX8(0x12, byte);
     TEST_ASSERT_EQUAL_HEX16(0xAAAA, word);
+}
+
+void test_a_word_is_found_by_its_index(void)
+{
+    static const uint8_t parameters[] = {1, 2, 3, 4};
+    uint16_t word = 0;
+
+    submit_read(5, sizeof parameters);
+    transmit();
+    port_fake_answer(&bus.link, 5, 0, parameters, sizeof parameters);
+    assert_ended(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_request_word(&request, 2, &word));
+    TEST_ASSERT_EQUAL_HEX16(0x0403, word);
 }
 
 void test_counters_of_one_exchange_of_each_kind(void)

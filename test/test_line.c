@@ -89,6 +89,17 @@ void test_a_line_heard_from_is_busy_until_two_byte_times_are_silent(void)
     assert_answered(&request, 5);
 }
 
+void test_part_of_a_packet_does_not_keep_the_line_busy(void)
+{
+    static const uint8_t part[] = {0xFF, 0xFF, 9, 4, 0, 1};
+
+    port_fake_hear(&bus.link, part, sizeof part);
+    poll_at(0);
+    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    poll_at(QUIET_US);
+    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+}
+
 void test_every_byte_begins_the_silence_anew(void)
 {
     noise();
