@@ -852,6 +852,7 @@ void test_broadcast_ping_is_answered_behind_one_more_FF(void)
 
 void test_packet_that_was_never_ended_is_refused(void)
 {
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request)); // nor begun
     cds_packet_begin(&request.packet, 5, CDS_PING);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request));
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[PORT]);

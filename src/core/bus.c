@@ -487,7 +487,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    if (request->packet.size > CDS_LENGTH_MAX + CDS_AT_INSTRUCTION)
+    if ((uint16_t)(request->packet.size - CDS_PACKET_SIZE(0)) > CDS_LENGTH_MAX - CDS_LENGTH_MIN)
         return CDS_BAD_ARGUMENT;
     if (due != CDS_REPLY_NONE) {
         if (due > CDS_REPLY_MAX)
