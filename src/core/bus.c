@@ -88,6 +88,7 @@ UNUSED bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, ui
 {
     (void)urgent;
     bus->request = request;
+    request->next = NULL;
     return true;
 }
 
