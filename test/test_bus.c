@@ -850,6 +850,28 @@ void test_broadcast_ping_is_answered_behind_one_more_FF(void)
     TEST_ASSERT_EQUAL_UINT16(0, counters().refuted);
 }
 
+/* The packet of the next call stands where the value stood. */
+void test_a_refused_request_gives_no_old_value(void)
+{
+    static uint8_t other_buffer[8];
+    struct cds_request other = CDS_REQUEST(other_buffer);
+    uint16_t value = 0x5A5A;
+
+    assert_next_is_ok();
+    cds_bus_set_queue(&bus, false);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&other.packet, 6));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    request.reply_parameters = 2;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&request.packet, 5, 0x24, 2));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_request_word(&request, 0, &value));
+    TEST_ASSERT_EQUAL_HEX16(0x5A5A, value);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    port_fake.now_us += 1000;
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+}
+
 void test_packet_that_was_never_ended_is_refused(void)
 {
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request)); // nor begun

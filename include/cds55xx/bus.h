@@ -69,14 +69,14 @@ enum cds_bus_state {
 struct cds_request {
     struct cds_packet packet; // the instruction packet; then the reply's parameters in its buffer
     void (*on_end)(struct cds_request *); // called from cds_bus_poll() when it has ended, or NULL;
-                                          // it may submit again
+                                          // it may submit again, a READ built anew
     void *owner;                          // the caller's, for on_end
     struct cds_request *next;             // the bus's own
-    uint16_t return_delay_us;             // the longest this servo waits; set by submit or,
-                                          // of one that waits unwatched, when it begins
+    uint16_t return_delay_us;             // the longest this servo waits; by whoever judges, or
+                                          // set when it has begun
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
-    uint8_t repeats; // how often it may still be sent again if no good reply comes; of use where
-                     // cds_bus_set_repeats() is
+    uint8_t repeats; // how often it may still be sent again if no good reply comes: set by the
+                     // calls of servo.h, where cds_bus_set_repeats() is used, and counted down
     uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
     bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
                      // says how long one may last
@@ -259,8 +259,9 @@ void cds_bus_set_queue(struct cds_bus *bus, bool on);
  * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer does not admit it (roster.h). All but the
  * first: nothing was sent.
  *
- * A reply's parameters take the packet's place as they come. So a request whose reply has some must
- * be built again before it is submitted again, however it has ended; repeats see to that.
+ * Any result but CDS_OK, of the call or of the request, and the fields of a reply mean nothing. Its
+ * parameters take the packet's place as they come. So a request whose reply has some must be built
+ * again before it is submitted again, however it has ended.
  *
  * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each

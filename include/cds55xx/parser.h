@@ -3,8 +3,8 @@
  *
  * A packet is examined where it lies, and leaves the ring only when it is accepted or refuted. A
  * refuted one loses no more than its first byte: the search goes on right after it, so a header
- * inside a damaged packet is never lost. Nothing is kept from step to step but what stands in the
- * ring.
+ * inside a damaged packet is never lost. The search keeps nothing from step to step: it begins anew
+ * at the ring's tail.
  */
 #ifndef CDS_PARSER_H
 #define CDS_PARSER_H
@@ -39,8 +39,8 @@ struct cds_parser {
     uint8_t id;      // 0 to CDS_BROADCAST_ID
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
-    uint16_t stray; // bytes, each with the FF before it, that began no packet; modulo 65536. Of use
-                    // where counters are (bus.h)
+    uint16_t stray;  // bytes that began no packet, one FF and the byte behind it as one; modulo
+                    // 65536. Of use where counters are (bus.h)
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
@@ -61,7 +61,7 @@ static inline bool cds_parser_is_whole(const struct cds_parser *parser, const st
 }
 
 /* Takes that packet, which is whole, out of the ring, if its checksum is right: true. Else it was
- * none, and no more than its first byte is taken out. The longest takes 40 us. Consumer's context.
+ * none, and no more than its first byte is taken out. The longest takes 50 us. Consumer's context.
  */
 bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring);
 

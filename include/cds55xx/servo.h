@@ -3,7 +3,7 @@
  * Each call builds its packet in the request's buffer and submits it. They return
  *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING
  *   CDS_BUSY          this very request is on its way already: nothing was touched; or another one
- *                     is, and the bus has no queue
+ *                     is, and the bus has no queue (cds_bus_set_queue())
  *   CDS_BAD_ARGUMENT  ID, address or length out of range: nothing is sent
  *   CDS_NO_ROOM       the request's buffer is too small for the packet or its reply
  *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD

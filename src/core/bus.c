@@ -436,13 +436,14 @@ ONE_COPY bool cds_bus_begin_turn_(struct cds_bus *bus)
  * old answer, if not only for what the observer says. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t result;
+    uint8_t result = CDS_BAD_ARGUMENT;
 
-    if (bus->flight == CDS_BUS_CLOSED)
-        return CDS_BAD_ARGUMENT;
-    if (bus->request && !cds_bus_queues_(bus))
-        return CDS_BUSY;
-    result = cds_bus_judge_(bus, request);
+    if (bus->flight != CDS_BUS_CLOSED) {
+        result = CDS_BUSY;
+        if (!bus->request || cds_bus_queues_(bus))
+            result = cds_bus_judge_(bus, request);
+    }
+    request->result = result; // of old, there is no value where the packet was built anew
     if (result != CDS_OK)
         return result;
     request->result = CDS_PENDING;
