@@ -1018,6 +1018,19 @@ void test_good_reply_after_one_with_a_wrong_checksum_is_taken(void)
     TEST_ASSERT_EQUAL_UINT8(5, request.id);
 }
 
+/* When all that is skipped in a poll is all there was before it. */
+void test_damage_behind_as_much_noise_as_a_poll_skips_is_corrupt(void)
+{
+    static const uint8_t noise[CDS_PARSER_SKIPPED_MAX] = {0};
+
+    ping(5);
+    assert_pending();
+    port_fake.now_us += PING_DEADLINE_US;
+    hear(noise, sizeof noise);
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+    assert_ended(CDS_CORRUPT);
+}
+
 void test_a_damaged_last_byte_is_corrupt(void)
 {
     read_word();
@@ -1407,7 +1420,7 @@ void test_what_comes_after_the_deadline_holds_nothing_up(void)
     port_fake.now_us += PING_DEADLINE_US;
     for (uint8_t i = 0; i < 60; i++)
         cds_link_on_rx(&bus.link, 0, 0);
-    for (uint8_t polls = 0; polls < 59 / CDS_BUS_BYTES_PER_POLL; polls++) {
+    for (uint8_t polls = 0; polls < 59 / CDS_PARSER_SKIPPED_MAX; polls++) {
         assert_pending();
         for (uint8_t j = 0; j < 40; j++)
             cds_link_on_rx(&bus.link, 0, 0);
@@ -1423,7 +1436,7 @@ void test_what_comes_while_the_exchange_is_closed_is_late(void)
     port_fake.now_us += PING_DEADLINE_US;
     for (uint8_t i = 0; i < 30; i++)
         cds_link_on_rx(&bus.link, 0, 0);
-    for (uint8_t polls = 0; polls < 30 / CDS_BUS_BYTES_PER_POLL; polls++)
+    for (uint8_t polls = 0; polls < 30 / CDS_PARSER_SKIPPED_MAX; polls++)
         assert_pending();
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
@@ -1530,7 +1543,7 @@ void test_every_byte_too_many_is_counted(void)
         for (uint8_t i = 0; i < CDS_RING_SIZE + 3; i++)
             cds_link_on_rx(&bus.link, 0, 0);
         TEST_ASSERT_EQUAL_UINT16(3 * (looks + 1), counters().ring_overflows);
-        for (uint8_t polls = 0; polls <= CDS_RING_SIZE / CDS_BUS_BYTES_PER_POLL; polls++)
+        for (uint8_t polls = 0; polls <= CDS_RING_SIZE / CDS_PARSER_SKIPPED_MAX; polls++)
             cds_bus_poll(&bus);
         TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&bus.link.rx));
     }

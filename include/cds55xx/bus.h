@@ -41,9 +41,9 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* Parameters of a reply that one poll takes, and bytes that begin no packet that it passes over; of
- * packets that are none, or not due, it passes over one. */
-#define CDS_BUS_BYTES_PER_POLL CDS_PARSER_SKIPPED_MAX
+/* Parameters of a reply that one poll takes. What is looked for in it: CDS_PARSER_SKIPPED_MAX bytes
+ * that begin no packet are passed over, or one packet that is none, or not due. */
+#define CDS_BUS_BYTES_PER_POLL 12
 
 /* State of the line. */
 enum cds_bus_state {
@@ -333,8 +333,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 
 /* Moves the exchange in flight on and begins the next; to be called from the main loop, as often as
  * it turns. Ends at most one exchange and calls its on_end. Returns true while there is work.
- * Called late it loses nothing: what came is parsed before the deadline is judged,
- * CDS_BUS_BYTES_PER_POLL in each poll. */
+ * Called late it loses nothing: what came is parsed before the deadline is judged, no
+ * more than above in each poll. */
 bool cds_bus_poll(struct cds_bus *bus);
 
 /* Was servo `id` (0 to 253, or CDS_BROADCAST_ID) the last to be given up, and so soon that it may

@@ -28,7 +28,7 @@ extern "C" {
 /* What a step has made of the bytes at the ring's tail. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
-    CDS_PARSED_SKIPPED, // nothing but as many as a step skips that begin no packet
+    CDS_PARSED_SKIPPED, // as many as a step skips begin no packet, and there are more
     CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
     CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
 };
@@ -40,7 +40,7 @@ struct cds_parser {
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
     uint16_t stray;  // bytes that began no packet, one FF and the byte behind it as one; modulo
-                    // 65536. Of use where counters are (bus.h)
+                     // 65536. Of use where counters are (bus.h)
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),

@@ -19,27 +19,29 @@ __attribute__((weak)) void cds_parser_note_stray_(struct cds_parser *parser)
 
 CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
-    uint8_t tail = ring->tail, left = CDS_PARSER_SKIPPED_MAX, id, length;
+    uint8_t tail = ring->tail, steps = CDS_PARSER_SKIPPED_MAX + 1, id, length;
 
-    do {
-        uint8_t count = (uint8_t)(end - tail);
+    for (;;) {
+        int8_t more = (int8_t)(end - tail - 1); // bytes, behind the first
 
-        if ((uint8_t)(count - 1u) >= CDS_RING_SIZE)
+        if (more < 0)
             return CDS_PARSED_MORE;
+        if (--steps == 0)
+            return CDS_PARSED_SKIPPED;
         if (peek(ring, tail) != CDS_HEADER)
             goto stray;
-        if (count == CDS_AT_ID - 1)
+        if (more == 0)
             return CDS_PARSED_MORE;
         if (peek(ring, (uint8_t)(tail + 1)) != CDS_HEADER) {
             tail++;
             goto stray;
         }
-        if (count == CDS_AT_ID)
+        if (more == CDS_AT_ID - 1)
             return CDS_PARSED_MORE;
         id = peek(ring, (uint8_t)(tail + CDS_AT_ID));
         if (id == CDS_HEADER) // R27: still header; the last two count
             goto drop;
-        if (count == CDS_AT_LENGTH)
+        if (more == CDS_AT_LENGTH - 1)
             return CDS_PARSED_MORE;
         parser->id = id;
         length = peek(ring, (uint8_t)(tail + CDS_AT_LENGTH));
@@ -48,7 +50,7 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
             ring->tail = (uint8_t)(tail + 1);
             return CDS_PARSED_REFUTED;
         }
-        if (count == CDS_AT_ERROR)
+        if (more == CDS_AT_ERROR - 1)
             return CDS_PARSED_MORE;
         parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
         return CDS_PARSED_HEAD;
@@ -56,8 +58,7 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
         cds_parser_note_stray_(parser);
     drop:
         ring->tail = ++tail;
-    } while (--left);
-    return CDS_PARSED_SKIPPED;
+    }
 }
 
 CDS_APART bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring)
