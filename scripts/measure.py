@@ -201,7 +201,8 @@ def absent():
 def polls():
     rows = []
     for faults in [[], ["flip out every 4 3"], ["flip out every 5 9"], ["noise 3000"],
-                   ["babble headers"], ["babble random"]]:
+                   ["babble headers"], ["babble random"],
+                   *(["insert out every 0 0xFF"] * count for count in range(6, 10))]:
         options = [word for fault in faults for word in ("--fault", fault)]
         run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
                   servos="1-50")
@@ -289,6 +290,9 @@ def cycle50(seconds=60):
     run = Run("bench/cycle8", "--mark", "B0", "--seconds", str(seconds + 10), servos="1-50",
               eeprom=[seconds, n])
     run.check(run.figure["failed"] == 0, "READs failed")
+    goals = [first for first, _, size, *_ in run.sent if size == 8 + 5 * 50]
+    late = [first - 4000 * MHZ * i for i, first in enumerate(goals)]
+    run.check(max(late) - min(late) < 20 * MHZ, "goals are not on time")
     return shares(run, "cycle50", seconds)
 
 

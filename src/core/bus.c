@@ -387,13 +387,13 @@ static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
     return false;
 }
 
-/* Is there nothing to be waited for? A request waits only where the observer, the line or an old
- * answer make it. */
-ALWAYS_INLINE bool is_free(const struct cds_bus *bus)
+/* Puts the header of a packet on the wire, unless the line or an old answer make it wait: then 0.
+ */
+ALWAYS_INLINE uint8_t begin_if_quiet(const struct cds_bus *bus)
 {
-    if (bus->flight != CDS_BUS_IDLE || (uint8_t)(bus->line | bus->owed) || heard(bus))
-        return false;
-    return cds_port_line_is_high(bus->port);
+    if ((uint8_t)(bus->line | bus->owed) || heard(bus) || !cds_port_line_is_high(bus->port))
+        return 0;
+    return cds_link_begin(bus->port, CDS_HEADER);
 }
 
 /* Sends the first request if the line and old answers let it. */
@@ -460,7 +460,7 @@ static bool has_room(const struct cds_request *request, uint8_t parameters)
 
 ALWAYS_INLINE uint8_t begin_if_free(struct cds_bus *bus)
 {
-    return is_free(bus) ? cds_link_begin(bus->port, CDS_HEADER) : 0;
+    return bus->flight == CDS_BUS_IDLE ? begin_if_quiet(bus) : 0;
 }
 
 ONE_COPY uint8_t cds_bus_begin_(struct cds_bus *bus)
@@ -559,16 +559,37 @@ ALWAYS_INLINE bool fail(struct cds_bus *bus)
     return cds_bus_repeat_(bus) ? true : finish(bus, result);
 }
 
-/* ... well. */
-CDS_APART static bool end_well(struct cds_bus *bus)
+/* ... well: `next` is the first now. */
+ALWAYS_INLINE void note_good(struct cds_bus *bus, struct cds_request *request,
+                             struct cds_request *next)
 {
-    struct cds_request *request = bus->request, *next = cds_bus_next_of_(request);
-
     cds_bus_note_end_(bus, CDS_OK);
     bus->flight = CDS_BUS_IDLE;
     bus->request = next;
     request->result = CDS_OK;
-    return next || request->on_end ? go_further(bus, request) : false;
+}
+
+/* Another one waits. Unless somebody must be told first, its header is on the wire before anything
+ * else is done. */
+CDS_APART static bool end_before(struct cds_bus *bus, struct cds_request *request,
+                                 struct cds_request *next)
+{
+    uint8_t begun = cds_bus_is_watched_(bus) ? 0 : begin_if_quiet(bus);
+
+    note_good(bus, request, next);
+    if (begun)
+        send_rest(bus, next, begun);
+    return go_further(bus, request);
+}
+
+CDS_APART static bool end_well(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request, *next = cds_bus_next_of_(request);
+
+    if (next)
+        return end_before(bus, request, next);
+    note_good(bus, request, NULL);
+    return request->on_end ? go_further(bus, request) : false;
 }
 
 /* What was taken is looked at as any other bytes, from the next poll on; if more must not come, it

@@ -3,8 +3,8 @@
  * many seconds as the first byte of the EEPROM says; the second one is the return delay, register
  * 0x05.
  *
- * The library is called when a packet has left, when most of a reply has come, when the rest has,
- * and when a period begins; PB0 is high while it runs. */
+ * One packet is on the wire, and the next waits behind it in the bus's queue. PB0 is high while the
+ * library runs. */
 #include <cds55xx/group.h>
 
 #include <string.h>
@@ -18,8 +18,9 @@
 #define PERIOD_TICKS (4000u * TICKS_PER_US)
 #define REPLY        CDS_PACKET_SIZE(BYTES)
 #define READ_US      ((CDS_PACKET_SIZE(2) + REPLY) * 10u)
-#define SLACK_US     14 // for our own work before and behind a READ
-#define MOST         9  // bytes of a reply: taken while the next three come
+#define GAP_TICKS    (4u * TICKS_PER_US) // two READs take so much longer, for our own work
+#define HEAD         6                   // bytes of a reply with which it is known to be one
+#define FEW          2                   // more of them, taken while as many come
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -32,13 +33,13 @@ static struct cds_request requests[2] = {CDS_REQUEST(read_packets[0]),
                                          CDS_REQUEST(read_packets[1])};
 static uint8_t feedback[SERVOS][BYTES];
 
-static uint8_t front;       // packet that is sent next
-static bool built;          // it is whole
-static uint8_t turn;        // servo that is read next, by requests[turn & 1]
-static bool reading;        // the one before it
-static uint16_t read_ticks; // a READ takes
-static uint16_t begins;     // a period, by the timer
-static uint8_t due, step;   // library's turn: head of the ring when it is, then so much further on
+static uint8_t front;                              // goals that are sent next
+static uint8_t id = 1;                             // servo that is asked next
+static uint8_t asked;                              // how many READs are under way: 0 to 2,
+static struct cds_request *on_wire = &requests[0]; // the first of them,
+static uint8_t *values = feedback[0];              // and where its values go
+static int16_t read_ticks;                         // a READ takes
+static uint16_t begins;                            // a period, by the timer
 static uint32_t periods, missed, reads, failed;
 
 /* Goals of the next period into the packet that is not on the wire. */
@@ -58,10 +59,35 @@ static void build(void)
         cds_group_sync_add_goal(to, (uint8_t)(i + 1), 256 + position, 300);
         unmark(MARK_WHOLE);
     }
-    built = true;
 }
 
-static void begin_period(uint16_t now)
+static struct cds_request *other(const struct cds_request *request)
+{
+    return request == &requests[0] ? &requests[1] : &requests[0];
+}
+
+/* One more READ, behind what is on the wire. */
+static void ask(void)
+{
+    enum cds_result result;
+
+    mark(MARK_WHOLE);
+    result =
+        cds_servo_read(&bus, asked ? other(on_wire) : on_wire, id, CDS_REG_PRESENT_POSITION, BYTES);
+    unmark(MARK_WHOLE);
+    failed += result != CDS_OK;
+    id = id == SERVOS ? 1 : (uint8_t)(id + 1);
+    asked++;
+}
+
+/* Until a period begins, in ticks. */
+static int16_t left(void)
+{
+    return (int16_t)(begins - TCNT1);
+}
+
+/* The goals are on their way, and behind them a READ. */
+static void begin_period(void)
 {
     enum cds_result result;
 
@@ -70,92 +96,88 @@ static void begin_period(uint16_t now)
     unmark(MARK_WHOLE);
     failed += result != CDS_OK;
     front ^= 1;
-    built = false;
     periods++;
     begins += PERIOD_TICKS;
-    while ((int16_t)(now - begins) >= 0) {
+    while (left() <= 0) {
         missed++;
         begins += PERIOD_TICKS;
     }
+    ask();
 }
 
-static void begin_read(void)
+/* What `request` has brought; the bus is at work on the next. */
+static void take(const struct cds_request *request)
 {
-    enum cds_result result;
-
-    mark(MARK_WHOLE);
-    result = cds_servo_read(&bus, &requests[turn & 1], (uint8_t)(turn + 1),
-                            CDS_REG_PRESENT_POSITION, BYTES);
-    unmark(MARK_WHOLE);
-    failed += result != CDS_OK;
-    due = (uint8_t)(bus.link.rx.head + MOST);
-    step = 3;
-    reading = true;
-    turn++;
-    if (turn == SERVOS)
-        turn = 0;
-}
-
-/* What servo `index` has said; the bus is at work on the next. */
-static void take(uint8_t index)
-{
-    const struct cds_request *request = &requests[index & 1];
-
-    failed += request->result != CDS_OK || request->length != BYTES;
-    memcpy(feedback[index], request->packet.bytes, BYTES);
+    memcpy(values, request->packet.bytes, BYTES);
+    if (request->result != CDS_OK || request->length != BYTES)
+        failed++;
     reads++;
+    values += BYTES;
+    if (values == feedback[SERVOS])
+        values = feedback[0];
+    asked--;
 }
 
-/* The bus is idle. */
-static void go_on(void)
+/* Until a packet has left, or `due` bytes of a reply have come; but not for long. */
+static void wait(uint8_t due)
 {
-    bool ended = reading;
-    uint8_t index = (uint8_t)((turn ? turn : SERVOS) - 1);
-    uint16_t now = TCNT1;
+    uint8_t spins = 0;
 
-    reading = false;
-    if ((int16_t)(begins - now) >= (int16_t)read_ticks)
-        begin_read();
-    else if ((int16_t)(now - begins) >= 0 && built)
-        begin_period(now);
-    if (ended)
-        take(index);
-}
-
-static bool is_time(void)
-{
-    return (int16_t)(TCNT1 - begins) >= 0;
-}
-
-/* Until a packet has left, `due` bytes of a reply have come, or a period begins. */
-static void wait(void)
-{
-    if (bus.link.state != CDS_LINK_LISTENING) {
-        while (bus.link.state != CDS_LINK_LISTENING) {
-        }
-        return;
+    while (bus.link.state != CDS_LINK_LISTENING) {
     }
-    while (!reading || (int8_t)(bus.link.rx.head - due) < 0)
-        if (is_time())
-            return;
-    due = (uint8_t)(due + step);
-    step = 1;
+    while ((int8_t)(bus.link.rx.head - due) < 0 && --spins) {
+    }
+}
+
+static void poll(void)
+{
+    mark(MARK_WHOLE);
+    cds_bus_poll(&bus);
+    unmark(MARK_WHOLE);
+}
+
+/* The library is called when a packet has begun, when it has left and `bytes` of the reply have
+ * come, and for each few more. */
+static void see_through(const struct cds_request *request, uint8_t bytes)
+{
+    uint8_t due = (uint8_t)(bus.link.rx.head + bytes);
+
+    poll();
+    while (request->result == CDS_PENDING) {
+        wait(due);
+        poll();
+        due = (uint8_t)(due + FEW);
+    }
+}
+
+/* READs, one on the wire and one behind it, as long as they are over before the next period. */
+static void read_on(void)
+{
+    int16_t time = left(); // the first has just begun
+
+    while (asked) {
+        const struct cds_request *request = on_wire;
+
+        if (time >= 2 * read_ticks)
+            ask();
+        see_through(request, HEAD);
+        time = left();
+        on_wire = other(on_wire);
+        take(request);
+    }
 }
 
 static void run(uint32_t until)
 {
-    bool busy = false;
-
+    build();
     begins = TCNT1 + PERIOD_TICKS;
-    while (busy || periods + missed < until) {
-        if (!busy)
-            go_on();
-        if (!built)
-            build();
-        wait();
-        mark(MARK_WHOLE);
-        busy = cds_bus_poll(&bus);
-        unmark(MARK_WHOLE);
+    while (periods + missed < until) {
+        while (left() > 0) {
+        }
+        begin_period();
+        build();
+        see_through(&goals[front ^ 1], 0);
+        read_on();
     }
 }
 
@@ -167,7 +189,7 @@ int main(void)
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, delay);
     bench_wait(&bus);
     cds_bus_set_return_delay(&bus, (uint16_t)(2 * delay));
-    read_ticks = (uint16_t)((READ_US + 2u * delay + SLACK_US) * TICKS_PER_US);
+    read_ticks = (int16_t)((READ_US + 2u * delay) * TICKS_PER_US + GAP_TICKS);
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     bench_wait(&bus);
     run((uint32_t)PERIODS * bench_option(0));
