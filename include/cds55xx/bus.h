@@ -179,7 +179,6 @@ struct cds_bus {
     uint8_t line;              // enum cds_bus_state
     bool owed;                 // the one given up last may answer until `late_us`:
     uint8_t late_id;           // who that is, or CDS_BROADCAST_ID
-    bool is_clean;             // nothing of the reply came damaged
     bool closing;              // the deadline is over, and bytes up to this index of the
     uint8_t close_at;          // ring are still looked at
     bool has_ended;            // an exchange with a reply due, since the bus was opened at this
@@ -199,11 +198,12 @@ struct cds_bus {
                                // cds_port_ticks(); of a packet just begun: when
     uint16_t quiet_us;         // how long it must be quiet since then
     struct cds_link link;
-    uint32_t late_us;             // until then the servo given up last may still answer
-    uint8_t baud;                 // register value of its rate
-    uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
-    uint8_t overfull;             // how often the stream broke for want of room, modulo 256
+    uint32_t late_us; // until then the servo given up last may still answer
+    uint8_t baud;     // register value of its rate
+    uint8_t repeats;  // given to each request that bears repeating
+    struct cds_counters
+        counters;     // `refuted`, `stray` and `echo_errors` stay elsewhere until asked for
+    uint8_t overfull; // how often the stream broke for want of room, modulo 256
     // what follows stays when a bus is opened again:
     struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
     bool has_queue;                    // by cds_bus_set_queue()

@@ -28,8 +28,7 @@ extern "C" {
 /* What a step has made of the bytes at the ring's tail. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
-    CDS_PARSED_SKIPPED, // as many as a step skips begin no packet, and there are more
-    CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
+    CDS_PARSED_SKIPPED, // as many as a step skips begin no packet, or what looked like one was none
     CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
 };
 
@@ -39,18 +38,21 @@ struct cds_parser {
     uint8_t id;      // 0 to CDS_BROADCAST_ID
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
-    uint16_t stray;  // bytes that began no packet, one FF and the byte behind it as one; modulo
-                     // 65536. Of use where counters are (bus.h)
+    bool is_clean;   // nothing was refuted since the caller has set this
+    // Modulo 65536, and of use where counters are (bus.h):
+    uint16_t refuted; // would-be packets of a wrong LENGTH or checksum
+    uint16_t stray;   // bytes that began no packet, one FF and the byte behind it as one
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
  * which is not among them; none of them if `end` lies before. Returns enum cds_parsed. To be called
- * again after SKIPPED and REFUTED; after MORE nothing changes before more bytes have come; after
- * HEAD it is the caller's turn. Consumer's context. */
+ * again after SKIPPED; after MORE nothing changes before more bytes have come; after HEAD it is the
+ * caller's turn. Consumer's context. */
 uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
-/* Hook: a byte begins no packet. */
+/* Hooks: a byte begins no packet; what looked like a packet was none. */
 void cds_parser_note_stray_(struct cds_parser *parser);
+void cds_parser_note_refuted_(struct cds_parser *parser);
 
 /* Does the packet whose head stands at the tail end before the byte with index `end`? Its bytes are
  * cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4. Consumer's context. */
@@ -63,7 +65,10 @@ static inline bool cds_parser_is_whole(const struct cds_parser *parser, const st
 /* Takes that packet, which is whole, out of the ring, if its checksum is right: true. Else it was
  * none, and no more than its first byte is taken out. The longest takes 50 us. Consumer's context.
  */
-bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring);
+bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring);
+
+/* What stands at the tail is no packet: its first byte is taken out. Consumer's context. */
+void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring);
 
 #ifdef __cplusplus
 }

@@ -211,12 +211,6 @@ ALWAYS_INLINE void begin_taking(struct cds_bus *bus)
     request->error = error;
 }
 
-ALWAYS_INLINE void note_refuted(struct cds_bus *bus)
-{
-    cds_bus_count_(&bus->counters.refuted);
-    bus->is_clean = false;
-}
-
 /* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
  * first to the last of them goes, and the search begins anew behind it. */
 ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
@@ -228,7 +222,7 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         link->rx.tail = link->whole_from;
     } while (link->broken); // broken again meanwhile: then its first mark is not the first
-    bus->is_clean = false;
+    bus->parser.is_clean = false;
 }
 
 /* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there.
@@ -236,18 +230,18 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
  * is whole. False: it depends on bytes that are not there. */
 ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
 {
-    if (cut && !cds_parser_is_whole(&bus->parser, &bus->link.rx, end))
+    bool whole = cds_parser_is_whole(&bus->parser, &bus->link.rx, end);
+
+    if (cut && !whole)
         return false;
     if (bus->flight == CDS_BUS_ASKS && is_due(bus)) {
         begin_taking(bus);
         return true;
     }
-    if (!cds_parser_is_whole(&bus->parser, &bus->link.rx, end))
+    if (!whole)
         return false;
     if (cds_parser_take(&bus->parser, &bus->link.rx))
         cds_bus_note_undue_(bus);
-    else
-        note_refuted(bus);
     bus->looked_to = bus->link.rx.tail;
     return true;
 }
@@ -266,17 +260,18 @@ static ONE_COPY void search(struct cds_bus *bus)
     struct cds_link *link = &bus->link;
 
     for (;;) {
-        uint8_t end = bus->closing ? bus->close_at : link->rx.head; // before `broken`: a break
-        uint8_t broken = link->broken, parsed;                      // after this lies behind it
+        uint8_t end = bus->closing ? bus->close_at : link->rx.head; // read first: what breaks
+        uint8_t broken = link->broken, at = link->broken_at;        // meanwhile lies behind it
+        uint8_t parsed;
 
+        if ((int8_t)(end - at) < 0)
+            broken = CDS_LINK_WHOLE; // as far as is looked at
         if (broken)
-            end = link->broken_at;
+            end = at;
         parsed = cds_parser_step(&bus->parser, &link->rx, end);
         bus->looked_to = link->rx.tail;
         if (parsed == CDS_PARSED_SKIPPED)
             return;
-        if (parsed == CDS_PARSED_REFUTED)
-            return note_refuted(bus);
         if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
             return;
         bus->looked_to = end; // what stands there depends on bytes that have not come
@@ -336,7 +331,7 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     bus->asked = id;
     cds_bus_note_packet_(bus);
     bus->flight = CDS_BUS_TELLS;
-    bus->is_clean = true;
+    bus->parser.is_clean = true;
     bus->closing = false;
     bus->looked_to = bus->link.rx.tail;
     if (due == CDS_REPLY_NONE) {
@@ -551,7 +546,7 @@ ALWAYS_INLINE bool fail(struct cds_bus *bus)
     request->error = 0;
     if (bus->flight != CDS_BUS_TELLS)
         cds_bus_note_given_up_(bus);
-    if (!bus->is_clean) {
+    if (!bus->parser.is_clean) {
         result = CDS_CORRUPT;
         doubt(bus, CDS_BUS_BUSY); // it may be so still
     }
@@ -659,8 +654,7 @@ static SELDOM bool poll_idle(struct cds_bus *bus)
 /* All of a reply has come, and its checksum makes the sum wrong. True. */
 static SELDOM bool refute(struct cds_bus *bus)
 {
-    note_refuted(bus);
-    cds_ring_drop(&bus->link.rx, 1);
+    cds_parser_refute(&bus->parser, &bus->link.rx);
     return look_again(bus);
 }
 

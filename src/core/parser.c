@@ -17,6 +17,18 @@ __attribute__((weak)) void cds_parser_note_stray_(struct cds_parser *parser)
     (void)parser;
 }
 
+__attribute__((weak)) void cds_parser_note_refuted_(struct cds_parser *parser)
+{
+    (void)parser;
+}
+
+CDS_APART void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring)
+{
+    ring->tail++;
+    parser->is_clean = false;
+    cds_parser_note_refuted_(parser);
+}
+
 CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
     uint8_t tail = ring->tail, steps = CDS_PARSER_SKIPPED_MAX + 1, id, length;
@@ -47,8 +59,8 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
         length = peek(ring, (uint8_t)(tail + CDS_AT_LENGTH));
         parser->length = length;
         if (length < CDS_LENGTH_MIN || length > parser->longest) {
-            ring->tail = (uint8_t)(tail + 1);
-            return CDS_PARSED_REFUTED;
+            cds_parser_refute(parser, ring);
+            return CDS_PARSED_SKIPPED;
         }
         if (more == CDS_AT_ERROR - 1)
             return CDS_PARSED_MORE;
@@ -61,16 +73,18 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
     }
 }
 
-CDS_APART bool cds_parser_take(const struct cds_parser *parser, struct cds_ring *ring)
+CDS_APART bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring)
 {
-    uint8_t tail = ring->tail, at = (uint8_t)(tail + CDS_AT_ID), sum = 0;
-    uint8_t end = (uint8_t)(tail + (parser->length + CDS_AT_LENGTH + 1));
+    uint8_t at = (uint8_t)(ring->tail + CDS_AT_ID), sum = 0;
+    uint8_t end = (uint8_t)(ring->tail + parser->length + CDS_AT_LENGTH + 1);
 
     do {
         sum = (uint8_t)(sum + peek(ring, at++));
     } while (at != end);
-    if (sum != SUM_OF_ALL)
-        end = (uint8_t)(tail + 1u);
+    if (sum != SUM_OF_ALL) {
+        cds_parser_refute(parser, ring);
+        return false;
+    }
     ring->tail = end;
-    return sum == SUM_OF_ALL;
+    return true;
 }
