@@ -313,37 +313,51 @@ static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request 
     return CDS_OK;
 }
 
-/* What is due for the packet that has begun, and by when. */
-ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
+/* A reply is due, and nothing of it was taken: all that has come is looked at, from the next poll
+ * on. True. */
+static SELDOM bool look(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    uint8_t *bytes = request->packet.bytes;
+
+    bus->flight = CDS_BUS_ASKS;
+    bus->to = request->packet.bytes;
+    request->id = bus->asked;
+    request->length = 0;
+    request->error = 0;
+    return true;
+}
+
+/* By when the reply must be here, if one is due, and how long it may be. */
+ALWAYS_INLINE void set_deadline(struct cds_bus *bus, struct cds_request *request)
+{
     uint16_t size = request->packet.size, return_delay_us = bus->return_delay_us;
-    uint8_t due = request->reply_parameters, id = bytes[CDS_AT_ID];
+    uint8_t due = request->reply_parameters;
 
     if (cds_bus_is_watched_(bus))
         return_delay_us = request->return_delay_us; // the observer was asked
     request->return_delay_us = return_delay_us;
-    request->id = id;
-    request->length = 0;
-    request->error = 0;
-    bus->to = bytes;
-    bus->asked = id;
-    cds_bus_note_packet_(bus);
-    bus->flight = CDS_BUS_TELLS;
-    bus->parser.is_clean = true;
-    bus->closing = false;
-    bus->looked_to = bus->link.rx.tail;
     if (due == CDS_REPLY_NONE) {
+        bus->flight = CDS_BUS_TELLS;
         return_delay_us = 0;
     } else { // no servo sends more than it was asked for
-        bus->flight = CDS_BUS_ASKS;
         bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN);
         if (request->any_length)
             bus->parser.longest = CDS_PARSER_LENGTH_MAX;
         size = (uint16_t)(size + CDS_PACKET_SIZE(due));
     }
     allow(bus, bus->heard_at, size, return_delay_us);
+}
+
+/* What is due for the packet that has begun. */
+ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
+{
+    bus->asked = bus->request->packet.bytes[CDS_AT_ID];
+    cds_bus_note_packet_(bus);
+    look(bus);
+    bus->parser.is_clean = true;
+    bus->closing = false;
+    bus->looked_to = bus->link.rx.tail;
+    set_deadline(bus, bus->request);
 }
 
 /* How long ago was that moment, of the last 32 ms? */
@@ -538,12 +552,8 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
 /* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
 ALWAYS_INLINE bool fail(struct cds_bus *bus)
 {
-    struct cds_request *request = bus->request;
     uint8_t result = CDS_TIMEOUT;
 
-    request->id = bus->asked;
-    request->length = 0;
-    request->error = 0;
     if (bus->flight != CDS_BUS_TELLS)
         cds_bus_note_given_up_(bus);
     if (!bus->parser.is_clean) {
@@ -587,15 +597,6 @@ CDS_APART static bool end_well(struct cds_bus *bus)
     return request->on_end ? go_further(bus, request) : false;
 }
 
-/* What was taken is looked at as any other bytes, from the next poll on; if more must not come, it
- * may be whole by now. True. */
-static SELDOM bool look_again(struct cds_bus *bus)
-{
-    bus->to = bus->request->packet.bytes;
-    bus->flight = CDS_BUS_ASKS;
-    return true;
-}
-
 /* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and
  * nothing behind it, or a line never quiet would let the deadline slip. */
 static SELDOM bool look_at_deadline(struct cds_bus *bus)
@@ -610,7 +611,7 @@ static SELDOM bool look_at_deadline(struct cds_bus *bus)
         if (!bus->closing) {
             bus->closing = true;
             bus->close_at = bus->link.rx.head;
-            look_again(bus); // what is taken is all there by now, or it is none
+            look(bus); // what is taken is all there by now, or it is none
         }
         if (bus->flight == CDS_BUS_ASKS && heard(bus))
             search(bus);
@@ -655,37 +656,7 @@ static SELDOM bool poll_idle(struct cds_bus *bus)
 static SELDOM bool refute(struct cds_bus *bus)
 {
     cds_parser_refute(&bus->parser, &bus->link.rx);
-    return look_again(bus);
-}
-
-/* Takes the reply that is due from byte `at` of the ring on, up to byte `end`, at least one of
- * them. */
-static bool take(struct cds_bus *bus, uint8_t at, uint8_t end)
-{
-    uint8_t last = bus->last, sum = bus->sum;
-    uint8_t *to = bus->to;
-
-    if ((uint8_t)(end - at) > CDS_BUS_BYTES_PER_POLL)
-        end = (uint8_t)(at + CDS_BUS_BYTES_PER_POLL);
-    do {
-        uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
-
-        sum = (uint8_t)(sum + byte);
-        if (at == last) {
-            if (sum != UINT8_MAX) // the checksum is ~ of the rest
-                return refute(bus);
-            at++;
-            bus->link.rx.tail = at;
-            bus->looked_to = at;
-            return end_well(bus);
-        }
-        at++;
-        *to++ = byte;
-    } while (at != end);
-    bus->sum = sum;
-    bus->at = at;
-    bus->to = to;
-    return go_on(bus);
+    return look(bus);
 }
 
 /* No reply is taken yet. Of one that may be due the first four bytes say nothing. */
@@ -709,23 +680,53 @@ CDS_APART static bool poll_other(struct cds_bus *bus)
     return true;
 }
 
+/* Takes the reply that is due as far as it is there. */
+ALWAYS_INLINE bool take(struct cds_bus *bus)
+{
+    uint8_t at, last = bus->last;
+
+    do {
+        uint8_t sum = bus->sum, *to = bus->to, count;
+
+        at = bus->at;
+        count = (uint8_t)(bus->link.rx.head - at); // before `broken`, as in search()
+        if (count == 0)
+            break;
+        if (bus->link.broken && (uint8_t)(bus->link.broken_at - at) <= (uint8_t)(last - at))
+            return look(bus); // but what stands before damaged bytes may be all of it
+        if (count > CDS_BUS_BYTES_PER_POLL)
+            count = CDS_BUS_BYTES_PER_POLL;
+        do {
+            uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
+
+            sum = (uint8_t)(sum + byte);
+            if (at == last) {
+                if (sum != UINT8_MAX) // the checksum is ~ of the rest
+                    return refute(bus);
+                at++;
+                bus->link.rx.tail = at;
+                bus->looked_to = at;
+                return end_well(bus);
+            }
+            at++;
+            *to++ = byte;
+        } while (--count);
+        bus->sum = sum;
+        bus->at = at;
+        bus->to = to;
+    } while (at == last); // the last byte may have come meanwhile
+    return go_on(bus);
+}
+
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t at, end;
-
     if (bus->flight != CDS_BUS_TAKES) {
         bool busy = poll_other(bus);
 
         if (bus->flight != CDS_BUS_TAKES)
             return busy;
     }
-    end = bus->link.rx.head; // before `broken`, as in search()
-    at = bus->at;
-    if (end == at)
-        return go_on(bus);
-    if (bus->link.broken && (uint8_t)(bus->link.broken_at - at) <= (uint8_t)(bus->last - at))
-        return look_again(bus); // but what stands before damaged bytes may be all of it
-    return take(bus, at, end);
+    return take(bus);
 }
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
