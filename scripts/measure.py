@@ -292,7 +292,7 @@ def cycle50(seconds=60):
     run.check(run.figure["failed"] == 0, "READs failed")
     goals = [first for first, _, size, *_ in run.sent if size == 8 + 5 * 50]
     late = [first - 4000 * MHZ * i for i, first in enumerate(goals)]
-    run.check(max(late) - min(late) < 20 * MHZ, "goals are not on time")
+    run.check(max(late) - min(late) < 5 * MHZ, "goals are not on time")
     return shares(run, "cycle50", seconds)
 
 

@@ -18,7 +18,7 @@
 #define PERIOD_TICKS (4000u * TICKS_PER_US)
 #define REPLY        CDS_PACKET_SIZE(BYTES)
 #define READ_US      ((CDS_PACKET_SIZE(2) + REPLY) * 10u)
-#define GAP_TICKS    (4u * TICKS_PER_US) // two READs take so much longer, for our own work
+#define GAP_TICKS    (6u * TICKS_PER_US) // two READs take so much longer, for our own work
 #define HEAD         6                   // bytes of a reply with which it is known to be one
 #define FEW          2                   // more of them, taken while as many come
 
@@ -37,7 +37,8 @@ static uint8_t front;                              // goals that are sent next
 static uint8_t id = 1;                             // servo that is asked next
 static uint8_t asked;                              // how many READs are under way: 0 to 2,
 static struct cds_request *on_wire = &requests[0]; // the first of them,
-static uint8_t *values = feedback[0];              // and where its values go
+static const struct cds_request *last;             // of the period before, still to be taken,
+static uint8_t *values = feedback[0];              // and where values go
 static int16_t read_ticks;                         // a READ takes
 static uint16_t begins;                            // a period, by the timer
 static uint32_t periods, missed, reads, failed;
@@ -115,7 +116,6 @@ static void take(const struct cds_request *request)
     values += BYTES;
     if (values == feedback[SERVOS])
         values = feedback[0];
-    asked--;
 }
 
 /* Until a packet has left, or `due` bytes of a reply have come; but not for long. */
@@ -163,7 +163,10 @@ static void read_on(void)
         see_through(request, HEAD);
         time = left();
         on_wire = other(on_wire);
-        take(request);
+        if (--asked)
+            take(request);
+        else
+            last = request; // once the goals are on their way
     }
 }
 
@@ -175,6 +178,8 @@ static void run(uint32_t until)
         while (left() > 0) {
         }
         begin_period();
+        if (last)
+            take(last);
         build();
         see_through(&goals[front ^ 1], 0);
         read_on();
@@ -193,7 +198,7 @@ int main(void)
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     bench_wait(&bus);
     run((uint32_t)PERIODS * bench_option(0));
-    bench_wait(&bus);
+    take(last);
     say("periods", periods);
     say("missed", missed);
     say("reads", reads);
