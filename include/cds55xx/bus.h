@@ -198,12 +198,11 @@ struct cds_bus {
                                // cds_port_ticks(); of a packet just begun: when
     uint16_t quiet_us;         // how long it must be quiet since then
     struct cds_link link;
-    uint32_t late_us; // until then the servo given up last may still answer
-    uint8_t baud;     // register value of its rate
-    uint8_t repeats;  // given to each request that bears repeating
-    struct cds_counters
-        counters;     // `refuted`, `stray` and `echo_errors` stay elsewhere until asked for
-    uint8_t overfull; // how often the stream broke for want of room, modulo 256
+    uint32_t late_us;             // until then the servo given up last may still answer
+    uint8_t baud;                 // register value of its rate
+    uint8_t repeats;              // given to each request that bears repeating
+    struct cds_counters counters; // three of them stay elsewhere until asked for
+    uint8_t overfull;             // how often the stream broke for want of room, modulo 256
     // what follows stays when a bus is opened again:
     struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
     bool has_queue;                    // by cds_bus_set_queue()

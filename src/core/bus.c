@@ -260,9 +260,9 @@ static ONE_COPY void search(struct cds_bus *bus)
     struct cds_link *link = &bus->link;
 
     for (;;) {
-        uint8_t end = bus->closing ? bus->close_at : link->rx.head; // read first: what breaks
-        uint8_t broken = link->broken, at = link->broken_at;        // meanwhile lies behind it
-        uint8_t parsed;
+        // in this order: what breaks meanwhile lies behind the end
+        uint8_t end = bus->closing ? bus->close_at : link->rx.head;
+        uint8_t broken = link->broken, at = link->broken_at, parsed;
 
         if ((int8_t)(end - at) < 0)
             broken = CDS_LINK_WHOLE; // as far as is looked at
@@ -396,8 +396,7 @@ static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
     return false;
 }
 
-/* Puts the header of a packet on the wire, unless the line or an old answer make it wait: then 0.
- */
+/* Puts the header of a packet on the wire; 0: the line or an old answer make it wait. */
 ALWAYS_INLINE uint8_t begin_if_quiet(const struct cds_bus *bus)
 {
     if ((uint8_t)(bus->line | bus->owed) || heard(bus) || !cds_port_line_is_high(bus->port))
