@@ -527,11 +527,10 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* The first request is over, and another waits or somebody is to be told. The next one begins
- * before on_end runs, so that what on_end submits takes its turn like any other. */
-CDS_APART static bool go_further(struct cds_bus *bus, struct cds_request *ended)
+/* A request is over, and who has submitted it may be told: once the next one has begun, so that
+ * what on_end submits takes its turn like any other. */
+CDS_APART static bool tell_end(struct cds_bus *bus, struct cds_request *ended)
 {
-    cds_bus_begin_next_(bus, ended->result);
     if (ended->on_end)
         ended->on_end(ended);
     return bus->request;
@@ -545,7 +544,8 @@ static ONE_COPY bool finish(struct cds_bus *bus, uint8_t result)
     bus->flight = CDS_BUS_IDLE;
     bus->request = cds_bus_next_of_(request);
     request->result = result;
-    return go_further(bus, request);
+    cds_bus_begin_next_(bus, result);
+    return tell_end(bus, request);
 }
 
 /* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
@@ -583,7 +583,9 @@ CDS_APART static bool end_before(struct cds_bus *bus, struct cds_request *reques
     note_good(bus, request, next);
     if (begun)
         send_rest(bus, next, begun);
-    return go_further(bus, request);
+    else
+        cds_bus_begin_next_(bus, CDS_OK);
+    return tell_end(bus, request);
 }
 
 CDS_APART static bool end_well(struct cds_bus *bus)
@@ -593,7 +595,7 @@ CDS_APART static bool end_well(struct cds_bus *bus)
     if (next)
         return end_before(bus, request, next);
     note_good(bus, request, NULL);
-    return request->on_end ? go_further(bus, request) : false;
+    return request->on_end ? tell_end(bus, request) : false;
 }
 
 /* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and

@@ -33,11 +33,11 @@ bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t u
     return true;
 }
 
-/* Unless it has begun already. Behind a bad end a poll has done enough, and the next one looks
- * whether the line is quiet. If the observer has changed its mind, the next poll sees, too. */
+/* Behind a bad end a poll has done enough, and the next one looks whether the line is quiet. If the
+ * observer has changed its mind, the next poll sees, too. */
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
 {
-    if (!bus->request || cds_bus_is_in_flight_(bus))
+    if (!bus->request)
         return;
     if (result == CDS_OK && cds_bus_judge_(bus, bus->request) == CDS_OK)
         cds_bus_begin_turn_(bus);
