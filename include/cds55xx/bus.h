@@ -201,7 +201,7 @@ struct cds_bus {
     uint32_t late_us;             // until then the servo given up last may still answer
     uint8_t baud;                 // register value of its rate
     uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // three of them stay elsewhere until asked for
+    struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
     // what follows stays when a bus is opened again:
     struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()

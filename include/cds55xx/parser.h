@@ -28,8 +28,9 @@ extern "C" {
 /* What a step has made of the bytes at the ring's tail. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
-    CDS_PARSED_SKIPPED, // as many as a step skips begin no packet, or what looked like one was none
     CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
+    CDS_PARSED_SKIPPED, // as many as a step skips begin no packet, and there are more
+    CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
 };
 
 /* A search, and the head of the candidate at the ring's tail, once it was found. */
@@ -39,20 +40,18 @@ struct cds_parser {
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
     bool is_clean;   // nothing was refuted since the caller has set this
-    // Modulo 65536, and of use where counters are (bus.h):
-    uint16_t refuted; // would-be packets of a wrong LENGTH or checksum
-    uint16_t stray;   // bytes that began no packet, one FF and the byte behind it as one
+    uint16_t stray;  // bytes that began no packet, one FF and the byte behind it as one; modulo
+                     // 65536. Of use where counters are (bus.h)
 };
 
 /* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
  * which is not among them; none of them if `end` lies before. Returns enum cds_parsed. To be called
- * again after SKIPPED; after MORE nothing changes before more bytes have come; after HEAD it is the
- * caller's turn. Consumer's context. */
+ * again after SKIPPED and REFUTED; after MORE nothing changes before more bytes have come; after
+ * HEAD it is the caller's turn. Consumer's context. */
 uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
-/* Hooks: a byte begins no packet; what looked like a packet was none. */
+/* Hook: a byte begins no packet. */
 void cds_parser_note_stray_(struct cds_parser *parser);
-void cds_parser_note_refuted_(struct cds_parser *parser);
 
 /* Does the packet whose head stands at the tail end before the byte with index `end`? Its bytes are
  * cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4. Consumer's context. */

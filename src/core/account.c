@@ -27,11 +27,6 @@ void cds_parser_note_stray_(struct cds_parser *parser)
     parser->stray++;
 }
 
-void cds_parser_note_refuted_(struct cds_parser *parser)
-{
-    parser->refuted++;
-}
-
 void cds_bus_note_sent_(struct cds_bus *bus)
 {
     bus->counters.sent++;
@@ -135,7 +130,6 @@ void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out)
 
     *out = bus->counters;
     add_up(&bus->link, overfull, out);
-    out->refuted = bus->parser.refuted;
     out->stray = bus->parser.stray;
     out->echo_errors = cds_link_count(&bus->link.echo_errors);
 }

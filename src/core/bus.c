@@ -242,6 +242,8 @@ ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
         return false;
     if (cds_parser_take(&bus->parser, &bus->link.rx))
         cds_bus_note_undue_(bus);
+    else
+        cds_bus_count_(&bus->counters.refuted);
     bus->looked_to = bus->link.rx.tail;
     return true;
 }
@@ -270,7 +272,9 @@ static ONE_COPY void search(struct cds_bus *bus)
             end = at;
         parsed = cds_parser_step(&bus->parser, &link->rx, end);
         bus->looked_to = link->rx.tail;
-        if (parsed == CDS_PARSED_SKIPPED)
+        if (parsed == CDS_PARSED_REFUTED)
+            cds_bus_count_(&bus->counters.refuted);
+        if (parsed >= CDS_PARSED_SKIPPED)
             return;
         if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
             return;
@@ -656,6 +660,7 @@ static SELDOM bool poll_idle(struct cds_bus *bus)
 /* All of a reply has come, and its checksum makes the sum wrong. True. */
 static SELDOM bool refute(struct cds_bus *bus)
 {
+    cds_bus_count_(&bus->counters.refuted);
     cds_parser_refute(&bus->parser, &bus->link.rx);
     return look(bus);
 }

@@ -17,16 +17,10 @@ __attribute__((weak)) void cds_parser_note_stray_(struct cds_parser *parser)
     (void)parser;
 }
 
-__attribute__((weak)) void cds_parser_note_refuted_(struct cds_parser *parser)
-{
-    (void)parser;
-}
-
 CDS_APART void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring)
 {
     ring->tail++;
     parser->is_clean = false;
-    cds_parser_note_refuted_(parser);
 }
 
 CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
@@ -60,7 +54,7 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
         parser->length = length;
         if (length < CDS_LENGTH_MIN || length > parser->longest) {
             cds_parser_refute(parser, ring);
-            return CDS_PARSED_SKIPPED;
+            return CDS_PARSED_REFUTED;
         }
         if (more == CDS_AT_ERROR - 1)
             return CDS_PARSED_MORE;
