@@ -202,7 +202,7 @@ def polls():
     rows = []
     for faults in [[], ["flip out every 4 3"], ["flip out every 5 9"], ["noise 3000"],
                    ["babble headers"], ["babble random"],
-                   *(["insert out every 0 0xFF"] * count for count in range(6, 10))]:
+                   *(["insert out every 0 0xFF"] * count for count in range(8, 12))]:
         options = [word for fault in faults for word in ("--fault", fault)]
         run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
                   servos="1-50")

@@ -23,7 +23,7 @@ extern "C" {
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
 /* Bytes that begin no packet are taken out in one step, so many of them at the most. */
-#define CDS_PARSER_SKIPPED_MAX 8
+#define CDS_PARSER_SKIPPED_MAX 10
 
 /* What a step has made of the bytes at the ring's tail. */
 enum cds_parsed {
