@@ -8,6 +8,7 @@ more densely could gain at the very most.
 
 usage: size-map.py ELF
 """
+import bisect
 import collections
 import lzma
 import pathlib
@@ -21,6 +22,8 @@ RAM = 0x800000  # addresses from here on are not flash: of .data, whose initial 
 OURS = re.compile(r"^(?!/usr/)(?:.*/)?((?:src|include|boards|examples|test)/.*)")
 ELSEWHERE = "compiler and C library"
 BEFORE = "vectors and start-up"
+HEADING = re.compile(r"(?:CU: )?(\S+):$")
+ROW = re.compile(r"(\S+) +\d+ +(?:0x)?([0-9a-f]+)$")
 
 
 def output(*command, **options):
@@ -41,36 +44,56 @@ def sections(elf):
 
 
 def symbols(elf):
-    """(address, bytes, file) of each that has a size; the file is None where it is not known."""
+    """(address, bytes, file, kind) of each that has a size; the file is None where it is not known."""
     for line in output("avr-nm", "--line-numbers", "--print-size", elf).splitlines():
         symbol, _, place = line.partition("\t")
         words = symbol.split()
         if len(words) == 4:
-            yield int(words[0], 16), int(words[1], 16), file_of(place.rpartition(":")[0])
+            yield int(words[0], 16), int(words[1], 16), file_of(place.rpartition(":")[0]), words[2]
 
 
-def files_of_code(elf, start, size):
-    """The file of each word from `start` on."""
-    asked = "\n".join(hex(address) for address in range(start, start + size, 2))
-    lines = output("avr-addr2line", "-e", elf, input=asked).splitlines()
-    return [file_of(line.rpartition(":")[0]) for line in lines]
+def lines_of_code(elf):
+    """(address, file) of each row of the line table, by address. What the linker has thrown away stands
+    there at address 0, and addr2line takes all up to the next row for it. A row has the file's name;
+    its path, a heading somewhere."""
+    rows, paths = [], {}
+    for text in output("avr-objdump", "--dwarf=decodedline", elf).splitlines():
+        heading, row = HEADING.match(text), ROW.match(text)
+        if heading:
+            paths[pathlib.PurePath(heading[1]).name] = file_of(heading[1])
+        elif row:
+            rows.append((int(row[2], 16), row[1]))
+    return sorted(((address, paths.get(name)) for address, name in rows if address),
+                  key=lambda row: row[0])
+
+
+def files_of_code(elf, functions):
+    """The file of each word of the `functions` (address, bytes), where it is known."""
+    rows = lines_of_code(elf)
+    starts = [start for start, _ in rows]
+    for first, size in functions:
+        for address in range(first, first + size, 2):
+            row = bisect.bisect_right(starts, address) - 1
+            if row >= 0 and starts[row] >= first and rows[row][1]:
+                yield address, rows[row][1]
 
 
 def counted(elf):
     """Bytes of flash by file, and how many of them are tables."""
     found = sections(elf)
-    owners = {}
+    owners, functions = {}, []
     for name, (start, size) in found.items():
         for address in range(start, start + size):
             owners[address] = BEFORE if name == ".text" else ELSEWHERE
-    for address, size, file in symbols(elf):
+    for address, size, file, kind in symbols(elf):
+        if kind in "tTW":
+            functions.append((address, size))
         for byte in range(address, address + size):
             if byte in owners:
                 owners[byte] = file or ELSEWHERE
     tables = collections.Counter(owners.values())
-    start, size = found[".text"]
-    for word, file in enumerate(files_of_code(elf, start, size)):
-        for byte in (start + 2 * word, start + 2 * word + 1) if file else ():
+    for word, file in dict(files_of_code(elf, functions)).items():
+        for byte in (word, word + 1):
             tables[owners[byte]] -= 1
             owners[byte] = file
     return collections.Counter(owners.values()), tables
