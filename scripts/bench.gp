@@ -16,7 +16,7 @@ set key top left reverse Left
 names = 'read sync cycle'
 title(name) = name eq 'read' ? 'read: feedback of all, 8 bytes each' : \
               name eq 'sync' ? 'sync: goals of all, built and sent' : \
-                               'cycle: feedback renewed, goals at 250 Hz'
+                               'cycle: all read once, goals at 250 Hz'
 mine(name, column_of_it) = strcol(1) eq name ? column(column_of_it) : NaN
 do for [name in names] {
     set title title(name)
