@@ -1455,6 +1455,20 @@ void test_ring_full_of_noise_and_late_polls_is_corrupt(void)
     assert_ends_at(PING_DEADLINE_US, CDS_CORRUPT);
 }
 
+/* As many as there can be: the index of the damaged one lies as far behind the head as it ever
+ * does.
+ */
+void test_damage_before_a_full_ring_does_not_close_the_bus_for_ever(void)
+{
+    cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+    for (uint8_t i = 0; i < CDS_RING_SIZE; i++)
+        cds_link_on_rx(&bus.link, 0, 0);
+    for (uint8_t polls = 0; polls <= CDS_RING_SIZE / CDS_PARSER_SKIPPED_MAX; polls++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_FALSE(bus.link.broken);
+    assert_next_is_ok();
+}
+
 void test_failed_request_gives_no_value(void)
 {
     uint8_t byte = 0xAA;

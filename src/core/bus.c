@@ -266,8 +266,8 @@ static ONE_COPY void search(struct cds_bus *bus)
         uint8_t end = bus->closing ? bus->close_at : link->rx.head;
         uint8_t broken = link->broken, at = link->broken_at, parsed;
 
-        if ((int8_t)(end - at) < 0)
-            broken = CDS_LINK_WHOLE; // as far as is looked at
+        if ((uint8_t)(end - at) > CDS_RING_SIZE) // before it
+            broken = CDS_LINK_WHOLE;             // as far as is looked at
         if (broken)
             end = at;
         parsed = cds_parser_step(&bus->parser, &link->rx, end);

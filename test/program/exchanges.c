@@ -65,11 +65,12 @@ static void tell_known(struct job_known *known)
     known->torque = servo->torque;
 }
 
-/* What came meanwhile is looked at, as in any main loop. */
+/* What came meanwhile is looked at, as in any main loop: a ring full of noise, and then the line
+ * for two byte times. */
 static void look(void)
 {
     PORTB = JOB_LOOKS; // or the host would not notice the next mark
-    for (uint8_t i = 0; i < 8; i++)
+    for (uint8_t i = 0; i < CDS_RING_SIZE / CDS_PARSER_SKIPPED_MAX + 8; i++)
         cds_bus_poll(&bus);
 }
 
