@@ -1414,6 +1414,18 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
     TEST_ASSERT_EQUAL_UINT16(0, counters().foreign); // what is taken is not searched
 }
 
+/* What only lacks its checksum by then does not wait for another poll. */
+void test_as_many_parameters_as_a_poll_takes_and_the_checksum_are_one_poll(void)
+{
+    static const uint8_t values[CDS_BUS_BYTES_PER_POLL] = {0};
+
+    submit_read(5, sizeof values);
+    transmit();
+    port_fake_answer(&bus.link, 5, 0, values, sizeof values);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+}
+
 void test_what_comes_after_the_deadline_holds_nothing_up(void)
 {
     ping(5);

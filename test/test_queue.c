@@ -108,6 +108,56 @@ void test_urgent_ones_go_before_the_others_but_not_before_the_one_in_flight(void
     assert_ended_in_order(order, sizeof order);
 }
 
+/* The header of the next one is on the line before the end is noted: but not on one that others
+ * use.
+ */
+static void assert_waits_behind_a_reply_and(uint8_t line_errors, bool low)
+{
+    setUp();
+    ping(0);
+    ping(1);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    if (!low)
+        cds_link_on_rx(&bus.link, 0xFF, line_errors);
+    port_fake.low = low;
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+    TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[0]);
+    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    port_fake.low = false;
+    port_fake_settle(&bus);
+    answer(2);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+}
+
+void test_behind_a_good_end_too_the_next_one_waits_for_a_quiet_line(void)
+{
+    assert_waits_behind_a_reply_and(0, false);
+    assert_waits_behind_a_reply_and(CDS_LINE_FRAMING, false);
+    assert_waits_behind_a_reply_and(0, true);
+}
+
+/* ... and until an old answer can no longer come. */
+void test_behind_a_good_end_too_a_servo_given_up_early_is_not_asked_again(void)
+{
+    cds_bus_set_return_delay(&bus, 2);
+    ping(0);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake.now_us += 12 * 10 + 2 + CDS_REPLY_MARGIN_US;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    ping(1);
+    ping(0);
+    answer(2);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
+    TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[0]);
+    port_fake.now_us += CDS_RETURN_DELAY_MAX_US - 2;
+    cds_bus_poll(&bus);
+    answer(1);
+    TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+}
+
 void test_a_failed_request_does_not_hold_up_those_behind_it(void)
 {
     ping(0);
