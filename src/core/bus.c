@@ -254,35 +254,31 @@ ALWAYS_INLINE uint8_t heard(const struct cds_bus *bus)
     return (uint8_t)(bus->link.broken | (bus->looked_to ^ bus->link.rx.head));
 }
 
-/* Searches what has been heard by now, or by the deadline if that is over, before and behind the
- * damage there may be, for a packet; but no more than a poll may: neither a long reply nor a
- * babbling line holds up the caller. */
+/* Searches what has been heard by now, or by the deadline if that is over, for a packet, up to the
+ * damage there may be; but no more than a poll may: neither a long reply nor a babbling line holds
+ * up the caller. */
 static ONE_COPY void search(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
+    // in this order: what breaks meanwhile lies behind the end
+    uint8_t end = bus->closing ? bus->close_at : link->rx.head;
+    uint8_t broken = link->broken, at = link->broken_at, parsed;
 
-    for (;;) {
-        // in this order: what breaks meanwhile lies behind the end
-        uint8_t end = bus->closing ? bus->close_at : link->rx.head;
-        uint8_t broken = link->broken, at = link->broken_at, parsed;
-
-        if ((uint8_t)(end - at) > CDS_RING_SIZE) // before it
-            broken = CDS_LINK_WHOLE;             // as far as is looked at
-        if (broken)
-            end = at;
-        parsed = cds_parser_step(&bus->parser, &link->rx, end);
-        bus->looked_to = link->rx.tail;
-        if (parsed == CDS_PARSED_REFUTED)
-            cds_bus_count_(&bus->counters.refuted);
-        if (parsed >= CDS_PARSED_SKIPPED)
-            return;
-        if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
-            return;
-        bus->looked_to = end; // what stands there depends on bytes that have not come
-        if (!broken)
-            return;
+    if ((uint8_t)(end - at) > CDS_RING_SIZE) // before it
+        broken = CDS_LINK_WHOLE;             // as far as is looked at
+    if (broken)
+        end = at;
+    parsed = cds_parser_step(&bus->parser, &link->rx, end);
+    bus->looked_to = link->rx.tail;
+    if (parsed == CDS_PARSED_REFUTED)
+        cds_bus_count_(&bus->counters.refuted);
+    if (parsed >= CDS_PARSED_SKIPPED)
+        return;
+    if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
+        return;
+    bus->looked_to = end; // what stands there depends on bytes that have not come
+    if (broken)
         drop_broken(bus);
-    }
 }
 
 /* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
