@@ -28,6 +28,7 @@ WHOLE, CALL, POLL, SLOW, BUILD, NOTHING = 0, 1, 2, 3, 4, 7  # test/bench/bench.h
 EEPROM_SIZE = {"atmega128": 4096, "arduino-mega": 4096, "arbotix": 2048}
 # Vectors of the bus: RX, UDRE, TX of USART1.
 VECTORS = {"atmega128": (30, 31, 32), "arduino-mega": (36, 37, 38), "arbotix": (28, 29, 30)}
+HEADER = "insert out every 0 0xFF"
 HANDLERS = ("isr_rx_max", "isr_udre_max", "isr_txc_max")
 
 
@@ -201,8 +202,8 @@ def absent():
 def polls():
     rows = []
     for faults in [[], ["flip out every 4 3"], ["flip out every 5 9"], ["noise 3000"],
-                   ["babble headers"], ["babble random"],
-                   *(["insert out every 0 0xFF"] * count for count in range(8, 12))]:
+                   ["babble headers"], ["babble random"], [HEADER] * 11, [HEADER] * 5 + ["noise 3000"],
+                   [HEADER] * 20 + ["flip out every 10 9"]]:
         options = [word for fault in faults for word in ("--fault", fault)]
         run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
                   servos="1-50")
@@ -289,7 +290,7 @@ def cycle50(seconds=60):
     n, _ = return_delay_needed()
     run = Run("bench/cycle8", "--mark", "B0", "--seconds", str(seconds + 10), servos="1-50",
               eeprom=[seconds, n])
-    run.check(run.figure["failed"] == 0, "READs failed")
+    run.check(run.figure["failed"] == 0 and run.figure["reads"] > 1000 * seconds, "READs failed")
     goals = [first for first, _, size, *_ in run.sent if size == 8 + 5 * 50]
     late = [first - 4000 * MHZ * i for i, first in enumerate(goals)]
     run.check(max(late) - min(late) < 5 * MHZ, "goals are not on time")

@@ -279,7 +279,9 @@ void test_another_rate(void)
     TEST_ASSERT_EQUAL_UINT8(254, port_fake.bauds[PORT]);
     TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
     hear(pong, sizeof pong);
+    cds_bus_poll(&bus); // the FF from before
     cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
     TEST_ASSERT_EQUAL_UINT16(0, counters().extra); // at this rate nobody was asked
     port_fake.now_us += 2 * 1275;
     cds_bus_poll(&bus);
@@ -1408,8 +1410,8 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
     port_fake.now_us += 100000;
     while (cds_bus_poll(&bus))
         polls++;
-    // so many parameters each time, the noise before the first
-    TEST_ASSERT_EQUAL_UINT8(50 / CDS_BUS_BYTES_PER_POLL, polls);
+    // the noise, then so many parameters each time
+    TEST_ASSERT_EQUAL_UINT8(1 + 50 / CDS_BUS_BYTES_PER_POLL, polls);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     TEST_ASSERT_EQUAL_UINT16(0, counters().foreign); // what is taken is not searched
 }

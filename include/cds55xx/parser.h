@@ -22,14 +22,15 @@ extern "C" {
 /* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
-/* Bytes that begin no packet are taken out in one step, so many of them at the most. */
-#define CDS_PARSER_SKIPPED_MAX 10
+/* Bytes that begin no packet are taken out in one step, so many of them at the most, an FF and the
+ * byte behind it counted as one. If there were any, what may be a packet is for the next step. */
+#define CDS_PARSER_SKIPPED_MAX 12
 
-/* What a step has made of the bytes at the ring's tail. */
+/* What a step has made of the bytes at the ring's tail. From SKIPPED on, some were taken out. */
 enum cds_parsed {
     CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
     CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
-    CDS_PARSED_SKIPPED, // as many as a step skips begin no packet, and there are more
+    CDS_PARSED_SKIPPED, // they begin no packet, as many as a step skips, or all before a candidate
     CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
 };
 
@@ -39,7 +40,8 @@ struct cds_parser {
     uint8_t id;      // 0 to CDS_BROADCAST_ID
     uint8_t length;  // LENGTH, 2 to `longest`
     uint8_t error;   // CDS_ERROR_* bits
-    bool is_clean;   // nothing was refuted since the caller has set this
+    bool is_clean;   // nothing was refuted since the caller has set this; who drops damaged bytes
+                     // clears it, too
     uint16_t stray;  // bytes that began no packet, one FF and the byte behind it as one; modulo
                      // 65536. Of use where counters are (bus.h)
 };
@@ -66,7 +68,8 @@ static inline bool cds_parser_is_whole(const struct cds_parser *parser, const st
  */
 bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring);
 
-/* What stands at the tail is no packet: its first byte is taken out. Consumer's context. */
+/* What stands at the tail is no packet: its first byte is taken out, and nothing is clean any more.
+ * Consumer's context. */
 void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring);
 
 #ifdef __cplusplus

@@ -58,6 +58,8 @@ CDS_APART uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ri
         }
         if (more == CDS_AT_ERROR - 1)
             return CDS_PARSED_MORE;
+        if (steps != CDS_PARSER_SKIPPED_MAX)
+            return CDS_PARSED_SKIPPED; // enough for one step
         parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
         return CDS_PARSED_HEAD;
     stray:

@@ -3,8 +3,9 @@
  * many seconds as the first byte of the EEPROM says; the second one is the return delay, register
  * 0x05.
  *
- * One packet is on the wire, and the next waits behind it in the bus's queue. PB0 is high while the
- * library runs. */
+ * One packet is on the wire, and the next waits behind it in the bus's queue. The program looks at
+ * the link to call the library only when something is there: polled without end, the bus would have
+ * the same share, and idle polls the rest of the CPU. PB0 is high while the library runs. */
 #include <cds55xx/group.h>
 
 #include <string.h>
@@ -18,8 +19,8 @@
 #define PERIOD_TICKS (4000u * TICKS_PER_US)
 #define REPLY        CDS_PACKET_SIZE(BYTES)
 #define READ_US      ((CDS_PACKET_SIZE(2) + REPLY) * 10u)
-#define GAP_TICKS    (6u * TICKS_PER_US) // two READs take so much longer, for our own work
-#define HEAD         6                   // bytes of a reply with which it is known to be one
+#define GAP_TICKS    (6u * TICKS_PER_US) // a READ takes so much longer, for our own work
+#define HEAD         6                   // bytes of a reply: by then it is known to be one
 #define FEW          2                   // more of them, taken while as many come
 
 static struct cds_bus bus;

@@ -1,7 +1,7 @@
 /* Every call of cds_bus_poll() marked, in all that may happen in one: READs of all lengths, polled
  * at once and when the whole reply is there; a queue, whose next request begins in the poll that
- * ends one; timeouts and repeats; and the same again and again while the bench damages replies and
- * lets noise on the line. */
+ * ends one; timeouts and repeats; all of it counted; and the same again and again while the bench
+ * damages replies, puts noise on the line and bytes FF before replies. */
 #include <cds55xx/group.h>
 
 #include "bench.h"
@@ -21,6 +21,7 @@ static struct cds_request requests[QUEUE] = {CDS_REQUEST(packets[0]), CDS_REQUES
                                              CDS_REQUEST(packets[2])};
 static uint8_t goals_packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
 static struct cds_request goals = CDS_REQUEST(goals_packet);
+static struct cds_counters counters; // asked for, so that all is counted
 static uint32_t polls;
 
 static bool poll(void)
@@ -79,6 +80,8 @@ int main(void)
             goals_behind_a_read(late_us[j]);
         }
     }
+    cds_bus_counters(&bus, &counters);
     say("polls", polls);
+    say("ok", counters.ok);
     say_end();
 }
