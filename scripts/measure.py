@@ -202,8 +202,8 @@ def absent():
 def polls():
     rows = []
     for faults in [[], ["flip out every 4 3"], ["flip out every 5 9"], ["noise 3000"],
-                   ["babble headers"], ["babble random"], [HEADER] * 11, [HEADER] * 5 + ["noise 3000"],
-                   [HEADER] * 20 + ["flip out every 10 9"]]:
+                   ["babble headers"], ["babble random"], [HEADER] * 11,
+                   [HEADER] * 20 + ["flip out every 10 9"], ["insert out every 14 0xFF"] * 12]:
         options = [word for fault in faults for word in ("--fault", fault)]
         run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
                   servos="1-50")

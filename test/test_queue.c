@@ -109,8 +109,7 @@ void test_urgent_ones_go_before_the_others_but_not_before_the_one_in_flight(void
 }
 
 /* The header of the next one is on the line before the end is noted: but not on one that others
- * use.
- */
+ * use, at which the next poll looks. */
 static void assert_waits_behind_a_reply_and(uint8_t line_errors, bool low)
 {
     setUp();
@@ -123,6 +122,7 @@ static void assert_waits_behind_a_reply_and(uint8_t line_errors, bool low)
     port_fake.low = low;
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[0]);
     TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
     port_fake.low = false;

@@ -574,17 +574,20 @@ ALWAYS_INLINE void note_good(struct cds_bus *bus, struct cds_request *request,
 }
 
 /* Another one waits. Unless somebody must be told first, its header is on the wire before anything
- * else is done. */
+ * else is done; if the line does not let it, this poll has done enough, and the next one looks. */
 CDS_APART static bool end_before(struct cds_bus *bus, struct cds_request *request,
                                  struct cds_request *next)
 {
-    uint8_t begun = cds_bus_is_watched_(bus) ? 0 : begin_if_quiet(bus);
+    bool watched = cds_bus_is_watched_(bus);
+    uint8_t begun = watched ? 0 : begin_if_quiet(bus);
 
     note_good(bus, request, next);
-    if (begun)
+    if (watched)
+        cds_bus_begin_next_(bus, CDS_OK);
+    else if (begun)
         send_rest(bus, next, begun);
     else
-        cds_bus_begin_next_(bus, CDS_OK);
+        wait_for_turn(bus);
     return tell_end(bus, request);
 }
 

@@ -1,7 +1,7 @@
 /* Every call of cds_bus_poll() marked, in all that may happen in one: READs of all lengths, polled
  * at once and when the whole reply is there; a queue, whose next request begins in the poll that
  * ends one; timeouts and repeats; all of it counted; and the same again and again while the bench
- * damages replies, puts noise on the line and bytes FF before replies. */
+ * damages replies, puts noise on the line and bytes FF before and behind replies. */
 #include <cds55xx/group.h>
 
 #include "bench.h"
