@@ -310,6 +310,19 @@ void test_what_is_admitted_no_more_when_its_turn_comes_is_not_sent(void)
     cds_bus_set_observer(&bus, NULL);
 }
 
+void test_what_is_still_admitted_begins_in_the_poll_that_ends_the_one_before(void)
+{
+    struct cds_bus_observer observer = {.admit = judge, .on_news = hear_no_news};
+
+    cds_bus_set_observer(&bus, &observer);
+    verdict = CDS_OK;
+    ping(0);
+    ping(1);
+    answer(1);
+    TEST_ASSERT_EQUAL_UINT16(2, bus.counters.sent);
+    cds_bus_set_observer(&bus, NULL);
+}
+
 /* ---- repeats ---- */
 
 void test_nothing_is_repeated_unless_asked_for(void)
