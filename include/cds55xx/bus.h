@@ -332,8 +332,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 
 /* Moves the exchange in flight on and begins the next; to be called from the main loop, as often as
  * it turns. Ends at most one exchange and calls its on_end. Returns true while there is work.
- * Called late it loses nothing: what came is parsed before the deadline is judged, no
- * more than above in each poll. */
+ * Called late it loses nothing: what came is parsed before the deadline is judged, in
+ * each poll no more than CDS_BUS_BYTES_PER_POLL tells. */
 bool cds_bus_poll(struct cds_bus *bus);
 
 /* Was servo `id` (0 to 253, or CDS_BROADCAST_ID) the last to be given up, and so soon that it may

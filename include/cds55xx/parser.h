@@ -64,8 +64,7 @@ static inline bool cds_parser_is_whole(const struct cds_parser *parser, const st
 }
 
 /* Takes that packet, which is whole, out of the ring, if its checksum is right: true. Else it was
- * none, and no more than its first byte is taken out. The longest takes 50 us. Consumer's context.
- */
+ * none, and no more than its first byte is taken out. Consumer's context. */
 bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring);
 
 /* What stands at the tail is no packet: its first byte is taken out, and nothing is clean any more.

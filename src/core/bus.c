@@ -195,7 +195,7 @@ ALWAYS_INLINE bool is_due(const struct cds_bus *bus)
     return bus->parser.error & CDS_ERRORS_OF_PACKET;
 }
 
-/* The reply that is due is taken from the next poll on, whether all of it is there or not. */
+/* The reply that is due is taken from here on, whether all of it is there or not. */
 ALWAYS_INLINE void begin_taking(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
@@ -226,8 +226,8 @@ ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
 }
 
 /* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there.
- * If it is the reply that is due, it is taken from the next poll on; another one is noted when it
- * is whole. False: it depends on bytes that are not there. */
+ * If it is the reply that is due, it is taken from here on; another one is noted when it is whole.
+ * False: it depends on bytes that are not there. */
 ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
 {
     bool whole = cds_parser_is_whole(&bus->parser, &bus->link.rx, end);
