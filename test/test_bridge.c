@@ -429,7 +429,7 @@ void test_the_keeper_stands_behind_the_registers(void)
     keeper.link_lost = true;
     crew_meet(&robot.crew, 7);
     crew_meet(&robot.crew, 9);
-    crew_hold(&robot.crew);
+    robot_inhibit(&robot);
     robot.servos[1].alarms = robot.crew.roster.alarms = CDS_ERROR_OVERLOAD;
     SAY(DEVICE_IS, CDS_READ, 0x12, 4);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x20\x09", 4);
@@ -738,7 +738,7 @@ void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
     answer(7, 0, NULL, 0);
     cds_servo_write(&bus, &torque, 7, CDS_REG_TORQUE_ENABLE, (const uint8_t *)"\1", 1);
     TEST_ASSERT_EQUAL(CDS_PENDING, torque.result);
-    crew_hold(&robot.crew);
+    robot_inhibit(&robot);
     read_and_answer(2, 0x24, 1, 0, 1);
     TEST_ASSERT_EQUAL(CDS_HELD, torque.result);
     read_and_answer(3, 0x24, 1, 0, 1);

@@ -217,7 +217,7 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     settings.link_loss_ms = 1;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "host link: watched\r\n"));
     keeper.link_lost = true;
-    crew_hold(&robot.crew);
+    robot_inhibit(&robot);
     for (uint8_t id = 10; id <= 10 + ROBOT_SERVOS; id++)
         says(id, 0);
     reply_to("status");

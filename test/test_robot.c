@@ -110,7 +110,7 @@ void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void
     port_fake_answer(&bus.link, 3, CDS_ERROR_OVERLOAD, NULL, 0);
     run(10);
     TEST_ASSERT_NOT_NULL(known(3));
-    crew_hold(&robot.crew); // who is to be held is
+    robot_inhibit(&robot); // no servo is driven, known or not
     TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2));
 }
 
@@ -167,7 +167,7 @@ void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
     meet(1);
     TEST_ASSERT_EQUAL(CDS_HELD, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2)); // who was never heard of
-    crew_unhold(&robot.crew);
+    TEST_ASSERT_TRUE(robot_allow(&robot));
     cds_roster_release(&robot.crew.roster, NULL);
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));

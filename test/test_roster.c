@@ -706,12 +706,6 @@ void test_what_nobody_would_know_after_an_action_is_not_registered(void)
     assert_admitted(register_byte(77, CDS_REG_ID, 78));
 }
 
-void test_a_servo_that_is_unknown_is_not_held(void)
-{
-    cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
-    assert_admitted(goal(77, 500));
-}
-
 /* Torque off always passes, but not with a goal behind it in the same packet. */
 void test_torque_off_does_not_hide_a_goal(void)
 {

@@ -10,6 +10,7 @@
 
 #define BROADCAST_US 80 // on the wire
 #define READ_US      (80 + 2 + 80)
+#define TOLD         (CDS_STOP_BROADCASTS + CDS_STOP_CLEARS) // packets
 #define TURN_US      10 // from the end of one to the beginning of the next, polled every microsecond
 
 static struct cds_bus bus;
@@ -64,27 +65,30 @@ static void run_for(uint16_t us)
     }
 }
 
-static void assert_three_broadcasts(uint8_t first)
+/* From packet `first` on: torque off three times, then registered writes are cleared three times.
+ */
+static void assert_all_told(uint8_t first)
 {
-    for (uint8_t i = first; i < first + 3; i++) {
+    for (uint8_t i = first; i < first + TOLD; i++) {
         TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
         TEST_ASSERT_EQUAL_HEX8(CDS_WRITE, wire.log[i].instruction);
-        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[i].address);
+        TEST_ASSERT_EQUAL_HEX8(i < first + 3 ? 0x18 : 0x2C, wire.log[i].address);
         TEST_ASSERT_EQUAL_HEX8(0, wire.log[i].data);
     }
     TEST_ASSERT_EQUAL_UINT8(3, stop.broadcasts);
+    TEST_ASSERT_EQUAL_UINT8(3, stop.clears);
 }
 
-void test_three_broadcasts_and_a_look_at_each(void)
+void test_stop_broadcasts_then_reads_each_servo(void)
 {
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(0);
-    TEST_ASSERT_EQUAL_UINT8(6, wire.count);
+    assert_all_told(0);
+    TEST_ASSERT_EQUAL_UINT8(TOLD + TORQUE_SERVOS, wire.count);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
-        TEST_ASSERT_EQUAL_HEX8(i + 1, wire.log[3 + i].id);
-        TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[3 + i].instruction);
-        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[3 + i].address);
+        TEST_ASSERT_EQUAL_HEX8(i + 1, wire.log[TOLD + i].id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[TOLD + i].instruction);
+        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[TOLD + i].address);
         TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[i].stopped);
         TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
         TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_STOPPED, servos[i].held);
@@ -107,7 +111,7 @@ void test_what_waits_in_the_queue_and_drives_is_never_sent(void)
     TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
     TEST_ASSERT_EQUAL(CDS_HELD, requests[2].result);
     TEST_ASSERT_EQUAL(CDS_OK, requests[3].result); // drives nobody
-    TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, CDS_BROADCAST_ID, CDS_WRITE));
+    TEST_ASSERT_EQUAL_UINT8(TOLD, torque_packets(0, CDS_BROADCAST_ID, CDS_WRITE));
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE));
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
     TEST_ASSERT_EQUAL_UINT16(wire.count, bus.counters.sent);
@@ -128,7 +132,7 @@ void test_urgent_ones_submitted_before_go_behind(void)
     TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
     TEST_ASSERT_EQUAL(CDS_OK, requests[2].result);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_WRITE));
-    assert_three_broadcasts(1);
+    assert_all_told(1);
 }
 
 void test_the_first_broadcast_is_at_most_one_exchange_late(void)
@@ -146,7 +150,7 @@ void test_the_first_broadcast_is_at_most_one_exchange_late(void)
     begun_us = port_fake.now_us;
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(1); // none of those that wait in between
+    assert_all_told(1); // none of those that wait in between
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(begun_us + READ_US + TURN_US, wire.log[1].us);
     TEST_ASSERT_LESS_OR_EQUAL_UINT32(wire.log[1].us + 2 * (BROADCAST_US + TURN_US), wire.log[3].us);
 }
@@ -156,10 +160,10 @@ void test_all_are_told_even_if_nobody_polls_the_stop(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 1));
     begin();
-    run_for(3 * (BROADCAST_US + TURN_US) + READ_US);
-    TEST_ASSERT_EQUAL_UINT8(4, wire.count);
+    run_for(TOLD * (BROADCAST_US + TURN_US) + READ_US);
+    TEST_ASSERT_EQUAL_UINT8(1 + TOLD, wire.count);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_stop_poll(&stop));
-    assert_three_broadcasts(1);
+    assert_all_told(1);
     TEST_ASSERT_EQUAL(CDS_OK, run());
 }
 
@@ -176,8 +180,8 @@ void test_what_is_in_flight_is_not_repeated(void)
     run_for(1000);
     TEST_ASSERT_EQUAL(CDS_HELD, requests[0].result);
     TEST_ASSERT_EQUAL_HEX8(0x1E, wire.log[0].address);
-    assert_three_broadcasts(1);
-    for (uint8_t i = 1; i < wire.count; i++)
+    assert_all_told(1);
+    for (uint8_t i = 1 + TOLD; i < wire.count; i++)
         TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[i].address);
 }
 
@@ -201,9 +205,9 @@ void test_one_that_heard_no_broadcast_is_told_by_itself(void)
     wire.servo[1].deaf = true;
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(6, 2, CDS_WRITE));
-    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(6, 2, CDS_READ));
-    TEST_ASSERT_EQUAL_UINT8(8, wire.count);
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(TOLD + TORQUE_SERVOS, 2, CDS_WRITE));
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(TOLD + TORQUE_SERVOS, 2, CDS_READ));
+    TEST_ASSERT_EQUAL_UINT8(TOLD + TORQUE_SERVOS + 2, wire.count);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[1].torque);
     TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[1].stopped);
 }
@@ -228,7 +232,7 @@ void test_one_that_is_silent_does_not_hold_up_the_others(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
     TEST_ASSERT_EQUAL(CDS_STOP_SILENT, servos[0].stopped);
     TEST_ASSERT_EQUAL(CDS_STOP_OFF, servos[2].stopped);
-    TEST_ASSERT_EQUAL_HEX8(3, wire.log[5].id);
+    TEST_ASSERT_EQUAL_HEX8(3, wire.log[TOLD + 2].id);
     TEST_ASSERT_EQUAL_UINT8(3, torque_packets(0, 1, CDS_READ));
 }
 
@@ -256,8 +260,8 @@ void test_without_servos_all_are_told_all_the_same(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, NULL, 0));
     TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster));
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(0);
-    TEST_ASSERT_EQUAL_UINT8(3, wire.count);
+    assert_all_told(0);
+    TEST_ASSERT_EQUAL_UINT8(TOLD, wire.count);
 }
 
 /* Somebody holds the line. The clock moves on by more than a request waits in each turn. */
@@ -294,7 +298,7 @@ void test_a_line_in_use_is_tried_a_thousand_times(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_stop_begin(&stop, &roster));
     TEST_ASSERT_EQUAL_UINT16(0, stop.tries);
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(0);
+    assert_all_told(0);
     begin();
     TEST_ASSERT_EQUAL_UINT8(0, stop.broadcasts);
 }
@@ -305,7 +309,7 @@ void test_a_look_that_came_to_nothing_is_made_again(void)
     for (uint8_t reopened = 0; reopened < 2; reopened++) {
         setUp();
         begin();
-        run_for(3 * (BROADCAST_US + TURN_US));
+        run_for(TOLD * (BROADCAST_US + TURN_US));
         cds_bus_poll(&bus);
         if (!reopened) {
             port_fake.low = true;
@@ -334,7 +338,7 @@ void test_a_line_that_is_free_again_is_used(void)
     turns_until_given_up(300);
     TEST_ASSERT_EQUAL(CDS_OK, run());
     TEST_ASSERT_GREATER_THAN_UINT16(100, stop.tries);
-    assert_three_broadcasts(0);
+    assert_all_told(0);
 }
 
 /* Released and driven again while the first stop still looks: the second one looks at all of it. */
@@ -346,7 +350,7 @@ void test_a_second_stop_begins_anew(void)
         run_for(1);
     }
     cds_stop_poll(&stop);
-    TEST_ASSERT_EQUAL_UINT8(5, wire.count);
+    TEST_ASSERT_EQUAL_UINT8(TOLD + 2, wire.count);
     cds_roster_release(&roster, NULL);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID,
                                                    CDS_REG_TORQUE_ENABLE, 1));
@@ -357,7 +361,7 @@ void test_a_second_stop_begins_anew(void)
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, 1));
     TEST_ASSERT_EQUAL(CDS_STOP_UNKNOWN, servos[0].stopped);
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(7); // behind the look that was under way, and the torque on
+    assert_all_told(TOLD + 4); // behind the look that was under way, and the torque on
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
         TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
 }
@@ -369,33 +373,33 @@ void test_a_second_stop_while_all_are_told_tells_three_times_from_then_on(void)
     run_for(BROADCAST_US + TURN_US + 20); // the second one is in flight
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(1);
-    TEST_ASSERT_EQUAL_UINT8(1 + 3 + TORQUE_SERVOS, wire.count);
+    assert_all_told(1);
+    TEST_ASSERT_EQUAL_UINT8(1 + TOLD + TORQUE_SERVOS, wire.count);
     begin(); // and again when it is over
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    TEST_ASSERT_EQUAL_UINT8(1 + 2 * (3 + TORQUE_SERVOS), wire.count);
+    TEST_ASSERT_EQUAL_UINT8(1 + 2 * (TOLD + TORQUE_SERVOS), wire.count);
 }
 
 void test_a_second_stop_takes_back_a_look_that_waits(void)
 {
     begin();
-    run_for(3 * (BROADCAST_US + TURN_US));
+    run_for(TOLD * (BROADCAST_US + TURN_US));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 3));
     cds_stop_poll(&stop);
     TEST_ASSERT_EQUAL(CDS_PENDING, stop.requests[0].result);
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(0);
-    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[3].instruction);
-    assert_three_broadcasts(4);
-    TEST_ASSERT_EQUAL_UINT8(3 + 1 + 3 + TORQUE_SERVOS, wire.count);
+    assert_all_told(0);
+    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[TOLD].instruction);
+    assert_all_told(TOLD + 1);
+    TEST_ASSERT_EQUAL_UINT8(TOLD + 1 + TOLD + TORQUE_SERVOS, wire.count);
 }
 
 /* What it has looked for is of no interest any more, and no broadcast. */
 void test_a_second_stop_goes_right_behind_a_look_in_flight(void)
 {
     begin();
-    while (wire.count < 3 || stop.requests[0].id == CDS_BROADCAST_ID) {
+    while (wire.count < TOLD || stop.requests[0].id == CDS_BROADCAST_ID) {
         run_for(1);
         cds_stop_poll(&stop);
     }
@@ -405,10 +409,10 @@ void test_a_second_stop_goes_right_behind_a_look_in_flight(void)
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, run());
     run_for(READ_US);
-    TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[3].instruction);
-    assert_three_broadcasts(4);
-    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[7].instruction);
-    TEST_ASSERT_EQUAL_UINT8(4 + 3 + 1 + TORQUE_SERVOS, wire.count);
+    TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[TOLD].instruction);
+    assert_all_told(TOLD + 1);
+    TEST_ASSERT_EQUAL_HEX8(CDS_PING, wire.log[2 * TOLD + 1].instruction);
+    TEST_ASSERT_EQUAL_UINT8(TOLD + 1 + TOLD + 1 + TORQUE_SERVOS, wire.count);
 }
 
 void test_one_that_was_given_up_sends_no_more(void)
@@ -431,7 +435,7 @@ void test_a_bus_opened_anew_meanwhile_is_told_again(void)
     cds_bus_set_queue(&bus, true);
     memset(&wire.talking, 0, sizeof wire.talking);
     TEST_ASSERT_EQUAL(CDS_OK, run());
-    assert_three_broadcasts(0);
+    assert_all_told(0);
     TEST_ASSERT_EQUAL_UINT16(2, stop.tries);
 }
 

@@ -13,7 +13,11 @@
  *   CDS_LIMIT         what would, or may, take the servo beyond a soft limit: see below
  *   CDS_HELD          torque on, a goal, a speed, an angle limit (mode) or ACTION for a servo that
  * is held: it came back without its state, was away and was not looked at yet, or was stopped. All
- * of these but ACTION to a servo alone that is away. Torque off always passes
+ * of these but ACTION to a servo alone that is away. Torque off always passes.
+ * While driving is inhibited (cds_roster_hold() of all): every packet that can drive a servo,
+ * whether the roster knows the servo or not: also RESET, ACTION, REG WRITE of these registers, and
+ * every instruction that the manual does not know. PING, READ and other writes pass
+ *   CDS_TOO_EARLY     a return delay below `shortest_delay`, to any servo
  *
  * A servo counts as away (CDS_PRESENCE_AWAY) after CDS_ROSTER_SILENCES exchanges without a reply in
  * a row, at the rate at which it was met or last answered: what a scan does at others counts for
@@ -140,9 +144,12 @@ struct cds_roster {
     uint8_t last;         // the one found last: the next one asked for is often the next
     uint8_t alarms;       // of all servos, known or not, until acknowledged
     bool changed;         // what may be sent, while requests waited
-    bool ambiguous;       // an ID may be that of more than one of them, or one may have another
-    uint8_t refused_id;   // whom the last packet that was not admitted concerns; one refused later,
-                          // as when a move is taken back, overwrites it
+    bool inhibited;       // nothing that can drive a servo is sent, to whatever ID
+    uint8_t
+        shortest_delay; // return delay, register 0x05, that this board can bear; the caller sets
+    bool ambiguous;     // an ID may be that of more than one of them, or one may have another
+    uint8_t refused_id; // whom the last packet that was not admitted concerns; one refused later,
+                        // as when a move is taken back, overwrites it
 };
 
 /* Watches `bus`, which must be open, for the `count` (0 to 254) servos `servos`, which stay in
@@ -177,14 +184,21 @@ bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id);
  * that were latched, CDS_ERROR_*, and latches anew. */
 uint8_t cds_roster_acknowledge(struct cds_roster *roster, struct cds_roster_servo *servo);
 
-/* Holds `servo`, one of the roster, or all if it is NULL: not driven until released. Nothing is
- * sent. `why`: CDS_HOLD_* bits. */
+/* Holds `servo`, one of the roster: the bus does not drive the servo until it is released. NULL:
+ * all of them, and driving is inhibited: the bus refuses every packet that can drive a servo, known
+ * to the roster or not. Nothing is sent. `why`: CDS_HOLD_* bits. */
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why);
 
-/* Lets `servo`, one of the roster, or all if it is NULL, be driven again. Nothing is sent and
- * nothing moves: torque is off, and the caller sets speed, goal and torque anew. One that is back
- * stays held until its TORQUE_ENABLE was read, and one that is away is not driven before. */
+/* Lets `servo`, one of the roster, be driven again. NULL: all of them, and driving is no longer
+ * inhibited. Nothing is sent and nothing moves: torque is off, and the caller sets speed, goal and
+ * torque anew. While driving is inhibited, the release of one servo does not let it be driven. A
+ * servo that is back stays held until its TORQUE_ENABLE was read, and one that is away is not
+ * driven before. */
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo);
+
+/* Ends the inhibit, and CDS_HOLD_STOPPED of all servos; a servo that lost its state stays held.
+ * Nothing is sent. */
+void cds_roster_allow(struct cds_roster *roster);
 
 #ifdef __cplusplus
 }

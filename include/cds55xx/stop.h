@@ -1,20 +1,23 @@
-/* Torque off for all: holds every servo of the roster, tells all that are on the bus to let go, and
- * looks who did. Manual: 2.4.1, 2.4.2, register 0x18.
+/* Torque off for all: inhibits driving, tells all servos on the bus to let go and to forget their
+ * registered writes, and reads back who did. Manual: 2.4.1, 2.4.2, registers 0x18 and 0x2C.
  *
  *     cds_stop_begin(&stop, &roster);
  *     while (cds_stop_poll(&stop) == CDS_PENDING)
  *         cds_bus_poll(&bus);
  *
- * From begin on nothing that drives a servo of the roster is sent: what waited in the queue ends as
- * CDS_HELD, and cycles drop all of them. The broadcast is never answered, so it is sent
- * CDS_STOP_BROADCASTS times, right behind the exchange in flight (of which no try is repeated if it
- * drives) and before all that wait, urgent or not; they are out within 2 ms, a cycle of 50 servos
- * on an ATmega at 16 MHz beside it. Then TORQUE_ENABLE of each servo is read; whoever is not known
- * to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: 50 servos that are
- * all silent take 0.2 s at 1 Mbps, and as much more for each repeat of the bus.
+ * From begin on nothing that can drive a servo is sent, to whatever ID: what waited in the queue
+ * ends as CDS_HELD, and cycles drop all servos. A broadcast is never answered, so torque off is
+ * sent CDS_STOP_BROADCASTS times, right behind the exchange in flight (of which no try is repeated
+ * if it drives) and before all that wait, urgent or not; these are out within 2 ms, a cycle of 50
+ * servos on an ATmega at 16 MHz beside it. Behind them REGISTERED_INSTRUCTION = 0 is sent
+ * CDS_STOP_CLEARS times: a servo that hears one of these has no registered write left for a later
+ * ACTION, unless it is locked (R6). Then TORQUE_ENABLE of each servo is read; a servo that is not
+ * known to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: 50 servos
+ * that are all silent take 0.2 s at 1 Mbps, and as much more for each repeat of the bus.
  *
- * A servo that is not in the roster hears the broadcasts, but is neither held nor looked at. Servos
- * stay held until cds_roster_release(). Main context.
+ * A servo that is not in the roster hears the broadcasts, but is not read back: cds_stop_poll()
+ * tells nothing of it. Driving stays inhibited until cds_roster_release() or cds_roster_allow().
+ * Main context.
  */
 #ifndef CDS_STOP_H
 #define CDS_STOP_H
@@ -29,8 +32,9 @@
 extern "C" {
 #endif
 
-/* Times that all are told. */
+/* Times that all are told to switch torque off, and then to forget a registered write. */
 #define CDS_STOP_BROADCASTS 3
+#define CDS_STOP_CLEARS     3
 
 /* Times that each is looked at, at most. */
 #define CDS_STOP_ROUNDS 3
@@ -52,7 +56,8 @@ enum cds_stop_outcome {
 struct cds_stop {
     struct cds_roster *roster;
     uint16_t tries;                 // requests that came to nothing
-    uint8_t broadcasts;             // that went out
+    uint8_t broadcasts;             // of torque off that went out
+    uint8_t clears;                 // broadcasts of REGISTERED_INSTRUCTION = 0 that went out
     uint8_t round;                  // of looking
     uint8_t index;                  // servo being looked at
     uint8_t phase;                  // the stop's own
@@ -61,10 +66,11 @@ struct cds_stop {
     uint8_t buffers[2][CDS_PACKET_SIZE(2)];
 };
 
-/* Holds all servos of `roster` (CDS_HOLD_STOPPED), which cds_roster_begin() has begun, and submits
- * the first broadcasts; those behind follow out of cds_bus_poll(). Stop and roster stay in place
- * until it is over. One that is under way begins anew: all are told three times from now on.
- * CDS_OK; CDS_BAD_ARGUMENT: no bus is open, and all are held all the same. */
+/* Inhibits driving and holds all servos of `roster` (CDS_HOLD_STOPPED), which cds_roster_begin()
+ * has begun, and submits the first broadcasts; those behind follow out of cds_bus_poll(). Stop and
+ * roster stay in place until it is over. One that is under way begins anew: all are told three
+ * times from now on. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, and driving is inhibited all the
+ * same. */
 enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster);
 
 /* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.

@@ -51,10 +51,12 @@ uint8_t release_begin(struct console *console)
     if (console->keeper->link_lost)
         return ERROR_LINK_LOST;
     if (id == CDS_BROADCAST_ID) {
-        crew_unhold(&robot->crew);
+        robot_allow(robot);
         cds_roster_release(roster, NULL);
         return 0;
     }
+    if (robot_is_inhibited(robot))
+        return ERROR_STOPPED;
     for (uint8_t left = roster->count; left; left--, servo++) {
         if (servo->id == id) { // two may have it
             cds_roster_release(roster, servo);

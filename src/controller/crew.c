@@ -5,6 +5,7 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_STATUS_RETURN_LEVEL
 #include "cds55xx/packet.h"        // CDS_AT_*
+#include "gate.h"                  // cds_gate_check()
 #include "observe.h"               // cds_roster_admit()
 #include "opaque.h"                // CDS_APART
 
@@ -27,7 +28,7 @@ bool crew_meet(struct crew *crew, uint8_t id)
         crew->crowded = true;
         return false;
     }
-    if (crew->held)
+    if (roster->inhibited)
         cds_roster_hold(roster, &roster->servos[roster->count - 1], CDS_HOLD_STOPPED);
     return true;
 }
@@ -59,15 +60,23 @@ CDS_APART static void meet_addressed(struct crew *crew, const uint8_t *bytes)
     }
 }
 
-/* Before it is judged: one that is met now may have to be held. Short: it comes with every
- * exchange. */
+/* Short: this comes with every transaction. */
 static enum cds_result admit(struct cds_bus_observer *observer, struct cds_request *request)
 {
     struct crew *crew = of(observer);
+    const uint8_t *bytes = request->packet.bytes;
+    enum cds_result result;
 
-    if (crew->open || crew->held || changes_settings(request->packet.bytes))
-        meet_addressed(crew, request->packet.bytes);
-    return cds_roster_admit(observer, request);
+    if (crew->away) {
+        request->vetted = 0;
+        return cds_gate_check(&crew->roster, bytes);
+    }
+    if (crew->open || changes_settings(bytes))
+        meet_addressed(crew, bytes);
+    result = cds_roster_admit(observer, request);
+    if (result == CDS_TOO_EARLY)
+        crew->early++;
+    return result;
 }
 
 static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
@@ -75,7 +84,7 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
 {
     struct crew *crew = of(observer);
 
-    if (crew->open || crew->held)
+    if (crew->open)
         crew_meet(crew, id);
     return cds_roster_admit_block(observer, id, address, data, length);
 }
@@ -96,6 +105,8 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
     struct crew *crew = of(observer);
     bool answered;
 
+    if (crew->away)
+        return;
     if (!crew->open && !news->error && news->event == CDS_BUS_ENDED) { // short: it comes every time
         cds_roster_on_news(observer, news);
         return;
@@ -121,16 +132,5 @@ void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo 
     observer->admit_block = admit_block;
     observer->on_news = on_news;
     crew->room = room;
-    crew->crowded = crew->held = crew->open = false;
-}
-
-void crew_hold(struct crew *crew)
-{
-    crew->held = true;
-    cds_roster_hold(&crew->roster, NULL, CDS_HOLD_STOPPED);
-}
-
-void crew_unhold(struct crew *crew)
-{
-    crew->held = false;
+    crew->crowded = crew->away = crew->open = false;
 }

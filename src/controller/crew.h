@@ -1,6 +1,5 @@
-/* The servos that the controller has met: a roster that grows by whoever has an alarm or is told
- * how to answer, and, while it is open, by whoever answers and by whom something is written to.
- * What a hold keeps still includes servos that only ever heard a SYNC WRITE.
+/* The servos that the controller has met: a roster that grows by each servo that has an alarm or is
+ * told how to answer, and, while it is open, by each servo that answers or is written to.
  *
  * Main context.
  */
@@ -16,11 +15,13 @@
 struct crew {
     struct cds_roster roster; // first: the bus knows this much
     uint8_t room;             // servos that there may be
-    bool crowded;             // there was one more: it is neither held nor looked at
-    bool held;                // whoever is met from now on is held
-    bool open; // who answers or is written to joins. Else only who has an alarm, is told how to
-               // answer, or would be held: to know a servo costs the bus 0.1 ms an exchange. The
-               // caller sets it
+    bool crowded;             // there was one more: it is not looked at
+    bool away;                // the bus is at another rate, or its servos are being looked for:
+                              // what passes tells nothing of the servos. The caller sets it
+    bool open;                // a servo that answers or is written to joins. Else only one that has
+                              // an alarm or is told how to answer: to know a servo costs the bus
+                              // 0.1 ms an exchange. The caller sets it
+    uint16_t early;           // packets that were refused as CDS_TOO_EARLY, modulo 65536
 };
 
 /* Begins without a servo, on an open bus. `servos` has room for `room` (1 to 254) of them. Both
@@ -31,9 +32,5 @@ void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo 
 /* Takes servo `id` in, 0 to 253 (others are nobody), if it is not known. False: there is no room.
  */
 bool crew_meet(struct crew *crew, uint8_t id);
-
-/* Holds all (CDS_HOLD_STOPPED), those too that are met later; or none who is met later. */
-void crew_hold(struct crew *crew);
-void crew_unhold(struct crew *crew);
 
 #endif

@@ -9,6 +9,7 @@
 /* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
  */
 #define BYTES_PER_POLL   3
+#define STALE_PER_POLL   16 // after a silence: a stop among them must be found soon
 #define COUNTED_PER_POLL 32
 
 void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
@@ -19,17 +20,6 @@ void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text,
 static bool is_open(const struct host *host)
 {
     return host->count != 0;
-}
-
-CDS_APART void host_gap(struct host *host)
-{
-    host->counters.gaps++;
-    if (host->whole)
-        host->count = host->seen = host->end; // the packet is not concerned
-    else
-        host->from = host->count = host->seen = host->end = 0;
-    host->lost = true;
-    host->skipping = true;
 }
 
 /* False: there is no room for it. */
@@ -51,9 +41,19 @@ static bool ends_line(uint8_t byte)
     return byte == '\r' || byte == '\n';
 }
 
+/* A Ctrl-X that is no part of a good packet. */
+static void find_stop(struct host *host, uint8_t byte, bool damaged)
+{
+    if (byte != STOP)
+        return;
+    host->stop = true;
+    if (damaged)
+        host->counters.stops++;
+}
+
 static void take_text(struct host *host, uint8_t byte)
 {
-    host->stop = host->stop || byte == STOP;
+    find_stop(host, byte, host->suspect || host->skipping);
     if (host->skipping) {
         host->skipping = !ends_line(byte);
     } else if (byte != HOST_MARK_DROPPED && byte != HOST_MARK_LOST) {
@@ -76,28 +76,33 @@ static void drop_line(struct host *host)
         host->lost = true; // there is half a line in the ring, which must not be joined
 }
 
-/* Nothing stands there, or, if `count` is 1, a 0xFF that has just come. */
+/* Nothing stands there, or, if `count` is 1, a 0xFF. */
 static void restart(struct host *host, uint16_t count)
 {
     host->bytes[0] = CDS_HEADER;
     host->from = host->end = 0;
     host->count = host->seen = count;
+    host->stale = host->searched_again = false;
 }
 
 /* 0xFF: a packet may begin. */
-static void begin(struct host *host)
+static void begin(struct host *host, bool late)
 {
     host->skipping = false;
+    host->late = late;
+    host->begun_us = cds_port_now_us();
     restart(host, 1);
     drop_line(host);
 }
 
-/* What stands at `from` begins no packet: the search goes on behind its first byte. */
+/* What stands at `from` begins no packet: the search goes on behind its first byte. The bytes up to
+ * the next 0xFF are no part of a packet. */
 static void refute(struct host *host)
 {
     uint16_t from = host->from;
 
     do {
+        find_stop(host, host->bytes[from], true);
         from++;
     } while (from < host->count && host->bytes[from] != CDS_HEADER);
     host->from = from;
@@ -105,6 +110,20 @@ static void refute(struct host *host)
     host->end = 0;
     if (host->seen >= host->count)
         restart(host, from < host->count);
+    else
+        host->searched_again = true;
+}
+
+/* Something is lost behind all that was taken. The bytes of a packet that has begun are searched
+ * for a stop only; a packet that waits for the bridge is not concerned. */
+CDS_APART void host_gap(struct host *host)
+{
+    host->counters.gaps++;
+    host->stale = is_open(host);
+    if (is_open(host) && !host->whole)
+        refute(host);
+    host->lost = true;
+    host->skipping = true;
 }
 
 static void refute_counted(struct host *host)
@@ -128,14 +147,37 @@ static void move_to_front(struct host *host)
     host->from = 0;
 }
 
-/* The checksum was the last byte: all of it adds up to 0xFF. */
+/* Drops the good packet at `from`; what stands behind it is searched on. */
+static void drop_late(struct host *host)
+{
+    host->counters.late++;
+    host->whole = false;
+    host->from = host->end;
+    host->seen = (uint16_t)(host->from + 1);
+    host->end = 0;
+    if (host->from >= host->count)
+        restart(host, 0);
+    else if (host->bytes[host->from] != CDS_HEADER)
+        refute(host);
+}
+
+/* The checksum was the last byte: all of the packet adds up to 0xFF. */
 static void judge(struct host *host)
 {
-    host->whole = host->sum == UINT8_MAX;
-    if (host->whole)
-        host->counters.packets++;
-    else
+    uint32_t now_us = cds_port_now_us();
+
+    if (host->sum != UINT8_MAX) {
         refute_counted(host);
+        return;
+    }
+    if (host->stale || host->late ||
+        (host->searched_again && now_us - host->begun_us >= HOST_SILENCE_US)) {
+        drop_late(host);
+        return;
+    }
+    host->counters.packets++;
+    host->whole_us = now_us;
+    host->whole = true;
 }
 
 /* Examines the next byte. */
@@ -206,6 +248,7 @@ static uint8_t take_counted(struct host *host)
         sum = (uint8_t)(sum + byte);
     }
     host->input->tail = tail; // behind the bytes
+    host->old = host->old > count ? (uint8_t)(host->old - count) : 0;
     host->sum = sum;
     host->count = host->seen = (uint16_t)(host->count + count);
     if (host->count == host->end)
@@ -213,24 +256,36 @@ static uint8_t take_counted(struct host *host)
     return count;
 }
 
-static void take_byte(struct host *host)
+/* Takes a byte out of the input ring; *late: it came too long ago for a packet. */
+static uint8_t next_byte(struct host *host, bool *late)
 {
     uint8_t byte = cds_ring_peek(host->input, 0);
 
     cds_ring_drop(host->input, 1);
+    *late = host->old != 0;
+    if (*late)
+        host->old--;
+    return byte;
+}
+
+static void take_byte(struct host *host)
+{
+    bool late;
+    uint8_t byte = next_byte(host, &late);
+
     if (is_open(host)) {
         if (host->count == HOST_PACKET_MAX)
             move_to_front(host);
         host->bytes[host->count++] = byte;
         examine(host);
     } else if (byte == CDS_HEADER) {
-        begin(host);
+        begin(host, late);
     } else {
         take_text(host, byte);
     }
 }
 
-/* Nothing has come: for how long? */
+/* All that came was taken: for how long has the host been silent? */
 static void listen(struct host *host)
 {
     if (!is_open(host) && !host->skipping && !host->suspect)
@@ -242,7 +297,7 @@ static void listen(struct host *host)
         drop_line(host);
     host->suspect = false;
     if (is_open(host)) {
-        if (host->count > 1 && !host->stale) // a lone 0xFF is no packet
+        if (host->count > 1) // a lone 0xFF is no packet
             host->counters.silent++;
         host->stale = true;
         refute(host);
@@ -258,15 +313,14 @@ static bool text_follows(const struct host *host)
 
 static void take_following(struct host *host)
 {
-    uint8_t byte = cds_ring_peek(host->input, 0);
+    bool late;
 
-    cds_ring_drop(host->input, 1);
-    take_text(host, byte);
+    take_text(host, next_byte(host, &late));
 }
 
 static void work(struct host *host)
 {
-    uint8_t left = BYTES_PER_POLL;
+    uint8_t left = host->stale ? STALE_PER_POLL : BYTES_PER_POLL;
 
     while (!host->whole || text_follows(host)) {
         uint8_t done = 1;
@@ -277,6 +331,8 @@ static void work(struct host *host)
             done = examine_counted(host);
         else if (host->seen < host->count)
             examine(host);
+        else if (host->stale)
+            refute(host); // no end of a packet will come: before another byte is taken
         else if (cds_ring_count(host->input) == 0)
             break;
         else if (host->end)
@@ -298,22 +354,36 @@ static bool mark_lost(struct cds_ring *text)
     return cds_ring_put(text, HOST_MARK_LOST);
 }
 
+/* When did the host say something last, and how long has the packet waited for the bridge? Behind a
+ * packet that has waited for too long, all that came meanwhile is too old for a packet. */
+static void watch_time(struct host *host)
+{
+    uint8_t head = host->input->head;
+
+    if (head != host->head) {
+        host->head = head;
+        host->heard_us = cds_port_now_us();
+    }
+    if (host->whole && cds_port_now_us() - host->whole_us >= HOST_SILENCE_US) {
+        host->old = cds_ring_count(host->input);
+        drop_late(host);
+    }
+}
+
 bool host_poll(struct host *host)
 {
     uint8_t tail;
 
     CDS_OPAQUE(host);
     tail = host->input->tail;
+    watch_time(host);
     if (host->lost && !host->skipping && mark_lost(host->text)) { // the line's end may be lost, too
         host->lost = false;
         host->typing = false;
     }
     work(host);
-    if (tail != host->input->tail) {
-        host->heard_us = cds_port_now_us();
-        host->stale = false;
+    if (tail != host->input->tail)
         return host->end && !host->whole;
-    }
     if (!host->whole && host->seen == host->count)
         listen(host);
     return false;

@@ -1,16 +1,15 @@
-/* The host link taken apart: protocol packets and text, which alternate as they like.
+/* Takes the host link apart: protocol packets and text, which alternate as they like.
  *
- * A byte 0xFF outside a packet begins one, for it is never part of text, and drops the line that
- * was being typed. All else outside a packet is text. What looked like a packet and is none (no
- * second 0xFF, LENGTH, checksum, or silence for HOST_SILENCE_US before its end) is dropped, but a
- * packet that begins within it is found, and half a line behind it that goes on no more within that
- * time is taken for the rest of it. Behind a gap in what came, all is dropped up to the end of
- * the line, the next 0xFF or that silence; only then the loss is told.
+ * A byte 0xFF outside a packet begins a packet and drops the line that was being typed. Every other
+ * byte outside a packet is text. A packet is damaged if it has no second 0xFF, a bad LENGTH, a bad
+ * checksum, or if the host is silent for HOST_SILENCE_US before its end. A damaged packet is not
+ * passed on: its ID may not be the one that was meant. The bytes of a damaged packet are searched
+ * again; a good packet among them is passed on unless it is older than HOST_SILENCE_US, since the
+ * client has given up waiting for the reply by then. For the same reason a packet that the bridge
+ * cannot take in that time is dropped.
  *
- * A packet with a bad checksum is dropped, not passed on: the ID it has may not be the one that was
- * meant, and a servo may be set to switch its torque off when such a one reaches it.
- *
- * Manual: 2.2; ruling R27. Main context.
+ * Ctrl-X (0x18) is a stop unless it stands within a good packet, also in a damaged or late one's
+ * rest. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main context.
  */
 #ifndef CONTROLLER_HOST_H
 #define CONTROLLER_HOST_H
@@ -22,7 +21,9 @@
 #include "cds55xx/ring.h"   // struct cds_ring
 
 #define HOST_PACKET_MAX (CDS_LENGTH_MAX + 4) // bytes
-#define HOST_SILENCE_US 50000
+
+/* Less than any client waits for a reply: DynamixelSDK waits 34 ms or more. */
+#define HOST_SILENCE_US 15000
 
 /* Bytes in the ring of text that the host cannot have said: where they stand, the line so far is
  * gone, because a packet began; or because something was lost, which has to be answered. */
@@ -32,8 +33,10 @@ enum host_mark { HOST_MARK_DROPPED = 0xF8, HOST_MARK_LOST = 0xF9 };
 struct host_counters {
     uint16_t packets; // whole ones
     uint16_t broken;  // dropped: LENGTH or checksum
-    uint16_t silent;  // ... not ended in time
+    uint16_t silent;  // dropped: the host was silent before the end
     uint16_t gaps;    // where something was lost, before or behind the rings
+    uint16_t late;    // good packets dropped: the client has given up waiting
+    uint16_t stops;   // Ctrl-X found in damaged packets
 };
 
 /* All state of the link. Zero it (static storage is), then host_open(). */
@@ -45,14 +48,20 @@ struct host {
     uint16_t seen;          // and this is the next of these bytes to be examined
     uint16_t end;           // where the packet will end, 0 until its LENGTH is known
     uint8_t sum;            // of the bytes from the ID on
-    uint32_t heard_us;      // when the last byte was taken
-    bool stale;             // ... too long ago for what has begun
+    uint8_t head;           // of the input ring when it was last looked at
+    uint8_t old;            // bytes in the input ring that came too long ago for a packet
+    uint32_t heard_us;      // when the input ring last had a new byte
+    uint32_t begun_us;      // when the first of the bytes was taken
+    uint32_t whole_us;      // when the packet was whole
+    bool stale;             // the host was silent since: packets in the bytes are dropped
+    bool late;              // the first of the bytes was among the old ones: likewise
+    bool searched_again;    // the bytes stand behind the beginning of a damaged packet
     bool whole;             // a packet stands there; only text is taken until host_take()
     bool typing;            // the text so far ends within a line
     bool suspect;           // ... which may be the rest of a packet that was broken
     bool lost;              // a gap was met; HOST_MARK_LOST is due
     bool skipping;          // ... and what follows is dropped
-    bool stop;              // Ctrl-X was typed, wherever the text is now; who has seen to it clears
+    bool stop;              // Ctrl-X came, wherever the text is now; the caller clears it
     struct host_counters counters;
 };
 

@@ -45,7 +45,7 @@ static void lose_link(struct keeper *keeper)
     if (keeper->settings->link_loss_action == KEEPER_TORQUE_OFF)
         robot_stop(keeper->robot);
     else if (keeper->settings->link_loss_action == KEEPER_HOLD)
-        crew_hold(&keeper->robot->crew);
+        robot_inhibit(keeper->robot);
 }
 
 static void watch_link(struct keeper *keeper)
@@ -95,16 +95,9 @@ void keeper_poll(struct keeper *keeper)
 
 bool keeper_clear(struct keeper *keeper)
 {
-    struct cds_roster *roster = &keeper->robot->crew.roster;
-    struct cds_roster_servo *servo = roster->servos;
-
-    if (robot_is_stopping(keeper->robot))
+    if (!robot_allow(keeper->robot))
         return false;
-    crew_unhold(&keeper->robot->crew);
-    for (uint8_t left = roster->count; left; left--, servo++)
-        if (servo->held == CDS_HOLD_STOPPED)
-            cds_roster_release(roster, servo);
-    cds_roster_acknowledge(roster, NULL);
+    cds_roster_acknowledge(&keeper->robot->crew.roster, NULL);
     keeper->link_lost = false;
     keeper_heard(keeper); // who has asked for this is there
     return true;

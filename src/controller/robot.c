@@ -10,7 +10,41 @@
 void robot_begin(struct robot *robot, struct cds_bus *bus)
 {
     robot->bus = bus;
+    robot->strangers = ROBOT_NOT_SCANNED;
     crew_begin(&robot->crew, bus, robot->servos, ROBOT_SERVOS);
+}
+
+void robot_inhibit(struct robot *robot)
+{
+    if (robot->kept)
+        inhibit_keep(robot->kept, true);
+    cds_roster_hold(&robot->crew.roster, NULL, CDS_HOLD_STOPPED);
+}
+
+bool robot_allow(struct robot *robot)
+{
+    if (robot_is_stopping(robot))
+        return false;
+    cds_roster_allow(&robot->crew.roster);
+    if (robot->kept)
+        inhibit_keep(robot->kept, false);
+    return true;
+}
+
+void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on)
+{
+    robot->kept = kept;
+    if (powered_on)
+        inhibit_keep(kept, false);
+    else if (inhibit_kept(kept))
+        robot_inhibit(robot);
+}
+
+uint8_t robot_strangers(const struct robot *robot)
+{
+    if (robot->strangers == ROBOT_NOT_SCANNED)
+        return (uint8_t)(CDS_ID_MAX + 1 - robot->crew.roster.count);
+    return robot->strangers == 0 && robot->crew.crowded ? 1 : robot->strangers;
 }
 
 bool robot_is_exclusive(const struct robot *robot)
@@ -39,7 +73,7 @@ uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
     robot->result = CDS_PENDING;
     robot->baud = robot->bus->baud;
     if (operation == ROBOT_SCAN || operation == ROBOT_DIAGNOSE)
-        robot->bus->observer = NULL; // who is silent at another rate is not away
+        robot->crew.away = true; // a servo that is silent at another rate is not offline
     return 0;
 }
 
@@ -49,7 +83,7 @@ CDS_APART static void let_go(struct robot *robot)
         cds_watch_set_cycle(&robot->watch, NULL);
     robot->watch_rests = false;
     robot->operation = ROBOT_IDLE;
-    robot->bus->observer = &robot->crew.roster.observer;
+    robot->crew.away = false;
 }
 
 uint8_t robot_begun(struct robot *robot, enum cds_result begun)
@@ -75,14 +109,14 @@ CDS_APART static void begin_stop(struct robot *robot)
 {
     robot->stop_waits = false;
     robot->stopping = true;
-    robot->bus->observer = &robot->crew.roster.observer;
+    robot->crew.away = false;
     cds_stop_begin(&robot->stop, &robot->crew.roster);
 }
 
 void robot_stop(struct robot *robot)
 {
     robot_abort(robot);
-    crew_hold(&robot->crew);
+    robot_inhibit(robot);
     // elsewhere nobody would hear it; at home its requests keep the bus from being taken away
     if (robot->operation != ROBOT_IDLE && robot->bus->baud != robot->baud)
         robot->stop_waits = true;
@@ -163,11 +197,14 @@ CDS_APART void robot_yield(struct robot *robot)
 
 void robot_forget(struct robot *robot)
 {
-    bool held = robot->crew.held, open = robot->crew.open;
+    bool inhibited = robot_is_inhibited(robot), open = robot->crew.open;
+    uint8_t shortest_delay = robot->crew.roster.shortest_delay;
 
     crew_begin(&robot->crew, robot->bus, robot->servos, ROBOT_SERVOS);
-    robot->crew.held = held;
+    robot->crew.roster.inhibited = inhibited;
+    robot->crew.roster.shortest_delay = shortest_delay;
     robot->crew.open = open;
+    robot->strangers = ROBOT_NOT_SCANNED;
     robot->group_count = 0;
     robot->watched = 0;
     robot->chosen = false;

@@ -19,6 +19,7 @@
 #include "cds55xx/stop.h"       // struct cds_stop
 #include "cds55xx/watch.h"      // struct cds_watch
 #include "crew.h"               // struct crew
+#include "inhibit.h"            // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
 #ifndef ROBOT_SERVOS
@@ -57,19 +58,24 @@ union robot_work {
     } move;
 };
 
-/* The robot. Fields are to be read only but for `work`, by whoever has claimed it. */
+#define ROBOT_NOT_SCANNED UINT8_MAX // in `strangers`
+
+/* The robot. Fields are to be read only but for `work`, by whoever has claimed it, and for
+ * `strangers`, by the scan. */
 struct robot {
     struct cds_bus *bus;
-    uint8_t operation;    // enum robot_operation
-    uint8_t result;       // enum cds_result of it: CDS_PENDING while it goes on
-    uint8_t baud;         // register value of the bus's rate when it began
-    bool stop_waits : 1;  // until the bus is back at its rate
-    bool stopping : 1;    // a stop is under way
-    bool watch_rests : 1; // the cycle leaves no time for the state check
-    bool group_acts : 1;  // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
-    bool chosen : 1;      // somebody has said which servos they are: the state check looks at them
+    struct inhibit_copy *kept; // what a reset leaves of the drive inhibit; NULL: nothing
+    uint8_t operation;         // enum robot_operation
+    uint8_t result;            // enum cds_result of it: CDS_PENDING while it goes on
+    uint8_t baud;              // register value of the bus's rate when it began
+    bool stop_waits : 1;       // until the bus is back at its rate
+    bool stopping : 1;         // a stop is under way
+    bool watch_rests : 1;      // the cycle leaves no time for the state check
+    bool group_acts : 1;       // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    bool chosen : 1; // somebody has said which servos they are: the state check looks at them
     uint8_t group_count;
-    uint8_t watched; // servos that the state check was begun for
+    uint8_t watched;   // servos that the state check was begun for
+    uint8_t strangers; // servos that the last whole scan found beyond those of the robot
     struct crew crew;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_stop stop;
@@ -84,9 +90,31 @@ void robot_begin(struct robot *robot, struct cds_bus *bus);
 /* Moves everything on; once in each turn of the main loop, after cds_bus_poll(). */
 void robot_poll(struct robot *robot);
 
-/* Torque off everywhere, ahead of everything: all servos of the robot are held from now on, a cycle
- * or an operation under way is ended. robot->stop says what came of it, when `stopping` is false.
- */
+/* Goes on as a reset left the drive inhibit: driving is inhibited if `kept`, which stays in place,
+ * says so or is damaged. `powered_on`: there was no power, `kept` holds chance, and driving is
+ * free. Once, after robot_begin(). */
+void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on);
+
+/* Inhibits driving, and keeps that for a reset: nothing that can drive a servo is sent any more, to
+ * whatever ID. */
+void robot_inhibit(struct robot *robot);
+
+/* Ends the inhibit; servos that lost their state stay held. Nothing is sent. False: torque off is
+ * under way, and nothing was done. */
+bool robot_allow(struct robot *robot);
+
+/* Is driving inhibited? */
+static inline bool robot_is_inhibited(const struct robot *robot)
+{
+    return robot->crew.roster.inhibited;
+}
+
+/* How many servos there may be that the robot does not look at: 0 to 254. After a whole scan, those
+ * beyond its room; else all IDs that are not of the robot. */
+uint8_t robot_strangers(const struct robot *robot);
+
+/* Torque off everywhere, ahead of everything: driving is inhibited from now on, a cycle or an
+ * operation under way is ended. robot->stop says what came of it, when `stopping` is false. */
 void robot_stop(struct robot *robot);
 
 /* Is a stop under way? */
@@ -125,8 +153,8 @@ bool robot_add(struct robot *robot, uint8_t id);
 /* A packet of the PC passes: the state check leaves the bus to it but for servos that are back. */
 void robot_yield(struct robot *robot);
 
-/* Forgets all servos. Not while a cycle, operation or stop is under way. Who joins later is held if
- * they were. */
+/* Forgets all servos. Not while a cycle, operation or stop is under way. The drive inhibit stays.
+ */
 void robot_forget(struct robot *robot);
 
 #endif

@@ -39,7 +39,7 @@ static inline bool cds_operation_tune(struct cds_bus *bus, uint8_t baud)
 static inline bool cds_operation_not_sent(uint8_t result)
 {
     return result == CDS_LINE_BUSY || result == CDS_NO_REPLY_DUE || result == CDS_LIMIT ||
-           result == CDS_HELD;
+           result == CDS_HELD || result == CDS_TOO_EARLY;
 }
 
 #endif

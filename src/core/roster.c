@@ -4,10 +4,12 @@
 #include <stddef.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
+#include "gate.h"                  // cds_gate_check()
 #include "goal.h"                  // CDS_GOAL_SIZE
 #include "limits.h"                // cds_limits_check()
 #include "observe.h"
 #include "opaque.h" // CDS_APART
+#include "part.h"   // struct cds_part
 
 #define FACTORY_ID           1 // what RESET leaves (R11, R25)
 #define FACTORY_RETURN_DELAY 1
@@ -324,39 +326,6 @@ static void learn_reset(struct cds_roster *roster, struct cds_roster_servo *serv
 
 /* ---- all servos that an instruction packet reaches, and with what ---- */
 
-/* A part of a packet: data for one servo, or for all of them. */
-struct part {
-    struct cds_span span;
-    uint8_t id, instruction;
-};
-
-/* Part `index` of the packet `bytes`, a WRITE, REG WRITE or SYNC WRITE; false if there is none. */
-static bool part_of(const uint8_t *bytes, uint8_t index, struct part *part)
-{
-    const uint8_t *parameters = bytes + CDS_AT_PARAMETERS;
-    uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
-    uint16_t block, end;
-
-    if (count < 2)
-        return false;
-    part->span.address = parameters[0];
-    part->instruction = bytes[CDS_AT_INSTRUCTION];
-    if (part->instruction != CDS_SYNC_WRITE) {
-        part->id = bytes[CDS_AT_ID];
-        part->span.data = parameters + 1;
-        part->span.length = (uint8_t)(count - 1u);
-        return index == 0;
-    }
-    block = parameters[1] + 1u;
-    end = (uint16_t)((index + 1u) * block + 2u); // fits: the one before was within the packet
-    if (end > count)
-        return false;
-    part->span.length = parameters[1];
-    part->span.data = parameters + end - parameters[1];
-    part->id = part->span.data[-1];
-    return true;
-}
-
 /* Torque off, and nothing else: always admitted, and without delay. */
 static bool is_torque_off(const uint8_t *bytes)
 {
@@ -376,20 +345,13 @@ bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id)
     const struct cds_roster_servo *servo = roster->servos;
     bool all = id == CDS_BROADCAST_ID;
 
+    if (roster->inhibited)
+        return false;
     for (uint8_t i = roster->count; i; i--, servo++)
         if ((all || servo->id == id || servo->maybe_id == id) &&
             (is_held(servo) || (!all && servo->presence == CDS_PRESENCE_AWAY)))
             return false;
     return true;
-}
-
-/* Would this write drive the servo, so that it must not go to one that is held? Another mode does:
- * what was a speed to reach a goal with turns it endlessly. */
-static bool drives(const struct cds_span *span)
-{
-    return cds_span_touches(span, CDS_REG_GOAL_POSITION, CDS_REG_MOVING_SPEED + 1) ||
-           cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0) ||
-           cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
 }
 
 /* May its ID be `id` from now on? Not if there would then be three of them that it may have. */
@@ -400,7 +362,7 @@ static bool may_become(const struct cds_roster_servo *servo, uint8_t id)
 
 /* Can everybody go on knowing where and how the servo is? Nobody would know when an ACTION that may
  * not be heard has changed its ID, rate, delay, mode or level. */
-static bool stays_known(const struct cds_roster_servo *servo, const struct part *part)
+static bool stays_known(const struct cds_roster_servo *servo, const struct cds_part *part)
 {
     if (part->instruction == CDS_REG_WRITE &&
         (cds_span_touches(&part->span, CDS_REG_ID, CDS_REG_CCW_ANGLE_LIMIT + 1) ||
@@ -419,7 +381,7 @@ static enum cds_result judge_action(const struct cds_roster_servo *servo)
 
 /* Of many servos one that is away stops no other: it does not hear this, and if it is just back,
  * its torque is off. */
-static enum cds_result judge(const struct cds_roster_servo *servo, const struct part *part)
+static enum cds_result judge(const struct cds_roster_servo *servo, const struct cds_part *part)
 {
     bool held = is_held(servo);
 
@@ -430,7 +392,7 @@ static enum cds_result judge(const struct cds_roster_servo *servo, const struct 
         return judge_action(servo);
     if (part->instruction == CDS_RESET)
         return may_become(servo, FACTORY_ID) ? CDS_OK : CDS_LIMIT;
-    if (held && drives(&part->span))
+    if (held && cds_span_drives(&part->span))
         return CDS_HELD;
     if (!stays_known(servo, part))
         return CDS_LIMIT;
@@ -438,7 +400,7 @@ static enum cds_result judge(const struct cds_roster_servo *servo, const struct 
 }
 
 /* A part of a packet to all whom its ID means. `refused_id`: whom it must not go to. */
-static enum cds_result judge_part(struct cds_roster *roster, const struct part *part,
+static enum cds_result judge_part(struct cds_roster *roster, const struct cds_part *part,
                                   uint8_t *refused_id)
 {
     struct cds_roster_servo *servo = NULL;
@@ -457,7 +419,7 @@ static enum cds_result judge_part(struct cds_roster *roster, const struct part *
 CDS_APART static enum cds_result judge_block(struct cds_roster *roster, uint8_t id, uint8_t address,
                                              const uint8_t *data, uint8_t length)
 {
-    struct part part = {{data, address, length}, id, CDS_SYNC_WRITE};
+    struct cds_part part = {{data, address, length}, id, CDS_SYNC_WRITE};
 
     return judge_part(roster, &part, &id);
 }
@@ -469,6 +431,8 @@ enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_
     uint8_t next = (uint8_t)(roster->last + 1u);
     const struct cds_roster_servo *servo;
 
+    if (roster->inhibited && cds_span_drives(&(struct cds_span){data, address, length}))
+        return CDS_HELD;
     if (roster->ambiguous || address != CDS_REG_GOAL_POSITION || length != CDS_GOAL_SIZE)
         return judge_block(roster, id, address, data, length);
     if (next >= roster->count) // by the short way: 50 of them in 4 ms
@@ -488,12 +452,12 @@ static enum cds_result judge_writes(struct cds_roster *roster, const uint8_t *by
                                     uint8_t *refused_id)
 {
     const struct cds_span *span;
-    struct part part;
+    struct cds_part part;
     enum cds_result result = CDS_OK;
 
     if (is_torque_off(bytes))
         return CDS_OK;
-    for (uint8_t i = 0; result == CDS_OK && part_of(bytes, i, &part); i++) {
+    for (uint8_t i = 0; result == CDS_OK && cds_part_of(bytes, i, &part); i++) {
         span = &part.span;
         *refused_id = part.id;
         if (part.instruction != CDS_SYNC_WRITE || means_several(roster, part.id))
@@ -552,8 +516,8 @@ static enum cds_result judge_packet(struct cds_roster *roster, struct cds_reques
     case CDS_SYNC_WRITE: result = judge_writes(roster, bytes, &refused_id); break;
     case CDS_ACTION:
     case CDS_RESET:
-        result =
-            judge_part(roster, &(struct part){.id = id, .instruction = instruction}, &refused_id);
+        result = judge_part(roster, &(struct cds_part){.id = id, .instruction = instruction},
+                            &refused_id);
         break;
     default: break;
     }
@@ -586,7 +550,12 @@ CDS_APART static enum cds_result judge_anew(struct cds_roster *roster, struct cd
 enum cds_result cds_roster_admit(struct cds_bus_observer *observer, struct cds_request *request)
 {
     struct cds_roster *roster = of(observer);
+    enum cds_result result = cds_gate_check(roster, request->packet.bytes);
 
+    if (result != CDS_OK) {
+        roster->refused_id = request->packet.bytes[CDS_AT_ID];
+        return result;
+    }
     if (roster->count)
         return judge_anew(roster, request);
     request->vetted = 0;
@@ -645,7 +614,7 @@ static bool are_old_news(const struct cds_roster *roster, const uint8_t *bytes)
 static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool certain)
 {
     struct cds_roster_servo *servo;
-    struct part part;
+    struct cds_part part;
 
     if (are_old_news(roster, bytes))
         return;
@@ -655,7 +624,7 @@ static void learn_parts(struct cds_roster *roster, const uint8_t *bytes, bool ce
             servo->torque = false;
         return;
     }
-    for (uint8_t i = 0; part_of(bytes, i, &part); i++) {
+    for (uint8_t i = 0; cds_part_of(bytes, i, &part); i++) {
         servo = next_of(roster, part.id, NULL);
         while (servo) { // whose ID changes here must not be met by it again
             struct cds_roster_servo *next = next_of(roster, part.id, servo);
@@ -713,15 +682,15 @@ static void learn_packet(struct cds_roster *roster, struct cds_roster_servo *ser
                          const struct cds_bus_news *news, bool certain, bool lost)
 {
     const uint8_t *bytes = news->request->packet.bytes;
-    struct part part = {.span = {bytes, news->address, news->request->length}}; // of a READ
+    struct cds_part part = {.span = {bytes, news->address, news->request->length}}; // of a READ
 
     switch (news->instruction) {
     case CDS_WRITE: // lost
-        if (part_of(bytes, 0, &part))
+        if (cds_part_of(bytes, 0, &part))
             doubt(roster, servo, &part.span);
         break;
     case CDS_REG_WRITE:
-        if (part_of(bytes, 0, &part))
+        if (cds_part_of(bytes, 0, &part))
             arm(roster, servo, &part.span, certain);
         break;
     case CDS_ACTION: act(servo, certain); break;
@@ -946,10 +915,20 @@ CDS_APART static void set_held(struct cds_roster *roster, struct cds_roster_serv
 
 void cds_roster_hold(struct cds_roster *roster, struct cds_roster_servo *servo, uint8_t why)
 {
+    if (!servo)
+        roster->inhibited = true;
     set_held(roster, servo, UINT8_MAX, why);
+}
+
+void cds_roster_allow(struct cds_roster *roster)
+{
+    roster->inhibited = false;
+    set_held(roster, NULL, CDS_HOLD_LOST, 0);
 }
 
 void cds_roster_release(struct cds_roster *roster, struct cds_roster_servo *servo)
 {
+    if (!servo)
+        roster->inhibited = false;
     set_held(roster, servo, 0, 0);
 }

@@ -85,22 +85,42 @@ static CDS_APART bool may_try_again(struct cds_stop *stop)
 
 /* ---- all ---- */
 
-/* Are more broadcasts due than went out or are on their way? A look of the stop before counts, too,
- * while it is in flight: it ends before any of them. */
-static bool are_due(const struct cds_stop *stop)
+static bool is_broadcast(const struct cds_request *request, uint8_t reg)
 {
-    uint8_t count = stop->broadcasts;
+    const uint8_t *bytes = request->packet.bytes;
 
-    count = (uint8_t)(count + (stop->requests[0].result == CDS_PENDING));
-    count = (uint8_t)(count + (stop->requests[1].result == CDS_PENDING));
-    return count < CDS_STOP_BROADCASTS;
+    return bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_PARAMETERS] == reg;
+}
+
+/* Are more broadcasts of this register due than went out (`count`) or are on their way? */
+static CDS_APART bool is_due(const struct cds_stop *stop, uint8_t reg, uint8_t count, uint8_t due)
+{
+    const struct cds_request *request = stop->requests;
+
+    for (uint8_t i = 2; i; i--, request++)
+        if (request->result == CDS_PENDING && is_broadcast(request, reg))
+            count++;
+    return count < due;
+}
+
+/* What all are to be told next: first torque off, then to forget registered writes; 0: nothing. */
+static uint8_t due_register(const struct cds_stop *stop)
+{
+    if (is_due(stop, CDS_REG_TORQUE_ENABLE, stop->broadcasts, CDS_STOP_BROADCASTS))
+        return CDS_REG_TORQUE_ENABLE;
+    if (is_due(stop, CDS_REG_REGISTERED_INSTRUCTION, stop->clears, CDS_STOP_CLEARS))
+        return CDS_REG_REGISTERED_INSTRUCTION;
+    return 0;
 }
 
 static CDS_APART void tell_all(struct cds_stop *stop, struct cds_request *request)
 {
-    enum cds_result result = cds_servo_write_byte(stop->roster->bus, request, CDS_BROADCAST_ID,
-                                                  CDS_REG_TORQUE_ENABLE, 0);
+    uint8_t reg = due_register(stop);
+    enum cds_result result;
 
+    if (!reg)
+        return;
+    result = cds_servo_write_byte(stop->roster->bus, request, CDS_BROADCAST_ID, reg, 0);
     if (result != CDS_OK && result != CDS_BUSY) // on its way since the stop was begun before
         stop->result = (uint8_t)result;
 }
@@ -113,10 +133,11 @@ static void on_end(struct cds_request *request)
 
     if (stop->result != CDS_PENDING || request->result == CDS_LINE_BUSY)
         return;
-    if (request->id == CDS_BROADCAST_ID) // else a look of the stop before
+    if (is_broadcast(request, CDS_REG_TORQUE_ENABLE))
         stop->broadcasts++;
-    if (are_due(stop))
-        tell_all(stop, request);
+    if (is_broadcast(request, CDS_REG_REGISTERED_INSTRUCTION))
+        stop->clears++;
+    tell_all(stop, request);
 }
 
 static void telling_all(struct cds_stop *stop)
@@ -124,9 +145,9 @@ static void telling_all(struct cds_stop *stop)
     struct cds_request *request = stop->requests;
 
     for (uint8_t i = 2; i && stop->result == CDS_PENDING; i--, request++)
-        if (request->result != CDS_PENDING && are_due(stop) && may_try_again(stop))
+        if (request->result != CDS_PENDING && due_register(stop) && may_try_again(stop))
             tell_all(stop, request);
-    if (stop->broadcasts == CDS_STOP_BROADCASTS)
+    if (stop->broadcasts >= CDS_STOP_BROADCASTS && stop->clears >= CDS_STOP_CLEARS)
         look_from(stop, 0);
 }
 
@@ -202,6 +223,7 @@ enum cds_result cds_stop_begin(struct cds_stop *stop, struct cds_roster *roster)
     stop->roster = roster;
     stop->tries = 0;
     stop->broadcasts = 0;
+    stop->clears = 0;
     stop->round = 0;
     stop->phase = TELLING_ALL;
     stop->result = CDS_PENDING;

@@ -1,0 +1,43 @@
+/* What no servo is sent; see gate.h. Manual: 2.4; 3.1, registers 0x05, 0x06 to 0x09, 0x18, 0x1E to
+ * 0x21. */
+#include "gate.h"
+
+#include "cds55xx/control_table.h" // CDS_REG_RETURN_DELAY
+#include "cds55xx/packet.h"        // CDS_AT_*
+#include "part.h"
+
+static bool sets_delay_below(const struct cds_span *span, uint8_t shortest)
+{
+    const uint8_t *delay = cds_span_byte(span, CDS_REG_RETURN_DELAY);
+
+    return delay && *delay < shortest;
+}
+
+/* A WRITE, REG WRITE or SYNC WRITE, part by part. */
+static enum cds_result check_writes(const struct cds_roster *roster, const uint8_t *bytes)
+{
+    struct cds_part part;
+
+    for (uint8_t i = 0; cds_part_of(bytes, i, &part); i++) {
+        if (roster->inhibited && cds_span_drives(&part.span))
+            return CDS_HELD;
+        if (sets_delay_below(&part.span, roster->shortest_delay))
+            return CDS_TOO_EARLY;
+    }
+    return CDS_OK;
+}
+
+enum cds_result cds_gate_check(const struct cds_roster *roster, const uint8_t *bytes)
+{
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_PING:
+    case CDS_READ: return CDS_OK;
+    case CDS_WRITE:
+    case CDS_REG_WRITE:
+    case CDS_SYNC_WRITE:
+        if (roster->inhibited || bytes[CDS_AT_PARAMETERS] <= CDS_REG_RETURN_DELAY)
+            return check_writes(roster, bytes);
+        return CDS_OK;
+    default: return roster->inhibited ? CDS_HELD : CDS_OK;
+    }
+}

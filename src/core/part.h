@@ -1,0 +1,21 @@
+/* The parts of a packet that writes registers: the data that it has for each servo. */
+#ifndef CDS_PART_H
+#define CDS_PART_H
+
+#include "limits.h" // struct cds_span
+
+/* Data for servo `id`, or for all servos if it is CDS_BROADCAST_ID. */
+struct cds_part {
+    struct cds_span span;
+    uint8_t id, instruction;
+};
+
+/* Part `index` (from 0 on) of the packet `bytes`, a WRITE, REG WRITE or SYNC WRITE. False: the
+ * packet has no such part. */
+bool cds_part_of(const uint8_t *bytes, uint8_t index, struct cds_part *part);
+
+/* True if this write can drive a servo: a goal, a speed, an angle limit (another mode turns the
+ * servo by what was a speed to reach a goal with), or torque on. */
+bool cds_span_drives(const struct cds_span *span);
+
+#endif

@@ -1,0 +1,236 @@
+/* Driving is inhibited: what the bus refuses and what passes, whether the roster knows the servo or
+ * not; and return delays that the board cannot bear. */
+#include "cds55xx/roster.h"
+
+#include <string.h>
+
+#include "cds55xx/group.h"
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "unity.h"
+
+static struct cds_bus bus;
+static struct cds_roster roster;
+static struct cds_roster_servo servos[2];
+static uint8_t buffers[2][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
+static struct cds_request request, other;
+
+static const uint8_t ids[] = {1, 77, CDS_BROADCAST_ID}; // known, unknown, all
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&bus, 0, sizeof bus);
+    memset(servos, 0, sizeof servos);
+    request = (struct cds_request)CDS_REQUEST(buffers[0]);
+    other = (struct cds_request)CDS_REQUEST(buffers[1]);
+    servos[0].id = 1;
+    servos[1].id = 2;
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, 2));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void inhibit(void)
+{
+    cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
+}
+
+static void assert_refused(enum cds_result submitted)
+{
+    TEST_ASSERT_EQUAL(CDS_HELD, submitted);
+    TEST_ASSERT_NULL(bus.request);
+}
+
+/* The packet is on the bus; its silence lasts until the request has ended. */
+static void assert_sent(enum cds_result submitted)
+{
+    uint16_t packets = port_fake.packets;
+
+    TEST_ASSERT_EQUAL(CDS_OK, submitted);
+    port_fake_settle(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    TEST_ASSERT_EQUAL_UINT16(packets + 1, port_fake.packets);
+    for (uint8_t i = 0; i < 100 && request.result == CDS_PENDING; i++) {
+        port_fake.now_us += 1000;
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request.result);
+}
+
+static enum cds_result write_byte(uint8_t id, uint8_t reg, uint8_t value)
+{
+    return cds_servo_write_byte(&bus, &request, id, reg, value);
+}
+
+static enum cds_result write_word(uint8_t id, uint8_t reg, uint16_t value)
+{
+    return cds_servo_write_word(&bus, &request, id, reg, value);
+}
+
+static enum cds_result sync_one(uint8_t id, uint8_t reg, const uint8_t *data, uint8_t length)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, reg, length));
+    cds_group_sync_add(&request, 9, data);
+    cds_group_sync_add(&request, id, data);
+    return cds_group_sync_send(&bus, &request);
+}
+
+static enum cds_result raw(uint8_t id, uint8_t instruction)
+{
+    const uint8_t bytes[] = {0xFF, 0xFF, id, 2, instruction, (uint8_t) ~(id + 2 + instruction)};
+
+    memcpy(buffers[0], bytes, sizeof bytes);
+    request.packet.size = sizeof bytes;
+    request.reply_parameters = CDS_REPLY_NONE;
+    return cds_bus_submit(&bus, &request);
+}
+
+void test_inhibit_of_a_goal_or_speed_refuses_every_id(void)
+{
+    inhibit();
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        assert_refused(write_word(ids[i], CDS_REG_GOAL_POSITION, 500));
+        assert_refused(write_byte(ids[i], CDS_REG_GOAL_POSITION + 1, 1));
+        assert_refused(write_word(ids[i], CDS_REG_MOVING_SPEED, 0));
+        assert_refused(write_byte(ids[i], CDS_REG_MOVING_SPEED + 1, 4));
+    }
+}
+
+void test_inhibit_of_an_angle_limit_refuses_every_id(void)
+{
+    inhibit();
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        assert_refused(write_word(ids[i], CDS_REG_CW_ANGLE_LIMIT, 0));
+        assert_refused(write_byte(ids[i], CDS_REG_CCW_ANGLE_LIMIT + 1, 0));
+    }
+}
+
+void test_inhibit_of_torque_on_refuses_every_id(void)
+{
+    inhibit();
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        assert_refused(write_byte(ids[i], CDS_REG_TORQUE_ENABLE, 1));
+        assert_sent(write_byte(ids[i], CDS_REG_TORQUE_ENABLE, 0));
+    }
+}
+
+void test_inhibit_of_a_long_write_sees_the_goal_in_it(void)
+{
+    static const uint8_t off_and_goal[8] = {0, 0, 32, 32, 0, 0, 100, 0}; // from 0x18 on
+
+    inhibit();
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        assert_refused(cds_servo_write(&bus, &request, ids[i], 0x18, off_and_goal, 8));
+        assert_refused(cds_servo_reg_write(&bus, &request, ids[i], 0x18, off_and_goal, 8));
+        assert_sent(cds_servo_write(&bus, &request, ids[i], 0x18, off_and_goal, 4));
+    }
+}
+
+void test_inhibit_of_action_and_reset_refuses_every_id(void)
+{
+    inhibit();
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        assert_refused(cds_servo_action(&bus, &request, ids[i]));
+        assert_refused(raw(ids[i], CDS_RESET));
+    }
+}
+
+void test_inhibit_of_an_unknown_instruction_refuses_it(void)
+{
+    inhibit();
+    for (uint16_t instruction = 0; instruction < 256; instruction++)
+        for (uint8_t i = 0; i < sizeof ids; i++)
+            if (instruction == 0 || (instruction > CDS_RESET && instruction != CDS_SYNC_WRITE))
+                assert_refused(raw(ids[i], (uint8_t)instruction));
+}
+
+void test_inhibit_of_a_sync_write_refuses_unknown_ids(void)
+{
+    static const uint8_t goal[4] = {0, 2, 0, 1}, on = 1, off = 0;
+
+    inhibit();
+    for (uint8_t id = 1; id < 100; id = (uint8_t)(id + 76)) {
+        assert_refused(sync_one(id, CDS_REG_GOAL_POSITION, goal, 4));
+        assert_refused(sync_one(id, CDS_REG_TORQUE_ENABLE, &on, 1));
+        assert_sent(sync_one(id, CDS_REG_TORQUE_ENABLE, &off, 1));
+        assert_sent(sync_one(id, CDS_REG_LED, &on, 1));
+        TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, id, 0x1E, goal, 4));
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_would_admit(&bus, id, CDS_REG_LED, &on, 1));
+        TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, id));
+    }
+    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, CDS_BROADCAST_ID));
+}
+
+void test_inhibit_of_what_cannot_drive_passes(void)
+{
+    inhibit();
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        assert_sent(write_byte(ids[i], CDS_REG_LED, 1));
+        assert_sent(write_byte(ids[i], CDS_REG_REGISTERED_INSTRUCTION, 0));
+        assert_sent(write_byte(ids[i], CDS_REG_RETURN_DELAY, 10));
+        assert_sent(cds_servo_ping(&bus, &request, ids[i]));
+    }
+    assert_sent(cds_servo_read(&bus, &request, 77, CDS_REG_PRESENT_POSITION, 2));
+}
+
+void test_inhibit_without_a_known_servo_refuses_goals(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, NULL, 0));
+    assert_sent(write_word(1, CDS_REG_GOAL_POSITION, 500));
+    inhibit();
+    assert_refused(write_word(1, CDS_REG_GOAL_POSITION, 500));
+    cds_roster_release(&roster, NULL);
+    assert_sent(write_word(1, CDS_REG_GOAL_POSITION, 500));
+}
+
+void test_inhibit_with_one_servo_released_stays(void)
+{
+    inhibit();
+    cds_roster_release(&roster, &servos[0]);
+    assert_refused(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    cds_roster_allow(&roster);
+    assert_sent(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
+    assert_refused(write_byte(2, CDS_REG_TORQUE_ENABLE, 1)); // it lost its state
+    cds_roster_release(&roster, NULL);
+    assert_sent(write_byte(2, CDS_REG_TORQUE_ENABLE, 1));
+}
+
+void test_inhibit_of_a_request_that_waits_refuses_it(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &other, 77, CDS_REG_TORQUE_ENABLE, 1));
+    inhibit();
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    for (uint8_t i = 0; i < 5; i++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL(CDS_HELD, other.result);
+    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
+}
+
+void test_delay_below_what_the_board_bears_is_refused(void)
+{
+    static const uint8_t from_id[3] = {9, 1, 0}, none = 0, enough = 1;
+
+    roster.shortest_delay = 1;
+    for (uint8_t i = 0; i < sizeof ids; i++) {
+        TEST_ASSERT_EQUAL(CDS_TOO_EARLY, write_byte(ids[i], CDS_REG_RETURN_DELAY, 0));
+        TEST_ASSERT_EQUAL(CDS_TOO_EARLY,
+                          cds_servo_write(&bus, &request, ids[i], CDS_REG_ID, from_id, 3));
+        TEST_ASSERT_EQUAL(CDS_TOO_EARLY, cds_servo_reg_write(&bus, &request, ids[i],
+                                                             CDS_REG_RETURN_DELAY, &none, 1));
+        assert_sent(write_byte(ids[i], CDS_REG_RETURN_DELAY, 1));
+    }
+    TEST_ASSERT_EQUAL(CDS_TOO_EARLY, sync_one(77, CDS_REG_RETURN_DELAY, &none, 1));
+    assert_sent(sync_one(77, CDS_REG_RETURN_DELAY, &enough, 1));
+    roster.shortest_delay = 0;
+    assert_sent(write_byte(77, CDS_REG_RETURN_DELAY, 0));
+}
