@@ -88,7 +88,7 @@ FIRMWARE_SRC := $(CONTROLLER_SRC) $(OWN_SRC)
 # $(1): board, $(2): its folder. Its board.mk has just been included.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(OMIT:%=-DOMIT_%) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 
 build/$(1)/flags: force
@@ -137,7 +137,7 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 # What a board.mk says; each begins empty, or a board that forgets one had that of the board before.
-BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU
+BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU OMIT
 # $(1): its folder, $(2): those that must be there
 read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
 	f,$(2),$(if $(strip $($(f))),,$(error $(1)/board.mk: $(f) is missing)))
@@ -356,7 +356,8 @@ $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -o $@
 
-build/host/test/fuzz: build/host/test/obj/test/fuzz.o $(TESTED_OBJ)
+RANDOM_TESTS := fuzz inhibit_random
+$(RANDOM_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o $(TESTED_OBJ)
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $(filter-out %/unity.o,$^) -o $@
 
@@ -407,7 +408,7 @@ build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | tools
 
 TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
 	$(SIM_TESTS:%=build/host/test/sim/%)
-TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) build/host/test/fuzz \
+TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) $(RANDOM_TESTS:%=build/host/test/%) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/arduino-mega/program/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/program/$(p).elf)) \
 	build/arbotix/program/soak.elf \

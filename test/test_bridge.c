@@ -450,6 +450,86 @@ void test_the_keeper_stands_behind_the_registers(void)
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
 }
 
+void test_inhibit_register_written_0_releases(void)
+{
+    robot_inhibit(&robot);
+    SAY(DEVICE_IS, CDS_READ, 0x17, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 1); // a stop is a broadcast of torque off, not this
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    keeper.link_lost = true;
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    keeper.link_lost = false;
+    robot.stopping = true;
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0); // waits until torque is off
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    robot.stopping = false;
+    turns(60);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_READ, 0x17, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+}
+
+void test_inhibit_of_a_host_packet_sends_nothing(void)
+{
+    bus.observer = &robot.crew.roster.observer;
+    robot_inhibit(&robot);
+    SAY(99, CDS_WRITE, 0x18, 1);
+    SAY(254, CDS_WRITE, 0x1E, 0, 2);
+    SAY(254, CDS_SYNC_WRITE, 0x1E, 2, 7, 0, 2);
+    SAY(99, CDS_REG_WRITE, 0x1E, 0, 2);
+    SAY(254, CDS_ACTION);
+    SAY(99, CDS_RESET);
+    SAY(99, 0x84, 1, 2);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(7, bridge.counters.refused);
+    SAY(99, CDS_WRITE, 0x18, 0);
+    assert_sent(99, CDS_WRITE, (const uint8_t *)"\x18\0", 2);
+}
+
+void test_delay_below_what_the_board_bears_is_a_range_error(void)
+{
+    bus.observer = &robot.crew.roster.observer;
+    robot.crew.roster.shortest_delay = 1;
+    SAY(99, CDS_WRITE, 0x05, 0);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    SAY(99, CDS_REG_WRITE, 0x05, 0);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    SAY(254, CDS_WRITE, 0x05, 0); // a broadcast is never answered
+    SAY(254, CDS_SYNC_WRITE, 0x05, 1, 99, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(4, robot.crew.early);
+    SAY(99, CDS_WRITE, 0x05, 1);
+    assert_sent(99, CDS_WRITE, (const uint8_t *)"\x05\1", 2);
+}
+
+/* The bridge is held up, as by an operation that has the bus for itself. */
+void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
+{
+    static const uint8_t ping_7[] = {0xFF, 0xFF, 7, 2, 1, 0xF5},
+                         read_24[] = {0xFF, 0xFF, 7, 4, 2, 0x18, 1, 0xD9};
+
+    for (uint8_t i = 0; i < sizeof ping_7; i++)
+        cds_ring_put(&input, ping_7[i]);
+    for (uint8_t i = 0; i < sizeof read_24; i++)
+        cds_ring_put(&input, read_24[i]);
+    for (uint8_t i = 0; i < 200; i++) {
+        port_fake.now_us += 100;
+        host_poll(&host);
+    }
+    TEST_ASSERT_FALSE(host.whole);
+    TEST_ASSERT_EQUAL_UINT16(2, host.counters.late);
+    TEST_ASSERT_FALSE(host.stop); // the 0x18 stands in a good packet
+    turns(200);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    SAY(7, CDS_PING);
+    assert_sent(7, CDS_PING, NULL, 0);
+}
+
 void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
@@ -482,12 +562,15 @@ void test_each_counter_is_the_one_that_its_register_names(void)
                                 &host.counters.broken,
                                 &host.counters.silent,
                                 &host.counters.gaps,
+                                &host.counters.late,
+                                &host.counters.stops,
+                                &robot.crew.early,
                                 &bridge.counters.passed,
                                 &bridge.counters.answered,
                                 &bridge.counters.unanswered,
                                 &bridge.counters.refused};
-    static const uint8_t at[] = {0x18, 0x1A, 0x1C, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28,
-                                 0x2A, 0x36, 0x38, 0x3A, 0x3E, 0x40, 0x42, 0x44};
+    static const uint8_t at[] = {0x18, 0x1A, 0x1C, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28, 0x2A,
+                                 0x36, 0x38, 0x3A, 0x4C, 0x48, 0x4A, 0x3E, 0x40, 0x42, 0x44};
 
     for (uint8_t i = 0; i < sizeof at; i++) {
         uint16_t value = (uint16_t)(0x0100u * (i + 1u) + i);

@@ -16,6 +16,8 @@ static struct settings settings;
 static struct settings_store store;
 static char said[800];
 
+static uint16_t damaged_stops;
+
 void setUp(void)
 {
     port_fake_reset();
@@ -32,6 +34,7 @@ void setUp(void)
     keeper = (struct keeper){.settings = &settings,
                              .store = &store,
                              .robot = &robot,
+                             .damaged_stops = &damaged_stops,
                              .room_bytes = 2000,
                              .spare_bytes = 1234};
     keeper_begin(&keeper, KEEPER_RESET_POWER | KEEPER_RESET_BROWN_OUT);
@@ -74,7 +77,7 @@ static const char *reply_to(const char *line)
     for (; *line; line++)
         cds_ring_put(&input, (uint8_t)*line);
     cds_ring_put(&input, '\r');
-    turns(60);
+    turns(120);
     return said;
 }
 
@@ -206,8 +209,10 @@ void test_status_tells_all_there_is(void)
     says(7, 0);
     TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
                              "settings at start: defaults: nothing was ever saved\r\n"
-                             "host link: not watched\r\ntorque off: not asked for\r\nbus: busy\r\n"
-                             "servos: 1, held 0, away 0\r\n"
+                             "host link: not watched\r\ndriving: allowed\r\n"
+                             "torque off: not asked for\r\nCtrl-X in damaged packets: 0\r\n"
+                             "bus: busy\r\nservos: 1, held 0, away 0\r\n"
+                             "RETURN_DELAY refused: 0; this board bears 0 or more\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",
                              reply_to("status"));
 }
@@ -220,14 +225,23 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     robot_inhibit(&robot);
     for (uint8_t id = 10; id <= 10 + ROBOT_SERVOS; id++)
         says(id, 0);
+    damaged_stops = 7;
     reply_to("status");
+    damaged_stops = 0;
+    TEST_ASSERT_NOT_NULL(strstr(said, "driving: inhibited until 'clear'\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "Ctrl-X in damaged packets: 7\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, held 18, away 0\r\n"));
     robot.stop.roster = &robot.crew.roster;
     robot.stop.result = CDS_OK;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: all\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: read back of all 18 known; "
+                                                    "up to 236 more were not looked at\r\n"));
+    robot.strangers = 0; // a whole scan found no more
+    robot.crew.crowded = false;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: read back of all 18 known\r\n"));
     robot.stop.result = CDS_REFUSED;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: not all: some are on\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: some of 18 known are on\r\n"));
     robot.stop.result = CDS_TIMEOUT;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: not known of all\r\n"));
+    TEST_ASSERT_NOT_NULL(
+        strstr(reply_to("status"), "torque off: not read back of all 18 known\r\n"));
 }

@@ -255,7 +255,7 @@ void test_a_buffer_full_of_beginnings_ends_too(void)
     assert_ping_found(1);
 }
 
-void test_a_packet_is_dropped_when_it_is_silent_for_50_ms(void)
+void test_packet_is_dropped_when_the_host_falls_silent(void)
 {
     for (uint8_t cut = 1; cut < sizeof ping; cut++) {
         setUp();
@@ -274,15 +274,122 @@ void test_a_packet_is_dropped_when_it_is_silent_for_50_ms(void)
     }
 }
 
-void test_a_silent_packet_gives_free_what_it_had_swallowed(void)
+/* The client that said it has given up waiting. */
+void test_packet_swallowed_by_a_cut_one_is_dropped(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3, 0x1E};
 
+    for (uint8_t i = 0; i < 3; i++) {
+        feed(cut, sizeof cut, 1);
+        feed(ping, sizeof ping, 1);
+        TEST_ASSERT_EQUAL_UINT16(i, packets);
+        pause_us(HOST_SILENCE_US);
+        TEST_ASSERT_EQUAL_UINT16(i, packets);
+        feed(ping, sizeof ping, 1);
+        assert_ping_found((uint16_t)(i + 1));
+    }
+    TEST_ASSERT_EQUAL_UINT16(3, host.counters.silent);
+    TEST_ASSERT_EQUAL_UINT16(3, host.counters.late);
+}
+
+/* The host says three packets behind a cut one without a pause of 15 ms: the end of the cut one
+ * falls into the third. */
+void test_packet_found_again_is_dropped_if_it_is_old(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 17, 3};
+
     feed(cut, sizeof cut, 1);
-    feed(ping, sizeof ping, 1);
+    for (uint8_t i = 0; i < 3; i++) {
+        pause_us(HOST_SILENCE_US / 2);
+        feed(ping, sizeof ping, 1);
+    }
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.broken);
     TEST_ASSERT_EQUAL_UINT16(0, packets);
-    pause_us(HOST_SILENCE_US);
+    TEST_ASSERT_EQUAL_UINT16(3, host.counters.late);
+    feed(ping, sizeof ping, 1);
     assert_ping_found(1);
+}
+
+static void assert_stop_within_20_ms(void)
+{
+    uint32_t begin_us = port_fake.now_us;
+
+    while (!host.stop && port_fake.now_us - begin_us < 20000) {
+        port_fake.now_us += 100; // a turn of the main loop
+        turn();
+    }
+    TEST_ASSERT_TRUE(host.stop);
+    TEST_ASSERT_EQUAL_UINT16(0, packets);
+}
+
+/* A Ctrl-X behind every beginning that swallows it. */
+void test_stop_in_a_cut_packet_is_found_within_20_ms(void)
+{
+    static uint8_t bytes[HOST_PACKET_MAX];
+
+    for (uint16_t size = 5; size < HOST_PACKET_MAX; size++) {
+        setUp();
+        make(bytes, 1, 254, size & 1);
+        bytes[5 + 0x18] = 0; // where the parameters count up
+        bytes[size - 1] = 0x18;
+        feed(bytes, size, 40);
+        TEST_ASSERT_FALSE(host.stop);
+        assert_stop_within_20_ms();
+        TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
+    }
+}
+
+void test_stop_pressed_again_and_again_in_a_cut_packet_is_found(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3};
+
+    feed(cut, sizeof cut, 1);
+    for (uint8_t presses = 0; presses < 60; presses++) {
+        host.stop = false;
+        type("\x18");
+        pause_us(33000);
+        TEST_ASSERT_TRUE(host.stop);
+    }
+}
+
+void test_stop_in_a_packet_with_a_bad_checksum_is_found_at_once(void)
+{
+    uint8_t read_24[] = {0xFF, 0xFF, 7, 4, 2, 0x18, 1, 0xD9};
+
+    feed(read_24, sizeof read_24, 3);
+    TEST_ASSERT_EQUAL_UINT16(1, packets);
+    TEST_ASSERT_FALSE(host.stop); // the 0x18 stands in a good packet
+    read_24[7] ^= 1;
+    feed(read_24, sizeof read_24, 3);
+    TEST_ASSERT_TRUE(host.stop);
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
+}
+
+void test_stop_in_bytes_before_a_gap_is_found(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3, 0x18};
+
+    feed(cut, sizeof cut, 1);
+    host_gap(&host);
+    settle();
+    TEST_ASSERT_TRUE(host.stop);
+    TEST_ASSERT_TRUE(cds_ring_count(&text) == 0);
+    feed(ping, sizeof ping, 1);
+    assert_ping_found(1);
+}
+
+/* READ of TORQUE_ENABLE (0x18), swallowed by a cut packet: a good packet, dropped, and no stop. */
+void test_stop_is_not_seen_in_a_good_packet_that_is_dropped(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3};
+    static const uint8_t read_24[] = {0xFF, 0xFF, 7, 4, 2, 0x18, 1, 0xD9};
+
+    feed(cut, sizeof cut, 1);
+    feed(read_24, sizeof read_24, 1);
+    pause_us(HOST_SILENCE_US);
+    TEST_ASSERT_FALSE(host.stop);
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.late);
+    TEST_ASSERT_EQUAL_UINT16(0, packets);
 }
 
 void test_a_silence_drops_one_packet_whatever_had_begun_within_it(void)

@@ -201,7 +201,7 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
     run(3000);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
-    TEST_ASSERT_EQUAL_UINT8(2 + 3 + 2, wire.count);
+    TEST_ASSERT_EQUAL_UINT8(2 + CDS_STOP_BROADCASTS + CDS_STOP_CLEARS + 2, wire.count);
     for (uint8_t i = 2; i < 5; i++) {
         TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
         TEST_ASSERT_EQUAL_HEX8(CDS_REG_TORQUE_ENABLE, wire.log[i].address);

@@ -233,3 +233,73 @@ void test_a_stop_waits_until_a_scan_has_brought_the_bus_back_to_its_rate(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
+
+/* ---- the inhibit and resets ---- */
+
+void test_inhibit_survives_a_reset(void)
+{
+    struct inhibit_copy kept;
+
+    memset(&kept, 0xA5, sizeof kept);
+    robot_resume(&robot, &kept, true);
+    TEST_ASSERT_FALSE(robot_is_inhibited(&robot)); // after power-on
+    robot_stop(&robot);
+    for (uint8_t resets = 0; resets < 2; resets++) {
+        setUp();
+        robot_resume(&robot, &kept, false);
+        TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+        TEST_ASSERT_EQUAL(CDS_HELD, torque_on(9));
+        TEST_ASSERT_EQUAL_UINT8(0, wire.count);
+    }
+    TEST_ASSERT_TRUE(robot_release(&robot));
+    setUp();
+    robot_resume(&robot, &kept, false);
+    TEST_ASSERT_FALSE(robot_is_inhibited(&robot));
+    TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
+}
+
+void test_inhibit_of_a_damaged_copy_holds(void)
+{
+    struct inhibit_copy kept;
+
+    for (uint8_t bit = 0; bit < 32; bit++) {
+        inhibit_keep(&kept, false);
+        TEST_ASSERT_FALSE(inhibit_kept(&kept));
+        if (bit < 16)
+            kept.state ^= (uint16_t)(1u << bit);
+        else
+            kept.check ^= (uint16_t)(1u << (bit - 16));
+        TEST_ASSERT_TRUE(inhibit_kept(&kept));
+    }
+    memset(&kept, 0, sizeof kept);
+    TEST_ASSERT_TRUE(inhibit_kept(&kept));
+    memset(&kept, 0xFF, sizeof kept);
+    TEST_ASSERT_TRUE(inhibit_kept(&kept));
+}
+
+void test_inhibit_holds_while_a_scan_runs(void)
+{
+    static uint8_t other_buffer[16];
+    struct cds_request other = CDS_REQUEST(other_buffer);
+
+    TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
+    cds_scan_begin(&robot.work.scan.scan, &bus, &request, robot.work.scan.found, ROBOT_SERVOS);
+    run(3000);
+    robot_inhibit(&robot);
+    TEST_ASSERT_EQUAL(CDS_HELD, cds_servo_write_byte(&bus, &other, 99, CDS_REG_TORQUE_ENABLE, 1));
+}
+
+void test_strangers_are_all_ids_until_a_whole_scan(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(254, robot_strangers(&robot));
+    robot_add(&robot, 1);
+    TEST_ASSERT_EQUAL_UINT8(253, robot_strangers(&robot));
+    robot.strangers = 2;
+    TEST_ASSERT_EQUAL_UINT8(2, robot_strangers(&robot));
+    robot.strangers = 0;
+    TEST_ASSERT_EQUAL_UINT8(0, robot_strangers(&robot));
+    robot.crew.crowded = true;
+    TEST_ASSERT_EQUAL_UINT8(1, robot_strangers(&robot));
+    robot_forget(&robot);
+    TEST_ASSERT_EQUAL_UINT8(254, robot_strangers(&robot));
+}

@@ -2,9 +2,10 @@
 MCU        := atmega2560
 F_CPU      := 16000000
 
-# Budgets of the firmware: bytes of flash, bytes of static RAM.
-FLASH_MAX  := 63488
-RAM_MAX    := 2944
+# Budgets of the firmware: bytes of flash, all of it where 16-bit addresses of constants reach; bytes
+# of static RAM.
+FLASH_MAX  := 65536
+RAM_MAX    := 3456
 
 # The boot loader Arduino ships writes the flash; it can neither erase the chip (hence -D) nor write
 # fuses, and they are right as they are: external crystal, brown-out at 2.7 V.

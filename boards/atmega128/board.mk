@@ -2,9 +2,10 @@
 MCU        := atmega128
 F_CPU      := 16000000
 
-# Budgets of the firmware: bytes of flash, bytes of static RAM.
-FLASH_MAX  := 63488
-RAM_MAX    := 2944
+# Budgets of the firmware: bytes of flash, all of it where 16-bit addresses of constants reach; bytes
+# of static RAM.
+FLASH_MAX  := 65536
+RAM_MAX    := 3456
 
 PROGRAMMER  := usbasp
 PORT        := usb

@@ -79,6 +79,17 @@ struct avr_usart {
 #define AVR_WIRING_ADAPTER(bus)      AVR_NO_PIN, AVR_NO_PIN
 #define AVR_WIRING_ADAPTER_ECHO(bus) AVR_NO_PIN, AVR_NO_PIN
 
+/* The smallest return delay, register 0x05, whose replies a bus of each wiring hears beside a host
+ * link at 1 Mbps: `return_delay_needed` of make bench. Tied pins turn around by themselves; what an
+ * adapter needs is not known. */
+#define AVR_DELAY_TWO_ENABLES  1
+#define AVR_DELAY_ONE_ENABLE   1
+#define AVR_DELAY_TIED         0
+#define AVR_DELAY_ADAPTER      0
+#define AVR_DELAY_ADAPTER_ECHO 0
+
+#define AVR_SHORTEST_DELAY(number) AVR_PASTE(AVR_DELAY_, AVR_BUS(number, _WIRING))
+
 /* ... and echoes, tied. */
 #define AVR_NATURE_TWO_ENABLES  0, 0
 #define AVR_NATURE_ONE_ENABLE   0, 0

@@ -26,9 +26,14 @@ static void pass(struct bridge *bridge)
 {
     struct cds_request *request = &bridge->request;
 
+    enum cds_result result;
+
     request->reply_parameters = gather_reply_due(request->packet.bytes);
-    if (cds_bus_submit(bridge->gather.bus, request) != CDS_OK) {
+    result = cds_bus_submit(bridge->gather.bus, request);
+    if (result != CDS_OK) {
         bridge->counters.refused++;
+        if (result == CDS_TOO_EARLY && request->id != CDS_BROADCAST_ID)
+            answer(bridge, request->id, CDS_ERROR_RANGE, 0);
         return;
     }
     bridge->counters.passed++;

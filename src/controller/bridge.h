@@ -3,7 +3,9 @@
  * (device.h), or a SYNC READ or BULK READ is made of READs (gather.h).
  *
  * A packet takes its turn on the bus like any other request. One whose reply does not come, or came
- * damaged, is not answered, as behind any adapter; nor is one that is not admitted to the bus.
+ * damaged, is not answered, as behind any adapter; nor is one that the bus refuses. But a return
+ * delay that this board cannot bear is answered with a range error in the servo's place: the client
+ * would hear nothing of the servo any more.
  *
  * Manual: 2.1 to 2.4. Main context.
  */

@@ -29,15 +29,19 @@ uint8_t scan_begin(struct console *console)
     return 0;
 }
 
-/* What else is to be said of it, if it does not simply belong to the robot from now on. */
+/* What else is to be said of it, if it does not simply belong to the robot from now on.
+ * console->part counts those that do. */
 static uint16_t remark(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
         return TEXT_FOUND_DAMAGED;
     if (found->details == CDS_OK && found->own_baud != found->baud)
         return TEXT_FOUND_NEIGHBOUR;
-    if (found->baud == console->robot->baud && !robot_add(console->robot, found->id))
+    if (found->baud != console->robot->baud)
+        return TEXT_NOTHING;
+    if (!robot_add(console->robot, found->id))
         return TEXT_FOUND_TOO_MANY;
+    console->part++;
     return TEXT_NOTHING;
 }
 
@@ -72,11 +76,14 @@ static bool is_whole(const struct robot *robot, uint8_t index)
            robot->operation != ROBOT_SCAN;
 }
 
+/* A whole scan at the robot's rate tells how many servos are not of the robot. */
 static bool sum_up(struct console *console)
 {
-    const struct robot *robot = console->robot;
+    struct robot *robot = console->robot;
     const struct cds_scan *scan = &robot->work.scan.scan;
 
+    if (console->error == 0 && console->line.choice == SCAN_HERE)
+        robot->strangers = (uint8_t)(scan->count - console->part);
     console->writer.values[0] = scan->count;
     console->writer.values[1] = scan->asked;
     writer_line(&console->writer, TEXT_FOUND_IN_ALL);

@@ -7,8 +7,11 @@
 uint8_t diagnose_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    uint8_t error = robot_claim(robot, ROBOT_DIAGNOSE);
+    uint8_t error;
 
+    if (!ROBOT_DIAGNOSES)
+        return ERROR_OMITTED;
+    error = robot_claim(robot, ROBOT_DIAGNOSE);
     if (error)
         return error;
     return robot_begun(robot, cds_diagnose_begin(&robot->work.diagnose, console->bus,
@@ -63,7 +66,7 @@ bool diagnose_poll(struct console *console)
 
     if (console_operates(console, ROBOT_DIAGNOSE))
         return true;
-    if (console->error)
+    if (!ROBOT_DIAGNOSES || console->error)
         return false;
     return tell(&console->writer, &robot->work.diagnose, console->index++);
 }

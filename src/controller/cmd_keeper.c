@@ -180,6 +180,37 @@ static uint16_t stop_text(const struct robot *robot)
     }
 }
 
+/* "torque off: read back of all 3 known; up to 251 more were not looked at" */
+static void tell_torque(struct writer *writer, const struct robot *robot)
+{
+    uint8_t strangers = robot_strangers(robot);
+
+    writer->values[0] = robot->crew.roster.count;
+    writer->values[1] = strangers ? TEXT_STRANGERS : TEXT_NOTHING;
+    writer->values[2] = strangers;
+    writer_line(writer, stop_text(robot));
+}
+
+static uint16_t inhibit_text(const struct keeper *keeper)
+{
+    if (!robot_is_inhibited(keeper->robot))
+        return TEXT_INHIBIT_OFF;
+    return keeper->link_lost ? TEXT_INHIBIT_LINK : TEXT_INHIBIT_ON;
+}
+
+static void tell_delays(struct writer *writer, const struct crew *crew)
+{
+    writer->values[0] = crew->early;
+    writer->values[1] = crew->roster.shortest_delay;
+    writer_line(writer, TEXT_DELAYS);
+}
+
+static void tell_stops(struct writer *writer, const struct keeper *keeper)
+{
+    writer->values[0] = *keeper->damaged_stops;
+    writer_line(writer, TEXT_STOPS);
+}
+
 /* "servos: 18, held 0, away 1" */
 static void tell_servos(struct writer *writer, const struct crew *crew)
 {
@@ -214,9 +245,12 @@ bool status_poll(struct console *console)
     case 0: tell_reset(writer, console->keeper->reset_cause); return true;
     case 1: say_origin(console); return true;
     case 2: writer_line(writer, link_text(console->keeper)); return true;
-    case 3: writer_line(writer, stop_text(console->robot)); return true;
-    case 4: writer_line_at(writer, TEXT_BUS_OK, cds_bus_state(console->bus)); return true;
-    case 5: tell_servos(writer, &console->robot->crew); return true;
+    case 3: writer_line(writer, inhibit_text(console->keeper)); return true;
+    case 4: tell_torque(writer, console->robot); return true;
+    case 5: tell_stops(writer, console->keeper); return true;
+    case 6: writer_line_at(writer, TEXT_BUS_OK, cds_bus_state(console->bus)); return true;
+    case 7: tell_servos(writer, &console->robot->crew); return true;
+    case 8: tell_delays(writer, &console->robot->crew); return true;
     default: tell_stack(writer, console->keeper); return false;
     }
 }

@@ -36,6 +36,9 @@ bool stop_poll(struct console *console)
         writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->stopped);
         return true;
     }
+    console->writer.values[0] = robot_strangers(robot);
+    if (console->writer.values[0])
+        writer_line(&console->writer, TEXT_STOP_STRANGERS);
     return false;
 }
 
@@ -50,11 +53,8 @@ uint8_t release_begin(struct console *console)
         return ERROR_STOPPED;
     if (console->keeper->link_lost)
         return ERROR_LINK_LOST;
-    if (id == CDS_BROADCAST_ID) {
-        robot_allow(robot);
-        cds_roster_release(roster, NULL);
-        return 0;
-    }
+    if (id == CDS_BROADCAST_ID)
+        return robot_release(robot) ? 0 : ERROR_STOPPED;
     if (robot_is_inhibited(robot))
         return ERROR_STOPPED;
     for (uint8_t left = roster->count; left; left--, servo++) {
@@ -141,7 +141,7 @@ CDS_APART static void servo_part(struct writer *writer, const struct cds_roster_
             writer_text(writer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:
-        if (servo->held & CDS_HOLD_STOPPED)
+        if (servo->held & CDS_HOLD_STOPPED) // each of them while driving is inhibited
             writer_text(writer, TEXT_HELD_STOPPED);
         break;
     case PART_END: writer_end_of_line(writer); break;

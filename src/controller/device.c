@@ -159,7 +159,7 @@ static uint8_t write(struct device *device, const uint8_t *packet)
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++) {
         uint8_t hits = written(device, packet, reg, &value);
 
-        if (hits && !may_be(reg, value))
+        if (hits && (!may_be(reg, value) || !world->allows(device->owner, reg)))
             return CDS_ERROR_RANGE;
         due = (uint8_t)(due - hits);
     }

@@ -46,6 +46,11 @@
     X(ALARMS, 0x14, 1, RW, 0, 0, "-", "error bits of any servo since; 0 clears")                   \
     X(ALARM_ID, 0x15, 1, RD, 0, 255, "-", "the first known servo with one; 255: none")             \
     X(FAILED, 0x16, 1, RD, 0, 255, "servos", "failed in the last SYNC READ or BULK READ")          \
+    X(INHIBIT, 0x17, 1, RW, 0, 0, "-",                                                             \
+      "1: driving is inhibited, by a stop, a lost host link or from before a reset; 0 releases "   \
+      "it, as the console's release does, and is a range error while LINK_LOST is 1")              \
+    X(DELAYS_REFUSED, 0x4A, 2, RD, 0, 65535, "packets",                                            \
+      "not sent: they set a RETURN_DELAY that this board cannot bear")                             \
     X(BUS_SENT, 0x18, 2, RD, 0, 65535, "packets", "sent on the bus, repeated ones too")            \
     X(BUS_REPEATED, 0x1A, 2, RD, 0, 65535, "packets", "... of them, sent again")                   \
     X(BUS_OK, 0x1C, 2, RD, 0, 65535, "exchanges", "ended well")                                    \
@@ -63,8 +68,10 @@
     X(BUS_ECHOES, 0x32, 2, RD, 0, 65535, "bytes", "own ones that came back changed")               \
     X(HOST_PACKETS, 0x34, 2, RD, 0, 65535, "packets", "whole ones of the host")                    \
     X(HOST_BROKEN, 0x36, 2, RD, 0, 65535, "packets", "dropped: LENGTH or checksum")                \
-    X(HOST_SILENT, 0x38, 2, RD, 0, 65535, "packets", "dropped: not ended within 50 ms")            \
+    X(HOST_SILENT, 0x38, 2, RD, 0, 65535, "packets", "dropped: the host fell silent for 15 ms")    \
     X(HOST_GAPS, 0x3A, 2, RD, 0, 65535, "-", "times that something of the host's was lost")        \
+    X(HOST_LATE, 0x4C, 2, RD, 0, 65535, "packets", "dropped: 15 ms old when their turn came")      \
+    X(HOST_STOPS, 0x48, 2, RD, 0, 65535, "-", "Ctrl-X found in damaged packets")                   \
     X(HOST_OVERFLOWS, 0x3C, 2, RD, 0, 65535, "-", "... of them, in the receiver or its buffer")    \
     X(BRIDGE_PASSED, 0x3E, 2, RD, 0, 65535, "packets", "of the host given to the bus")             \
     X(BRIDGE_ANSWERED, 0x40, 2, RD, 0, 65535, "packets", "... of them answered")                   \
@@ -89,6 +96,7 @@ enum device_register {
 struct device_world {
     uint16_t (*get)(void *owner, uint8_t reg);
     void (*set)(void *owner, uint8_t reg, uint16_t value); // within its range
+    bool (*allows)(void *owner, uint8_t reg);              // may `reg` be written now?
     void (*reset)(void *owner);                            // factory values
     bool (*settled)(void *owner); // after set and reset: has it all come into force?
 };

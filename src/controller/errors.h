@@ -47,8 +47,10 @@
       "there were two of one ID: connect one of them alone")                                       \
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
       "all servos would have one ID afterwards; if so wanted: 'factory 254 force'")                \
-    X(ERROR_STOPPED, 54, "stopped: torque is off, servos are held",                                \
+    X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
       "see to it, then 'release', and set torque and goals anew")                                  \
+    X(ERROR_OMITTED, 55, "not in the firmware of this board",                                      \
+      "its flash is full: the library and the firmware of larger boards have it")                  \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
     X(ERROR_SETTING_RANGE, 61, "beyond the setting's range", "docs/settings.md has the ranges")    \
     X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \

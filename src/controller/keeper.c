@@ -17,6 +17,11 @@ void keeper_heard(struct keeper *keeper)
     keeper->watching = true;
 }
 
+static bool is_at_its_rate(const struct keeper *keeper)
+{
+    return keeper->robot->bus->baud == keeper->settings->bus_baud;
+}
+
 bool keeper_follow(struct keeper *keeper)
 {
     const struct settings *settings = keeper->settings;
@@ -24,8 +29,10 @@ bool keeper_follow(struct keeper *keeper)
 
     cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
     cds_bus_set_repeats(bus, settings->repeats);
+    if (!is_at_its_rate(keeper))
+        keeper->robot->strangers = ROBOT_NOT_SCANNED;
     keeper->unsettled =
-        bus->baud != settings->bus_baud && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
+        !is_at_its_rate(keeper) && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
     return !keeper->unsettled;
 }
 
@@ -34,8 +41,10 @@ static void watch_rate(struct keeper *keeper)
 {
     if (keeper->unsettled)
         keeper_follow(keeper);
-    else if (!robot_is_exclusive(keeper->robot))
+    else if (!robot_is_exclusive(keeper->robot) && !is_at_its_rate(keeper)) {
         keeper->settings->bus_baud = keeper->robot->bus->baud;
+        keeper->robot->strangers = ROBOT_NOT_SCANNED;
+    }
 }
 
 /* Torque off comes with a hold: or the next goal would switch torque on again. */

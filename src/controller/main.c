@@ -7,6 +7,7 @@
 #include "console.h"
 #include "device.h"
 #include "host.h"
+#include "inhibit.h"
 #include "idle.h"
 #include "keeper.h"
 #include "memory.h"
@@ -34,6 +35,9 @@
 #define KEPT_TURNS 8
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's
+
+/* Not cleared by start-up: a reset does not forget that driving is inhibited. */
+static struct inhibit_copy kept __attribute__((section(".noinit")));
 
 static struct {
     struct cds_bus bus;
@@ -121,6 +125,7 @@ static void begin_keeper(void)
     keeper->settings = &controller.settings;
     keeper->store = &controller.store;
     keeper->robot = &controller.robot;
+    keeper->damaged_stops = &controller.host.counters.stops;
     keeper->room_bytes = memory_room_bytes();
     memory_count(&controller.memory);
     keeper_begin(keeper, avr_reset_cause);
@@ -137,6 +142,8 @@ static void open(void)
     cds_bus_set_queue(&controller.bus, true);
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus);
+    controller.robot.crew.roster.shortest_delay = AVR_SHORTEST_DELAY(0);
+    robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
     begin_keeper();
     host_open(&controller.host, &controller.serial.rx, &controller.text,
               controller.packets[0] + ANSWER_BEFORE);

@@ -31,6 +31,14 @@ bool robot_allow(struct robot *robot)
     return true;
 }
 
+bool robot_release(struct robot *robot)
+{
+    if (!robot_allow(robot))
+        return false;
+    cds_roster_release(&robot->crew.roster, NULL);
+    return true;
+}
+
 void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on)
 {
     robot->kept = kept;
@@ -100,7 +108,10 @@ void robot_abort(struct robot *robot)
     switch (robot->operation) {
     case ROBOT_CYCLE: cds_cycle_stop(&robot->work.cycle.cycle); break;
     case ROBOT_SCAN: cds_scan_abort(&robot->work.scan.scan); break;
-    case ROBOT_DIAGNOSE: cds_diagnose_abort(&robot->work.diagnose); break;
+    case ROBOT_DIAGNOSE:
+        if (ROBOT_DIAGNOSES)
+            cds_diagnose_abort(&robot->work.diagnose);
+        break;
     default: break;
     }
 }
@@ -137,7 +148,10 @@ static enum cds_result poll_operation(struct robot *robot)
     switch (robot->operation) {
     case ROBOT_CYCLE: return cds_cycle_poll(&robot->work.cycle.cycle);
     case ROBOT_SCAN: return cds_scan_poll(&robot->work.scan.scan);
-    case ROBOT_DIAGNOSE: return cds_diagnose_poll(&robot->work.diagnose);
+    case ROBOT_DIAGNOSE:
+        if (ROBOT_DIAGNOSES)
+            return cds_diagnose_poll(&robot->work.diagnose);
+        return CDS_OK;
     case ROBOT_IDENTITY: return cds_identity_poll(&robot->work.identity);
     default: return cds_group_move_poll(&robot->work.move.move);
     }

@@ -26,6 +26,13 @@
 #define ROBOT_SERVOS 18
 #endif
 
+/* OMIT of board.mk: the firmware of a board with little flash leaves `diagnose` out. */
+#ifdef OMIT_diagnose
+#define ROBOT_DIAGNOSES 0
+#else
+#define ROBOT_DIAGNOSES 1
+#endif
+
 /* The state check rests for so long when a program on the PC has spoken to the bus. */
 #define ROBOT_REST_US 1000000ul
 
@@ -102,6 +109,10 @@ void robot_inhibit(struct robot *robot);
 /* Ends the inhibit; servos that lost their state stay held. Nothing is sent. False: torque off is
  * under way, and nothing was done. */
 bool robot_allow(struct robot *robot);
+
+/* Ends the inhibit, and every servo may be driven again, one that lost its state too. Nothing is
+ * sent. False: torque off is under way, and nothing was done. */
+bool robot_release(struct robot *robot);
 
 /* Is driving inhibited? */
 static inline bool robot_is_inhibited(const struct robot *robot)

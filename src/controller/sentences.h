@@ -70,6 +70,7 @@
     X(STOP_ON, "servo #: torque is on still")                                                      \
     X(STOP_SILENT, "servo #: no answer")                                                           \
     X(STOP_MUTE, "servo #: told, but set not to answer")                                           \
+    X(STOP_STRANGERS, "up to # more servos were told and not looked at")                           \
     X(NOBODY, "none is known: scan finds them")                                                    \
     X(PRESENCE_UNKNOWN, "servo #: not asked yet, torque $")                                        \
     X(PRESENCE_HERE, "servo #: here, torque $")                                                    \
@@ -134,9 +135,15 @@
     X(LINK_LOST, "host link: lost")                                                                \
     X(TORQUE_NEVER, "torque off: not asked for")                                                   \
     X(TORQUE_PENDING, "torque off: under way")                                                     \
-    X(TORQUE_ALL, "torque off: all")                                                               \
-    X(TORQUE_SOME_ON, "torque off: not all: some are on")                                          \
-    X(TORQUE_UNKNOWN, "torque off: not known of all")                                              \
+    X(TORQUE_ALL, "torque off: read back of all # known$")                                         \
+    X(TORQUE_SOME_ON, "torque off: some of # known are on$")                                       \
+    X(TORQUE_UNKNOWN, "torque off: not read back of all # known$")                                 \
+    X(STRANGERS, "; up to # more were not looked at")                                              \
+    X(INHIBIT_OFF, "driving: allowed")                                                             \
+    X(INHIBIT_ON, "driving: inhibited until 'release'")                                            \
+    X(INHIBIT_LINK, "driving: inhibited until 'clear'")                                            \
+    X(STOPS, "Ctrl-X in damaged packets: #")                                                       \
+    X(DELAYS, "RETURN_DELAY refused: #; this board bears # or more")                               \
     X(BUS_OK, "bus: ok")                                                                           \
     X(BUS_BUSY, "bus: busy")                                                                       \
     X(BUS_FAULT, "bus: fault")                                                                     \

@@ -69,6 +69,8 @@ static uint16_t get(void *owner, uint8_t reg)
     case DEVICE_BUS_STATE: return cds_bus_state(robot->bus);
     case DEVICE_RESET_CAUSE: return keeper->reset_cause;
     case DEVICE_LINK_LOST: return keeper->link_lost;
+    case DEVICE_INHIBIT: return robot_is_inhibited(robot);
+    case DEVICE_DELAYS_REFUSED: return robot->crew.early;
     case DEVICE_ALARMS: return robot->crew.roster.alarms;
     case DEVICE_ALARM_ID: return alarm_id(&robot->crew.roster);
     default: return counter(values, reg);
@@ -85,8 +87,18 @@ static void set(void *owner, uint8_t reg, uint16_t value)
         values->to_save = value;
     else if (reg == DEVICE_LINK_LOST)
         values->to_clear = true;
+    else if (reg == DEVICE_INHIBIT)
+        values->to_release = true;
     else if (reg == DEVICE_ALARMS)
         cds_roster_acknowledge(&values->keeper->robot->crew.roster, NULL);
+}
+
+/* A lost host link is to be cleared first, as at the console. */
+static bool allows(void *owner, uint8_t reg)
+{
+    const struct values *values = owner;
+
+    return reg != DEVICE_INHIBIT || !values->keeper->link_lost;
 }
 
 /* Answered only then: the rate of the bus changes between two exchanges, a save waits for the one
@@ -98,10 +110,11 @@ static bool settled(void *owner)
 
     values->to_save = values->to_save && !settings_save(keeper->store, keeper->settings);
     values->to_clear = values->to_clear && !keeper_clear(keeper);
-    return keeper_follow(keeper) && !values->to_save && !values->to_clear;
+    values->to_release = values->to_release && !robot_release(keeper->robot);
+    return keeper_follow(keeper) && !values->to_save && !values->to_clear && !values->to_release;
 }
 
-const CDS_FLASH struct device_world values_world = {get, set, reset, settled};
+const CDS_FLASH struct device_world values_world = {get, set, allows, reset, settled};
 
 void values_open(struct values *values, struct keeper *keeper, const struct host *host,
                  const struct bridge *bridge, const volatile uint16_t *gaps)
