@@ -1,0 +1,119 @@
+"""Driving is inhibited: the firmware of every board with a console, servos on the simulated wire."""
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+from simulator import ROOT, Run, controller
+
+BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
+MHZ = 16
+TORQUE_OFF, CLEAR = "FF FF FE 04 03 18 00 E2", "FF FF FE 04 03 2C 00 CE"
+DRIVING = ("! torque 254 on\n! move 254 90deg\n! torque 1 on\n! write 77 GOAL_POSITION 1 1\n! action\n"
+           "! reset 5\n! sync GOAL_POSITION 4 1:0,0,255,3 200:0,0,255,3\n! regwrite 1 TORQUE_ENABLE 1\n")
+STILL = "@wait 400\n@expect servo {0} PRESENT_POSITION 510..514\n@expect servo {0} torque off\n"
+
+
+def run_script(case, script, board="atmega128", servos="1-3", *options):
+    run = controller(script, board, servos, "--echo", *options)
+    case.assertEqual(run.status, 0, f"{board}: {run.output}")
+    return run
+
+
+class Inhibit(unittest.TestCase):
+    def test_inhibit_of_a_registered_move_keeps_it_from_action(self):
+        for board in BOARDS:
+            run = run_script(
+                self, "regwrite 1 TORQUE_ENABLE 1 0 2 2 32 32 0 0\n@expect servo 1 REGISTERED_INSTRUCTION 1\n"
+                "stop\n@expect servo 1-3 REGISTERED_INSTRUCTION 0\n! action\n! action 1\n" + STILL.format("1-3") +
+                "release\n! action 1\n@expect text error 20\n" + STILL.format("1-3"), board)
+            sent = [packet for _, way, packet in run.packets if way == "->in"]
+            first = sent.index(TORQUE_OFF)
+            self.assertEqual(sent[first:first + 6], [TORQUE_OFF] * 3 + [CLEAR] * 3)
+
+    def test_inhibit_without_a_scan_holds_every_servo(self):
+        for board in BOARDS:
+            run_script(self, "stop\n@expect text up to 254 more servos were told and not looked at\n" + DRIVING +
+                       STILL.format("1-3"), board)
+
+    def test_inhibit_stays_when_servos_are_forgotten(self):
+        run_script(self, "scan\nstop\nservos forget\n" + DRIVING + STILL.format("1-3"))
+
+    def test_inhibit_holds_servos_beyond_the_list(self):
+        run_script(self, "scan\nstop\n@expect text up to 4 more servos were told and not looked at\n" + DRIVING +
+                   "".join(f"! torque {servo} on\n! move {servo} 90deg\n" for servo in (18, 19, 22)) +
+                   STILL.format("1-22") + "status\n@expect text driving: inhibited until 'release'\n"
+                   "@expect text torque off: read back of all 18 known; up to 4 more were not looked at\n"
+                   "release\nstatus\n@expect text driving: allowed\ntorque 22 on\n@expect servo 22 torque on\n",
+                   servos="1-22")
+
+    def test_inhibit_by_a_lost_link_holds_every_servo(self):
+        for action in (1, 2):
+            run_script(self, f"settings link_loss_action {action}\nsettings link_loss_ms 20\n@wait 100\n" + DRIVING +
+                       "status\n@expect text driving: inhibited until 'clear'\n" + STILL.format("1-3") +
+                       "clear\ntorque 1 on\n@expect servo 1 torque on\n")
+
+    def test_stop_after_a_whole_scan_names_no_strangers(self):
+        run = run_script(self, "scan\nstop\nstatus\n@expect text torque off: read back of all 3 known\n")
+        self.assertNotIn("not looked at", run.output)
+
+
+class Resets(unittest.TestCase):
+    def test_inhibit_survives_every_reset_but_power_on(self):
+        for board in BOARDS:
+            for cause in ("watchdog", "brown-out", "external"):
+                run_script(self, f"stop\n@reset {cause}\n" + DRIVING + f"@reset {cause}\n" + DRIVING +
+                           "status\n@expect text driving: inhibited until 'release'\n" + STILL.format("1-3") +
+                           f"release\n@reset {cause}\nstatus\n@expect text driving: allowed\n"
+                           "torque 1 on\n@expect servo 1 torque on\n", board)
+
+    def test_power_on_starts_free_and_drives_nothing(self):
+        for board in BOARDS:
+            run = run_script(self, "stop\n@reset power\nstatus\n@expect text driving: allowed\n" + STILL.format("1-3") +
+                             "torque 1 on\n@expect servo 1 torque on\n", board)
+            sent = [packet for _, way, packet in run.packets if way == "->in"]
+            self.assertEqual(sent[6:], ["FF FF 01 04 03 18 01 DE"], run.transcript)  # behind the stop's
+
+
+class HostBytes(unittest.TestCase):
+    """A program of the PC's, in simulated time; the wire is the judge."""
+
+    def wire(self, program, board="atmega128"):
+        """What the controller sent as (cycle, packet), and the last cycle of each thing the PC said."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "pc")
+            file.write_text(program)
+            run = Run(f"build/{board}/controller.elf", "--host", file, board=board, servos="1-3")
+        self.assertEqual(run.status, 0, run.output)
+        said = [int(last) for last in re.findall(r"^said \d+ (\d+)", run.output, re.M)]
+        return [(cycle, packet) for cycle, way, packet in run.packets if way == "->in"], said
+
+    def test_stop_in_a_cut_packet_is_sent_within_20_ms(self):
+        for board in BOARDS:
+            for cut in ("FF FF 01 FE 03", "FF FF 01 FE 03 " + "11 " * 200, "FF FF FE 20 83 1E 04 01"):
+                sent, said = self.wire(f"wait 20000\nsay {cut} 18\nwait 60000\n", board)
+                self.assertEqual([packet for _, packet in sent[:3]], [TORQUE_OFF] * 3, (board, cut))
+                # a packet is in the transcript when it is whole: 80 us behind its first bit
+                self.assertLess((sent[0][0] - said[0]) / MHZ, 20000 + 80)
+
+    def test_stop_pressed_60_times_in_a_cut_packet_is_sent(self):
+        sent, _ = self.wire("wait 20000\nsay FF FF 01 FE 03\n" + "say 18\nwait 33000\n" * 60)
+        stops = [packet for _, packet in sent].count(TORQUE_OFF)
+        self.assertEqual(stops, 60 * 3)  # each press is a stop
+
+    def test_stop_in_a_good_packet_is_none(self):
+        sent, _ = self.wire("wait 20000\nsay FF FF 02 04 02 18 01 DE\nhear 7\nwait 30000\n")
+        self.assertEqual([packet for _, packet in sent], ["FF FF 02 04 02 18 01 DE"])
+
+
+class Random(unittest.TestCase):
+    def test_inhibit_of_random_input_lets_nothing_drive(self):
+        for seed in ("1", "2", "3"):
+            done = subprocess.run([ROOT / "build/host/test/inhibit_random", "100000", seed],
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=250)
+            self.assertEqual(done.returncode, 0, done.stdout.decode(errors="replace")[-3000:])
+
+
+if __name__ == "__main__":
+    unittest.main()
