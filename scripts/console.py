@@ -106,14 +106,14 @@ remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help
   echo does without. Backspace takes back, Ctrl-U the line, Ctrl-C drops it. Arrow up or Ctrl-P on an empty line fetches
   the last one back. Of a line longer than 80 characters the older part can no longer be taken back.
 - **Ctrl-X stops the robot**, wherever it comes and ahead of everything: torque off everywhere, looked
-  at servo by servo. What was typed before it is dropped, a command under way ends as `error 54`, and
-  the reply is that of `stop`.
+  at servo by servo, and nothing drives a servo until `release` ([safety.md](safety.md)). What was typed
+  before it is dropped, a command under way ends as `error 54`, and the reply is that of `stop`.
 - `scan`, `diagnose` and `monitor` end with any key.
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. Without a unit the one that `get` shows
   is meant; `raw` is the register as it is ([registers.md](registers.md)). Those that a unit cannot
   tell apart to the last digit go to the nearest register value.
 - The servos that `scan` finds, or `group` names, are the robot's: each is looked at once a second, and
-  one that lost its state, or was stopped, is held (`servos`, `release`).
+  one that lost its state is not driven until `release` (`servos` shows it).
 - Servos with the factory's return delay of 2 us may answer before this controller listens, if the PC
   talks just then. `set ID RETURN_DELAY 10us` ends that.
 

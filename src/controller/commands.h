@@ -62,10 +62,10 @@
       "cycle every 4ms")                                                                           \
     /* cmd_stop.c */                                                                               \
     X(stop, CARE, "", 0, stop_begin, stop_poll, "", "torque off everywhere, at once",              \
-      "Ctrl-X does it anywhere, ahead of everything. Servos stay held until release", "stop")      \
-    X(release, CARE, "?i", 0, release_begin, NULL, " [ID]", "let held servos be driven again",     \
-      "After stop, or if one lost its state. Nothing moves: torque, speed and goal are set anew",  \
-      "release 3")                                                                                 \
+      "Ctrl-X does it anywhere, ahead of everything. Nothing drives until release", "stop")        \
+    X(release, CARE, "?i", 0, release_begin, NULL, " [ID]", "let servos be driven again",          \
+      "All after stop; ID: one that lost its state. Nothing moves: torque and goal are set anew",  \
+      "release")                                                                                   \
     X(limits, CARE, "iuu?u", 0, limits_begin, NULL, " ID LOW HIGH [SPEED]",                        \
       "how far and how fast a servo may be driven",                                                \
       "Angles, 0 to 300deg, and a speed, up to 62rpm. What goes beyond is not sent, by whomever. " \
@@ -127,7 +127,7 @@
       "sync GOAL_POSITION 4 1:0,2,44,1 2:0,1,44,1")                                                \
     /* cmd_keeper.c */                                                                             \
     X(status, KEEPER, "", 0, NULL, status_poll, "", "how the controller is",                       \
-      "Last reset, settings, host link, torque off, bus, servos, stack", "status")                 \
+      "Reset, settings, host link, inhibit, torque off, bus, servos, stack", "status")             \
     X(alarms, KEEPER, "", 0, NULL, alarms_poll, "", "alarms of servos since clear",                \
       "Whatever a reply said, whoever asked. Told at once if alarm_report is set", "alarms")       \
     X(clear, KEEPER, "", 0, clear_begin, NULL, "", "alarms and a lost host link are seen to",      \
