@@ -36,13 +36,13 @@ ALLOWED = [
      re.compile(r"^(?!cds55xx|src/|.*/include/).*$"),
      "the simulator includes nothing of include/ or src/"),
     *((["include/cds55xx/%s.h" % name for name in names] + ["src/core/%s.c" % name for name in names],
-       re.compile(r"^(cds55xx/(%s)\.h|flash\.h|goal\.h|limits\.h|observe\.h|opaque\.h)$" % below),
+       re.compile(r"^(cds55xx/(%s)\.h|flash\.h|gate\.h|goal\.h|limits\.h|observe\.h|opaque\.h|part\.h)$" % below),
        "a lower layer knows no higher one")
       for names, below in [
           (["ring", "port", "link", "parser", "packet", "result", "control_table"],
            "ring|port|link|parser|packet|result|control_table"),
           (["bus"], "bus|ring|port|link|parser|packet|result|control_table"),
-          (["servo", "roster"], "servo|roster|bus|packet|result|control_table")]),
+          (["servo", "roster", "gate", "part"], "servo|roster|bus|packet|result|control_table")]),
 ]
 SYSTEM = re.compile(r"^(avr|util|std|sys|simavr)\w*(/|\.h$)|^(string|stdio|errno|math|time|poll|"
                     r"fcntl|unistd|termios|pty|signal|limits|ctype|inttypes|dirent|elf|libelf|gelf)\.h$")

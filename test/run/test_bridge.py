@@ -245,7 +245,7 @@ class Device(unittest.TestCase):
                     (packet(DEVICE, WRITE, [0x0C, 0]), 0, b""),        # low byte of 4000
                     (packet(DEVICE, READ, [0x0C, 2]), 0, b"\x00\x0F"),
                     (packet(DEVICE, WRITE, [0x0D, 1]), 0x08, b""),     # 256 is below 2000
-                    (packet(DEVICE, WRITE, [0x17, 0]), 0x08, b""),     # there is no register
+                    (packet(DEVICE, WRITE, [0x4E, 0]), 0x08, b""),     # there is no register
                     (packet(DEVICE, WRITE, [3]), 0x40, b""),
                     (packet(DEVICE, REG_WRITE, [0x07, 1]), 0x40, b""),
                     (packet(DEVICE, RESET, [1]), 0x40, b""),
