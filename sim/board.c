@@ -1,7 +1,9 @@
 #include "board.h"
 
+#include <ctype.h>
 #include <dirent.h>
 #include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -62,27 +64,42 @@ static bool find_word(struct source *source, const char *key, char *word)
     return found;
 }
 
-static void complain(struct source *source, const char *key, const char *word)
+/* Only the first fault of a file is reported. `wanted` continues "use ". */
+static void complain(struct source *source, const char *key, const char *word, const char *wanted)
 {
     if (source->good) {
-        fprintf(stderr, "%s:%u: %s: \"%s\" will not do\n", source->path, source->line, key, word);
+        fprintf(stderr, "%s:%u: %s: \"%s\" is not valid: use %s\n", source->path, source->line, key,
+                word, wanted);
     }
     source->good = false;
 }
 
+/* Like an integer constant of C: decimal, octal or hexadecimal, with U or L behind it (16000000UL).
+ * strtoul() alone would accept -18446744073709551615 as 1. */
+static bool parse_number(const char *word, uint32_t min, uint32_t max, uint32_t *value)
+{
+    char *end = 0;
+    errno = 0;
+    unsigned long number = isdigit((unsigned char)word[0]) ? strtoul(word, &end, 0) : 0;
+    if (!end || end[strspn(end, "UL")] != 0 || errno || number < min || number > max) {
+        return false;
+    }
+    *value = (uint32_t)number;
+    return true;
+}
+
+/* A value that is missing or out of range returns `min`, so that the caller stays within the bounds
+ * of its arrays; source->good is false then. */
 static uint32_t number(struct source *source, const char *key, uint32_t min, uint32_t max)
 {
     char word[VALUE_ROOM];
-    char *end = 0;
-    if (!find_word(source, key, word)) {
-        return 0;
+    char wanted[VALUE_ROOM];
+    uint32_t value = min;
+    if (find_word(source, key, word) && !parse_number(word, min, max, &value)) {
+        snprintf(wanted, sizeof(wanted), "a whole number from %" PRIu32 " to %" PRIu32, min, max);
+        complain(source, key, word, wanted);
     }
-    unsigned long value = strtoul(word, &end, 0);
-    size_t suffix = strspn(end, "UL"); // 16000000UL
-    if (end == word || end[suffix] != 0 || value < min || value > max) {
-        complain(source, key, word);
-    }
-    return (uint32_t)value;
+    return value;
 }
 
 static struct board_pin pin(struct source *source, unsigned bus, const char *name)
@@ -94,7 +111,7 @@ static struct board_pin pin(struct source *source, unsigned bus, const char *nam
     if (find_word(source, key, word)) {
         pin.port = word[0];
         if (word[0] < 'A' || word[0] > 'L' || word[1] != 0) {
-            complain(source, key, word);
+            complain(source, key, word, "one letter from A to L");
         }
     }
     snprintf(key, sizeof(key), "BOARD_BUS%u_%s_BIT", bus, name);
@@ -117,7 +134,7 @@ static enum board_wiring read_circuit(struct source *source, unsigned index)
             return (enum board_wiring)i;
         }
     }
-    complain(source, key, word);
+    complain(source, key, word, "TWO_ENABLES, ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO");
     return BOARD_TWO_ENABLES;
 }
 

@@ -225,6 +225,9 @@ static void remove_all(struct servos *servos, uint64_t now)
 
 void servos_free(struct servos *servos)
 {
+    if (!servos->schedule) {
+        return; // servos_init() was not called: the bus could not be set up
+    }
     remove_all(servos, servos->schedule->now);
     for (unsigned i = 0; i < 256; i++) {
         free(servos->ears[i]);

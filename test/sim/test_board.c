@@ -244,7 +244,7 @@ static const char *complaint(const char *name)
 
 static void assert_complaint(const char *where, const char *what)
 {
-    char wanted[128];
+    char wanted[256];
     snprintf(wanted, sizeof(wanted), "%s/mine.h:%s: %s\n", folder, where, what);
     TEST_ASSERT_EQUAL_STRING(wanted, complaint("mine.h"));
 }
@@ -252,12 +252,91 @@ static void assert_complaint(const char *where, const char *what)
 void test_what_is_wrong_is_told_with_file_and_line(void)
 {
     put_with_chip("#define BOARD_MCU atmega1284p\n#define BOARD_F_CPU fast\n");
-    assert_complaint("18", "BOARD_F_CPU: \"fast\" will not do");
+    assert_complaint("18", "BOARD_F_CPU: \"fast\" is not valid: use a whole number from 1000000 "
+                           "to 32000000");
     char text[sizeof(wiring)];
     snprintf(text, sizeof(text), "%s", wiring);
     strstr(strstr(text, "BOARD_HOST_USART"), "0\n")[0] = '1';
     put("mine.h", text);
     assert_complaint("14", "BOARD_HOST_USART: USART1 has another job already");
+}
+
+/* The value of `key` in mine.h is `value`. */
+static void put_value(const char *key, const char *value)
+{
+    char text[sizeof(wiring) + 256];
+    const char *old = strstr(wiring, key) + strlen(key);
+    old += strspn(old, " ");
+    snprintf(text, sizeof(text),
+             "%.*s%s%s#define BOARD_MCU atmega128\n"
+             "#define BOARD_F_CPU 16000000\n",
+             (int)(old - wiring), wiring, value, old + strcspn(old, " \n"));
+    put("mine.h", text);
+}
+
+void test_board_number_in_range_is_accepted(void)
+{
+    put_value("BOARD_BUS0_RXD_BIT", "0x7");
+    TEST_ASSERT_TRUE(read_own("mine.h"));
+    TEST_ASSERT_EQUAL_UINT(7, board.bus[0].rxd.bit);
+    put_value("BOARD_HOST_BAUD", "2000000UL");
+    TEST_ASSERT_TRUE(read_own("mine.h"));
+    TEST_ASSERT_EQUAL_UINT32(2000000, board.host_baud);
+}
+
+/* Every number of a board.h, each with values that are no number or too large. */
+void test_board_number_out_of_range_is_refused(void)
+{
+    static const struct {
+        const char *key, *line, *range;
+    } numbers[] = {
+        {"BOARD_BUS_COUNT", "4", "1 to 3"},    {"BOARD_BUS0_USART", "5", "0 to 3"},
+        {"BOARD_BUS0_RXD_BIT", "7", "0 to 7"}, {"BOARD_BUS0_TXD_BIT", "9", "0 to 7"},
+        {"BOARD_HOST_USART", "14", "0 to 3"},  {"BOARD_HOST_BAUD", "15", "1 to 2000000"},
+    };
+    static const char *const values[] = {"-1",
+                                         "2000001",
+                                         "4294967296",
+                                         "4294967297",
+                                         "9223372036854775807",
+                                         "18446744073709551617",
+                                         "-18446744073709551615",
+                                         "99999999999999999999999",
+                                         "1.5",
+                                         "1x",
+                                         "0x",
+                                         "one",
+                                         "(1)"};
+    for (unsigned i = 0; i < sizeof(numbers) / sizeof(numbers[0]); i++) {
+        for (unsigned v = 0; v < sizeof(values) / sizeof(values[0]); v++) {
+            char what[160];
+            put_value(numbers[i].key, values[v]);
+            snprintf(what, sizeof(what), "%s: \"%s\" is not valid: use a whole number from %s",
+                     numbers[i].key, values[v], numbers[i].range);
+            assert_complaint(numbers[i].line, what);
+        }
+    }
+}
+
+void test_board_with_four_buses_is_refused(void)
+{
+    put_value("BOARD_BUS_COUNT", "4");
+    assert_complaint("4", "BOARD_BUS_COUNT: \"4\" is not valid: use a whole number from 1 to 3");
+}
+
+void test_board_with_port_beyond_l_is_refused(void)
+{
+    put_value("BOARD_BUS0_RXD_PORT", "M");
+    assert_complaint("6", "BOARD_BUS0_RXD_PORT: \"M\" is not valid: use one letter from A to L");
+    put_value("BOARD_BUS0_RXD_PORT", "DD");
+    assert_complaint("6", "BOARD_BUS0_RXD_PORT: \"DD\" is not valid: use one letter from A to L");
+}
+
+void test_board_with_unknown_wiring_names_the_words(void)
+{
+    put_with_chip("#define BOARD_BUS0_WIRING THREE\n");
+    assert_complaint("17", "BOARD_BUS0_WIRING: \"THREE\" is not valid: use TWO_ENABLES, "
+                           "ONE_ENABLE, TIED, ADAPTER or ADAPTER_ECHO");
 }
 
 void test_the_chip_and_its_clock_are_needed(void)
