@@ -4,6 +4,8 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "files.h"
+
 #define PTY_BLOCK 512
 
 /* --- who tells whom ------------------------------------------------------------------------------
@@ -296,11 +298,6 @@ static bool open_pty(struct bench *bench)
     if (!pty_open(&bench->pty, bench->board.host_baud)) {
         return false;
     }
-    const char *path = bench->pty.path;
-    printf("%s\nopen it with: picocom -q --echo %s (apt-get install picocom; or tio, screen); "
-           "Ctrl-C here ends the run\n",
-           path, path);
-    fflush(stdout);
     pace_start(&bench->pace, bench->board.clock_Hz);
     event_init(&bench->keep_pace, keep_pace, bench);
     schedule_at(&bench->schedule, &bench->keep_pace, 0);
@@ -483,8 +480,22 @@ static const char *why_unfinished(const struct bench *bench)
     return over ? "--seconds were over" : "interrupted";
 }
 
+/* A signal ends the run cleanly from here on. */
+static void tell_pty(const struct bench *bench)
+{
+    const char *path = bench->pty.path;
+    printf("%s\nopen it with: picocom -q --echo %s (apt-get install picocom; or tio, screen); "
+           "Ctrl-C here ends the run\n",
+           path, path);
+    fflush(stdout);
+}
+
 bool bench_run(struct bench *bench)
 {
+    if (bench->options->host == BENCH_HOST_PTY) {
+        tell_pty(bench);
+    }
+    bench->ran = true;
     enum machine_end end = machine_run(&bench->machine);
     bench->end = bench->machine.avr->cycle;
     bench->cpu_done = end == MACHINE_DONE;
@@ -543,7 +554,7 @@ static bool save_results(struct bench *bench)
 {
     const char *eeprom = bench->options->eeprom;
     bool good = true;
-    if (bench->end) {
+    if (bench->ran) {
         good = plot_draw(&bench->plot, bench->end);
         if (eeprom) {
             eeprom_lose_power(&bench->machine.eeprom, bench->end);
@@ -559,9 +570,7 @@ bool bench_free(struct bench *bench)
     good = vcd_close(&bench->vcd) && good;
     good = motion_close(&bench->motion) && good;
     good = times_close(&bench->times, bench->end) && good;
-    if (bench->transcript) {
-        good = fclose(bench->transcript) == 0 && good;
-    }
+    good = files_close(bench->transcript, bench->options->transcript) && good;
     for (unsigned i = 0; i < BOARD_BUSES_MAX; i++) {
         if (bench->bus[i].bench) {
             good = good && !bench->bus[i].state.failed;

@@ -116,6 +116,7 @@ struct bench {
     FILE *transcript;
     struct follow follow;
     struct event limit;
+    bool ran; // there are results to save, though the run may have ended before its first cycle
     uint64_t end;
     bool cpu_done;
 };

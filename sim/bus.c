@@ -4,6 +4,8 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "files.h"
+
 #define BLOCK 512
 
 /* How long a run in real time sleeps. While there is traffic, often enough for the client not to
@@ -233,8 +235,6 @@ bool bus_init(struct bus *bus, const struct bench_options *options)
         if (!pty_open(&bus->pty, BUS_BAUD)) {
             return false;
         }
-        printf("%s\n", bus->pty.path);
-        fflush(stdout);
     }
     init_time(bus);
     return init_script(bus);
@@ -258,6 +258,8 @@ static void hear_client(struct bus *bus, uint64_t now)
 
 static void run_in_real_time(struct bus *bus)
 {
+    printf("%s\n", bus->pty.path); // a signal ends the run cleanly from here on
+    fflush(stdout);
     pace_start(&bus->pace, BUS_CLOCK_HZ);
     while (!bus->stop) {
         uint64_t now = pace_cycle(&bus->pace);
@@ -316,9 +318,7 @@ bool bus_free(struct bus *bus)
     bool good = !end || plot_draw(&bus->plot, end);
     good = vcd_close(&bus->vcd) && good;
     good = motion_close(&bus->motion) && good;
-    if (bus->transcript.file) {
-        good = fclose(bus->transcript.file) == 0 && good;
-    }
+    good = files_close(bus->transcript.file, bus->options->transcript) && good;
     plot_free(&bus->plot);
     servos_free(&bus->servos);
     pty_close(&bus->pty);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cpu.h"
+#include "files.h"
 
 /* The same bits in every AVR. */
 enum { EECR_EERE = 0x01, EECR_EEPE = 0x02, EECR_EEMPE = 0x04, EECR_EERIE = 0x08, EECR_EEPM = 0x30 };
@@ -198,6 +199,9 @@ bool eeprom_load(struct eeprom *eeprom, const char *path)
     if (!eeprom->registers) {
         return complain(path, "the chip has no EEPROM");
     }
+    if (!files_check_replaceable(path)) {
+        return false;
+    }
     FILE *file = fopen(path, "rb");
     if (!file) {
         return errno == ENOENT || complain(path, strerror(errno));
@@ -216,11 +220,5 @@ bool eeprom_load(struct eeprom *eeprom, const char *path)
 
 bool eeprom_save(const struct eeprom *eeprom, const char *path)
 {
-    FILE *file = fopen(path, "wb");
-    if (!file) {
-        return complain(path, strerror(errno));
-    }
-    size_t size = fwrite(eeprom->registers->eeprom, 1, eeprom->registers->size, file);
-    bool good = fclose(file) == 0 && size == eeprom->registers->size;
-    return good || complain(path, strerror(errno));
+    return files_replace(path, eeprom->registers->eeprom, eeprom->registers->size, true);
 }

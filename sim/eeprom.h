@@ -40,8 +40,9 @@ void eeprom_init(struct eeprom *eeprom, avr_t *avr, struct schedule *schedule, b
 void eeprom_reset(struct eeprom *eeprom);
 void eeprom_lose_power(struct eeprom *eeprom, uint64_t now);
 
-/* All its bytes from or to a file. A missing file is not read, and that is no error. False, with
- * one line on stderr. */
+/* All its bytes from or to a file. A missing file is not read, and that is no error. Loading also
+ * checks that the file can be saved at the end of the run. Saving replaces the file as a whole.
+ * False, with one line on stderr. */
 bool eeprom_load(struct eeprom *eeprom, const char *path);
 bool eeprom_save(const struct eeprom *eeprom, const char *path);
 

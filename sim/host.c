@@ -10,7 +10,8 @@ bool host_init(struct host *host, struct machine *machine, unsigned usart, uint3
     net_init(&host->from_avr);
     if (!usart_init(&host->usart, machine->avr, usart, exact, machine->schedule, &host->from_avr,
                     &host->to_avr)) {
-        fprintf(stderr, "%s: no USART%u: change BOARD_HOST_USART in board.h\n", machine->avr->mmcu, usart);
+        fprintf(stderr, "%s: no USART%u: change BOARD_HOST_USART in board.h\n", machine->avr->mmcu,
+                usart);
         return false;
     }
     adapter_init(&host->pc, machine->schedule, &host->to_avr, &host->from_avr,

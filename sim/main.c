@@ -10,10 +10,14 @@
 
 #include "bench.h"
 #include "bus.h"
+#include "files.h"
 
 #ifndef SIM_BOARDS_DIR
 #define SIM_BOARDS_DIR "boards"
 #endif
+
+#define SECONDS_MIN 1e-6
+#define SECONDS_MAX 1e6
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 1, EXIT_USAGE = 2 };
 
@@ -63,7 +67,8 @@ static const char help[] =
     "  --usart stock      simavr's own USARTs and interrupt entry, for comparison\n"
     "\n"
     "Exit status: 0 good; 1 the run failed (a rule was broken, an error reply, a crash); 2 bad "
-    "input.\n";
+    "input,\n"
+    "or an output that could not be written.\n";
 
 static bool usage(const char *what, const char *word)
 {
@@ -106,14 +111,24 @@ static bool parse_script(struct bench_options *options, const char *value)
     return true;
 }
 
+/* Digits only. */
+static bool parse_whole(const char *value, unsigned long max, unsigned long *number)
+{
+    char *end = 0;
+    errno = 0;
+    *number = isdigit((unsigned char)*value) ? strtoul(value, &end, 10) : 0;
+    return end && !*end && errno == 0 && *number <= max;
+}
+
 static bool parse_seconds(struct bench_options *options, const char *value)
 {
     char *end = 0;
-    options->seconds = strtod(value, &end);
-    if (*end || !(options->seconds > 0 && options->seconds <= 1e6)) {
-        return usage("--seconds wants a positive number, not", value);
-    }
-    return true;
+    bool decimal =
+        value[0] && !value[strspn(value, "0123456789.eE+-")]; // no space, no "nan", no 0x
+    options->seconds = decimal ? strtod(value, &end) : 0;
+    return (decimal && !*end && options->seconds >= SECONDS_MIN &&
+            options->seconds <= SECONDS_MAX) ||
+           usage("--seconds wants a number from 0.000001 to 1000000, not", value);
 }
 
 static bool parse_servos(struct bench_options *options, const char *value)
@@ -150,12 +165,10 @@ static bool parse_fault(struct bench_options *options, const char *value)
 
 static bool parse_seed(struct bench_options *options, const char *value)
 {
-    char *end = 0;
-    errno = 0;
-    unsigned long seed = strtoul(value, &end, 10);
+    unsigned long seed = 0;
+    bool good = parse_whole(value, UINT32_MAX, &seed);
     options->seed = (uint32_t)seed;
-    return (isdigit((unsigned char)*value) && !*end && errno == 0 && seed <= UINT32_MAX) ||
-           usage("--seed wants 0 to 4294967295, not", value);
+    return good || usage("--seed wants 0 to 4294967295, not", value);
 }
 
 static bool parse_rules(struct bench_options *options, const char *value)
@@ -167,12 +180,11 @@ static bool parse_rules(struct bench_options *options, const char *value)
 
 static bool parse_gdb(struct bench_options *options, const char *value)
 {
-    char *end = 0;
-    unsigned long port = strtoul(value, &end, 10);
+    unsigned long port = 0;
+    bool good = parse_whole(value, UINT16_MAX, &port);
     options->gdb = true;
     options->gdb_port = (uint16_t)port;
-    return (isdigit((unsigned char)*value) && !*end && port <= UINT16_MAX) ||
-           usage("--gdb wants a port, 0 (any) to 65535, not", value);
+    return good || usage("--gdb wants a port, 0 (any) to 65535, not", value);
 }
 
 static bool parse_usart(struct bench_options *options, const char *value)
@@ -300,6 +312,18 @@ static void interrupted(int signal_number)
     bus.stop = 1;
 }
 
+/* The run ends and all its files are written: also when the terminal is closed (SIGHUP), unless
+ * nohup has the signal ignored, and when the reader of stdout has left (SIGPIPE). */
+static void end_on_signals(void)
+{
+    signal(SIGINT, interrupted);
+    signal(SIGTERM, interrupted);
+    signal(SIGPIPE, interrupted);
+    if (signal(SIGHUP, interrupted) == SIG_IGN) {
+        signal(SIGHUP, SIG_IGN);
+    }
+}
+
 static double real_seconds(void)
 {
     struct timespec now;
@@ -328,8 +352,7 @@ static int run(const struct bench_options *options)
     bool ready = options->bus ? bus_init(&bus, options) : bench_init(&bench, options);
     bool good = false;
     if (ready) {
-        signal(SIGINT, interrupted);
-        signal(SIGTERM, interrupted);
+        end_on_signals();
         double simulated = 0;
         double start = real_seconds();
         good = options->bus ? run_bus(&simulated) : run_bench(&simulated);
@@ -337,9 +360,7 @@ static int run(const struct bench_options *options)
         fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);
     }
     bool written = options->bus ? bus_free(&bus) : bench_free(&bench);
-    if (!written) {
-        fputs("cds55xx-sim: an output file could not be written\n", stderr);
-    }
+    written = files_flush_stdout() && written;
     return !ready || !written ? EXIT_USAGE : good ? EXIT_GOOD : EXIT_FAILED;
 }
 
@@ -350,7 +371,7 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) {
             fputs(help, stdout);
-            return EXIT_GOOD;
+            return files_flush_stdout() ? EXIT_GOOD : EXIT_USAGE;
         }
     }
     return parse(&options, argc, argv) ? run(&options) : EXIT_USAGE;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "files.h"
 #include "words.h"
 
 #define POLL_US        100
@@ -71,31 +72,9 @@ static const char *parse(struct pc_line *line, char *text)
     return count == 1 ? 0 : "too many words";
 }
 
-static char *read_all(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    char *text = 0;
-    long size = 0;
-    if (file && fseek(file, 0, SEEK_END) == 0 && (size = ftell(file)) >= 0) {
-        rewind(file);
-        text = calloc(1, (size_t)size + 1);
-        if (text && fread(text, 1, (size_t)size, file) != (size_t)size) {
-            free(text);
-            text = 0;
-        }
-    }
-    if (!text) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-    }
-    if (file) {
-        fclose(file);
-    }
-    return text;
-}
-
 bool pc_read(struct pc *pc, const char *path)
 {
-    *pc = (struct pc){.path = path, .text = read_all(path)};
+    *pc = (struct pc){.path = path, .text = files_read_text(path)};
     if (!pc->text) {
         return false;
     }

@@ -305,6 +305,13 @@ static FILE *open_in(struct sheet *sheet, const char *name)
     return file;
 }
 
+/* gnuplot would draw what is there of a file that a full disk has cut. */
+static void close_in(struct sheet *sheet, FILE *file)
+{
+    sheet->failed |= ferror(file) != 0;
+    sheet->failed |= fclose(file) != 0;
+}
+
 static FILE *layer_file(struct sheet *sheet, enum layer layer)
 {
     if (!sheet->layer[layer]) {
@@ -418,7 +425,7 @@ static void draw_positions(struct sheet *sheet)
         }
         fputs("\n\n", file);
     }
-    fclose(file);
+    close_in(sheet, file);
 }
 
 static void write_name(const struct plot *plot, const struct plot_lane *lane, FILE *file)
@@ -481,7 +488,7 @@ static void write_parameters(struct sheet *sheet)
     fputs("'\n", file);
     write_names(plot, "lane", false, file);
     write_names(plot, "servo", true, file);
-    fclose(file);
+    close_in(sheet, file);
 }
 
 static void write_sheet(struct sheet *sheet)
@@ -502,7 +509,7 @@ static void write_sheet(struct sheet *sheet)
     write_parameters(sheet);
     for (unsigned i = 0; i < LAYERS; i++) {
         if (sheet->layer[i]) {
-            fclose(sheet->layer[i]);
+            close_in(sheet, sheet->layer[i]);
         }
     }
 }
@@ -582,7 +589,7 @@ bool plot_draw(struct plot *plot, uint64_t end)
     bool good = !sheet.failed && run_gnuplot(arguments, false) == 0 && is_whole(plot->path);
     remove_folder(sheet.folder);
     if (!good) {
-        fprintf(stderr, "%s: gnuplot could not draw it\n", plot->path);
+        fprintf(stderr, "%s: gnuplot could not draw it: is the disk full?\n", plot->path);
     }
     return good;
 }

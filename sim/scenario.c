@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "faults.h"
+#include "files.h"
 #include "words.h"
 
 bool scenario_complain(const struct scenario *scenario, unsigned line, const char *what)
@@ -191,41 +192,6 @@ int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX])
 /* --- the file ------------------------------------------------------------------------------------
  */
 
-static char *read_all(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        fprintf(stderr, "%s: %s\n", path, strerror(errno));
-        return 0;
-    }
-    size_t size = 0;
-    size_t got = 0;
-    char *text = 0;
-    do {
-        size += got;
-        char *bigger = realloc(text, size + 4097);
-        if (!bigger) {
-            break;
-        }
-        text = bigger;
-        got = fread(text + size, 1, 4096, file);
-    } while (got > 0);
-    bool good = text && !ferror(file);
-    fclose(file);
-    if (!good) {
-        fprintf(stderr, "%s: cannot be read\n", path);
-        free(text);
-        return 0;
-    }
-    text[size] = 0;
-    if (strlen(text) != size) {
-        fprintf(stderr, "%s: is no text: there is a NUL in it\n", path);
-        free(text);
-        return 0;
-    }
-    return text;
-}
-
 static bool read_lines(struct scenario *scenario)
 {
     unsigned number = 0;
@@ -253,7 +219,7 @@ static bool read_lines(struct scenario *scenario)
 
 bool scenario_read(struct scenario *scenario, const char *path)
 {
-    *scenario = (struct scenario){.path = path, .text = read_all(path)};
+    *scenario = (struct scenario){.path = path, .text = files_read_text(path)};
     if (!scenario->text) {
         return false;
     }

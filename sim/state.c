@@ -5,14 +5,15 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "files.h"
+
 #define PATH_ROOM      4096
 #define TEXT_ROOM      128
 #define SAVES_A_SECOND 4
 #define HEADING        "CDS55xx EEPROM"
 
 /* Of the same ID the first servo has the plain name, the second one -2, ... */
-static void name_file(const struct state *state, unsigned index, const char *suffix,
-                      char path[PATH_ROOM])
+static void name_file(const struct state *state, unsigned index, char path[PATH_ROOM])
 {
     const struct servo_node *node = state->servos->node;
     unsigned twin = 1;
@@ -23,8 +24,8 @@ static void name_file(const struct state *state, unsigned index, const char *suf
     if (twin > 1) {
         snprintf(number, sizeof(number), "-%u", twin);
     }
-    snprintf(path, PATH_ROOM, "%s/bus%u-servo%03u%s.eeprom%s", state->folder, state->bus,
-             node[index].id, number, suffix);
+    snprintf(path, PATH_ROOM, "%s/bus%u-servo%03u%s.eeprom", state->folder, state->bus,
+             node[index].id, number);
 }
 
 /* CRC-16/CCITT, so that a file that was cut or edited is noticed. */
@@ -77,7 +78,7 @@ static bool load(struct state *state, unsigned index)
     char path[PATH_ROOM];
     char text[TEXT_ROOM] = "";
     uint8_t bytes[SERVO_EEPROM_SIZE] = {0};
-    name_file(state, index, "", path);
+    name_file(state, index, path);
     FILE *file = fopen(path, "r");
     if (!file) {
         return errno == ENOENT || complain(path, strerror(errno));
@@ -100,22 +101,15 @@ bool state_load(struct state *state)
     return true;
 }
 
+/* Not durable: fsync() would hold up a run in real time. */
 static bool replace(const struct state *state, unsigned index,
                     const uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     char path[PATH_ROOM];
-    char fresh[PATH_ROOM];
     char text[TEXT_ROOM];
-    name_file(state, index, "", path);
-    name_file(state, index, ".new", fresh);
+    name_file(state, index, path);
     write_text(bytes, text);
-    FILE *file = fopen(fresh, "w");
-    if (!file) {
-        return complain(fresh, strerror(errno));
-    }
-    bool good = fputs(text, file) >= 0;
-    good = fclose(file) == 0 && good;
-    return (good && rename(fresh, path) == 0) || complain(path, strerror(errno));
+    return files_replace(path, text, strlen(text), false);
 }
 
 void state_save(struct state *state)

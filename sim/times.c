@@ -1,8 +1,12 @@
 #include "times.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "files.h"
 
 /* --- interrupts off ------------------------------------------------------------------------------
  */
@@ -116,16 +120,33 @@ static void stepped(void *owner, uint64_t now, uint32_t pc)
     }
 }
 
+/* Digits only, up to UINT64_MAX. Returns what stands behind them, or 0. */
+static const char *parse_cycle(const char *text, uint64_t *cycle)
+{
+    char *end = 0;
+    errno = 0;
+    if (!isdigit((unsigned char)*text)) {
+        return 0;
+    }
+    *cycle = strtoull(text, &end, 10);
+    return errno ? 0 : end;
+}
+
+static bool parse_span(struct times *times, const char *span)
+{
+    const char *behind = parse_cycle(span, &times->steps_from);
+    behind = behind && *behind == '-' ? parse_cycle(behind + 1, &times->steps_to) : 0;
+    return behind && !*behind && times->steps_from < times->steps_to;
+}
+
 bool times_steps(struct times *times, const char *span)
 {
-    char behind;
     if (!times->file) {
         fputs("--steps is for --times\n", stderr);
         return false;
     }
-    if (sscanf(span, "%" SCNu64 "-%" SCNu64 "%c", &times->steps_from, &times->steps_to, &behind) !=
-        2) {
-        fprintf(stderr, "--steps %s: wanted: two cycles, as in 1000-2000\n", span);
+    if (!parse_span(times, span)) {
+        fprintf(stderr, "--steps %s: use two cycles, the lower one first, as in 1000-2000\n", span);
         return false;
     }
     times->machine->on_step = stepped;
@@ -163,7 +184,7 @@ void times_wire(struct times *times, uint64_t now, unsigned bus, const struct wi
 
 bool times_open(struct times *times, struct machine *machine, const char *path)
 {
-    *times = (struct times){.machine = machine, .cpu = &machine->cpu};
+    *times = (struct times){.path = path, .machine = machine, .cpu = &machine->cpu};
     times->file = fopen(path, "w");
     if (!times->file) {
         fprintf(stderr, "%s: %s\n", path, strerror(errno));
@@ -191,6 +212,5 @@ bool times_close(struct times *times, uint64_t now)
     fprintf(file, "run %" PRIu64 " %" PRIu64 " %" PRIu64 "\n", now, times->cpu->in_handlers,
             times->cpu->asleep);
     times->file = 0;
-    bool good = !ferror(file);
-    return fclose(file) == 0 && good;
+    return files_close(file, times->path);
 }

@@ -18,6 +18,7 @@
 #define TIMES_DEPTH   8 // handlers within handlers
 
 struct times {
+    const char *path;
     FILE *file; // 0: nothing is asked for
     struct machine *machine;
     const struct cpu *cpu;
@@ -59,8 +60,9 @@ bool times_open(struct times *times, struct machine *machine, const char *path);
  * has no such port. */
 bool times_stamp(struct times *times, const char *port);
 
-/* Instructions that begin in the cycles of `span`, as in 1000-2000, are told too. False, with one
- * line on stderr, when that is none. */
+/* The file also gets each instruction that begins in the cycles of `span`: 1000-2000 is from cycle
+ * 1000 to before cycle 2000. False, with one line on stderr, if `span` is not two cycles, the lower
+ * one first. */
 bool times_steps(struct times *times, const char *span);
 
 /* To be called when a handler is entered or left. */

@@ -3,6 +3,8 @@
 #include <errno.h>
 #include <string.h>
 
+#include "files.h"
+
 /* --- signals -------------------------------------------------------------------------------------
  */
 
@@ -174,7 +176,7 @@ static void write_head(const struct motion *motion)
 bool motion_open(struct motion *motion, const char *path, struct schedule *schedule,
                  const struct servos *servos, uint32_t clock_Hz)
 {
-    *motion = (struct motion){.schedule = schedule, .clock_Hz = clock_Hz};
+    *motion = (struct motion){.path = path, .schedule = schedule, .clock_Hz = clock_Hz};
     motion_bus(motion, servos);
     event_init(&motion->sample, write_row, motion);
     motion->file = fopen(path, "w");
@@ -193,7 +195,7 @@ void motion_bus(struct motion *motion, const struct servos *servos)
 
 bool motion_close(struct motion *motion)
 {
-    bool good = !motion->file || (!ferror(motion->file) && fclose(motion->file) == 0);
+    bool good = files_close(motion->file, motion->path);
     motion->file = 0;
     return good;
 }

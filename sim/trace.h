@@ -48,6 +48,7 @@ void bus_trace_block(struct bus_trace *trace, uint64_t now);
  * (0..1023); `bus1_goal_1` where there are several buses. New servos begin a new block with a head
  * of its own, two empty lines behind the previous one: what gnuplot calls an index. */
 struct motion {
+    const char *path;
     FILE *file; // 0: none
     struct schedule *schedule;
     const struct servos *bus[BOARD_BUSES_MAX];

@@ -4,12 +4,14 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "files.h"
+
 #define TICKS_PER_SECOND 10000000000u // 100 ps: 62.5 ns, a cycle at 16 MHz, is 625
 #define COPY_ROOM        4096
 
 bool vcd_open(struct vcd *vcd, const char *path, uint32_t clock_Hz)
 {
-    *vcd = (struct vcd){.clock_Hz = clock_Hz};
+    *vcd = (struct vcd){.path = path, .clock_Hz = clock_Hz};
     vcd->file = fopen(path, "w");
     vcd->body = vcd->file ? tmpfile() : 0;
     if (!vcd->body) {
@@ -95,13 +97,18 @@ bool vcd_close(struct vcd *vcd)
     fputs("$upscope $end\n$enddefinitions $end\n", vcd->file);
     char block[COPY_ROOM];
     size_t got = 0;
-    rewind(vcd->body);
+    bool good = fflush(vcd->body) == 0 && !ferror(vcd->body);
+    rewind(vcd->body); // clears its error flag
     while ((got = fread(block, 1, sizeof(block), vcd->body)) > 0) {
         fwrite(block, 1, got, vcd->file);
     }
-    bool good = !ferror(vcd->body) && !ferror(vcd->file);
+    good = !ferror(vcd->body) && good;
     fclose(vcd->body);
-    good = fclose(vcd->file) == 0 && good;
+    if (!good) {
+        fprintf(stderr, "%s: its temporary file could not be written: is the disk full?\n",
+                vcd->path);
+    }
+    good = files_close(vcd->file, vcd->path) && good;
     vcd->file = 0;
     return good;
 }

@@ -20,6 +20,7 @@ struct vcd_signal {
 };
 
 struct vcd {
+    const char *path;
     FILE *file; // 0: there is none, and every call does nothing
     FILE *body;
     uint32_t clock_Hz;
@@ -31,7 +32,7 @@ struct vcd {
 /* False, with one line on stderr, when the file cannot be written. */
 bool vcd_open(struct vcd *vcd, const char *path, uint32_t clock_Hz);
 
-/* False when not everything could be written. */
+/* False, with one line on stderr, when not everything could be written. */
 bool vcd_close(struct vcd *vcd);
 
 /* The signal of that name; declared, at value 0, when it is new. */

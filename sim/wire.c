@@ -300,7 +300,8 @@ static bool find_pin(struct wire *wire, struct pin *pin, const struct board_pin 
         pin_watch(pin, pins_changed, wire);
         return true;
     }
-    fprintf(stderr, "%s: no pin P%c%u: change the pin in board.h\n", wire->machine->avr->mmcu, where->port, where->bit);
+    fprintf(stderr, "%s: no pin P%c%u: change the pin in board.h\n", wire->machine->avr->mmcu,
+            where->port, where->bit);
     return false;
 }
 
@@ -335,7 +336,8 @@ bool wire_init(struct wire *wire, struct machine *machine, const struct board_bu
     }
     if (!usart_init(&wire->usart, machine->avr, bus->usart, exact, machine->schedule, &wire->txd,
                     &wire->rxd)) {
-        fprintf(stderr, "%s: no USART%u: change BOARD_BUSn_USART in board.h\n", machine->avr->mmcu, bus->usart);
+        fprintf(stderr, "%s: no USART%u: change BOARD_BUSn_USART in board.h\n", machine->avr->mmcu,
+                bus->usart);
         return false;
     }
     pin_join(&wire->rxd_input, &wire->pin_rxd, &wire->rxd);

@@ -20,7 +20,7 @@ class Refusal(unittest.TestCase):
     def assert_refused(self, done, pattern):
         """One line on stderr that matches, nothing on stdout, status 2."""
         self.assertEqual((done.returncode, done.stdout), (2, ""), done)
-        self.assertRegex(done.stderr, rf"\A[^\n]*{pattern}[^\n]*\n\Z")
+        self.assertRegex(done.stderr, rf"\A[^\n]*({pattern})[^\n]*\n\Z")
 
 
 class Boards(Refusal):
@@ -67,6 +67,50 @@ class Boards(Refusal):
             for value in ["0", "3", "7", "8", "255", "2000001", "4294967297", "-1", "x"]:
                 done = self.run_with(key, value)
                 self.assertIn(done.returncode, [0, 1, 2], (key, value, done))
+
+
+class Numbers(Refusal):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.times = pathlib.Path(folder.name) / "times"
+
+    def firmware(self, *options):
+        return simulate("firmware", ELF, "--board", "atmega128", "--seconds", "0.001", *options)
+
+    def test_steps_that_are_no_range_are_refused(self):
+        for span in ["99999999999999999999-0", "0-99999999999999999999", "18446744073709551616-5",
+                     "2000-1000", "5-5", "-5-10", "5--10", "5-+10", " 5-10", "5- 10", "5-10 ",
+                     "5", "5-", "-5", "", "0x5-9", "1e3-2e3", "5-10-15"]:
+            self.assert_refused(self.firmware("--times", self.times, "--steps", span),
+                                f"--steps {re.escape(span)}: .*1000-2000")
+
+    def test_steps_in_order_are_accepted(self):
+        for span in ["0-1", "1000-2000", "0-18446744073709551615"]:
+            done = self.firmware("--times", self.times, "--steps", span)
+            self.assertEqual(done.returncode, 0, done)
+        self.assertIn("step 0 0", self.times.read_text())
+
+    def test_numbers_out_of_range_are_refused(self):
+        huge = "99999999999999999999"
+        for option, values in {
+                "--seconds": ["0", "-1", "nan", "inf", "1e7", "1e999", "1e-999", huge, "", " 1", "1s",
+                              "0x10"],
+                "--seed": ["-1", "4294967296", huge, "", " 1", "+1", "0x1", "1.5"],
+                "--gdb": ["-1", "65536", huge, "", " 1", "+1", "0x1"],
+                "--servos": ["254", huge, f"1-{huge}", "5-1", "-1", "", "3:1", "1-", f"{huge}:1"],
+                "--mark": ["B8", "M0", "B", "B00", "", "B-1"],
+                "--stamp": ["M", "", "BB"]}.items():
+            for value in values:
+                self.assert_refused(self.firmware("--times", self.times, option, value),
+                                    "IDs|buses" if option == "--servos" else option)
+
+    def test_fault_numbers_out_of_range_are_refused(self):
+        huge = "99999999999999999999"
+        for order in [f"flip out {huge} 1 1", "flip out 0 1 1", "flip out 1 259 1",
+                      f"turnaround 1 {huge}", "turnaround 5-1 10", f"brownout 1-{huge} 10",
+                      f"noise {huge}", "noise -1"]:
+            self.assert_refused(self.firmware("--fault", order), "--fault")
 
 
 if __name__ == "__main__":

@@ -3,9 +3,11 @@
 #include "unity.h"
 
 #include <dirent.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -221,20 +223,25 @@ void test_a_folder_that_cannot_be_is_told(void)
 
 void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
 {
-    char path[600];
     char text[200];
+    struct rlimit limit;
     registers(0)[TABLE_ID] = 9;
     state_save(&state);
-    snprintf(path, sizeof(path), "%s/bus0-servo001.eeprom.new", folder);
-    TEST_ASSERT_EQUAL_INT(0, mkdir(path, 0777));
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
+    rlim_t size = limit.rlim_cur;
+    signal(SIGXFSZ, SIG_IGN);
+    limit.rlim_cur = 10; // bytes of a file: less than the text needs
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     registers(0)[TABLE_ID] = 10;
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
     state_save(&state);
     fclose(stderr);
     stderr = kept;
-    rmdir(path);
+    limit.rlim_cur = size;
+    TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     TEST_ASSERT_TRUE(state.failed);
+    TEST_ASSERT_EQUAL_UINT(1, files(false)); // nothing is left of the new one
     read_file("bus0-servo001.eeprom", text);
     TEST_ASSERT_NOT_NULL(strstr(text, "00 01 01 09"));
 }
