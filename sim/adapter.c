@@ -109,11 +109,6 @@ void adapter_say(struct adapter *adapter, uint64_t now, const uint8_t *bytes, si
     say_next(adapter, now);
 }
 
-void adapter_forget(struct adapter *adapter)
-{
-    adapter->waiting = 0;
-}
-
 uint64_t adapter_end(const struct adapter *adapter)
 {
     uint64_t end = talker_end(&adapter->talker);

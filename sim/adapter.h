@@ -55,9 +55,6 @@ void adapter_baud(struct adapter *adapter, uint32_t baud);
 size_t adapter_room(const struct adapter *adapter);
 void adapter_say(struct adapter *adapter, uint64_t now, const uint8_t *bytes, size_t size);
 
-/* What was said and has not begun to leave is not said after all. */
-void adapter_forget(struct adapter *adapter);
-
 /* End of the last stop bit of all that was said; in the past when it is out. */
 uint64_t adapter_end(const struct adapter *adapter);
 

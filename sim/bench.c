@@ -8,6 +8,10 @@
 
 #define PTY_BLOCK 512
 
+/* Steps of a run in real time: while there is traffic, short ones, so that replies do not wait. */
+#define STEPS_PER_MS 5
+#define TRAFFIC_MS   20 // a byte of the client or for it within this time
+
 /* --- who tells whom ------------------------------------------------------------------------------
  */
 
@@ -94,28 +98,50 @@ static void host_byte(void *owner, uint64_t now, uint8_t byte)
     struct bench *bench = owner;
     switch (bench->options->host) {
     case BENCH_HOST_SCRIPT: script_hear(&bench->script, now, byte); break;
-    case BENCH_HOST_PTY: pty_say(&bench->pty, &byte, 1); break;
+    case BENCH_HOST_PTY:
+        bench->traffic = now;
+        pty_say(&bench->pty, &byte, 1);
+        break;
     case BENCH_HOST_STDOUT: fputc(byte, stdout); break;
     case BENCH_HOST_PC: pc_hear(&bench->pc, now, byte); break;
     case BENCH_HOST_NONE: break;
     }
 }
 
-/* With a pty: a millisecond of simulated time takes one. */
-static void keep_pace(void *owner, uint64_t now)
+/* A client may be there before the firmware listens: its bytes wait. */
+static size_t pty_room(const struct bench *bench)
 {
-    struct bench *bench = owner;
+    return usart_rxen(&bench->host.usart) ? host_room(&bench->host) : 0;
+}
+
+static void hear_client(struct bench *bench, uint64_t now)
+{
     uint8_t bytes[PTY_BLOCK];
-    pty_flush(&bench->pty);
-    pace_wait(&bench->pace, now, -1);
-    /* A client may be there before the firmware listens: its bytes wait. */
-    size_t room = usart_rxen(&bench->host.usart) ? host_room(&bench->host) : 0;
+    size_t room = pty_room(bench);
     size_t size = pty_read(&bench->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
     if (bench->options->client_baud) {
         adapter_baud(&bench->host.pc, pty_baud(&bench->pty)); // for these, and what is heard
     }
     adapter_say(&bench->host.pc, now, bytes, size);
-    schedule_at(&bench->schedule, &bench->keep_pace, now + bench->board.clock_Hz / 1000);
+    bench->traffic = size ? now : bench->traffic;
+}
+
+/* With a pty: the simulation follows real time. It sleeps until the client writes or a step of real
+ * time has passed, then simulates as much time as that was. So what the client writes is read at
+ * once, and reaches the firmware at the cycle at which it was read. A run that is late simulates a
+ * whole step without a sleep. */
+static void keep_pace(void *owner, uint64_t now)
+{
+    struct bench *bench = owner;
+    uint32_t ms = bench->board.clock_Hz / 1000;
+    hear_client(bench, now);
+    pty_flush(&bench->pty);
+    bool traffic = now - bench->traffic < TRAFFIC_MS * ms;
+    uint64_t step = now + (traffic ? ms / STEPS_PER_MS : ms);
+    pace_wait(&bench->pace, step, pty_room(bench) ? pty_fd(&bench->pty) : -1);
+    uint64_t next = pace_cycle(&bench->pace);
+    next = next > now ? next : now + 1;
+    schedule_at(&bench->schedule, &bench->keep_pace, next < step ? next : step);
 }
 
 static void time_is_over(void *owner, uint64_t now)

@@ -105,6 +105,7 @@ struct bench {
     struct pty pty;
     struct pace pace; // with a pty
     struct event keep_pace;
+    uint64_t traffic; // cycle of the latest byte of the client or for it
     struct vcd vcd;
     unsigned handler; // the VCD's signal
     struct motion motion;

@@ -249,9 +249,6 @@ static void hear_client(struct bus *bus, uint64_t now)
     uint8_t bytes[BLOCK];
     size_t room = adapter_room(&bus->adapter);
     size_t size = pty_read(&bus->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
-    if (pty_arrived(&bus->pty)) {
-        adapter_forget(&bus->adapter); // what the one before left behind, at 300 baud perhaps
-    }
     adapter_baud(&bus->adapter, pty_baud(&bus->pty));
     adapter_say(&bus->adapter, now, bytes, size);
 }

@@ -12,42 +12,73 @@
 
 #include <asm/termbits.h> // any rate (struct termios2); does not go together with <termios.h>
 
-/* What cfmakeraw() does. The rate stays, unless `baud` is given. */
-static void make_raw(struct termios2 *mode, uint32_t baud)
+/* The flags that cfmakeraw() sets and clears. */
+static void make_raw(struct termios2 *mode)
 {
     mode->c_iflag &= (tcflag_t) ~(IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL | IXON);
     mode->c_oflag &= (tcflag_t)~OPOST;
     mode->c_lflag &= (tcflag_t) ~(ECHO | ECHONL | ICANON | ISIG | IEXTEN);
     mode->c_cflag = (mode->c_cflag & (tcflag_t) ~(CSIZE | PARENB)) | CS8;
-    if (baud) {
-        mode->c_cflag = (mode->c_cflag & (tcflag_t) ~(CBAUD | CBAUD << IBSHIFT)) | BOTHER;
-        mode->c_ispeed = mode->c_ospeed = baud;
-    }
 }
 
-/* Nobody is there: what the last client has not read is gone, and the next one finds a raw line.
- * The system keeps both beyond the last close, but only an open port can be set. */
-static bool renew_line(struct pty *pty, uint32_t baud)
+static bool is_raw(const struct termios2 *mode)
+{
+    struct termios2 raw = *mode;
+    make_raw(&raw);
+    return memcmp(&raw, mode, sizeof(raw)) == 0;
+}
+
+/* Before anybody knows the path. */
+static bool set_up_line(const struct pty *pty, uint32_t baud)
 {
     struct termios2 mode;
-    int slave = open(pty->path, O_RDWR | O_NOCTTY);
-    if (slave < 0) {
+    if (ioctl(pty->master, TCGETS2, &mode) != 0) {
         return false;
     }
-    bool good = ioctl(slave, TCGETS2, &mode) == 0;
-    make_raw(&mode, baud);
-    good = good && ioctl(slave, TCSETS2, &mode) == 0 && ioctl(slave, TCFLSH, TCIFLUSH) == 0;
-    return close(slave) == 0 && good;
+    make_raw(&mode);
+    mode.c_cflag = (mode.c_cflag & (tcflag_t) ~(CBAUD | CBAUD << IBSHIFT)) | BOTHER;
+    mode.c_ispeed = mode.c_ospeed = baud;
+    return ioctl(pty->master, TCSETS2, &mode) == 0;
+}
+
+/* Sets the flags and keeps the rate, which the next client may set at any moment. TCSETS2 would
+ * overwrite the rate with the one that was read before. TCSETA has 16 bits of each flag and no
+ * rate: with BOTHER the system keeps the rate that is set at the moment of the call. */
+static void restore_flags(const struct pty *pty, struct termios2 mode)
+{
+    make_raw(&mode);
+    struct termio flags = {
+        .c_iflag = (unsigned short)mode.c_iflag,
+        .c_oflag = (unsigned short)mode.c_oflag,
+        .c_cflag = (unsigned short)((mode.c_cflag & (tcflag_t)~CBAUD) | BOTHER),
+        .c_lflag = (unsigned short)mode.c_lflag,
+        .c_line = mode.c_line,
+    };
+    memcpy(flags.c_cc, mode.c_cc, sizeof(flags.c_cc));
+    ioctl(pty->master, TCSETA, &flags);
+}
+
+/* Discards what the last client has not read. The system keeps that beyond the last close, and
+ * discards it only by way of an open port. */
+static void discard_unread(struct pty *pty)
+{
+    pty->waiting = 0;
+    int slave = open(pty->path, O_RDWR | O_NOCTTY);
+    if (slave >= 0) {
+        ioctl(slave, TCFLSH, TCIFLUSH);
+        close(slave);
+    }
 }
 
 bool pty_open(struct pty *pty, uint32_t baud)
 {
     *pty = (struct pty){.master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
     if (pty->master < 0 || grantpt(pty->master) || unlockpt(pty->master) ||
-        ptsname_r(pty->master, pty->path, sizeof(pty->path)) || !renew_line(pty, baud)) {
+        ptsname_r(pty->master, pty->path, sizeof(pty->path)) || !set_up_line(pty, baud)) {
         fprintf(stderr, "pty: %s\n", strerror(errno));
         return false;
     }
+    discard_unread(pty); // only a port that was opened once reports that no client has it open
     return true;
 }
 
@@ -59,33 +90,28 @@ void pty_close(struct pty *pty)
     }
 }
 
-static bool is_raw(const struct pty *pty)
+/* No client has the port open. Restores a raw line, also after a client that was not seen because
+ * it came, set the line and left at once, as stty does. */
+static void watch_line(struct pty *pty)
 {
-    struct termios2 mode = {0};
-    bool known = ioctl(pty->master, TCGETS2, &mode) == 0;
-    struct termios2 raw = mode;
-    make_raw(&raw, 0);
-    return known && memcmp(&raw, &mode, sizeof(mode)) == 0;
+    struct termios2 mode;
+    bool raw = ioctl(pty->master, TCGETS2, &mode) != 0 || is_raw(&mode);
+    if (pty->client || !raw) {
+        discard_unread(pty);
+    }
+    if (!raw) {
+        restore_flags(pty, mode);
+    }
 }
 
-/* One that comes, sets the line and leaves at once, as stty does, may not be seen at all. */
 static void watch_client(struct pty *pty)
 {
     struct pollfd line = {.fd = pty->master, .events = POLLIN};
     bool client = poll(&line, 1, 0) >= 0 && !(line.revents & POLLHUP);
-    if (!client && (pty->client || !is_raw(pty))) {
-        pty->waiting = 0;
-        renew_line(pty, 0);
+    if (!client) {
+        watch_line(pty);
     }
-    pty->arrived |= client && !pty->client;
     pty->client = client;
-}
-
-bool pty_arrived(struct pty *pty)
-{
-    bool arrived = pty->arrived;
-    pty->arrived = false;
-    return arrived;
 }
 
 size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room)

@@ -16,7 +16,6 @@ struct pty {
     int master; // -1: not open
     char path[64];
     bool client;             // somebody has opened the port
-    bool arrived;            // since pty_arrived() was last asked
     uint8_t queue[PTY_ROOM]; // for the client, a ring
     size_t head, waiting;
     uint64_t heard; // bytes from clients
@@ -30,9 +29,6 @@ void pty_close(struct pty *pty);
 
 /* What a client has said, and who comes and goes: to be called often. */
 size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room);
-
-/* Has a client come since this was last asked? */
-bool pty_arrived(struct pty *pty);
 
 /* Bytes for the client. Without one they are gone, as at a port that nobody has opened. */
 void pty_say(struct pty *pty, const uint8_t *bytes, size_t size);

@@ -145,17 +145,6 @@ class Clients(unittest.TestCase):
             time.sleep(0.05)
             self.assertEqual(self.ping_without_settings(sim.path), "ffff010200fc")
 
-    def test_what_a_slow_client_left_unsent_does_not_hold_up_the_next(self):
-        with bus(servos="1") as sim:
-            with Port(sim.path, baud=300) as port:
-                port.send(bytes(3000))  # a hundred seconds of it
-                time.sleep(0.05)
-            time.sleep(0.05)
-            with Port(sim.path) as port:
-                time.sleep(0.1)  # the byte in progress
-                port.clear()
-                self.assertTrue(port.ping(1))
-
     def test_garbage_does_no_harm(self):
         with bus(servos="1,2") as sim, Port(sim.path) as port:
             before = port.read(1, 0, 24)

@@ -190,19 +190,6 @@ void test_there_is_room_for_4096_bytes_and_no_more(void)
     TEST_ASSERT_EQUAL_UINT(1, times_driving);
 }
 
-void test_what_is_forgotten_is_not_sent_but_the_byte_in_progress_is(void)
-{
-    adapter_say(&adapter, 0, ping, sizeof(ping));
-    schedule_run_until(&schedule, 200); // within the second byte
-    adapter_forget(&adapter);
-    schedule_run_until(&schedule, 10000);
-    TEST_ASSERT_EQUAL_UINT(2, seen_count);
-    TEST_ASSERT_EQUAL_UINT64(2 * 160, driving_until);
-    adapter_say(&adapter, 10000, ping, sizeof(ping));
-    schedule_run_until(&schedule, 20000);
-    TEST_ASSERT_EQUAL_UINT(2 + sizeof(ping), seen_count);
-}
-
 void test_on_two_wires_it_hears_while_it_talks(void)
 {
     struct net in;

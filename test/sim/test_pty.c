@@ -5,15 +5,45 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <stdarg.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <asm/termbits.h>
 
 static struct pty pty;
-static uint8_t bytes[200000];
 static int line;
+static int countdown = -1; // ioctl() calls of the simulator until a client comes; -1: none does
+static uint32_t client_rate;
+
+static void client_sets(uint32_t baud)
+{
+    struct termios2 mode;
+    syscall(SYS_ioctl, line, TCGETS2, &mode);
+    mode.c_cflag = (mode.c_cflag & (tcflag_t)~CBAUD) | BOTHER;
+    mode.c_ispeed = mode.c_ospeed = baud;
+    syscall(SYS_ioctl, line, TCSETS2, &mode);
+}
+
+/* In the place of the C library's: a client that opens the port and sets its rate just before the
+ * simulator's next system call is a race that is always lost. */
+int ioctl(int file, unsigned long request, ...)
+{
+    va_list arguments;
+    va_start(arguments, request);
+    void *argument = va_arg(arguments, void *);
+    va_end(arguments);
+    if (countdown == 0) {
+        line = open(pty.path, O_RDWR | O_NOCTTY | O_NONBLOCK);
+        client_sets(client_rate);
+    }
+    countdown -= countdown >= 0;
+    return (int)syscall(SYS_ioctl, file, request, argument);
+}
+
+static uint8_t bytes[200000];
 
 static void come(void)
 {
@@ -101,6 +131,13 @@ void test_any_rate_that_a_client_sets(void)
     TEST_ASSERT_EQUAL_UINT32(7843, pty_baud(&pty)); // as a serial port does
 }
 
+void test_port_that_was_never_opened_has_no_client(void)
+{
+    pty_read(&pty, bytes, 0);
+    TEST_ASSERT_FALSE(pty.client);
+    TEST_ASSERT_EQUAL_INT(-1, pty_fd(&pty));
+}
+
 void test_without_a_client_bytes_are_gone(void)
 {
     pty_say(&pty, (const uint8_t *)"early", 5);
@@ -151,6 +188,40 @@ void test_and_also_when_nobody_saw_it_come_and_go(void)
     come();
     TEST_ASSERT_EQUAL_INT(0, ioctl(line, TCGETS2, &mode));
     TEST_ASSERT_EQUAL_HEX32(0, mode.c_lflag & (ECHO | ICANON));
+}
+
+/* The client before has left the line with these flags set. Returns how many ioctl() calls of the
+ * simulator were raced. */
+static unsigned race_after(tcflag_t local)
+{
+    unsigned raced = 0;
+    for (int call = 0; call < 10; call++) {
+        come();
+        set_line(1000000, local);
+        close(line);
+        line = -1;
+        client_rate = 57600 + (uint32_t)call;
+        countdown = call;
+        pty_read(&pty, bytes, 0); // sees that the client has left
+        bool came = countdown < 0;
+        countdown = -1;
+        if (came) {
+            raced++;
+            TEST_ASSERT_EQUAL_UINT32(client_rate, pty_baud(&pty));
+            leave();
+        }
+    }
+    return raced;
+}
+
+void test_rate_of_client_that_comes_amid_a_leave_is_kept(void)
+{
+    TEST_ASSERT_GREATER_THAN_UINT(0, race_after(0));
+}
+
+void test_rate_set_while_flags_are_restored_is_kept(void)
+{
+    TEST_ASSERT_GREATER_THAN_UINT(1, race_after(ECHO | ICANON));
 }
 
 void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
