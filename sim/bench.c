@@ -6,8 +6,6 @@
 
 #include "files.h"
 
-#define PTY_BLOCK 512
-
 /* Steps of a run in real time: while there is traffic, short ones, so that replies do not wait. */
 #define STEPS_PER_MS 5
 #define TRAFFIC_MS   20 // a byte of the client or for it within this time

@@ -6,8 +6,6 @@
 
 #include "files.h"
 
-#define BLOCK 512
-
 /* How long a run in real time sleeps. While there is traffic, often enough for the client not to
  * wait; a client that speaks wakes it anyway, but one that comes does not. */
 #define US         (BUS_CLOCK_HZ / 1000000)
@@ -246,7 +244,7 @@ bool bus_init(struct bus *bus, const struct bench_options *options)
 /* What was said comes before the rate: a client sets the rate, then speaks. */
 static void hear_client(struct bus *bus, uint64_t now)
 {
-    uint8_t bytes[BLOCK];
+    uint8_t bytes[PTY_BLOCK];
     size_t room = adapter_room(&bus->adapter);
     size_t size = pty_read(&bus->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
     adapter_baud(&bus->adapter, pty_baud(&bus->pty));

@@ -74,7 +74,8 @@ bool pty_open(struct pty *pty, uint32_t baud)
 {
     *pty = (struct pty){.master = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC)};
     if (pty->master < 0 || grantpt(pty->master) || unlockpt(pty->master) ||
-        ptsname_r(pty->master, pty->path, sizeof(pty->path)) || !set_up_line(pty, baud)) {
+        ptsname_r(pty->master, pty->path, sizeof(pty->path)) ||
+        ioctl(pty->master, TIOCPKT, &(int){1}) || !set_up_line(pty, baud)) {
         fprintf(stderr, "pty: %s\n", strerror(errno));
         return false;
     }
@@ -114,11 +115,19 @@ static void watch_client(struct pty *pty)
     pty->client = client;
 }
 
+/* In packet mode (TIOCPKT) a read gives bytes behind a 0, or one byte that says what the client
+ * did. */
 size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room)
 {
+    uint8_t packet[1 + PTY_BLOCK];
+    size_t size = 1 + (room < PTY_BLOCK ? room : PTY_BLOCK);
+    ssize_t got = 0;
     watch_client(pty);
-    ssize_t got = room ? read(pty->master, bytes, room) : 0;
-    size_t size = got > 0 ? (size_t)got : 0;
+    while (room && (got = read(pty->master, packet, size)) > 0 && packet[0] != TIOCPKT_DATA) {
+        pty->flushes += (packet[0] & TIOCPKT_FLUSHWRITE) != 0;
+    }
+    size = got > 1 ? (size_t)got - 1 : 0;
+    memcpy(bytes, packet + 1, size);
     pty->heard += size;
     return size;
 }
@@ -165,6 +174,13 @@ void pty_report(const struct pty *pty, FILE *out)
     if (pty->lost) {
         fprintf(out, "pty:     %" PRIu64 " of these lost: the client did not read them\n",
                 pty->lost);
+    }
+    if (pty->flushes) {
+        fprintf(out,
+                "pty:     %" PRIu32
+                " times a client discarded its output (tcflush), and maybe what "
+                "it had just written: docs/bus.md\n",
+                pty->flushes);
     }
 }
 

@@ -224,6 +224,40 @@ void test_rate_set_while_flags_are_restored_is_kept(void)
     TEST_ASSERT_GREATER_THAN_UINT(1, race_after(ECHO | ICANON));
 }
 
+void test_flush_of_output_by_the_client_is_counted(void)
+{
+    come();
+    syscall(SYS_ioctl, line, TCFLSH, TCIFLUSH); // its input: no matter
+    pty_read(&pty, bytes, 10);
+    TEST_ASSERT_EQUAL_UINT32(0, pty.flushes);
+    for (unsigned i = 1; i <= 3; i++) {
+        syscall(SYS_ioctl, line, TCFLSH, TCOFLUSH);
+        TEST_ASSERT_EQUAL_INT(4, write(line, "next", 4));
+        struct pollfd data = {.fd = pty.master, .events = POLLIN};
+        size_t size = 0;
+        while (size < 4 && poll(&data, 1, 5000) > 0) {
+            size += pty_read(&pty, bytes + size, 10);
+        }
+        TEST_ASSERT_EQUAL_UINT(4, size);
+        TEST_ASSERT_EQUAL_MEMORY("next", bytes, 4);
+        TEST_ASSERT_EQUAL_UINT32(i, pty.flushes);
+    }
+}
+
+/* tcflush() discards what the system has not yet handed to the simulator's end. Bytes that could be
+ * read at that end stay. */
+void test_bytes_that_can_be_read_outlive_a_flush(void)
+{
+    come();
+    for (unsigned i = 0; i < 100; i++) {
+        struct pollfd data = {.fd = pty.master, .events = POLLIN};
+        TEST_ASSERT_EQUAL_INT(4, write(line, "kept", 4));
+        TEST_ASSERT_EQUAL_INT(1, poll(&data, 1, 5000));
+        syscall(SYS_ioctl, line, TCFLSH, TCIOFLUSH);
+        TEST_ASSERT_EQUAL_UINT(4, pty_read(&pty, bytes, 10));
+    }
+}
+
 void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
 {
     static uint8_t much[PTY_ROOM];
