@@ -2,7 +2,6 @@
 import os
 import pathlib
 import resource
-import shutil
 import signal
 import stat
 import subprocess
@@ -94,11 +93,18 @@ class FullDisk(Folder):
             self.assertEqual(done.returncode, 2, option)
             self.assertIn(f"{file}: ", done.stderr)
 
-    @unittest.skipUnless(shutil.which("gnuplot"), "needs gnuplot")
     def test_plot_whose_data_finds_no_room_fails(self):
+        """A gnuplot that draws whatever is left of its data."""
+        plot = self.folder / "x.svg"
+        gnuplot = self.folder / "gnuplot"
+        gnuplot.write_text(f"#!/bin/sh\necho '<svg>nothing</svg>' > {plot}\n")
+        gnuplot.chmod(0o755)
+        path = {**os.environ, "PATH": f"{self.folder}:{os.environ['PATH']}"}
+
         def limit():
             resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
-        done = self.firmware("--plot", self.folder / "x.svg", preexec_fn=limit, restore_signals=False)
+        self.assertEqual(self.firmware("--plot", plot, env=path).returncode, 0)
+        done = self.firmware("--plot", plot, env=path, preexec_fn=limit, restore_signals=False)
         self.assertEqual(done.returncode, 2)
         self.assertIn("x.svg: ", done.stderr)
 

@@ -94,7 +94,7 @@ class Numbers(Refusal):
     def test_numbers_out_of_range_are_refused(self):
         huge = "99999999999999999999"
         for option, values in {
-                "--seconds": ["0", "-1", "nan", "inf", "1e7", "1e999", "1e-999", huge, "", " 1", "1s",
+                "--seconds": ["0", "-1", "nan", "inf", "1e7", "1e999", "1e-9", "1e-999", huge, "", " 1", "1s",
                               "0x10"],
                 "--seed": ["-1", "4294967296", huge, "", " 1", "+1", "0x1", "1.5"],
                 "--gdb": ["-1", "65536", huge, "", " 1", "+1", "0x1"],

@@ -1,8 +1,10 @@
 #include "unity.h"
 #include "vcd.h"
 
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 static struct vcd vcd;
@@ -49,6 +51,29 @@ void test_a_dump_of_two_signals(void)
                              "#10000\n1!!\nb00100000 \"!\n"
                              "#10625\n0!!\n",
                              written());
+}
+
+/* The changes are in a temporary file until the dump is closed. */
+void test_changes_that_found_no_room_fail_the_close(void)
+{
+    struct rlimit limit;
+    TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
+    rlim_t before = limit.rlim_cur;
+    unsigned vector = vcd_signal(&vcd, "vector", 8);
+    signal(SIGXFSZ, SIG_IGN);
+    limit.rlim_cur = 1000;
+    setrlimit(RLIMIT_FSIZE, &limit);
+    for (unsigned i = 1; i < 1000; i++) {
+        vcd_change(&vcd, vector, i, i % 2);
+    }
+    limit.rlim_cur = before; // the disk has room again
+    setrlimit(RLIMIT_FSIZE, &limit);
+    FILE *kept = stderr;
+    stderr = fopen("/dev/null", "w");
+    bool good = vcd_close(&vcd);
+    fclose(stderr);
+    stderr = kept;
+    TEST_ASSERT_FALSE(good);
 }
 
 void test_what_does_not_change_is_not_written(void)
