@@ -6,8 +6,8 @@
 
 #include "files.h"
 
-/* How long a run in real time sleeps. While there is traffic, often enough for the client not to
- * wait; a client that speaks wakes it anyway, but one that comes does not. */
+/* How long a run in real time sleeps. While there is traffic, short enough for the client not to
+ * wait for a reply. A client that writes, comes or leaves wakes the run, unless pty_fd() is -1. */
 #define US         (BUS_CLOCK_HZ / 1000000)
 #define TRAFFIC    (200 * US)
 #define NO_TRAFFIC (5000 * US)

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/inotify.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -80,6 +81,9 @@ bool pty_open(struct pty *pty, uint32_t baud)
         return false;
     }
     discard_unread(pty); // only a port that was opened once reports that no client has it open
+    pty->opens = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    inotify_add_watch(pty->opens, pty->path,
+                      IN_OPEN); // without it, a client is seen a little later
     return true;
 }
 
@@ -88,6 +92,9 @@ void pty_close(struct pty *pty)
     if (pty->master >= 0) {
         close(pty->master);
         pty->master = -1;
+        if (pty->opens >= 0) {
+            close(pty->opens);
+        }
     }
 }
 
@@ -107,6 +114,9 @@ static void watch_line(struct pty *pty)
 
 static void watch_client(struct pty *pty)
 {
+    char events[PTY_BLOCK];
+    while (!pty->client && read(pty->opens, events, sizeof(events)) > 0) {
+    }
     struct pollfd line = {.fd = pty->master, .events = POLLIN};
     bool client = poll(&line, 1, 0) >= 0 && !(line.revents & POLLHUP);
     if (!client) {
@@ -186,5 +196,5 @@ void pty_report(const struct pty *pty, FILE *out)
 
 int pty_fd(const struct pty *pty)
 {
-    return pty->client ? pty->master : -1;
+    return pty->client ? pty->master : pty->opens;
 }

@@ -16,6 +16,7 @@
 
 struct pty {
     int master; // -1: not open
+    int opens;  // inotify: somebody opens the port; -1: not to be had
     char path[64];
     bool client;             // somebody has opened the port
     uint8_t queue[PTY_ROOM]; // for the client, a ring
@@ -45,7 +46,8 @@ uint32_t pty_baud(const struct pty *pty);
 /* What passed, in a line or two; nothing when the port was never open. */
 void pty_report(const struct pty *pty, FILE *out);
 
-/* To wait on; -1 while there is no client: then the system cannot tell when one comes. */
+/* To wait on with POLLIN: a client writes, leaves or, while there is none, comes. -1: the system
+ * cannot tell when one comes. */
 int pty_fd(const struct pty *pty);
 
 #endif

@@ -135,7 +135,42 @@ void test_port_that_was_never_opened_has_no_client(void)
 {
     pty_read(&pty, bytes, 0);
     TEST_ASSERT_FALSE(pty.client);
-    TEST_ASSERT_EQUAL_INT(-1, pty_fd(&pty));
+}
+
+static bool wakes(int timeout_ms)
+{
+    struct pollfd file = {.fd = pty_fd(&pty), .events = POLLIN};
+    TEST_ASSERT_TRUE(file.fd >= 0);
+    return poll(&file, 1, timeout_ms) > 0;
+}
+
+void test_client_that_comes_wakes_the_simulator(void)
+{
+    for (unsigned i = 0; i < 3; i++) {
+        pty_read(&pty, bytes, 0);
+        TEST_ASSERT_FALSE(wakes(0));
+        line = open(pty.path, O_RDWR | O_NOCTTY | O_NONBLOCK);
+        TEST_ASSERT_TRUE(wakes(5000));
+        TEST_ASSERT_EQUAL_UINT(0, pty_read(&pty, bytes, 10));
+        TEST_ASSERT_TRUE(pty.client);
+        TEST_ASSERT_FALSE(wakes(0));
+        leave();
+    }
+}
+
+void test_client_that_writes_or_leaves_wakes_the_simulator(void)
+{
+    come();
+    TEST_ASSERT_EQUAL_INT(1, write(line, "x", 1));
+    TEST_ASSERT_TRUE(wakes(5000));
+    TEST_ASSERT_EQUAL_UINT(1, pty_read(&pty, bytes, 10));
+    TEST_ASSERT_FALSE(wakes(0));
+    close(line);
+    line = -1;
+    TEST_ASSERT_TRUE(wakes(5000));
+    pty_read(&pty, bytes, 0);
+    pty_read(&pty, bytes, 0);
+    TEST_ASSERT_FALSE(wakes(0));
 }
 
 void test_without_a_client_bytes_are_gone(void)
