@@ -128,7 +128,7 @@ static bool parse_seconds(struct bench_options *options, const char *value)
     options->seconds = decimal ? strtod(value, &end) : 0;
     return (decimal && !*end && options->seconds >= SECONDS_MIN &&
             options->seconds <= SECONDS_MAX) ||
-           usage("--seconds wants a number from 0.000001 to 1000000, not", value);
+           usage("--seconds wants a positive number, 0.000001 to 1000000, not", value);
 }
 
 static bool parse_servos(struct bench_options *options, const char *value)
