@@ -29,7 +29,7 @@ static bool is_raw(const struct termios2 *mode)
     return memcmp(&raw, mode, sizeof(raw)) == 0;
 }
 
-/* Before anybody knows the path. */
+/* Before the path of the port is known to any client. */
 static bool set_up_line(const struct pty *pty, uint32_t baud)
 {
     struct termios2 mode;
@@ -188,8 +188,8 @@ void pty_report(const struct pty *pty, FILE *out)
     if (pty->flushes) {
         fprintf(out,
                 "pty:     %" PRIu32
-                " times a client discarded its output (tcflush), and maybe what "
-                "it had just written: docs/bus.md\n",
+                " flushes of output by clients (tcflush) may have discarded what "
+                "they had just written: docs/bus.md\n",
                 pty->flushes);
     }
 }

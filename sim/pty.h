@@ -16,7 +16,7 @@
 
 struct pty {
     int master; // -1: not open
-    int opens;  // inotify: somebody opens the port; -1: not to be had
+    int opens;  // inotify: a program opens the port; -1: not available
     char path[64];
     bool client;             // somebody has opened the port
     uint8_t queue[PTY_ROOM]; // for the client, a ring

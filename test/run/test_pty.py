@@ -53,7 +53,7 @@ class Leaving(unittest.TestCase):
             self.assert_packets_are_sent_whole(sim.path, 19200)
             self.assertIn(" 1 damaged", sim.end())  # the bytes of clear()
 
-    def test_bytes_of_a_slow_client_leave_at_its_rate_before_the_next(self):
+    def test_bytes_of_a_slow_client_leave_before_those_of_the_next(self):
         with tempfile.TemporaryDirectory() as folder:
             transcript = pathlib.Path(folder) / "transcript"
             with bus("--transcript", transcript, servos="1") as sim:
