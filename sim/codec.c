@@ -27,6 +27,12 @@ void codec_reset(struct codec *codec)
 {
     codec->first = 0;
     codec->size = 0;
+    codec->before_pause = 0;
+}
+
+void codec_pause(struct codec *codec)
+{
+    codec->before_pause = codec->size;
 }
 
 void codec_put(struct codec *codec, uint8_t byte)
@@ -34,6 +40,8 @@ void codec_put(struct codec *codec, uint8_t byte)
     if (codec->first > 0) {
         codec->size = (uint16_t)(codec->size - codec->first);
         memmove(codec->bytes, codec->bytes + codec->first, codec->size);
+        codec->before_pause =
+            codec->before_pause > codec->first ? (uint16_t)(codec->before_pause - codec->first) : 0;
         codec->first = 0;
     }
     codec->bytes[codec->size++] = byte;
@@ -49,6 +57,9 @@ enum codec_event codec_next(struct codec *codec, struct codec_packet *packet)
         }
         if (heard <= AT_LENGTH || heard < AT_INSTRUCTION + (size_t)bytes[AT_LENGTH]) {
             return CODEC_NOTHING;
+        }
+        if (codec->first + AT_INSTRUCTION + bytes[AT_LENGTH] <= codec->before_pause) {
+            continue;
         }
         packet->id = bytes[AT_ID];
         packet->instruction = bytes[AT_INSTRUCTION];

@@ -15,6 +15,7 @@
 struct codec {
     uint16_t first;
     uint16_t size;
+    uint16_t before_pause; // bytes[0 ... before_pause - 1] were heard before the latest pause
     uint8_t bytes[CODEC_PACKET_MAX];
 };
 
@@ -35,6 +36,10 @@ enum codec_event {
 
 /* Forgets what was heard: a byte was lost or came with a framing error. */
 void codec_reset(struct codec *codec);
+
+/* The line paused behind the bytes heard so far. A packet that stands inside a damaged one and
+ * ended before the pause is dropped. A packet that ends behind the pause is found as usual. */
+void codec_pause(struct codec *codec);
 
 /* Takes one byte. Call codec_next() until it returns CODEC_NOTHING before the next byte: the end of
  * a damaged packet can bring several packets to light that stood inside it. */

@@ -324,6 +324,15 @@ static bool take_packet(struct servo *servo, enum codec_event event,
     return event == CODEC_PACKET ? take_good(servo, packet) : take_damaged(servo, packet);
 }
 
+void servo_silence(struct servo *servo, uint64_t us)
+{
+    if (us >= SERVO_GIVES_UP_US) {
+        codec_reset(&servo->codec);
+    } else if (us >= SERVO_PAUSE_US) {
+        codec_pause(&servo->codec);
+    }
+}
+
 bool servo_receive(struct servo *servo, uint8_t byte, bool framing_error)
 {
     bool asleep = servo->quirks.silent_after_power_up && servo->ticks < TICKS_PER_SECOND;

@@ -21,7 +21,9 @@
 #define SERVO_TICK_US          4000
 #define SERVO_RESET_BAUD       1 // register 0x04: 2 000 000 / (1 + 1) = 1 Mbps
 #define SERVO_BROADCAST_ID     0xFE
-#define SERVO_SYNC_WRITE_LIMIT 143 // bytes, with quirks.sync_write_limit
+#define SERVO_PAUSE_US         2000   // what ended before such a pause is not executed behind it
+#define SERVO_GIVES_UP_US      100000 // the rest of a packet does not come any more
+#define SERVO_SYNC_WRITE_LIMIT 143    // bytes, with quirks.sync_write_limit
 
 /* Bits of the ERROR byte (manual 2.3). */
 enum servo_error {
@@ -83,6 +85,11 @@ void servo_init(struct servo *servo, uint8_t id);
  * unlisted baud rate are lost. Without power it is deaf and mute; go on ticking: the output coasts.
  */
 void servo_power(struct servo *servo, bool on);
+
+/* The line was silent for so long before the next byte. After SERVO_PAUSE_US the servo does not
+ * execute a packet any more that stands inside a damaged one and ended before the silence. After
+ * SERVO_GIVES_UP_US it drops the packet that has begun, as Dynamixels do. */
+void servo_silence(struct servo *servo, uint64_t us);
 
 /* One byte its receiver heard. True: servo->reply is due. An earlier reply that still waits is the
  * owner's to keep. A servo that talks or waits to talk should not be given bytes. */

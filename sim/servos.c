@@ -93,6 +93,13 @@ static void reply_is_due(struct servo_node *node, uint64_t end)
     schedule_at(servos->schedule, &node->answer, end + delay);
 }
 
+/* A sender that is a little fast begins a byte before the ear's stop bit has ended. */
+static uint64_t silence_before(const struct servo_ear *ear, const struct heard *heard)
+{
+    uint64_t silence = heard->start > ear->end ? heard->start - ear->end : 0;
+    return silence * SECOND_US / ear->servos->clock_Hz;
+}
+
 /* The ear delivers in the middle of the stop bit; the return delay counts from its end. */
 static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
 {
@@ -100,11 +107,14 @@ static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
     struct servo_ear *ear = owner;
     struct servos *servos = ear->servos;
     uint8_t baud = ear->baud;
+    uint64_t silence_us = silence_before(ear, heard);
+    ear->end = heard->end;
     for (unsigned i = 0; i < servos->count; i++) {
         struct servo_node *node = &servos->node[i];
         if (node->baud != baud || node->driver.enabled || event_armed(&node->answer)) {
             continue;
         }
+        servo_silence(&node->servo, silence_us);
         if (servo_receive(&node->servo, heard->byte, heard->framing_error)) {
             reply_is_due(node, heard->end);
         }

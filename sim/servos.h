@@ -42,6 +42,7 @@ struct servo_ear {
     struct ear ear;
     uint8_t baud;
     unsigned users;
+    uint64_t end; // of the stop bit of the latest byte
 };
 
 struct servos {

@@ -209,6 +209,38 @@ void test_R27_several_packets_inside_a_damaged_one_are_found(void)
     TEST_ASSERT_EQUAL(4, packets);
 }
 
+void test_packets_of_before_a_pause_are_dropped(void)
+{
+    PUT(0xFF, 0xFF, 0x05, 0x16, 0x03, PING_1, READ_1);
+    codec_pause(&codec);
+    PUT(PING_1, 0x00); // the damaged packet ends here
+    TEST_ASSERT_EQUAL(1, damaged);
+    TEST_ASSERT_EQUAL(1, packets);
+    TEST_ASSERT_EQUAL_HEX8(0x01, found.instruction);
+}
+
+void test_damaged_packets_of_before_a_pause_are_dropped(void)
+{
+    PUT(0xFF, 0xFF, 0x05, 0x08, 0xFF, 0xFF, 0x01, 0x02, 0x01, 0x00); // a PING of 1, damaged
+    codec_pause(&codec);
+    PUT(0x00, 0x00);
+    TEST_ASSERT_EQUAL(1, damaged);
+    TEST_ASSERT_EQUAL(5, found.id);
+}
+
+void test_a_packet_with_a_pause_in_it_is_found(void)
+{
+    static const uint8_t good[] = {READ_1};
+    for (size_t pause = 1; pause < sizeof good; pause++) {
+        setUp();
+        PUT(PING_1, 0xFF, 0xFF, 0x01);
+        put_all(good, pause);
+        codec_pause(&codec);
+        put_all(good + pause, sizeof good - pause);
+        TEST_ASSERT_EQUAL(2, packets);
+    }
+}
+
 void test_R27_a_packet_that_shares_its_header_with_a_damaged_one_is_found(void)
 {
     /* FF FF 02 02 FF | FF: damaged, ends with the first header byte of a good packet. */

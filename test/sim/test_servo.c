@@ -541,6 +541,41 @@ void test_R27_the_last_reply_counts_when_one_byte_brings_several(void)
     TEST_ASSERT_EQUAL(0, servo.reply.bytes[4]);
 }
 
+/* A damaged packet whose LENGTH takes in a WRITE; the silence stands before its last byte. */
+static uint8_t led_of_a_write_before_silence(uint64_t silence_us)
+{
+    uint8_t packet[32] = {0xFF, 0xFF, 0x05, 9};
+    size_t size = 4 + build(packet + 4, 1, WRITE, (const uint8_t[]){TABLE_LED, 1}, 2);
+    servo_init(&servo, 1);
+    TEST_ASSERT_FALSE(hear(packet, size));
+    servo_silence(&servo, silence_us);
+    servo_receive(&servo, 0, false);
+    return (uint8_t)get(TABLE_LED);
+}
+
+void test_a_write_inside_a_damaged_packet_expires_in_2_ms(void)
+{
+    TEST_ASSERT_EQUAL(1, led_of_a_write_before_silence(0));
+    TEST_ASSERT_EQUAL(1, led_of_a_write_before_silence(SERVO_PAUSE_US - 1));
+    TEST_ASSERT_EQUAL(0, led_of_a_write_before_silence(SERVO_PAUSE_US));
+    TEST_ASSERT_EQUAL(0, led_of_a_write_before_silence(SERVO_GIVES_UP_US));
+}
+
+void test_a_packet_that_pauses_for_100_ms_is_dropped(void)
+{
+    uint8_t packet[16];
+    size_t size = build(packet, 1, PING, NULL, 0);
+    for (size_t heard = 1; heard < size; heard++) {
+        TEST_ASSERT_FALSE(hear(packet, heard));
+        servo_silence(&servo, SERVO_GIVES_UP_US - 1);
+        TEST_ASSERT_TRUE(hear(packet + heard, size - heard));
+        TEST_ASSERT_FALSE(hear(packet, heard));
+        servo_silence(&servo, SERVO_GIVES_UP_US);
+        TEST_ASSERT_FALSE(hear(packet + heard, size - heard));
+    }
+    OK(SEND0(1, PING));
+}
+
 void test_a_framing_error_breaks_the_packet(void)
 {
     uint8_t packet[16];

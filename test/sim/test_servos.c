@@ -80,6 +80,22 @@ static void put(const uint8_t *ids, unsigned number)
     servos_replace(&servos, schedule.now, ids, number);
 }
 
+/* Says bytes and returns the end of the last stop bit. */
+static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
+{
+    uint64_t time = schedule.now + 100;
+    driver_enable(&driver, time, true);
+    for (unsigned i = 0; i < size; i++) {
+        talker_say(&talker, time, bit_256, bytes[i]);
+        time = talker_end(&talker);
+        schedule_run_until(&schedule, time);
+    }
+    driver_enable(&driver, time, false);
+    count = most = 0; // its own bytes
+    began = 0;
+    return time;
+}
+
 /* Says an instruction packet, checksum added, and returns the end of its last stop bit. */
 static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
 {
@@ -90,17 +106,7 @@ static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
         sum += body[i];
     }
     packet[size + 2] = (uint8_t)~sum;
-    uint64_t time = schedule.now + 100;
-    driver_enable(&driver, time, true);
-    for (unsigned i = 0; i < size + 3; i++) {
-        talker_say(&talker, time, bit_256, packet[i]);
-        time = talker_end(&talker);
-        schedule_run_until(&schedule, time);
-    }
-    driver_enable(&driver, time, false);
-    count = most = 0; // its own bytes
-    began = 0;
-    return time;
+    return say_bytes(bit_256, packet, size + 3);
 }
 
 static const uint8_t one[] = {1};
@@ -161,6 +167,30 @@ void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
     schedule_run_until(&schedule, say(slow, ping, 3) + 20000);
     TEST_ASSERT_EQUAL_UINT(6, count);
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
+}
+
+/* Bytes of the answer to a PING with a silence in it. */
+static unsigned answer_after_silence_in_ping(uint32_t us)
+{
+    static const uint8_t whole[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};
+    put(one, 1);
+    uint64_t end = say_bytes(FAST, whole, 3);
+    schedule_run_until(&schedule, end + us * 16 - 100);
+    schedule_run_until(&schedule, say_bytes(FAST, whole + 3, 3) + 2000);
+    return count;
+}
+
+void test_a_packet_may_pause_for_less_than_100_ms(void)
+{
+    TEST_ASSERT_EQUAL_UINT(6, answer_after_silence_in_ping(SERVO_GIVES_UP_US - 1));
+    TEST_ASSERT_EQUAL_UINT(0, answer_after_silence_in_ping(SERVO_GIVES_UP_US));
+}
+
+void test_a_fast_sender_pauses_nowhere(void)
+{
+    put(one, 1);
+    schedule_run_until(&schedule, say(FAST * 98 / 100, ping, 3) + 2000);
+    TEST_ASSERT_EQUAL_UINT(6, count);
 }
 
 void test_a_servo_without_power_is_deaf_and_lets_go(void)
