@@ -20,10 +20,10 @@ LATENCY_MS = 16     # of a USB adapter, as the SDK assumes it
 MARGIN_MS = 2
 
 
-def timeout_us(request, baud):
+def timeout_us(request, baud, latency_ms=LATENCY_MS):
     """How long the SDK waits for the reply to this instruction packet."""
     parameters = request[6] if request[4] == READ else 0
-    return (STATUS_MIN + parameters) * 10e6 / baud + (2 * LATENCY_MS + MARGIN_MS) * 1000
+    return (STATUS_MIN + parameters) * 10e6 / baud + (2 * latency_ms + MARGIN_MS) * 1000
 
 
 class Receiver:

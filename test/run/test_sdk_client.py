@@ -12,7 +12,7 @@ import tempfile
 import unittest
 
 from client import BAUD, BROADCAST, GOAL_POSITION, PING, READ, SYNC_WRITE, WRITE, packet, word
-from sdk_client import SUCCESS, Receiver, timeout_us
+from sdk_client import LATENCY_MS, SUCCESS, Receiver, timeout_us
 from simulator import PACKET, ROOT, SIM
 
 CYCLES_PER_US = 16
@@ -40,9 +40,9 @@ def goal_requests():
 class Request:
     """`at_ms`: when the client sends it."""
 
-    def __init__(self, raw, at_ms, baud):
+    def __init__(self, raw, at_ms, baud, latency_ms):
         self.raw, self.at_ms = raw, at_ms
-        self.patience_us = timeout_us(raw, baud)
+        self.patience_us = timeout_us(raw, baud, latency_ms)
         self.expected = bytes(VALUES[raw[5]]) if raw[4] == READ else b""
         self.heard = b""    # before the timeout
         self.too_late = b"" # between the timeout and the next request
@@ -61,10 +61,12 @@ class Request:
 
 
 class Session:
-    """The client says each of `before` at `before_baud`, a timeout apart, and dies; `restart_ms` later it begins with its requests. Each follows the timeout of its predecessor by 0
-    to 4 ms, so 34 to 39 ms behind it; every fourth is a goal."""
+    """The client says each of `before` at `before_baud`, a timeout apart, and dies; `restart_ms` later
+    it begins with its requests. Each request follows the timeout of the one before it by 0 to 4 ms:
+    34 to 39 ms behind it with the latency timer of the SDK. Every fourth request is a goal."""
 
-    def __init__(self, begin_ms, before, before_baud, restart_ms, baud, goals, count):
+    def __init__(self, begin_ms, before, before_baud, restart_ms, baud, goals, count,
+                 latency_ms=LATENCY_MS):
         self.begin_ms, self.before_baud = begin_ms, before_baud
         self.before = []
         at_ms = begin_ms
@@ -75,18 +77,18 @@ class Session:
         self.requests = []
         for number in range(count):
             raw = next(goals) if number % 4 == 3 else READS[number % 3]
-            self.requests.append(Request(raw, at_ms, baud))
+            self.requests.append(Request(raw, at_ms, baud, latency_ms))
             at_ms += -(-int(self.requests[-1].patience_us) // 1000) + (number + restart_ms) % 4
         self.end_ms = at_ms
 
 
-def cut_sessions(baud, restarts):
+def cut_sessions(baud, restarts, latency_ms=LATENCY_MS):
     """The client dies at every byte of the SYNC WRITE."""
     goals, sessions, begin_ms = goal_requests(), [], 100
     for cut in CUTS:
         count = (len(CUT) - cut) // len(READS[0]) + 3   # until its LENGTH is full, and then some
         sessions.append(Session(begin_ms, [CUT[:cut]], baud, restarts[cut % len(restarts)], baud,
-                                goals, count))
+                                goals, count, latency_ms))
         begin_ms = sessions[-1].end_ms + PAUSE_MS
     return sessions
 
@@ -226,6 +228,8 @@ class SdkClient(unittest.TestCase):
             print(figures)
             self.assertEqual((verdict.wrong[:5], late[:5]), ([], []), figures)
             self.assertLessEqual(len(verdict.unanswered), unanswered, figures)
+            for session in sessions:
+                self.assertNotIn(session.requests[-1], verdict.unanswered, "not heard any more")
 
     def test_firmware_client_dies_in_packet_no_wrong_value(self):
         sessions = cut_sessions(115200, (35, 36, 37, 38, 39))
@@ -234,6 +238,14 @@ class SdkClient(unittest.TestCase):
     def test_firmware_client_restarts_at_once_no_wrong_value(self):
         sessions = cut_sessions(115200, (1, 3, 7, 11, 13, 17, 19, 23, 29, 33))
         self.check(sessions, run_firmware(sessions), len(sessions))
+
+    def test_firmware_client_of_4_ms_patience_no_wrong_value(self):
+        sessions = cut_sessions(115200, (1, 3, 5, 7, 9), latency_ms=1)  # many set the timer to 1 ms
+        self.check(sessions, run_firmware(sessions), len(requests_of(sessions)))
+
+    def test_bus_client_of_4_ms_patience_no_wrong_value(self):
+        sessions = cut_sessions(1000000, (1, 3, 5, 7, 9), latency_ms=1)
+        self.check(sessions, run_bus(sessions), len(requests_of(sessions)))
 
     def test_firmware_client_at_wrong_rate_no_wrong_value(self):
         sessions = rate_sessions(115200)
