@@ -238,6 +238,8 @@ void test_a_packet_with_a_pause_in_it_is_found(void)
         codec_pause(&codec);
         put_all(good + pause, sizeof good - pause);
         TEST_ASSERT_EQUAL(2, packets);
+        PUT(PING_1); // the pause is over
+        TEST_ASSERT_EQUAL(3, packets);
     }
 }
 
