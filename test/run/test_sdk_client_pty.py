@@ -28,6 +28,7 @@ MARGIN_MS = 5
 GOAL_LATE_MS = 8            # a servo takes a goal at once, the CSV has a line every 4 ms
 REQUESTS_MAX = 40           # 258 bytes, the longest packet, are filled by then
 OPENINGS_MAX = 5
+STARTING = 100              # requests while the firmware may still start
 ANSWERED = 4                # requests in a row end a session; one of four is a goal
 
 
@@ -66,10 +67,11 @@ class Client:
 
     @staticmethod
     def read_table(port):
-        while True:     # the firmware may still start
+        for _ in range(STARTING):
             result, reply = port.ask(packet(SERVO, READ, [0, REGISTERS]))
             if result == SUCCESS:
                 return reply[5:-1]
+        raise AssertionError("servo 1 does not answer")
 
     def session(self, before, before_baud):
         """The client says what is in `before`, dies and starts anew."""
