@@ -137,6 +137,7 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 # What a board.mk says; each begins empty, or a board that forgets one had that of the board before.
+# FUSES: what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known.
 BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU OMIT
 # $(1): its folder, $(2): those that must be there
 read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
@@ -180,15 +181,23 @@ size-map: build/$(BOARD)/controller.elf
 
 ## flash: write the firmware with avrdude (PROGRAMMER=, PORT=)
 .PHONY: flash
-flash: build/$(BOARD)/controller.hex
+flash: port build/$(BOARD)/controller.hex
 	$(if $(FLASH_NOTE),@echo 'note: $(FLASH_NOTE)')
-	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) $(FLASH_FLAGS) -U flash:w:$<:i
+	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) \
+	  -U flash:w:build/$(BOARD)/controller.hex:i
+
+# Before the build, which takes longer.
+.PHONY: port
+port:
+	@scripts/avrdude.sh '$(PORT)'
 
 ## fuses: write the fuses of BOARD with avrdude: needed once on a new ATmega128
 .PHONY: fuses
 fuses: tools
-	$(if $(FUSES),,@echo 'the fuses of $(BOARD) are right as shipped: nothing to write'; false)
-	avrdude -p $(MCU) -c $(PROGRAMMER) -P $(PORT) $(FUSES)
+	$(if $(filter as-shipped,$(FUSES)),@echo 'the fuses of $(BOARD) are right as shipped: nothing to write'; false)
+	$(if $(filter -U,$(FUSES)),,@echo 'the right fuses of $(BOARD) are not known: nothing is written; look them up in the' \
+	  'documents of the board, then set FUSES in boards/$(BOARD)/board.mk'; false)
+	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FUSES)
 
 # ---- host: the simulator, build/host/cds55xx-sim ---------------------------------------------------
 
@@ -229,11 +238,13 @@ demo: build/atmega128/controller.elf build/host/cds55xx-sim
 	@scripts/demo.sh
 
 SERVOS ?= 1-18
+HOST_BAUD ?= board
 
-## run: BOARD's firmware and servos (SERVOS=1-18) in real time; its console is a pty: Ctrl-C ends it
+## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: the client's rate)
 .PHONY: run
 run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
-	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --host pty
+	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --host pty \
+	  --host-baud $(HOST_BAUD)
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed

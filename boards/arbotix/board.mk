@@ -15,4 +15,4 @@ PROGRAMMER  := usbasp
 PORT        := usb
 FLASH_FLAGS :=
 FLASH_NOTE  := this erases the boot loader that the ArbotiX was shipped with
-FUSES       :=
+FUSES       := as-shipped

@@ -12,4 +12,4 @@ RAM_MAX    := 3456
 PROGRAMMER  := wiring
 PORT        := /dev/ttyACM0
 FLASH_FLAGS := -D
-FUSES       :=
+FUSES       := as-shipped

@@ -15,4 +15,4 @@ PROGRAMMER  := arduino
 PORT        := /dev/ttyACM0
 FLASH_FLAGS := -b 115200 -D
 FLASH_NOTE  := the boot loader uses the bus's USART: take the RX buffer's output off pin 0 while it writes
-FUSES       :=
+FUSES       := as-shipped

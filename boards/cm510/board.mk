@@ -14,4 +14,4 @@ PROGRAMMER  := usbasp
 PORT        := usb
 FLASH_FLAGS :=
 FLASH_NOTE  := this erases the boot loader of Robotis, and with it the way back to their firmware without a programmer
-FUSES       :=
+FUSES       := as-shipped
