@@ -20,10 +20,31 @@ def main():
         print(f"| {number} | `{name}` | {size} | {initial} | {lowest} to {highest} | {unit} | {what} |")
     print("\nA new value counts at once, but is kept only by `save`: a host baud rate that the PC cannot do is")
     print("gone when the power has been off. `defaults` brings back those above, unsaved.\n")
-    print("The EEPROM has two places for a record: version, length, sequence number, the values in this order")
-    print("(words low byte first), and a CRC-16 over all of that (CRC-16/MCRF4XX). The older one gives way to")
-    print("the new one, whose version is written last: whenever the power goes, the old or the new record is")
-    print("whole. If neither is, or only one of another version, the values above hold, and `settings` says so.")
+    print("""## What an update of the firmware does
+
+The settings outlive an update. Settings are only ever added, at the end of the table; numbers, sizes and order
+stay. What `settings` and `status` say after a reset:
+
+| settings at start | the newest record has | this firmware uses |
+|---|---|---|
+| `as saved` | these settings | all of them |
+| `as saved by an older firmware; new ones are defaults` | only the first of these settings | the saved ones, and the defaults of the others |
+| `as saved by a newer firmware` | these settings and some that this firmware does not know | those that it knows |
+| `as saved, but one was out of range and is its default` | a value that this firmware does not allow | its default, and all others as saved |
+| `defaults: ...` | nothing that can be read | the defaults |
+
+After a step back to an older firmware, `save` keeps the settings that only the newer firmware knows, unchanged;
+the newer firmware finds them again. `defaults` does not change them either.
+
+## The record
+
+The EEPROM has two places for a record: version, length, sequence number, the values in this order (words low
+byte first), and a CRC-16 over all of that (CRC-16/MCRF4XX). The length counts the bytes of the values; a record
+that is shorter or longer than the table is read as far as both go. The version says how the values are
+arranged; it stays while settings are only added at the end, and a record of another version is not read.
+
+The older record is overwritten by the new one, whose version is written last: whenever the power fails, the old
+or the new record is whole.""")
 
 
 if __name__ == "__main__":

@@ -280,30 +280,287 @@ void test_both_records_damaged_give_the_defaults_and_that_is_told(void)
     assert_default();
 }
 
-/* Puts a whole record into the first place. */
-static void put_record(uint8_t version, uint8_t length)
+static uint8_t *place(uint8_t slot)
 {
-    uint8_t *record = &eeprom_fake.bytes[SETTINGS_PLACE];
+    return &eeprom_fake.bytes[SETTINGS_PLACE + slot * SETTINGS_ROOM];
+}
+
+/* Makes a whole record of the bytes that stand in a place: the header and the CRC. */
+static void put_record(uint8_t slot, uint8_t version, uint8_t length, uint8_t sequence)
+{
+    uint8_t *record = place(slot);
     uint16_t crc = CRC_BEGIN;
 
     record[0] = version;
     record[1] = length;
-    record[2] = 0;
+    record[2] = sequence;
     for (uint8_t i = 0; i < 3 + length; i++)
         crc = crc_add(crc, record[i]);
     record[3 + length] = (uint8_t)crc;
     record[4 + length] = (uint8_t)(crc >> 8);
 }
 
-void test_a_record_of_another_version_or_length_is_told_apart_from_damage(void)
+#define MORE 5 // bytes of settings that only a newer firmware knows
+
+/* A newer firmware has saved the settings as they are now, and the bytes 0xE0 ... behind them. */
+static void put_longer_record(void)
 {
-    put_record(SETTINGS_VERSION + 1, SETTINGS_BYTES);
-    start_again();
-    TEST_ASSERT_EQUAL_UINT8(SETTINGS_OTHER_VERSION, store.origin);
-    put_record(SETTINGS_VERSION, SETTINGS_BYTES + 4);
+    save();
+    for (uint8_t i = 0; i < MORE; i++)
+        place(0)[3 + SETTINGS_BYTES + i] = (uint8_t)(0xE0 + i);
+    put_record(0, SETTINGS_VERSION, SETTINGS_BYTES + MORE, 1);
+}
+
+/* The newest record is longer than this firmware knows, and holds the bytes of put_longer_record().
+ */
+static void assert_rest_is_kept(void)
+{
+    const uint8_t *newest = place(!store.slot);
+
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_NEWER, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_BYTES + MORE, newest[1]);
+    for (uint8_t i = 0; i < MORE; i++)
+        TEST_ASSERT_EQUAL_HEX8(0xE0 + i, newest[3 + SETTINGS_BYTES + i]);
+}
+
+void test_load_record_of_another_version_gives_defaults(void)
+{
+    fill(1);
+    save();
+    put_record(0, SETTINGS_VERSION + 1, SETTINGS_BYTES, 1);
     start_again();
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_OTHER_VERSION, store.origin);
     assert_default();
+}
+
+/* The bytes that the firmware wrote when there were ten settings. Records in the field are like
+ * these: this test fails if a setting moves in the table or changes its size. A setting that is
+ * added at the end of the table leaves it as it is. */
+void test_load_record_of_ten_settings_gives_their_values(void)
+{
+    static const uint8_t record[] = {0x01, 0x0C, 0x01, 0x11, 0x10, 0x03, 0x64, 0x01, 0x01,
+                                     0xFF, 0xFF, 0x00, 0x01, 0x34, 0x12, 0xA6, 0x87};
+
+    static const char *const names[] = {
+        "device_id", "host_baud",    "bus_baud",         "return_delay", "repeats",
+        "echo",      "link_loss_ms", "link_loss_action", "alarm_report", "cycle_us"};
+
+    for (uint8_t i = 0; i < 10; i++)
+        TEST_ASSERT_EQUAL_UINT8(i, row(names[i]));
+    memcpy(place(0), record, sizeof record);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_BYTES > 12 ? SETTINGS_OLDER : SETTINGS_STORED, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(17, settings.device_id);
+    TEST_ASSERT_EQUAL_UINT8(16, settings.host_baud);
+    TEST_ASSERT_EQUAL_UINT8(3, settings.bus_baud);
+    TEST_ASSERT_EQUAL_UINT8(100, settings.return_delay);
+    TEST_ASSERT_EQUAL_UINT8(1, settings.repeats);
+    TEST_ASSERT_EQUAL_UINT8(1, settings.echo);
+    TEST_ASSERT_EQUAL_UINT16(0xFFFF, settings.link_loss_ms);
+    TEST_ASSERT_EQUAL_UINT8(0, settings.link_loss_action);
+    TEST_ASSERT_EQUAL_UINT8(1, settings.alarm_report);
+    TEST_ASSERT_EQUAL_UINT16(0x1234, settings.cycle_us);
+    for (uint8_t i = 10; i < SETTINGS_COUNT; i++)
+        TEST_ASSERT_EQUAL_UINT16(settings_table[i].initial, settings_get(&settings, i));
+}
+
+/* As a firmware with nine settings writes it: without cycle_us. */
+void test_load_record_without_last_setting_gives_default(void)
+{
+    static const uint8_t record[] = {0x01, 0x0A, 0x01, 0x11, 0x10, 0x03, 0x64, 0x01,
+                                     0x01, 0xFF, 0xFF, 0x00, 0x01, 0x7A, 0x35};
+
+    memcpy(place(0), record, sizeof record);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_OLDER, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(17, settings.device_id);
+    TEST_ASSERT_EQUAL_UINT8(1, settings.alarm_report);
+    TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
+    TEST_ASSERT_EQUAL_UINT8(1, store.slot);
+    TEST_ASSERT_EQUAL_UINT8(1, store.sequence);
+}
+
+/* A word of which only one byte is there is its default, too. */
+void test_load_record_of_any_shorter_length_gives_whole_values(void)
+{
+    for (uint8_t length = 0; length < SETTINGS_BYTES; length++) {
+        struct settings saved;
+        uint8_t end = 0;
+
+        eeprom_fake_reset();
+        start_again();
+        fill(1);
+        saved = settings;
+        save();
+        put_record(0, SETTINGS_VERSION, length, 1);
+        start_again();
+        TEST_ASSERT_EQUAL_UINT8(SETTINGS_OLDER, store.origin);
+        for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
+            end = (uint8_t)(end + settings_table[i].bytes);
+            TEST_ASSERT_EQUAL_UINT16(end <= length ? settings_get(&saved, i)
+                                                   : settings_table[i].initial,
+                                     settings_get(&settings, i));
+        }
+    }
+}
+
+void test_load_older_record_with_bad_value_is_corrected(void)
+{
+    settings.echo = 1;
+    save();
+    place(0)[3 + 4] = 3; // repeats
+    put_record(0, SETTINGS_VERSION, SETTINGS_BYTES - 2, 1);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_CORRECTED, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(0, settings.repeats);
+    TEST_ASSERT_EQUAL_UINT8(1, settings.echo);
+}
+
+void test_save_after_older_record_writes_all_settings(void)
+{
+    struct settings before;
+
+    fill(1);
+    save();
+    put_record(0, SETTINGS_VERSION, SETTINGS_BYTES - 2, 1);
+    start_again();
+    before = settings;
+    save();
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_STORED, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_BYTES, place(1)[1]);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &settings, sizeof before);
+}
+
+void test_load_longer_record_gives_known_settings(void)
+{
+    struct settings before;
+
+    fill(1);
+    before = settings;
+    put_longer_record();
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_NEWER, store.origin);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &settings, sizeof before);
+}
+
+void test_save_after_longer_record_keeps_its_rest(void)
+{
+    put_longer_record();
+    for (uint8_t seed = 1; seed <= 3; seed++) { // both places, and the first one again
+        struct settings before;
+
+        start_again();
+        fill(seed);
+        before = settings;
+        save();
+        TEST_ASSERT_EQUAL_UINT8(SETTINGS_SAVED, store.result);
+        start_again();
+        TEST_ASSERT_EQUAL_MEMORY(&before, &settings, sizeof before);
+        assert_rest_is_kept();
+    }
+}
+
+void test_two_saves_after_longer_record_keep_its_rest(void)
+{
+    put_longer_record();
+    start_again();
+    save();
+    save();
+    start_again();
+    assert_rest_is_kept();
+}
+
+void test_longest_record_is_loaded_and_saved(void)
+{
+    struct settings before;
+
+    fill(1);
+    before = settings;
+    save();
+    memset(place(0) + 3 + SETTINGS_BYTES, 0x77, SETTINGS_ROOM - 5 - SETTINGS_BYTES);
+    put_record(0, SETTINGS_VERSION, SETTINGS_ROOM - 5, 1);
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_NEWER, store.origin);
+    save();
+    start_again();
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_NEWER, store.origin);
+    TEST_ASSERT_EQUAL_UINT8(0, store.slot);
+    TEST_ASSERT_EQUAL_UINT8(SETTINGS_ROOM - 5, place(1)[1]);
+    TEST_ASSERT_EQUAL_MEMORY(&before, &settings, sizeof before);
+}
+
+/* Of two whole records the later one, whatever their lengths. */
+void test_load_of_records_of_any_lengths_takes_later_one(void)
+{
+    static const uint8_t lengths[] = {SETTINGS_BYTES - 2, SETTINGS_BYTES, SETTINGS_BYTES + 2};
+
+    for (uint8_t i = 0; i < 9; i++) {
+        for (uint8_t later = 0; later < 2; later++) {
+            eeprom_fake_reset();
+            start_again();
+            settings.echo = later == 0;
+            save();
+            settings.echo = later == 1;
+            save();
+            put_record(0, SETTINGS_VERSION, lengths[i / 3], later == 0);
+            put_record(1, SETTINGS_VERSION, lengths[i % 3], later == 1);
+            start_again();
+            TEST_ASSERT_EQUAL_UINT8(1, settings.echo);
+            TEST_ASSERT_EQUAL_UINT8(!later, store.slot);
+        }
+    }
+}
+
+/* The power goes within the write `at` of a save behind a record of another length. */
+static bool cut_save_after(uint8_t length, uint16_t at, uint8_t cut)
+{
+    struct settings old, new;
+    bool was_cut, is_new;
+
+    eeprom_fake_reset();
+    start_again();
+    fill(1);
+    put_longer_record();
+    put_record(0, SETTINGS_VERSION, length, 1);
+    start_again();
+    old = settings;
+    fill(2);
+    new = settings;
+    eeprom_fake.writes = 0;
+    eeprom_fake.cut_at = at;
+    eeprom_fake.cut = cut;
+    save();
+    was_cut = eeprom_fake.dark;
+    start_again();
+    is_new = memcmp(&settings, &new, sizeof new) == 0;
+    if (!is_new)
+        TEST_ASSERT_EQUAL_MEMORY(&old, &settings, sizeof old);
+    TEST_ASSERT_TRUE(was_cut ? cut == CUT_NEW || !is_new : is_new);
+    if (length == SETTINGS_BYTES + MORE)
+        assert_rest_is_kept();
+    return was_cut;
+}
+
+static void cut_saves_after(uint8_t length)
+{
+    for (uint8_t cut = 0; cut < CUTS; cut++) {
+        uint16_t at = 1;
+
+        while (cut_save_after(length, at, cut))
+            at++;
+        TEST_ASSERT_TRUE(at > SETTINGS_COUNT);
+    }
+}
+
+void test_power_lost_in_save_after_longer_record(void)
+{
+    cut_saves_after(SETTINGS_BYTES + MORE);
+}
+
+void test_power_lost_in_save_after_shorter_record(void)
+{
+    cut_saves_after(SETTINGS_BYTES - 2);
 }
 
 void test_a_length_that_leads_out_of_the_record_is_damage(void)
@@ -318,8 +575,8 @@ void test_a_stored_value_out_of_range_is_its_default(void)
     settings.cycle_us = 5000;
     settings.repeats = 2;
     save();
-    eeprom_fake.bytes[SETTINGS_PLACE + 3 + 4] = 3; // repeats
-    put_record(SETTINGS_VERSION, SETTINGS_BYTES);
+    place(0)[3 + 4] = 3; // repeats
+    put_record(0, SETTINGS_VERSION, SETTINGS_BYTES, 1);
     start_again();
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_CORRECTED, store.origin);
     TEST_ASSERT_EQUAL_UINT8(0, settings.repeats);

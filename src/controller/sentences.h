@@ -119,6 +119,8 @@
     X(ORIGIN_NONE, "settings at start: defaults: nothing was ever saved")                          \
     X(ORIGIN_DAMAGED, "settings at start: defaults: what was saved is damaged")                    \
     X(ORIGIN_OTHER, "settings at start: defaults: what was saved is of another version")           \
+    X(ORIGIN_OLDER, "settings at start: as saved by an older firmware; new ones are defaults")     \
+    X(ORIGIN_NEWER, "settings at start: as saved by a newer firmware")                             \
     X(ORIGIN_STORED, "settings at start: as saved")                                                \
     X(ORIGIN_CORRECTED,                                                                            \
       "settings at start: as saved, but one was out of range and is its default")                  \

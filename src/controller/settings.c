@@ -9,11 +9,12 @@
 
 #define ERASED UINT8_MAX // as version: no record
 
-/* Bytes of a record. */
-enum { AT_VERSION, AT_LENGTH, AT_SEQUENCE, AT_DATA, AT_CRC = AT_DATA + SETTINGS_BYTES };
+/* Bytes of a record. The CRC follows the data. */
+enum { AT_VERSION, AT_LENGTH, AT_SEQUENCE, AT_DATA, AT_UNKNOWN = AT_DATA + SETTINGS_BYTES };
 
-/* Steps of a save: the version goes first of all and comes back last. */
-enum { STEP_FORGET, STEP_VERSION = SETTINGS_RECORD, STEP_DONE };
+/* The first step of a save: it takes the version away. A step for each byte behind the version
+ * follows, and the last step writes the version. */
+#define STEP_FORGET AT_VERSION
 
 #define LENGTH_MAX (SETTINGS_ROOM - 5) // of a record of any version
 
@@ -94,7 +95,7 @@ CDS_APART static uint16_t add(uint16_t crc, uint8_t byte)
     return crc_add(crc, byte);
 }
 
-/* SETTINGS_STORED: a whole record of this version. */
+/* SETTINGS_OLDER and above: a whole record that can be read. */
 static enum settings_origin examine(uint8_t slot)
 {
     uint8_t version = stored(slot, AT_VERSION);
@@ -111,17 +112,21 @@ static enum settings_origin examine(uint8_t slot)
         crc = add(crc, stored(slot, i));
     if (crc) // that of all, and of its own CRC behind it, is 0
         return SETTINGS_DAMAGED;
-    return version == SETTINGS_VERSION && length == SETTINGS_BYTES ? SETTINGS_STORED
-                                                                   : SETTINGS_OTHER_VERSION;
+    if (version != SETTINGS_VERSION)
+        return SETTINGS_OTHER_VERSION;
+    if (length < SETTINGS_BYTES)
+        return SETTINGS_OLDER;
+    return length == SETTINGS_BYTES ? SETTINGS_STORED : SETTINGS_NEWER;
 }
 
-/* Takes what a whole record says. False: one of its values was out of range and is left alone. */
+/* Takes what a whole record says, as far as it goes. False: one of its values was out of range and
+ * is left alone. */
 static bool take(uint8_t slot, struct settings *settings)
 {
-    uint8_t at = AT_DATA;
+    uint8_t at = AT_DATA, end = (uint8_t)(AT_DATA + stored(slot, AT_LENGTH));
     bool good = true;
 
-    for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
+    for (uint8_t i = 0; i < SETTINGS_COUNT && at + settings_table[i].bytes <= end; i++) {
         uint16_t value = stored(slot, at++);
 
         if (settings_table[i].bytes == 2)
@@ -148,10 +153,13 @@ void settings_load(struct settings_store *store, struct settings *settings)
     }
     origins[0] = examine(0);
     origins[1] = examine(1);
-    slot = origins[0] == origins[1] ? newer_slot() : origins[1] > origins[0];
+    slot = origins[0] >= SETTINGS_OLDER && origins[1] >= SETTINGS_OLDER ? newer_slot()
+                                                                        : origins[1] > origins[0];
     store->origin = origins[slot];
-    if (store->origin != SETTINGS_STORED)
+    if (store->origin < SETTINGS_OLDER)
         return;
+    if (store->origin == SETTINGS_NEWER)
+        store->unknown = (uint8_t)(stored(slot, AT_LENGTH) - SETTINGS_BYTES);
     if (!take(slot, settings))
         store->origin = SETTINGS_CORRECTED;
     store->sequence = stored(slot, AT_SEQUENCE);
@@ -170,22 +178,26 @@ static uint8_t data_byte(const struct settings *settings, uint8_t at)
     return (uint8_t)(settings_get(settings, index) >> (8 * at));
 }
 
-/* Which byte of the record a step writes. */
-static uint8_t index_of(uint8_t step)
+/* What a save does next, by the number of steps that are left before the CRC; all numbers above
+ * NEXT_CRC_LOW are bytes before the CRC. */
+enum { NEXT_END = -3, NEXT_VERSION, NEXT_CRC_HIGH, NEXT_CRC_LOW };
+
+static int8_t next_of(const struct settings_store *store)
 {
-    return step == STEP_VERSION ? AT_VERSION : step;
+    return (int8_t)(AT_UNKNOWN + store->unknown - store->step);
 }
 
-static uint8_t byte_of(const struct settings_store *store, uint8_t step)
+/* Returns byte `index` of the new record, before its CRC. The settings that this firmware does not
+ * know come from the newest record, in the other place. */
+static uint8_t byte_before_crc(const struct settings_store *store, uint8_t index)
 {
-    switch (step) {
-    case STEP_FORGET: return ERASED;
-    case STEP_VERSION: return SETTINGS_VERSION;
-    case AT_LENGTH: return SETTINGS_BYTES;
+    switch (index) {
+    case AT_VERSION: return ERASED; // for now
+    case AT_LENGTH: return (uint8_t)(SETTINGS_BYTES + store->unknown);
     case AT_SEQUENCE: return (uint8_t)(store->sequence + 1);
-    case AT_CRC: return (uint8_t)store->crc;
-    case AT_CRC + 1: return (uint8_t)(store->crc >> 8);
-    default: return data_byte(&store->copy, (uint8_t)(step - AT_DATA));
+    default:
+        return index < AT_UNKNOWN ? data_byte(&store->copy, (uint8_t)(index - AT_DATA))
+                                  : stored(!store->slot, index);
     }
 }
 
@@ -209,32 +221,50 @@ static void end_save(struct settings_store *store)
 }
 
 /* A byte that is there already is left alone: a cell bears 100 000 writes. */
-static void write_byte(struct settings_store *store)
+static void write(struct settings_store *store, uint8_t index, uint8_t byte)
 {
-    uint8_t index = index_of(store->step);
-    uint8_t byte = byte_of(store, store->step);
-
     if (stored(store->slot, index) != byte)
         avr_eeprom_write((uint16_t)(SETTINGS_PLACE + store->slot * SETTINGS_ROOM + index), byte);
-    if (store->step > AT_VERSION && store->step < AT_CRC)
-        store->crc = add(store->crc, byte);
     store->written = byte;
     store->step++;
 }
 
+static void write_next(struct settings_store *store, int8_t next)
+{
+    uint8_t index = store->step, byte;
+
+    switch (next) {
+    case NEXT_VERSION:
+        index = AT_VERSION;
+        byte = SETTINGS_VERSION;
+        break;
+    case NEXT_CRC_HIGH: byte = (uint8_t)(store->crc >> 8); break;
+    case NEXT_CRC_LOW: byte = (uint8_t)store->crc; break;
+    default:
+        byte = byte_before_crc(store, index);
+        if (index > AT_VERSION)
+            store->crc = add(store->crc, byte);
+    }
+    write(store, index, byte);
+}
+
 bool settings_save_poll(struct settings_store *store)
 {
+    uint8_t before; // where the last step has written
+    int8_t next;
+
     CDS_OPAQUE(store);
     if (store->result != SETTINGS_SAVING)
         return false;
     if (!avr_eeprom_ready())
         return true;
-    if (store->step > STEP_FORGET &&
-        stored(store->slot, index_of((uint8_t)(store->step - 1))) != store->written)
+    next = next_of(store);
+    before = next == NEXT_END ? AT_VERSION : (uint8_t)(store->step - 1);
+    if (store->step > STEP_FORGET && stored(store->slot, before) != store->written)
         store->result = SETTINGS_FAILED;
-    else if (store->step == STEP_DONE)
+    else if (next == NEXT_END)
         end_save(store);
     else
-        write_byte(store);
+        write_next(store, next);
     return store->result == SETTINGS_SAVING;
 }

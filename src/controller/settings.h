@@ -2,10 +2,11 @@
  * struct, the record in the EEPROM and docs/settings.md.
  *
  * A record is version, length, sequence number, the settings in the order of the table (words low
- * byte first), and a CRC over all of that. There are two places for it, and the older record gives
- * way to the new one, which counts from the moment its version is written, the last byte of all:
- * whenever the power goes, the old or the new record is whole, and the other one is known to be
- * none.
+ * byte first), and a CRC over all of that. A record that another firmware saved with fewer or more
+ * settings is read as far as both know the settings. There are two places for a record, and the
+ * older record gives way to the new one, which counts from the moment its version is written, the
+ * last byte of all: whenever the power goes, the old or the new record is whole, and the other one
+ * is known to be none.
  *
  * Main context.
  */
@@ -17,8 +18,9 @@
 
 #include "flash.h" // CDS_FLASH
 
-/* X(name, bytes, default, lowest, highest, unit, what). What is added, removed or moved gives the
- * record a new SETTINGS_VERSION. */
+/* X(name, bytes, default, lowest, highest, unit, what). A new row goes to the end; a row that
+ * stands here never moves, keeps its number of bytes, and is never removed: records in the field
+ * have the order of this table (test_load_record_of_ten_settings_gives_their_values). */
 #define SETTINGS(X)                                                                                \
     X(device_id, 1, 253, 0, 254, "ID", "of the virtual device; 254: it is off")                    \
     X(host_baud, 1, 255, 1, 255, "register",                                                       \
@@ -53,7 +55,7 @@ enum {
 #define SETTINGS_ONE_(name, bytes, initial, lowest, highest, unit, what) +1
     SETTINGS_COUNT = 0 SETTINGS(SETTINGS_ONE_),
 #undef SETTINGS_ONE_
-    SETTINGS_VERSION = 1, // 1 to 254
+    SETTINGS_VERSION = 1, // 1 to 254; a new row at the end of the table does not change it
     SETTINGS_RECORD = 3 + SETTINGS_BYTES + 2,
     SETTINGS_PLACE = 16, // of the first record; address 0 is the one that a failing supply damages
     SETTINGS_ROOM = 64,  // for each of the two
@@ -70,13 +72,16 @@ struct setting {
 
 extern const CDS_FLASH struct setting settings_table[SETTINGS_COUNT];
 
-/* Where the settings of settings_load() come from; if it is not a record, they are the defaults. */
+/* Where the settings of settings_load() come from: from the newest whole record, or, up to
+ * SETTINGS_OTHER_VERSION, from the defaults. */
 enum settings_origin {
     SETTINGS_NONE,          // nothing was ever saved
     SETTINGS_DAMAGED,       // neither record is whole
-    SETTINGS_OTHER_VERSION, // a whole record, but of another version of the firmware
-    SETTINGS_STORED,        // the newest whole record
-    SETTINGS_CORRECTED,     // likewise, but a value was out of range and is the default
+    SETTINGS_OTHER_VERSION, // there is a whole record, but of another SETTINGS_VERSION
+    SETTINGS_OLDER,         // the record has fewer settings; the others are defaults
+    SETTINGS_NEWER,         // the record has settings that this firmware does not know
+    SETTINGS_STORED,        // the record has these settings
+    SETTINGS_CORRECTED,     // a value of the record was out of range and is its default
 };
 
 /* How the last settings_save() went. */
@@ -95,6 +100,7 @@ struct settings_store {
     uint8_t result;       // enum settings_result
     uint8_t slot;         // 0 or 1: where the next record goes
     uint8_t sequence;     // of the newest record
+    uint8_t unknown;      // bytes of that record behind the settings that this firmware knows
     uint8_t step;         // of the save: which byte is next
     uint8_t written;      // the byte before it
 };
@@ -116,7 +122,8 @@ bool settings_set(struct settings *settings, uint8_t index, uint16_t value);
  * it waits up to 8.5 ms for a write that a reset found under way. */
 void settings_load(struct settings_store *store, struct settings *settings);
 
-/* Begins to save `settings` as they are now; settings_save_poll() goes on. False: a save is under
+/* Begins to save `settings` as they are now; settings_save_poll() goes on. Settings of the newest
+ * record that this firmware does not know are saved with them, unchanged. False: a save is under
  * way, nothing was begun. */
 bool settings_save(struct settings_store *store, const struct settings *settings);
 

@@ -29,6 +29,16 @@ def at_57600(values):
     return [34 if value == 16 else value for value in values]
 
 
+def crc(data):
+    """CRC-16/MCRF4XX, low byte first."""
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0x8408 if value & 1 else 0)
+    return value.to_bytes(2, "little")
+
+
 def listed(text):
     """Values of the last list of settings in it, and where they came from."""
     values = [int(re.findall(rf"^{name} = (\d+)", text, re.M)[-1]) for name in NAMES]
@@ -113,6 +123,29 @@ class Settings(unittest.TestCase):
             file.write_bytes(bad)
             found = listed(self.run_script("settings\n", "atmega128", "--eeprom", file))
             self.assertEqual(found, (DEFAULTS, "defaults: what was saved is damaged"))
+
+    def start_with(self, record, script):
+        """The output of a run that finds these bytes in the first place for a record."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "eeprom")
+            file.write_bytes((b"\xFF" * 16 + record).ljust(4096, b"\xFF"))
+            return self.run_script(script, "atmega128", "--eeprom", file)
+
+    def test_record_of_another_firmware_is_read_and_told(self):
+        ten = "11 10 03 64 01 01 FF FF 00 01 34 12"  # FIRST, and a byte or a word for each setting
+        for record, values, origin in [
+                (f"01 0C 01 {ten}", FIRST, "as saved"),
+                (f"01 0A 01 {ten[:-6]}", FIRST[:9] + DEFAULTS[9:],
+                 "as saved by an older firmware; new ones are defaults"),
+                (f"01 0E 01 {ten} 55 AA", FIRST, "as saved by a newer firmware"),
+                (f"02 0C 01 {ten}", DEFAULTS,
+                 "defaults: what was saved is of another version")]:
+            data = bytes.fromhex(record)
+            output = self.start_with(data + crc(data), "settings\nsave\n@reset power\nsettings\n")
+            first, again = output.split(" reset\n")
+            self.assertEqual(listed(first), (values, origin))
+            saved = "as saved by a newer firmware" if "newer" in origin else "as saved"
+            self.assertEqual(listed(again), (values, saved))
 
     def test_a_save_does_not_block_the_bus(self):
         # The host waits for its ok, which is silence: torque goes off while bytes are being written,
