@@ -195,7 +195,7 @@ static const char *script_fault(void *owner, uint64_t now, const char *text)
                                         : "the board has no such bus";
 }
 
-static void script_upset(void *owner, uint64_t now, const struct upset_order *order)
+static void order_upset(void *owner, uint64_t now, const struct upset_order *order)
 {
     struct bench *bench = owner;
     upset_order(&bench->upset, now, order);
@@ -248,7 +248,7 @@ static const struct script_world script_world = {
     .bus = script_bus,
     .servos = script_servos,
     .fault = script_fault,
-    .upset = script_upset,
+    .upset = order_upset,
     .echo = script_echo,
     .outcome = script_outcome,
     .finished = script_finished,
@@ -361,6 +361,7 @@ static bool init_host(struct bench *bench)
     case BENCH_HOST_PTY: return open_pty(bench);
     case BENCH_HOST_PC:
         bench->pc.owner = bench;
+        bench->pc.on_reset = order_upset;
         bench->pc.on_end = pc_ended;
         pc_start(&bench->pc, &bench->schedule, bench->board.clock_Hz, &bench->host, stdout);
         return true;

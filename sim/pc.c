@@ -35,16 +35,17 @@ static size_t bytes_of(const char *text, uint8_t *bytes)
 
 static const char *parse(struct pc_line *line, char *text)
 {
-    static const char *const words[] = {"say", "text", "rest", "hear", "wait", "baud", "flood"};
+    static const char *const words[] = {"say",  "text", "rest",  "hear",
+                                        "wait", "baud", "flood", "reset"};
     uint8_t bytes[SAY_MAX];
     char *rest = words_rest(text);
     char *word[3];
     line->verb = PC_SAY;
-    while (line->verb <= PC_FLOOD && strcmp(text, words[line->verb]) != 0) {
+    while (line->verb <= PC_RESET && strcmp(text, words[line->verb]) != 0) {
         line->verb++;
     }
-    if (line->verb > PC_FLOOD) {
-        return "unknown word; there are say text rest hear wait baud flood";
+    if (line->verb > PC_RESET) {
+        return "unknown word; there are say text rest hear wait baud flood reset";
     }
     line->text = rest;
     if (line->verb == PC_SAY) {
@@ -55,6 +56,9 @@ static const char *parse(struct pc_line *line, char *text)
     }
     if (line->verb == PC_REST) {
         return *rest ? "too many words" : 0;
+    }
+    if (line->verb == PC_RESET) {
+        return upset_parse_reset(&line->upset, rest);
     }
     unsigned count = words_split(rest, word, 3);
     int32_t highest = line->verb == PC_HEAR ? PC_HEARD_MAX : 100000000;
@@ -218,6 +222,10 @@ static bool run(struct pc *pc, uint64_t now, const struct pc_line *line)
         pc->flood = line->value;
         pc->random = (uint32_t)line->seed;
         return flood(pc, now);
+    case PC_RESET:
+        pc->on_reset(pc->owner, now, &line->upset);
+        step_in(pc, now, 1); // what happens now happens before the next line
+        return false;
     }
     return true;
 }

@@ -10,18 +10,20 @@
 
 #include "host.h"
 #include "schedule.h"
+#include "upset.h"
 
 #define PC_HEARD_MAX 4096 // bytes of one `hear`
 
-enum pc_verb { PC_SAY, PC_TEXT, PC_REST, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD };
+enum pc_verb { PC_SAY, PC_TEXT, PC_REST, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD, PC_RESET };
 
 struct pc_line {
     enum pc_verb verb;
-    unsigned number;   // in the file, from 1
-    const char *text;  // SAY, TEXT
-    int32_t value;     // HEAR, FLOOD: bytes; WAIT: us; BAUD
-    int32_t within_ms; // HEAR
-    int32_t seed;      // FLOOD
+    unsigned number;          // in the file, from 1
+    const char *text;         // SAY, TEXT
+    int32_t value;            // HEAR, FLOOD: bytes; WAIT: us; BAUD
+    int32_t within_ms;        // HEAR
+    int32_t seed;             // FLOOD
+    struct upset_order upset; // RESET
 };
 
 struct pc {
@@ -42,6 +44,7 @@ struct pc {
     int32_t flood;                // bytes left
     uint32_t random;
     void *owner;
+    void (*on_reset)(void *owner, uint64_t now, const struct upset_order *order);
     void (*on_end)(void *owner, uint64_t now, const char *wrong); // 0: all went well
 };
 

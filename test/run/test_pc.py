@@ -53,9 +53,19 @@ class Program(unittest.TestCase):
         said = int(outputs[0][1].splitlines()[0].split()[1])
         self.assertAlmostEqual(said / 16e6, 0.2 + 2000 * 10 / 115200, delta=0.01)
 
+    def test_reset_is_told_to_the_firmware(self):
+        status, output = run("text status\nhear 16\nreset watchdog\nwait 30000\ntext status\nhear 19\n"
+                             "reset external in 5\nwait 40000\ntext status\nhear 19\n")
+        self.assertEqual(status, 0, output)
+        heard = [bytes.fromhex("".join(line.split()[4:])) for line in output.splitlines()
+                 if line.startswith("heard")]
+        self.assertEqual(heard, [b"reset by power\r\n", b"reset by watchdog\r\n",
+                                 b"reset by external\r\n"])
+
     def test_bad_lines(self):
         for line in ("shout 1", "say", "say 1G", "hear", "hear 0", "hear 5000", "hear 1 in 5",
-                     "wait x", "baud", "flood", "flood 1 x", "wait 1 2"):
+                     "wait x", "baud", "flood", "flood 1 x", "wait 1 2",
+                     "reset", "reset itself", "reset power in x"):
             status, output = run("wait 1\n" + line + "\n")
             self.assertEqual(status, 2, line)
             self.assertIn("pc:2: ", output, line)
