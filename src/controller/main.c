@@ -7,12 +7,14 @@
 #include "console.h"
 #include "device.h"
 #include "host.h"
+#include "host_rescue.h"
 #include "inhibit.h"
 #include "idle.h"
 #include "keeper.h"
 #include "memory.h"
 #include "robot.h"
 #include "serial.h"
+#include "texts.h" // TEXT_HOST_RESCUED
 #include "values.h"
 #include "watchdog.h"
 
@@ -44,6 +46,7 @@ static struct {
     struct serial serial;
     struct cds_ring text; // for the console
     struct host host;
+    struct host_rescue rescue;
     struct bridge bridge;
     struct device device;
     struct values values;
@@ -86,6 +89,7 @@ static void change_host_baud(uint8_t baud)
     if (divisor_of(baud) != divisor_of(controller.host_baud))
         serial_open(&controller.serial, divisor_of(baud));
     controller.host_baud = baud;
+    controller.rescue.state = HOST_RESCUE_SHUT;
 }
 
 /* The rate of the host link changes behind the answer that said so. */
@@ -94,7 +98,8 @@ static void follow_host_baud(void)
     bool quiet = !bridge_talks(&controller.bridge) && console_idle(&controller.console) &&
                  !cds_ring_count(&controller.serial.tx);
 
-    if (controller.host_baud == controller.settings.host_baud || !quiet)
+    if (controller.host_baud == controller.settings.host_baud || !quiet ||
+        controller.rescue.state == HOST_RESCUE_OPEN)
         controller.drained_us = 0;
     else if (controller.drained_us == 0)
         controller.drained_us = cds_port_now_us() | 1;
@@ -137,6 +142,9 @@ static void open(void)
     settings_load(&controller.store, &controller.settings);
     cds_avr_clock_open();
     controller.host_baud = controller.settings.host_baud;
+    if (divisor_of(controller.host_baud) != divisor_of(HOST_BAUD_OWN) &&
+        host_rescue_begin(&controller.rescue, avr_reset_cause))
+        controller.host_baud = HOST_BAUD_OWN; // follow_host_baud() ends it
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_set_queue(&controller.bus, true);
@@ -181,21 +189,39 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
+/* Behind three Enters the board's own rate is the setting, and the console says so. */
+static void keep_own_baud(void)
+{
+    struct writer *writer = &controller.console.writer;
+
+    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !writer_ready(writer))
+        return;
+    controller.rescue.enters = 0;
+    controller.settings.host_baud = HOST_BAUD_OWN;
+    writer_line(writer, TEXT_HOST_RESCUED);
+}
+
 /* What the host says. True: it is in the midst of a packet. */
 static bool poll_host(void)
 {
     uint8_t left = HOST_POLLS;
     bool comes;
 
+    if (controller.rescue.state)
+        controller.host.stop = host_rescue_poll(&controller.rescue, &controller.serial.rx);
     do {
-        comes = host_poll(&controller.host);
+        comes = !controller.rescue.state && host_poll(&controller.host);
     } while (comes && --left);
     if (controller.host.stop) {
         controller.host.stop = false;
         console_stop(&controller.console);
     }
-    if (serial_broken(&controller.serial))
-        host_gap(&controller.host);
+    if (serial_broken(&controller.serial)) {
+        if (controller.rescue.state)
+            host_rescue_damage(&controller.rescue);
+        else
+            host_gap(&controller.host);
+    }
     if (controller.host.whole)
         poll_bridge();
     return comes;
@@ -203,8 +229,10 @@ static bool poll_host(void)
 
 static void poll_console(void)
 {
-    if (!bridge_talks(&controller.bridge)) // a status packet must not be torn by text
+    if (!bridge_talks(&controller.bridge)) { // a status packet must not be torn by text
+        keep_own_baud();
         console_poll(&controller.console);
+    }
     follow_host_baud();
     send_to_host();
 }

@@ -132,6 +132,7 @@
     X(RESET_BROWN_OUT, " brown-out")                                                               \
     X(RESET_WATCHDOG, " watchdog")                                                                 \
     X(RESET_JTAG, " JTAG")                                                                         \
+    X(HOST_RESCUED, "host link at own rate of the board: save keeps it")                           \
     X(LINK_OFF, "host link: not watched")                                                          \
     X(LINK_ON, "host link: watched")                                                               \
     X(LINK_LOST, "host link: lost")                                                                \
