@@ -117,6 +117,24 @@ remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help
 - Servos with the factory's return delay of 2 us may answer before this controller listens, if the PC
   talks just then. `set ID RETURN_DELAY 10us` ends that.
 
+## If the console no longer answers
+
+A saved `host_baud` that the terminal cannot do is undone from the keyboard:
+
+1. Set the terminal to the board's own rate: 115200 bit/s, on `cm510` 57600.
+2. Reset the board by its reset button, or switch its power off and on.
+3. Press Enter three times or more in the 2 s after the reset. On a board with a boot loader these 2 s begin
+   when the boot loader ends: go on pressing Enter. The console says `host link at own rate of the board: save
+   keeps it`.
+4. Type `save`. Without it the next reset brings the saved rate back.
+
+For these 2 s after power-on and an external reset the host link has the board's own rate, if the saved one
+differs. Nothing but Enter and Ctrl-X is taken from the host: a program that talks at the saved rate gets its
+first answer when they are over. Another byte between two Enters, or a damaged one, starts the count anew.
+Ctrl-X at the board's own rate stops the robot within 21 ms; it is ignored if any byte but Enter and Ctrl-X came
+before it, for that is what a program at the saved rate looks like. **Ctrl-X at the saved rate is not understood
+in these 2 s.** After a reset by the watchdog or a brown-out the link has the saved rate at once.
+
 ## A first session
 
 The firmware on a simulated ATmega128 with three servos. Lines behind `>` are typed, and a `q` that ends

@@ -20,10 +20,17 @@ def main():
         print(f"| {number} | `{name}` | {size} | {initial} | {lowest} to {highest} | {unit} | {what} |")
     print("\nA new value counts at once, but is kept only by `save`: a host baud rate that the PC cannot do is")
     print("gone when the power has been off. `defaults` brings back those above, unsaved.\n")
-    print("""## What an update of the firmware does
+    print("""A saved `host_baud` that no terminal can do is undone with three presses of Enter after a reset, at the
+board's own rate: [console.md](console.md#if-the-console-no-longer-answers). `host_baud` is then 255, and `save`
+keeps that.
 
-The settings outlive an update. Settings are only ever added, at the end of the table; numbers, sizes and order
-stay. What `settings` and `status` say after a reset:
+## What an update of the firmware does
+
+The settings outlive an update, if the programmer leaves the EEPROM alone. A boot loader does (`arduino-mega`). An
+ISP programmer erases the chip before it writes, and the EEPROM with it, unless the fuse EESAVE is programmed:
+`make fuses` programs it on `atmega128`; on other boards note what `settings` says before such an update.
+
+Settings are only ever added, at the end of the table; numbers, sizes and order stay. What `settings` and `status` say after a reset:
 
 | settings at start | the newest record has | this firmware uses |
 |---|---|---|
