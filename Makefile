@@ -183,8 +183,7 @@ size-map: build/$(BOARD)/controller.elf
 .PHONY: flash
 flash: port build/$(BOARD)/controller.hex
 	$(if $(FLASH_NOTE),@echo 'note: $(FLASH_NOTE)')
-	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) \
-	  -U flash:w:build/$(BOARD)/controller.hex:i
+	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FLASH_FLAGS) -U flash:w:build/$(BOARD)/controller.hex:i
 
 # Before the build, which takes longer.
 .PHONY: port

@@ -133,7 +133,7 @@ class NewBoard(unittest.TestCase):
             # an optional one is empty, and not the one of arduino-uno
             (new / "board.mk").write_text(re.sub(r"^FLASH_(NOTE|FLAGS).*\n", "", text, flags=re.M))
             self.assertEqual(call(*make, "flash", "BOARD=new", "-o", "port", "-o",
-                                  "build/new/controller.hex")[1].replace("\\\n", "").split(),
+                                  "build/new/controller.hex")[1].split(),
                              "scripts/avrdude.sh 'usb' -p atmega2561 -c usbasp -U "
                              "flash:w:build/new/controller.hex:i".split())
 

@@ -373,11 +373,11 @@ class Build(unittest.TestCase):
 
     def test_flash_and_fuses_are_avrdude_command_lines_with_the_boards_data(self):
         flash = self.make("flash", "-n")[1]
-        self.assertIn("avrdude -p atmega128 -c usbasp -P usb  -U flash:w:build/atmega128/controller.hex:i",
-                      flash)
+        self.assertIn("scripts/avrdude.sh 'usb' -p atmega128 -c usbasp  -U "
+                      "flash:w:build/atmega128/controller.hex:i", flash)
         self.assertIn("(fuse M103C): make fuses first", flash)
         self.assertIn("efuse:w:0xff:m", self.make("fuses", "-n")[1])
-        self.assertIn("avrdude -p atmega2560 -c wiring -P /dev/ttyUSB7 -D -U flash:w:",
+        self.assertIn("scripts/avrdude.sh '/dev/ttyUSB7' -p atmega2560 -c wiring -D -U flash:w:",
                       self.make("flash", "-n", "BOARD=arduino-mega", "PORT=/dev/ttyUSB7")[1])
         status, output = self.make("fuses", "BOARD=arduino-mega")
         self.assertNotEqual(status, 0)
