@@ -30,7 +30,8 @@ The settings outlive an update, if the programmer leaves the EEPROM alone. A boo
 ISP programmer erases the chip before it writes, and the EEPROM with it, unless the fuse EESAVE is programmed:
 `make fuses` programs it on `atmega128`; on other boards note what `settings` says before such an update.
 
-Settings are only ever added, at the end of the table; numbers, sizes and order stay. What `settings` and `status` say after a reset:
+Settings are only ever added, at the end of the table; numbers, sizes and order stay. After a reset `settings`
+and `status` say one of these:
 
 | settings at start | the newest record has | this firmware uses |
 |---|---|---|
