@@ -119,7 +119,7 @@ uint16_t cds_port_ticks(void)
 
 #define LAP_US (0x10000u / CDS_PORT_TICKS_PER_US)
 
-/* An alarm of 16 bits, as that of a timer: it rings once in every lap. */
+/* An alarm of 16 bits, as that of a timer: it rings once in every lap, and goes on ringing. */
 uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
@@ -128,30 +128,38 @@ uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t
         (uint16_t)(port_fake.now_us * CDS_PORT_TICKS_PER_US - from) / CDS_PORT_TICKS_PER_US;
 
     (void)line(port);
-    port_fake.alarms_us[port % FAKE_PORTS] = port_fake.now_us - passed_us + us % LAP_US;
+    port_fake.alarms[port % FAKE_PORTS] =
+        (struct fake_alarm){.from_us = port_fake.now_us - passed_us, .wait_us = us % LAP_US};
     return (uint8_t)(us / LAP_US);
 }
 
 bool cds_port_alarm_rings(uint8_t port)
 {
+    const struct fake_alarm *alarm = &port_fake.alarms[port % FAKE_PORTS];
+
     if (port_fake.late)
         cds_link_on_tx_complete(port_fake.late, port);
     port_fake.late = NULL;
     port_fake.clock_reads++;
     (void)line(port);
     port_fake.now_us += port_fake.us_per_reading;
-    return (int32_t)(port_fake.now_us - port_fake.alarms_us[port % FAKE_PORTS]) >= 0;
+    return port_fake.now_us - alarm->from_us >= alarm->wait_us;
 }
 
 void cds_port_silence_alarm(uint8_t port)
 {
+    struct fake_alarm *alarm = &port_fake.alarms[port % FAKE_PORTS];
+
     (void)line(port);
-    port_fake.alarms_us[port % FAKE_PORTS] += LAP_US;
+    alarm->wait_us += LAP_US;
+    if (port_fake.now_us - alarm->from_us >= alarm->wait_us) // those in between rang unnoticed
+        alarm->wait_us +=
+            (port_fake.now_us - alarm->from_us - alarm->wait_us) / LAP_US * LAP_US + LAP_US;
 }
 
 void port_fake_settle(struct cds_bus *bus)
 {
-    for (uint8_t i = 0; i < 100 && bus->request && !cds_bus_is_in_flight_(bus); i++) {
+    for (uint8_t i = 0; i < 250 && bus->request && !cds_bus_is_in_flight_(bus); i++) {
         port_fake.now_us += 10;
         cds_bus_poll(bus);
     }

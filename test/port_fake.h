@@ -37,7 +37,10 @@ struct port_fake {
     uint16_t breaches;         // verbs out of place
     uint8_t lines[FAKE_PORTS]; // enum fake_verb: the last one that changed the direction
     uint8_t bauds[FAKE_PORTS]; // the register value each was last opened with
-    uint32_t alarms_us[FAKE_PORTS];
+    struct fake_alarm {
+        uint32_t from_us; // the moment it is counted from,
+        uint32_t wait_us; // and when it rings next, behind that
+    } alarms[FAKE_PORTS];
     bool followed;           // the packet that has begun goes on
     uint16_t us_per_reading; // how far the clock moves on whenever it is asked
     bool low;                // somebody holds the line low
@@ -53,7 +56,7 @@ void port_fake_reset(void);
 /* Empties the log; clock, directions and counts of packets and breaches stay. */
 void port_fake_forget(void);
 
-/* Time passes in silence, at most 1 ms, until the first request has been sent. */
+/* Time passes in silence, at most 2.5 ms, until the first request has been sent: also in a rest. */
 void port_fake_settle(struct cds_bus *bus);
 
 /* As many polls as it takes until all that came was looked at, or the exchange has ended. */

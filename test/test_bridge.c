@@ -100,7 +100,7 @@ static void say(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint
 /* What the bus has sent is out. */
 static bool sent(void)
 {
-    for (uint8_t i = 0; i < 200 && bus.link.state != CDS_LINK_TALKING; i++)
+    for (uint16_t i = 0; i < 1200 && bus.link.state != CDS_LINK_TALKING; i++)
         turn();
     return port_fake_transmit(&bus.link, 0);
 }

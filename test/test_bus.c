@@ -1199,7 +1199,6 @@ void test_the_news_of_a_broadcast_that_failed_are_of_all_who_were_asked(void)
     assert_ended(CDS_TIMEOUT);
     TEST_ASSERT_EQUAL(CDS_BUS_ENDED, told.event);
     TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, told.id);
-    TEST_ASSERT_TRUE(bus.late_id == CDS_BROADCAST_ID); // any of them may answer yet
     cds_bus_set_observer(&bus, NULL);
 }
 

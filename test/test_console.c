@@ -365,6 +365,7 @@ void test_absent_servo(void)
     port_fake.now_us += 1000000;
     type("");
     TEST_ASSERT_EQUAL_STRING_LEN("error 2: no reply by the deadline; check power", said, 46);
+    port_fake.now_us += CDS_STALE_REPLY_US; // the bus rests
     reply_to("ping 1");
     answer(1, 0, NULL, 0);
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said);

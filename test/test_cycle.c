@@ -217,7 +217,7 @@ void test_an_unanswered_read_never_delays_the_goals(void)
         begin_with_goals();
         run_to(11999);
         assert_goals_at(at_us, 3);
-        TEST_ASSERT_GREATER_THAN_UINT32(6, cycle.counters.failed);
+        TEST_ASSERT_GREATER_THAN_UINT32(3, cycle.counters.failed); // the bus rests behind each
         TEST_ASSERT_GREATER_THAN_UINT32(2 * cycle.counters.failed - 3, cycle.counters.reads);
         TEST_ASSERT_EQUAL(CDS_OK, feedback[0].result);
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, feedback[dead == 2 ? 1 : 2].result);

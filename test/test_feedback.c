@@ -34,6 +34,7 @@ void tearDown(void)
 
 static void answer(uint8_t id, uint8_t error, const uint8_t *data, uint8_t length)
 {
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[CDS_AT_ID]);
     port_fake_answer(&bus.link, id, error, data, length);

@@ -8,9 +8,11 @@
 #include "port_fake.h"
 #include "unity.h"
 
-#define PORT     1
-#define QUIET_US 20 // two byte times at 1 Mbps
-#define WAIT_US  (56 * 10 + 508 + 100)
+#define PORT            1
+#define QUIET_US        20 // two byte times at 1 Mbps
+#define WAIT_US         (56 * 10 + 508 + 100)
+#define LONGEST_REST_US (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US - CDS_RETURN_DELAY_MAX_US)
+#define REST_US         (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US - 2) // a return delay of 2 us was told
 
 static struct cds_bus bus;
 static uint8_t buffer[CDS_PACKET_SIZE(CDS_REPLY_MAX)], other_buffer[CDS_PACKET_SIZE(8)];
@@ -120,7 +122,7 @@ void test_a_line_that_babbles_on_ends_the_request_unsent(void)
     assert_answered(&other, 6);
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    for (uint16_t us = 10; us < WAIT_US; us += 10) {
+    for (uint16_t us = 10; us <= WAIT_US; us += 10) {
         noise();
         poll_at(10);
         TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
@@ -137,17 +139,24 @@ void test_a_line_that_babbles_on_ends_the_request_unsent(void)
     assert_answered(&request, 5);
 }
 
+/* A look at a line in use behind that time, and the last look two byte times later. */
+static void poll_while_used(uint16_t us)
+{
+    noise();
+    poll_at(us - QUIET_US);
+    noise();
+    poll_at(QUIET_US);
+}
+
 void test_each_of_several_requests_waits_for_itself(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    noise();
-    poll_at(WAIT_US);
+    poll_while_used(WAIT_US);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
-    noise();
-    poll_at(WAIT_US);
+    poll_while_used(WAIT_US);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
     TEST_ASSERT_NULL(bus.request);
 }
@@ -183,7 +192,9 @@ void test_a_line_low_for_longer_than_a_byte_is_a_fault(void)
     poll_at(1);
     TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(WAIT_US);
+    poll_at(WAIT_US - QUIET_US);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    poll_at(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
     TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus));
 }
@@ -250,7 +261,9 @@ void test_damage_must_be_followed_by_silence_before_the_next_packet(void)
     poll_at(2000);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
     TEST_ASSERT_FALSE(is_sent());
-    poll_at(QUIET_US);
+    poll_at(LONGEST_REST_US - 1); // more than two byte times
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
     assert_answered(&other, 6);
 }
 
@@ -274,7 +287,8 @@ void test_an_urgent_request_that_overtakes_one_has_all_its_time_to_wait(void)
     port_fake.now_us += WAIT_US;
     other.urgent = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    poll_at(WAIT_US - 1);
+    poll_at(WAIT_US - QUIET_US);
+    poll_at(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
     poll_at(1);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
@@ -403,6 +417,7 @@ void test_a_packet_of_another_servo_is_foreign(void)
 void test_a_late_answer_amid_another_exchange_is_late(void)
 {
     give_up(5);
+    poll_at(LONGEST_REST_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
@@ -413,6 +428,68 @@ void test_a_late_answer_amid_another_exchange_is_late(void)
     TEST_ASSERT_EQUAL_UINT16(1, counters().late);
 }
 
+static void read_word(struct cds_request *asked, uint8_t id, uint8_t address)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, asked, id, address, 2));
+}
+
+/* Polls every 5 us until `until_us`; what the bus sends meanwhile leaves at once. */
+static void run_until(uint32_t until_us)
+{
+    while ((int32_t)(until_us - port_fake.now_us) > 0) {
+        poll_at(5);
+        if (is_sent())
+            TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    }
+}
+
+static void run_until_ended(const struct cds_request *asked)
+{
+    while (asked->result == CDS_PENDING)
+        run_until(port_fake.now_us + 5);
+}
+
+/* The reply of servo 1 to its first READ of a word, which was sent at 0 us, begins `begins_us`
+ * behind the end of that READ. `request` is a later READ of a word of servo 1. */
+static void assert_stale_word_is_not_taken(uint16_t begins_us)
+{
+    static const uint8_t stale[] = {0xFF, 0xFF, 0x01, 0x04, 0x00, 0x11, 0x11, 0xD8};
+
+    for (uint8_t i = 0; i < sizeof stale; i++) {
+        run_until(80u + begins_us + 10u * (i + 1u));
+        port_fake_hear(&bus.link, &stale[i], 1);
+    }
+    run_until(port_fake.now_us + 30);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    TEST_ASSERT_EQUAL_UINT16(1, counters().late + counters().foreign);
+}
+
+void test_stale_reply_of_an_earlier_servo_is_not_taken(void)
+{
+    for (uint16_t us = 120; us <= CDS_RETURN_DELAY_MAX_US; us++) {
+        setUp();
+        cds_bus_set_return_delay(&bus, 2);
+        read_word(&request, 1, CDS_REG_PRESENT_POSITION);
+        read_word(&other, 2, CDS_REG_PRESENT_POSITION);
+        run_until_ended(&request);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+        read_word(&request, 1, CDS_REG_PRESENT_VOLTAGE);
+        assert_stale_word_is_not_taken(us);
+    }
+}
+
+void test_stale_reply_within_2_ms_is_not_taken(void)
+{
+    for (uint16_t us = 630; us <= CDS_STALE_REPLY_US; us++) {
+        setUp();
+        read_word(&request, 1, CDS_REG_GOAL_POSITION);
+        run_until_ended(&request);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+        read_word(&request, 1, CDS_REG_PRESENT_VOLTAGE);
+        assert_stale_word_is_not_taken(us);
+    }
+}
+
 /* With a return delay of 2 us told, an answer up to 506 us after the deadline could pass for the
  * next one's. */
 static void give_up_early(uint16_t told_us)
@@ -420,59 +497,98 @@ static void give_up_early(uint16_t told_us)
     cds_bus_set_return_delay(&bus, told_us);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    poll_at(12 * 10 + 2 + 100);
+    poll_at(12 * 10 + told_us + 100u);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
 }
 
-void test_a_servo_given_up_early_is_not_asked_again_before_it_must_be_silent(void)
+/* Whichever servo is asked: the next request is sent REST_US behind the deadline, not sooner. */
+static void assert_rests(uint8_t id, uint16_t told_us, uint16_t rest_us)
 {
-    give_up_early(2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(505);
+    give_up_early(told_us);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, id));
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(rest_us - 1u);
     TEST_ASSERT_FALSE(is_sent());
     poll_at(1);
-    assert_answered(&request, 5);
+    assert_answered(&other, id == CDS_BROADCAST_ID ? 7 : id);
 }
 
-void test_others_are_asked_meanwhile(void)
+void test_rest_after_a_timeout_holds_for_every_id(void)
 {
-    give_up_early(2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    assert_answered(&other, 6);
+    assert_rests(5, 2, REST_US);
+    assert_rests(6, 2, REST_US);
+    assert_rests(CDS_BROADCAST_ID, 2, REST_US);
 }
 
-void test_that_another_answers_does_not_make_an_old_answer_a_new_one(void)
+void test_rest_is_shorter_after_a_longer_return_delay(void)
+{
+    assert_rests(6, 508, REST_US + 2 - 508);
+    assert_rests(6, CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US - 1, 1);
+    give_up_early(CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
+    TEST_ASSERT_TRUE(is_sent());
+}
+
+void test_rest_does_not_end_with_a_stale_reply(void)
 {
     give_up_early(2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    assert_answered(&other, 6);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_FALSE(is_sent());
+    poll_at(500);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
-    poll_at(505);
+    poll_at(REST_US - 501);
+    TEST_ASSERT_FALSE(is_sent());
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     poll_at(QUIET_US);
     assert_answered(&request, 5);
 }
 
-void test_what_is_not_answered_is_sent_meanwhile(void)
+/* The longest wait for a quiet line is counted from the end of the rest. */
+void test_rest_is_not_taken_from_the_wait_for_a_quiet_line(void)
 {
     give_up_early(2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
-    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    for (uint16_t us = 0; us < REST_US - 10; us += 10)
+        poll_at(10);
+    for (uint16_t us = 0; us < WAIT_US - 40; us += 10) {
+        noise();
+        poll_at(10);
+        TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    }
+    poll_at(QUIET_US);
+    assert_answered(&request, 5);
 }
 
-void test_everybody_is_not_asked_meanwhile(void)
+void test_packets_without_reply_are_sent_in_the_rest(void)
 {
     give_up_early(2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    other.urgent = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
+    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    poll_at(100);
+    TEST_ASSERT_EQUAL(CDS_OK, other.result);
+    poll_at(REST_US - 101);
+    TEST_ASSERT_FALSE(is_sent()); // and the rest goes on
+    poll_at(1);
+    assert_answered(&request, 5);
+}
+
+void test_request_that_skips_the_rest_is_sent_at_once(void)
+{
+    give_up_early(2);
+    request.skips_rest = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
+    assert_answered(&request, 6);
+    request.skips_rest = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
     TEST_ASSERT_FALSE(is_sent());
 }
 
 void test_an_old_answer_is_not_feared_half_an_hour_later(void)
 {
     give_up_early(2);
-    poll_at(600);
+    poll_at(REST_US);
     poll_at(0x80000000u);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(is_sent());
@@ -483,7 +599,7 @@ void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(v
 {
     give_up_early(2);
     port_fake.now_us += 0x80000000u + 1000;
-    TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
+    TEST_ASSERT_FALSE(cds_bus_rests(&bus, port_fake.now_us));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(is_sent());
 }
@@ -491,9 +607,9 @@ void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(v
 void test_an_old_answer_is_not_feared_when_the_clock_comes_round(void)
 {
     give_up_early(2);
-    poll_at(600);
+    poll_at(REST_US);
     port_fake.now_us -= 300;
-    TEST_ASSERT_FALSE(cds_bus_may_answer_late(&bus, 5, port_fake.now_us));
+    TEST_ASSERT_FALSE(cds_bus_rests(&bus, port_fake.now_us));
 }
 
 void test_nobody_is_feared_when_what_is_not_answered_was_never_sent(void)
@@ -536,7 +652,11 @@ void test_the_observer_says_how_long_a_servo_waits(void)
     struct cds_bus_observer observer = {.admit = admit_as_quick, .on_news = hear_no_news};
 
     cds_bus_set_observer(&bus, &observer);
-    give_up_early(508);
+    cds_bus_set_return_delay(&bus, 508);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    poll_at(12 * 10 + 2 + 100);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
     cds_bus_set_observer(&bus, NULL);
 }
 
@@ -548,37 +668,52 @@ void test_a_corrupt_reply_is_followed_by_silence_of_two_byte_times(void)
     poll_at(2000);
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
     poll_at(QUIET_US - 1);
     TEST_ASSERT_FALSE(is_sent());
     poll_at(1);
-    assert_answered(&request, 5);
+    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
-void test_opening_again_waits_until_no_old_answer_can_come(void)
+static void open_again(void)
 {
-    give_up_early(2);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     cds_bus_set_queue(&bus, true);
+}
+
+/* What was asked before may be answered yet. */
+void test_open_again_sends_nothing_for_608_us_and_rests(void)
+{
+    give_up_early(2);
+    open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    other.urgent = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
     poll_at(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US - 1);
     TEST_ASSERT_FALSE(is_sent());
     poll_at(1);
-    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    poll_at(100);
+    TEST_ASSERT_EQUAL(CDS_OK, other.result);
+    poll_at(CDS_STALE_REPLY_US - CDS_RETURN_DELAY_MAX_US - CDS_REPLY_MARGIN_US - 101);
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
+    assert_answered(&request, 5);
 }
 
 void test_noise_does_not_shorten_that_wait(void)
 {
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    open_again();
     noise();
     cds_bus_poll(&bus);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
     poll_at(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US - 1);
     TEST_ASSERT_FALSE(is_sent());
     poll_at(1);
-    assert_answered(&request, 5);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    poll_at(CDS_STALE_REPLY_US);
     noise();
     poll_at(0);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5)); // as ever, from then on
@@ -586,22 +721,142 @@ void test_noise_does_not_shorten_that_wait(void)
     assert_answered(&request, 5);
 }
 
-void test_at_another_rate_no_old_answer_is_feared(void)
+/* The rate may be set back before the stale reply comes. */
+void test_rest_goes_on_at_another_rate(void)
 {
     give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_TRUE(is_sent());
+    poll_at(REST_US - 1);
+    TEST_ASSERT_FALSE(is_sent());
+    poll_at(1);
+    assert_answered(&request, 5);
 }
 
 void test_opening_again_amid_an_exchange_waits_for_its_answer(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_FALSE(is_sent());
-    poll_at(12 * 10 + 508 + 100);
+    poll_at(CDS_STALE_REPLY_US);
     assert_answered(&request, 5);
+}
+
+/* ---- a main loop that turns seldom ---- */
+
+#define WRAP_US ((uint32_t)32768) // of 16 bits of half microseconds
+
+/* Gaps between two turns of a main loop: a little less and more than one, two and 30 wraps of a
+ * 16-bit time, 30 turns a second, seconds. */
+static uint32_t gap_us(uint16_t index)
+{
+    static const uint32_t long_us[] = {3000, 5000, 33333, 40000, 1000000, 5000000, 4000000000ul};
+    static const uint8_t wraps[] = {1, 2, 30};
+    uint16_t first = sizeof long_us / sizeof *long_us;
+
+    if (index < first)
+        return long_us[index];
+    index = (uint16_t)(index - first);
+    return WRAP_US * wraps[index % 3] - 50 + index / 3 * (uint32_t)7;
+}
+
+#define GAPS (7 + 3 * 440) // up to 3 ms behind each wrap
+
+/* Each turn polls `polls` times, 3 us apart. The request is sent within three turns. */
+static void assert_sent_on_a_silent_line(uint32_t us, uint8_t polls)
+{
+    for (uint8_t turn = 0; turn < 3 && !is_sent(); turn++) {
+        poll_at(us);
+        for (uint8_t i = 1; i < polls; i++)
+            poll_at(3);
+    }
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_EQUAL_UINT16(0, counters().unsent);
+}
+
+void test_late_polls_send_after_the_bus_is_opened_again(void)
+{
+    for (uint16_t i = 0; i < GAPS; i++) {
+        setUp();
+        open_again();
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+        assert_sent_on_a_silent_line(gap_us(i), 1);
+    }
+}
+
+void test_late_polls_send_after_noise(void)
+{
+    static const uint8_t bauds[] = {CDS_BAUD_1M, 34, CDS_BAUD_MAX};
+
+    for (uint16_t i = 0; i < GAPS * 3; i++) {
+        setUp();
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, bauds[i % 3]));
+        cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
+        poll_at(0);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+        assert_sent_on_a_silent_line(gap_us(i / 3), 1);
+    }
+}
+
+void test_late_polls_send_after_a_timeout(void)
+{
+    for (uint16_t i = 0; i < GAPS; i++) {
+        setUp();
+        give_up_early(2);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+        assert_sent_on_a_silent_line(gap_us(i), 1);
+    }
+}
+
+/* The line was in use between two turns. When, the bus cannot know. */
+void test_late_polls_send_after_a_stale_reply(void)
+{
+    for (uint8_t polls = 1; polls <= 8; polls++) {
+        for (uint16_t i = 0; i < GAPS; i += 3) {
+            setUp();
+            give_up_early(2);
+            TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+            port_fake_answer(&bus.link, 5, 0, NULL, 0);
+            assert_sent_on_a_silent_line(gap_us(i), polls);
+        }
+    }
+}
+
+void test_late_polls_find_a_silent_line_quiet(void)
+{
+    for (uint16_t i = 0; i < GAPS; i++) {
+        setUp();
+        noise();
+        poll_at(0);
+        poll_at(gap_us(i));
+        TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    }
+}
+
+/* 258 bytes at 7843 bit/s: 329 ms, ten wraps of a 16-bit time. The transmitter has stopped. */
+void test_late_polls_end_a_long_transaction_by_its_deadline(void)
+{
+    static uint8_t bytes[CDS_PACKET_SIZE(CDS_LENGTH_MAX - CDS_LENGTH_MIN)];
+    struct cds_request longest = CDS_REQUEST(bytes);
+
+    for (uint32_t us = 361000; us < 400000; us += 1111) {
+        setUp();
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_MAX));
+        longest.reply_parameters = CDS_REPLY_NONE;
+        longest.result = CDS_OK;
+        cds_packet_begin(&longest.packet, CDS_BROADCAST_ID, CDS_SYNC_WRITE);
+        for (uint8_t i = 0; i < CDS_LENGTH_MAX - CDS_LENGTH_MIN; i++)
+            cds_packet_put(&longest.packet, 0);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&longest.packet));
+        TEST_ASSERT_EQUAL_UINT16(sizeof bytes, longest.packet.size);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &longest));
+        poll_at(0);
+        poll_at(us);
+        poll_at(us);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, longest.result);
+    }
 }

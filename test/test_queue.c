@@ -58,6 +58,7 @@ static void ping(uint8_t i)
 /* The packet in flight leaves, is for this servo, and is answered; the next begins. */
 static void answer(uint8_t id)
 {
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[CDS_AT_ID]);
     port_fake_answer(&bus.link, id, 0, NULL, 0);
@@ -67,6 +68,7 @@ static void answer(uint8_t id)
 /* ... and is not answered; behind a bad end the next begins in a poll of its own. */
 static void stay_silent(void)
 {
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake.now_us += 10000;
     cds_bus_poll(&bus);
@@ -147,13 +149,18 @@ void test_behind_a_good_end_too_a_servo_given_up_early_is_not_asked_again(void)
     port_fake.now_us += 12 * 10 + 2 + CDS_REPLY_MARGIN_US;
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
+    requests[1].skips_rest = true;
     ping(1);
     ping(0);
     answer(2);
     TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[0]);
-    port_fake.now_us += CDS_RETURN_DELAY_MAX_US - 2;
+    port_fake.now_us += CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US - 2 - 1;
     cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[0]);
+    port_fake.now_us++;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(FAKE_TALK, port_fake.lines[0]);
     answer(1);
     TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
 }
@@ -197,7 +204,7 @@ void test_what_is_submitted_behind_a_failed_try_waits_behind_the_repeat(void)
     cds_bus_poll(&bus);
     port_fake.now_us += 10000; // the transmitter has stopped
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
-    bus.owed = false; // as in a program without late.c
+    port_fake.now_us += CDS_STALE_REPLY_US; // the rest is over
     ping(1);
     TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
     port_fake.low = true;
@@ -228,7 +235,7 @@ void test_each_waiting_request_has_a_deadline_of_its_own(void)
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
-    cds_bus_poll(&bus);
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
@@ -359,6 +366,7 @@ void test_a_good_reply_to_a_repeat_ends_it_well(void)
     cds_bus_set_repeats(&bus, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, 2));
     stay_silent();
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     TEST_ASSERT_EQUAL_HEX8(CDS_REG_PRESENT_POSITION, port_fake.sent[CDS_AT_PARAMETERS]);
     port_fake_answer(&bus.link, 1, 0, data, 2);
@@ -439,6 +447,7 @@ void test_a_repeat_that_waits_for_the_line_is_passed_by_urgent_ones_in_their_ord
     requests[3].urgent = CDS_URGENT_FIRST;
     ping(0);
     stay_silent();
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake.low = true;
     port_fake.now_us += 10000;
@@ -467,7 +476,7 @@ void test_who_comes_first_by_that_has_a_deadline_of_its_own(void)
     port_fake.now_us += 1160;
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
-    port_fake.now_us += 10;
+    port_fake.now_us += 20; // the last look
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[1].result);
 }

@@ -13,7 +13,6 @@
 #define BYTE_US   10
 #define LINE_SIZE 128
 #define ANY       40   // parameters of a reply of any length, at most
-#define ONLY_ID   5    // who is asked where servos are slower than was told
 #define WHOLE     0xFF // in place of the index of a damaged byte
 
 #ifdef __AVR__
@@ -22,7 +21,12 @@
 #define STEPS 20000
 #endif
 
-enum storm { SLOW_AND_TOLD, QUICK, SLOW_AND_NOT_TOLD };
+enum storm {
+    SLOW_AND_TOLD,
+    QUICK,
+    SLOW_AND_NOT_TOLD,
+    SLOWER_THAN_REGISTER_0X05, // which allows 508 us
+};
 
 /* A request, and what the servo has sent in answer to its last try, or will send. */
 struct job {
@@ -125,6 +129,19 @@ static void arrive_first(uint32_t *at_us, const struct job *job)
     }
 }
 
+/* How long the servo waits. Where the bus was told of 0 us, a stale reply can pass for another one
+ * only if it comes as late as it may. */
+static uint16_t return_delay_us(void)
+{
+    switch (storm) {
+    case QUICK: return 0;
+    case SLOW_AND_TOLD: return random_below(CDS_RETURN_DELAY_MAX_US);
+    case SLOW_AND_NOT_TOLD:
+        return (uint16_t)(CDS_RETURN_DELAY_MAX_US - random_below(one_in(3) ? 500 : 25));
+    default: return random_below(CDS_STALE_REPLY_US);
+    }
+}
+
 /* What the servo that is asked will send. */
 static void answer(struct job *job)
 {
@@ -138,8 +155,7 @@ static void answer(struct job *job)
     job->length = (uint8_t)(request->any_length ? random_below(ANY) : request->reply_parameters);
     if (job->error && one_in(2))
         job->length = 0;
-    if (storm != QUICK)
-        at_us += random_below(CDS_RETURN_DELAY_MAX_US);
+    at_us += return_delay_us();
     if (arrived != arrivals && (int32_t)(line[arrivals - 1].at_us - at_us) > 0)
         return; // it was reset meanwhile, and an older answer is on its way
     if (id != CDS_BROADCAST_ID && job->length < 9 && one_in(3))
@@ -268,11 +284,13 @@ static void build(struct cds_request *request)
 {
     static const uint8_t nothing = 0;
     struct cds_packet *packet = &request->packet;
-    uint8_t id = storm == SLOW_AND_NOT_TOLD ? ONLY_ID : (uint8_t)(4 + random_below(3));
+    uint8_t id = (uint8_t)(4 + random_below(3));
     uint8_t length = (uint8_t)(1 + random_below(one_in(3) ? CDS_REPLY_MAX : 10));
 
     request->reply_parameters = 0;
     request->any_length = false;
+    if (storm == SLOW_AND_NOT_TOLD)
+        length = 2; // as that of a stale reply
     switch (random_below(8)) {
     case 0: cds_packet_ping(packet, one_in(2) ? CDS_BROADCAST_ID : id); break;
     case 1: cds_packet_write(packet, id, 0x19, &nothing, 1); break; // as READ of 0
@@ -329,12 +347,16 @@ static void meddle(void)
     if (storm == QUICK && one_in(20))
         cds_bus_set_return_delay(&bus, one_in(2) ? CDS_RETURN_DELAY_MAX_US : 0);
     else if (storm == SLOW_AND_NOT_TOLD)
-        cds_bus_set_return_delay(&bus, 20);
+        cds_bus_set_return_delay(&bus, 0);
+    else if (storm == SLOWER_THAN_REGISTER_0X05 && one_in(20))
+        cds_bus_set_return_delay(&bus, one_in(2) ? CDS_RETURN_DELAY_MAX_US : 20);
     look();
 }
 
 static uint16_t next_gap_us(void)
 {
+    if (storm == SLOW_AND_NOT_TOLD && !one_in(50))
+        return (uint16_t)(1 + random_below(8));
     if (one_in(100))
         return (uint16_t)(1000 * (1 + random_below(40)));
     return (uint16_t)(1 + random_below(one_in(10) ? 500 : 40));
@@ -413,7 +435,13 @@ void test_quick_servos_and_a_bus_told_now_this_now_that(void)
     rage(QUICK, 2);
 }
 
-void test_a_servo_slower_than_the_bus_was_told(void)
+void test_storm_of_servos_slower_than_told_gives_no_stale_value(void)
 {
-    rage(SLOW_AND_NOT_TOLD, 3);
+    for (uint8_t i = 0; i < 10; i++)
+        rage(SLOW_AND_NOT_TOLD, 3u + i);
+}
+
+void test_storm_of_servos_up_to_2_ms_late_gives_no_stale_value(void)
+{
+    rage(SLOWER_THAN_REGISTER_0X05, 4);
 }

@@ -187,6 +187,7 @@ static const uint8_t feedback[11] = {0x66, 0x02, 0x64, 0x04, 0x00, 0x02, 111, 40
 static void read_feedback(const uint8_t *data, uint8_t count)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 7, CDS_REG_PRESENT_POSITION, 11));
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake_answer(&bus.link, 7, count ? 0 : CDS_ERROR_RANGE, data, count);
     cds_bus_poll(&bus);

@@ -168,7 +168,7 @@ void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
     while (watch.request.result == CDS_PENDING)
         run_for(1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_watch_begin(&watch, &roster, 100 * PERIOD_US));
-    run_for(500); // the first of the looks
+    run_for(5000); // rests, and the first of the looks
     first = wire.count;
     run_for(6 * CDS_WATCH_SEEK_US);
     TEST_ASSERT_INT_WITHIN(1, 6, wire.count - first);
@@ -225,7 +225,9 @@ void test_one_that_may_answer_late_is_asked_later(void)
     watch.look_us = port_fake.now_us;
     cds_watch_poll(&watch);
     TEST_ASSERT_NULL(bus.request);
-    run_for(700);
+    run_for(1000);
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ)); // the bus rests
+    run_for(1000);
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 1, CDS_READ));
 }
 
@@ -341,7 +343,7 @@ void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
         run_with_cycle(CYCLE_US - 1);
     }
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
-    TEST_ASSERT_GREATER_THAN_UINT32(30, cycle.counters.reads);
+    TEST_ASSERT_GREATER_THAN_UINT32(20, cycle.counters.reads); // unanswered: the bus rests
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
         TEST_ASSERT_INT_WITHIN(1, 6, servos[i].counters.ok);
         TEST_ASSERT_EQUAL_UINT16(0, servos[i].counters.timeouts);
@@ -367,7 +369,7 @@ void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
     servos[0].return_delay = 254; // 758 us in all, and 650 are left
     run_with_cycle(30 * CYCLE_US);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(30, cycle.counters.reads);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(10, cycle.counters.reads); // unanswered: the bus rests
     TEST_ASSERT_EQUAL_UINT16(0, servos[0].counters.ok);
     TEST_ASSERT_INT_WITHIN(1, 3, servos[1].counters.ok);
     TEST_ASSERT_INT_WITHIN(1, 3, servos[2].counters.ok);
@@ -376,5 +378,5 @@ void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
         run_with_cycle(1);
         TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, CYCLE_US));
     }
-    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 9, cycle.counters.reads);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 4, cycle.counters.reads);
 }

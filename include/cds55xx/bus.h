@@ -41,6 +41,11 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
+/* A reply that begins up to so many microseconds behind the end of its packet is never taken for
+ * the reply to a later packet: see cds_bus_rests(). Register 0x05 allows 508; the rest is for
+ * servos that are slower than their register says. */
+#define CDS_STALE_REPLY_US 2000
+
 /* Parameters of a reply that one poll takes. What is looked for in it: CDS_PARSER_SKIPPED_MAX bytes
  * that begin no packet are passed over, or one packet that is none, or not due. */
 #define CDS_BUS_BYTES_PER_POLL 12
@@ -86,13 +91,15 @@ struct cds_request {
     uint8_t id;      // who answered (of interest after a broadcast PING)
     uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
     uint8_t length;  // parameters received; 0 if the servo refused
+    bool skips_rest; // true: sent in a rest too (cds_bus_rests()). For a scan, which asks each ID
+                     // once: so the ID tells a stale reply from the reply that is due
 };
 
 /* A request over `buffer`, an array of the caller's that holds the packet and the reply. All
  * fields, in their order and without names: good in C99 and in C++11. */
 #define CDS_REQUEST(buffer)                                                                        \
     {                                                                                              \
-        {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, false, 0, 0, 0, 0               \
+        {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, 0, 0, 0, 0, 0, false            \
     }
 
 /* Counted modulo 65536 from cds_bus_open() on; what the line does to bytes, modulo 256 between two
@@ -112,7 +119,8 @@ struct cds_counters {
     uint16_t extra;          // ... of the one that had just answered: two have its ID
     uint16_t foreign;        // ... of another one, or of another length
     uint16_t framing_errors; // bytes damaged: noise, collision or another baud rate
-    uint16_t overruns;       // bytes lost because a handler was held up for 320 cycles or more
+    uint16_t overruns;       // bytes lost because a handler was held up: by others, for more than
+                             // 285 cycles at 1 Mbps (cds55xx_avr.h)
     uint16_t ring_overflows; // bytes lost because nobody polled and the line babbled
     uint16_t echo_errors;    // own bytes that came back changed: another talked too
 };
@@ -177,8 +185,9 @@ struct cds_bus {
     uint8_t port;              // number of the bus on its board
     uint8_t flight;            // enum cds_bus_flight
     uint8_t line;              // enum cds_bus_state
-    bool owed;                 // the one given up last may answer until `late_us`:
-    uint8_t late_id;           // who that is, or CDS_BROADCAST_ID
+    bool rests;                // until `rest_until_us`: a stale reply may come
+    bool last_look;            // the request that waits ends unless the line is quiet when the
+                               // alarm rings
     bool closing;              // the deadline is over, and bytes up to this index of the
     uint8_t close_at;          // ring are still looked at
     bool has_ended;            // an exchange with a reply due, since the bus was opened at this
@@ -194,13 +203,14 @@ struct cds_bus {
     struct cds_bus_asked what; // and for what
     uint16_t return_delay_us;  // longest of any servo on this bus
     uint16_t byte_time_us;     // ten bits
-    uint16_t heard_at;         // when others were last found using the line, by
-                               // cds_port_ticks(); of a packet just begun: when
-    uint16_t quiet_us;         // how long it must be quiet since then
+    uint16_t begun_at;         // when the packet in flight began, by cds_port_ticks()
+    uint16_t quiet_us;         // how long the line must be quiet from `heard_us` on
     struct cds_link link;
-    uint32_t late_us;             // until then the servo given up last may still answer
-    uint8_t baud;                 // register value of its rate
-    uint8_t repeats;              // given to each request that bears repeating
+    uint32_t heard_us;      // when others were last found using the line
+    uint32_t rest_until_us; // when the rest is over
+    uint32_t over_us;       // when all `laps` are over, also where polls were too late for one
+    uint8_t baud;           // register value of its rate
+    uint8_t repeats;        // given to each request that bears repeating
     struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
     // what follows stays when a bus is opened again:
@@ -226,10 +236,8 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
 
 /* Tells how long the slowest servo of the bus waits before it replies, in microseconds: twice its
  * register 0x05. CDS_RETURN_DELAY_MAX_US from cds_bus_open() on, which is safe; the true value ends
- * a timeout sooner (manual, example 8). For what begins from now on. A servo that was given up
- * sooner than that is not asked again before it can no longer answer the first time, or an old
- * answer would pass for a new one.
- */
+ * a timeout sooner (manual, example 8). For what begins from now on. A timeout that comes sooner is
+ * followed by a longer rest (cds_bus_rests()). */
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
 /* The same for one request that was submitted: for the observer, in `admit`. */
@@ -265,8 +273,9 @@ void cds_bus_set_queue(struct cds_bus *bus, bool on);
  * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
  * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
  * repeat, counted exactly if a poll follows within 32 ms; CDS_LINE_BUSY: the line did not become
- * quiet within the time the longest reply takes with the longest return delay and that margin, and
- * nothing was sent; CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed
+ * quiet within the time the longest reply takes with the longest return delay and that margin, nor
+ * in the last two byte times, which begin with a poll of their own, and nothing was sent;
+ * CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed
  * its mind since, and it was not sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
@@ -292,10 +301,15 @@ static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
     return bus->flight > CDS_BUS_IDLE;
 }
 
+/* The rest begins. The reply that was given up had `waited_us` to begin, besides the time its bytes
+ * take. */
+void cds_bus_begin_rest_(struct cds_bus *bus, uint16_t waited_us);
+
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
  * observer, those of repeat.c if it calls cds_bus_set_repeats(), that of asked.c with either of the
- * two, those of queue.c if it calls cds_bus_set_queue(), and those of late.c if it sets a return
- * delay; else they do nothing, and cost nothing. */
+ * two, and those of queue.c if it calls cds_bus_set_queue(); else they do nothing, and cost
+ * nothing.
+ */
 bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
 uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
 void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
@@ -310,8 +324,6 @@ bool cds_bus_queues_(const struct cds_bus *bus); // may a request wait behind an
 struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
 bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent); // first?
 void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
-void cds_bus_note_given_up_(struct cds_bus *bus);    // the first request, whose reply was due
-bool cds_bus_owes_(struct cds_bus *bus, uint8_t id); // may an old answer of this one still come?
 uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes); // of a packet
 
 /* Has `observer`, which must stay, watch the bus; NULL: nobody. */
@@ -336,10 +348,15 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
  * each poll no more than CDS_BUS_BYTES_PER_POLL tells. */
 bool cds_bus_poll(struct cds_bus *bus);
 
-/* Was servo `id` (0 to 253, or CDS_BROADCAST_ID) the last to be given up, and so soon that it may
- * still answer? A request that it is to answer waits until it can no longer. `now_us` as of
- * cds_port_now_us(). */
-bool cds_bus_may_answer_late(const struct cds_bus *bus, uint8_t id, uint32_t now_us);
+/* True while the bus rests. `now_us` as of cds_port_now_us().
+ *
+ * A transaction that ended without a good reply may be answered later, and a stale reply of the
+ * right ID and LENGTH looks like the reply to the next READ. So the bus rests after such an end,
+ * until a reply that begins CDS_STALE_REPLY_US behind its packet is over: it begins no transaction
+ * that expects a reply, of any servo. Packets that expect none, as SYNC WRITE and all broadcasts
+ * but PING, are sent at once. A servo that is slower than CDS_STALE_REPLY_US can still give a wrong
+ * value: docs/faults.md, F17-over. */
+bool cds_bus_rests(const struct cds_bus *bus, uint32_t now_us);
 
 /* Returns CDS_BUS_OK, CDS_BUS_BUSY or CDS_BUS_FAULT: how the line is. Seen by cds_bus_poll() while
  * no exchange is in flight, so go on polling.

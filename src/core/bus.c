@@ -6,8 +6,8 @@
 
 #include "opaque.h" // CDS_APART
 
-#define NOBODY    UINT8_MAX // no ID
 #define RING_MASK (CDS_RING_SIZE - 1)
+#define LAP_US    ((uint32_t)0x10000 / CDS_PORT_TICKS_PER_US) // of cds_port_ticks() and the alarm
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, noclone, cold))
@@ -20,7 +20,7 @@
 /* Part of the one or two that call it, whichever bus that is. */
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
 
-/* What a program does not use: account.c, asked.c, late.c, queue.c and repeat.c have those that do
+/* What a program does not use: account.c, asked.c, queue.c and repeat.c have those that do
  * something. Here, so that the linker looks for none of those. */
 #define UNUSED __attribute__((weak))
 
@@ -97,17 +97,6 @@ UNUSED void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
     (void)bus, (void)result;
 }
 
-UNUSED void cds_bus_note_given_up_(struct cds_bus *bus)
-{
-    (void)bus;
-}
-
-UNUSED bool cds_bus_owes_(struct cds_bus *bus, uint8_t id)
-{
-    (void)bus, (void)id;
-    return false;
-}
-
 static void cancel_all(struct cds_bus *bus)
 {
     for (; bus->request; bus->request = cds_bus_next_of_(bus->request))
@@ -133,7 +122,7 @@ static ONE_COPY void doubt(struct cds_bus *bus, uint8_t line)
     if (bus->line == CDS_BUS_OK)
         bus->quiet_us = (uint16_t)(2u * bus->byte_time_us);
     bus->line = line;
-    bus->heard_at = cds_port_ticks();
+    bus->heard_us = cds_port_now_us(); // 16 bits wrap in 33 ms: a main loop may turn less often
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
@@ -151,6 +140,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
         doubt(bus, CDS_BUS_BUSY);
         if (2u * byte_time_us(baud) < CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
             bus->quiet_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
+        cds_bus_begin_rest_(bus, 0);
     }
     cds_link_open(&bus->link, port);
 }
@@ -167,7 +157,6 @@ enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
     set_rate(bus, baud);
     bus->line = CDS_BUS_OK;
     bus->has_ended = false; // what was asked at the old rate is not answered at this one
-    bus->owed = false;
     cds_link_open(&bus->link, bus->port);
     return CDS_OK;
 }
@@ -287,12 +276,15 @@ static ONE_COPY void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
 {
     bus->laps = cds_port_set_alarm(bus->port, from, bytes, bus->byte_time_us,
                                    (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
+    if (bus->laps)
+        bus->over_us = cds_port_now_us() + (bus->laps + 1u) * LAP_US;
 }
 
-/* The alarm rings: is that time over? */
+/* The alarm rings: is that time over? Polls that are more than a lap apart see only one ring of
+ * several: for them the clock tells. */
 ALWAYS_INLINE bool is_over(struct cds_bus *bus)
 {
-    if (bus->laps == 0)
+    if (bus->laps == 0 || (int32_t)(cds_port_now_us() - bus->over_us) >= 0)
         return true;
     bus->laps--;
     cds_port_silence_alarm(bus->port);
@@ -308,7 +300,7 @@ static ONE_COPY uint8_t send_rest(struct cds_bus *bus, const struct cds_request 
 
     cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
     bus->flight = CDS_BUS_BEGUN;
-    bus->heard_at = cds_port_ticks(); // the deadline is counted from here
+    bus->begun_at = cds_port_ticks(); // the deadline is counted from here
     cds_bus_note_sent_(bus);
     return CDS_OK;
 }
@@ -345,7 +337,7 @@ ALWAYS_INLINE void set_deadline(struct cds_bus *bus, struct cds_request *request
             bus->parser.longest = CDS_PARSER_LENGTH_MAX;
         size = (uint16_t)(size + CDS_PACKET_SIZE(due));
     }
-    allow(bus, bus->heard_at, size, return_delay_us);
+    allow(bus, bus->begun_at, size, return_delay_us);
 }
 
 /* What is due for the packet that has begun. */
@@ -360,20 +352,14 @@ ONE_COPY void cds_bus_expect_(struct cds_bus *bus)
     set_deadline(bus, bus->request);
 }
 
-/* How long ago was that moment, of the last 32 ms? */
-static uint16_t passed_us(uint16_t from)
-{
-    return (uint16_t)(cds_port_ticks() - from) / CDS_PORT_TICKS_PER_US;
-}
-
 /* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
  * two byte times; low for so long without a byte is no use of it but a fault. */
 static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
 {
     uint8_t line = bus->line;
 
-    if (bus->owed)
-        cds_bus_owes_(bus, NOBODY); // not for ever
+    if (bus->rests)
+        bus->rests = cds_bus_rests(bus, cds_port_now_us());
     if (heard(bus)) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         bus->closing = false;
@@ -384,7 +370,7 @@ static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
             return true;
         line = CDS_BUS_BUSY;
     } else if (cds_port_line_is_high(bus->port) || line != CDS_BUS_FAULT) {
-        if (passed_us(bus->heard_at) < bus->quiet_us)
+        if (cds_port_now_us() - bus->heard_us < bus->quiet_us)
             return false;
         if (cds_port_line_is_high(bus->port)) {
             bus->line = CDS_BUS_OK;
@@ -396,30 +382,27 @@ static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
     return false;
 }
 
-/* Puts the header of a packet on the wire; 0: the line or an old answer make it wait. */
+/* Puts the header of a packet on the wire; 0: the line or the rest may make it wait. */
 ALWAYS_INLINE uint8_t begin_if_quiet(const struct cds_bus *bus)
 {
-    if ((uint8_t)(bus->line | bus->owed) || heard(bus) || !cds_port_line_is_high(bus->port))
+    if ((uint8_t)(bus->line | bus->rests) || heard(bus) || !cds_port_line_is_high(bus->port))
         return 0;
     return cds_link_begin(bus->port, CDS_HEADER);
 }
 
-/* Sends the first request if the line and old answers let it. */
-ALWAYS_INLINE bool send_if_quiet(struct cds_bus *bus)
+/* Must the first request wait for the end of the rest? */
+ALWAYS_INLINE bool must_rest(const struct cds_bus *bus)
 {
-    if (!is_quiet(bus) ||
-        (reply_is_due(bus->request) && cds_bus_owes_(bus, bus->request->packet.bytes[CDS_AT_ID])))
-        return false;
-    send_rest(bus, bus->request, cds_link_begin(bus->port, CDS_HEADER));
-    return true;
+    return bus->rests && reply_is_due(bus->request) && !bus->request->skips_rest;
 }
 
-/* It is the first request's turn, but it must wait, for a quiet line or until an old answer can no
- * longer come: for as long as the longest exchange may take. */
+/* The first request waits for a quiet line, for as long as the longest transaction may take: all
+ * but two byte times of it, and then the last look. */
 ALWAYS_INLINE void wait_for_turn(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
-    allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX), CDS_RETURN_DELAY_MAX_US);
+    bus->last_look = false;
+    allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u, CDS_RETURN_DELAY_MAX_US);
 }
 
 void cds_bus_wait_for_turn_(struct cds_bus *bus)
@@ -427,21 +410,38 @@ void cds_bus_wait_for_turn_(struct cds_bus *bus)
     wait_for_turn(bus);
 }
 
-/* The first request, which was found good, is sent or waits for that. False: it has waited for too
- * long. */
-ONE_COPY bool cds_bus_begin_turn_(struct cds_bus *bus)
+/* The time to wait is over, and this poll did not find the line quiet. What it found may be old, if
+ * the poll before was long ago: so the line has once more the time in which it must be quiet.
+ * False: it had that already. */
+static SELDOM bool look_once_more(struct cds_bus *bus)
 {
-    if (send_if_quiet(bus))
-        return true;
-    if (bus->flight == CDS_BUS_IDLE)
-        wait_for_turn(bus);
-    else if (cds_port_alarm_rings(bus->port) && is_over(bus))
+    if (bus->last_look)
         return false;
+    bus->last_look = true;
+    cds_port_set_alarm(bus->port, cds_port_ticks(), 0, 0, bus->quiet_us);
     return true;
 }
 
-/* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for an
- * old answer, if not only for what the observer says. */
+/* The first request, which was found good, is sent or waits for that. False: it has waited for too
+ * long. In a rest the time to wait for a quiet line begins anew with each poll. */
+ONE_COPY bool cds_bus_begin_turn_(struct cds_bus *bus)
+{
+    if (is_quiet(bus)) {
+        if (must_rest(bus))
+            wait_for_turn(bus);
+        else
+            send_rest(bus, bus->request, cds_link_begin(bus->port, CDS_HEADER));
+        return true;
+    }
+    if (bus->flight == CDS_BUS_IDLE)
+        wait_for_turn(bus);
+    else if (cds_port_alarm_rings(bus->port) && is_over(bus))
+        return look_once_more(bus);
+    return true;
+}
+
+/* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for the
+ * end of a rest, if not only for what the observer says. */
 static SELDOM uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result = CDS_BAD_ARGUMENT;
@@ -554,7 +554,7 @@ ALWAYS_INLINE bool fail(struct cds_bus *bus)
     uint8_t result = CDS_TIMEOUT;
 
     if (bus->flight != CDS_BUS_TELLS)
-        cds_bus_note_given_up_(bus);
+        cds_bus_begin_rest_(bus, (uint16_t)(bus->request->return_delay_us + CDS_REPLY_MARGIN_US));
     if (!bus->parser.is_clean) {
         result = CDS_CORRUPT;
         doubt(bus, CDS_BUS_BUSY); // it may be so still

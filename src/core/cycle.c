@@ -398,9 +398,8 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
     uint16_t us = (uint16_t)(read_us(bus, bus->return_delay_us) + SUBMIT_US);
     enum cds_result result;
 
-    if (left_us(cycle, now_us) < us ||
-        cds_bus_may_answer_late(bus, cycle->ids[cycle->turn], now_us))
-        return;
+    if (left_us(cycle, now_us) < us || cds_bus_rests(bus, now_us))
+        return; // in a rest it would wait in the queue, and might hold up the next goals
     result = cds_feedback_read(bus, &cycle->read, cycle->ids[cycle->turn]);
     if (result == CDS_NO_REPLY_DUE) { // and the others must not wait for it
         cycle->feedback[cycle->turn].result = CDS_NO_REPLY_DUE;
@@ -487,8 +486,9 @@ uint16_t cds_cycle_room_us(const struct cds_cycle *cycle)
 
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us)
 {
-    uint16_t left = left_us(cycle, cds_port_now_us());
-    bool idle = !cycle->bus->request;
+    uint32_t now_us = cds_port_now_us();
+    uint16_t left = left_us(cycle, now_us);
+    bool idle = !cycle->bus->request && !cds_bus_rests(cycle->bus, now_us);
 
     if (cycle->stopping)
         return idle;

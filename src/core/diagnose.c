@@ -147,6 +147,7 @@ static void ask(struct cds_diagnose *diagnose)
     if (diagnose->phase == HASTE)
         cds_bus_set_return_delay(diagnose->bus, diagnose->return_delay_us);
     diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
+    diagnose->request->skips_rest = diagnose->phase == SEEK; // each ID is asked once
     submitted = submit(diagnose);
     cds_operation_take(diagnose->bus); // the question keeps what it was submitted with
     diagnose->request->vetted = false; // without an observer nobody does
@@ -697,6 +698,7 @@ enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
     if (diagnose->result != CDS_PENDING)
         return (enum cds_result)diagnose->result;
     if (diagnose->phase != START && !cds_operation_has(diagnose->bus)) {
+        diagnose->request->skips_rest = false;
         diagnose->result = CDS_CANCELLED; // the bus is somebody else's
         return CDS_CANCELLED;
     }
@@ -704,6 +706,7 @@ enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose)
         if (diagnose->request->result == CDS_PENDING)
             return CDS_PENDING;
         diagnose->in_flight = 0;
+        diagnose->request->skips_rest = false;
         if (diagnose->request->result == CDS_CANCELLED)
             cds_diagnose_abort(diagnose);
         else

@@ -125,6 +125,7 @@ static void asked(struct cds_scan *scan)
 {
     uint8_t result = scan->request->result;
 
+    scan->request->skips_rest = false;
     if (result == CDS_CANCELLED) {
         scan->aborted = 1;
         scan->phase = GIVE_BACK;
@@ -165,10 +166,12 @@ static void send(struct cds_scan *scan)
     struct cds_request *request = scan->request;
     enum cds_result result = CDS_BUSY;
 
-    if (scan->phase == ASK)
+    if (scan->phase == ASK) {
+        request->skips_rest = true; // each ID is asked once: a stale reply has another one
         result = cds_servo_ping(scan->bus, request, scan->id);
-    else if (scan->phase == READ)
+    } else if (scan->phase == READ) {
         result = cds_servo_read(scan->bus, request, scan->id, CDS_REG_MODEL_NUMBER, DETAILS);
+    }
     if (result == CDS_OK) {
         scan->phase++;               // what it is, in flight
     } else if (result != CDS_BUSY) { // the bus's observer: not that one, or not that
@@ -191,10 +194,12 @@ CDS_APART_TOO(cds_scan_poll);
 enum cds_result cds_scan_poll(struct cds_scan *scan)
 {
     CDS_OPAQUE(scan);
-    if (scan->phase == CHECK && scan->result == CDS_PENDING)
+    if (scan->phase == CHECK && scan->result == CDS_PENDING) {
         start(scan);
-    else if (scan->result == CDS_PENDING && !cds_operation_has(scan->bus))
+    } else if (scan->result == CDS_PENDING && !cds_operation_has(scan->bus)) {
+        scan->request->skips_rest = false;
         scan->result = CDS_CANCELLED; // the bus is somebody else's
+    }
     if (scan->result != CDS_PENDING)
         return (enum cds_result)scan->result;
     if (scan->phase == ASKED && scan->request->result != CDS_PENDING)

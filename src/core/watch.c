@@ -57,15 +57,15 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
     return (int32_t)(now_us - time_us) >= 0;
 }
 
-/* Is there time for `us` with this servo now? */
-static bool has_room(struct cds_watch *watch, const struct cds_roster_servo *servo, uint16_t us,
-                     uint32_t now_us)
+/* Is there time for a transaction of `us` now? */
+static bool has_room(struct cds_watch *watch, uint16_t us, uint32_t now_us)
 {
     struct cds_bus *bus = watch->roster->bus;
 
-    if (cds_bus_may_answer_late(bus, servo->id, now_us))
-        return false; // it would wait in the queue, and others behind it
-    return watch->cycle ? cds_cycle_gives_way(watch->cycle, us) : !bus->request;
+    if (watch->cycle)
+        return cds_cycle_gives_way(watch->cycle, us);
+    // in a rest it would wait in the queue, and others behind it
+    return !bus->request && !cds_bus_rests(bus, now_us);
 }
 
 /* Asks it what it can tell, if it ever can be. False: not now. */
@@ -79,7 +79,7 @@ static bool ask(struct cds_watch *watch, uint8_t index, uint32_t now_us)
     // never: its return delay has become known, or longer, since the watch was set beside the cycle
     if (watch->cycle && us > cds_cycle_room_us(watch->cycle))
         return true; // the others must not wait for it
-    if (!has_room(watch, servo, us, now_us))
+    if (!has_room(watch, us, now_us))
         return false;
     if (servo->presence == CDS_PRESENCE_AWAY || servo->status_return_level == 0)
         result = cds_servo_ping(bus, &watch->request, servo->id);
