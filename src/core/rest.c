@@ -14,14 +14,6 @@ void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_d
     request->return_delay_us = return_delay_us;
 }
 
-void cds_bus_begin_rest_(struct cds_bus *bus, uint16_t waited_us)
-{
-    bus->rests = true;
-    bus->rest_until_us = cds_port_now_us() + CDS_STALE_REPLY_US - waited_us;
-}
-
-/* No rest is longer than CDS_STALE_REPLY_US: a time further ahead is one that is over, also where
- * the bus was not polled for half an hour. */
 bool cds_bus_rests(const struct cds_bus *bus, uint32_t now_us)
 {
     return bus->rests && (uint32_t)(bus->rest_until_us - now_us - 1u) < CDS_STALE_REPLY_US;
