@@ -349,7 +349,7 @@ bool cds_bus_poll(struct cds_bus *bus);
  * until a reply that begins CDS_STALE_REPLY_US behind its packet is over: it begins no transaction
  * that expects a reply, of any servo. Packets that expect none, as SYNC WRITE and all broadcasts
  * but PING, are sent at once. A servo that is slower than CDS_STALE_REPLY_US can still give a wrong
- * value: docs/faults.md, F17-over. */
+ * value: docs/faults.md, F17-again. */
 bool cds_bus_rests(const struct cds_bus *bus, uint32_t now_us);
 
 /* Returns CDS_BUS_OK, CDS_BUS_BUSY or CDS_BUS_FAULT: how the line is. Seen by cds_bus_poll() while

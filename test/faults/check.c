@@ -313,6 +313,22 @@ static void open_span(struct check *check, unsigned attempt)
     span->last_ok = check->last_ok;
 }
 
+static uint64_t processing(const struct check *check)
+{
+    uint32_t bytes = check->asked.due > 0 ? (uint32_t)check->asked.due : 0;
+    return (CHECK_PROCESSING_US + CHECK_BYTE_US * bytes + check->slack_us) * (uint64_t)RIG_US;
+}
+
+/* The attempt was given up between these two times. The deadline has allowed for the return delay
+ * and the margin. */
+static void begin_rest(struct check *check, uint64_t earliest, uint64_t latest)
+{
+    uint32_t delay = check->job.told ? 2u * check->job.told : CHECK_RETURN_DELAY_US;
+    uint64_t rest = (CHECK_STALE_REPLY_US - CHECK_MARGIN_US - delay) * (uint64_t)RIG_US;
+    check->rest_least = earliest + rest;
+    check->rest_most = latest + rest;
+}
+
 /* The attempt was over by `until`. All that had come by its deadline was in time, and what came
  * since then may have been. */
 static void end_span(struct check *check, uint64_t until, int result)
@@ -330,17 +346,14 @@ static void end_span(struct check *check, uint64_t until, int result)
     if (check->asked.due >= 0) {
         check->last_id = check->asked.packet[2];
         check->last_ok = span->good;
+        if (!span->good) {
+            begin_rest(check, deadline, result < 0 ? deadline + START + processing(check) : until);
+        }
     }
 }
 
 /* --- one exchange --------------------------------------------------------------------------------
  */
-
-static uint64_t processing(const struct check *check)
-{
-    uint32_t bytes = check->asked.due > 0 ? (uint32_t)check->asked.due : 0;
-    return (CHECK_PROCESSING_US + CHECK_BYTE_US * bytes + check->slack_us) * (uint64_t)RIG_US;
-}
 
 static double us(uint64_t cycles)
 {
@@ -399,6 +412,13 @@ static void check_start(struct check *check, unsigned attempt)
     uint64_t used = last_use(check, start, SEEN, &near);
     if (near > nearest) {
         check_fail(check, "spoke into a line in use");
+    }
+    if (check->asked.due >= 0) {
+        if (start < check->rest_least) {
+            check_fail(check, "spoke %.1f us before the rest was over",
+                       us(check->rest_least - start));
+        }
+        from = check->rest_most > from ? check->rest_most : from;
     }
     uint64_t latest = (used > from ? used : from) + CHECK_QUIET_US * RIG_US + processing(check);
     if (start > latest) {

@@ -31,6 +31,9 @@
 #define CHECK_RETURN_DELAY_US 508u // unless it is told better
 #define CHECK_MARGIN_US       100u
 #define CHECK_QUIET_US        20u // two byte times
+/* A reply that begins so late behind its packet is still not taken for another one: no packet that
+ * is answered goes out before it is over. */
+#define CHECK_STALE_REPLY_US 2000u
 /* ... and until a request is given up that cannot be sent: the longest reply there may be. */
 #define CHECK_QUIET_WAIT_US (56u * 10u + CHECK_RETURN_DELAY_US + CHECK_MARGIN_US)
 
@@ -104,13 +107,14 @@ struct check {
     struct cds_counters moved;  // by the latest exchange
     struct cds_counters all;    // by the injection, as of check_settle()
     unsigned attempts;
-    struct check_span span;        // since the latest packet
-    struct check_sums least, most; // by the spans before it
-    uint8_t last_id;               // who had to answer last,
-    bool last_ok;                  // and did
-    uint64_t corrupt_at;           // when an exchange last ended so
-    unsigned judged;               // bytes heard that are accounted for,
-    unsigned bad;                  // and those with a framing error among all
+    struct check_span span;         // since the latest packet
+    struct check_sums least, most;  // by the spans before it
+    uint8_t last_id;                // who had to answer last,
+    bool last_ok;                   // and did
+    uint64_t corrupt_at;            // when an exchange last ended so
+    uint64_t rest_least, rest_most; // the rest behind the last failure ends between these
+    unsigned judged;                // bytes heard that are accounted for,
+    unsigned bad;                   // and those with a framing error among all
     bool several; // of them between two packets: what stands between may go unexamined
     unsigned echo_errors;
     struct servo *servos; // as they were put there
