@@ -421,7 +421,7 @@ TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.
 TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) $(RANDOM_TESTS:%=build/host/test/%) \
 	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
 	build/arduino-mega/program/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/program/$(p).elf)) \
-	build/arbotix/program/soak.elf \
+	build/arbotix/program/soak.elf build/arbotix/program/foreign_handler.elf \
 	$(patsubst %,build/%/program/safety.elf,arduino-mega arbotix cm510) \
 	$(patsubst %,build/%/program/flood.elf,arduino-mega cm510 arbotix) \
 	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \

@@ -8,11 +8,11 @@
  * The handlers know their bus and their registers at compile time: a second bus costs RAM, not
  * cycles. The program calls cds_avr_clock_open() and sei() before it opens the bus.
  *
- * Other handlers of the program hold up those of the bus. At 1 Mbps a receive handler may wait 320
- * cycles before a byte is lost. A reply is lost when the transmit-complete handler waits longer
- * than the servo's return delay, register 0x05 x 32 cycles: raise that register, or begin longer
- * handlers with ISR_NOBLOCK. The handlers of other buses are among them: with three buses busy at
- * once, 5 (10 us) is enough.
+ * Other handlers of the program hold up those of the bus. At 1 Mbps they may hold interrupts off
+ * for 285 cycles at a time, entry and reti counted, before a byte is lost. A reply is lost when the
+ * transmit-complete handler waits longer than the servo's return delay, register 0x05 x 32 cycles:
+ * raise that register, or begin longer handlers with ISR_NOBLOCK. The handlers of other buses are
+ * among them: with three buses busy at once, 5 (10 us) is enough.
  *
  * The handlers change the enables. Change other pins of those ports by a constant bit each (sbi,
  * cbi) or with interrupts off, or an enable may be put back to where it was.
@@ -55,9 +55,8 @@ AVR_INLINE void cds_port_listen(uint8_t port)
  * line around before anything is saved. */
 #define CDS_AVR_BUS(bus, number) AVR_PASTE(AVR_HANDLERS_, AVR_BUS(number, _WIRING))(bus, number)
 
-/* Binds the board's BOARD_CLOCK_TIMER: its count, of its compare units A, B and C one for each bus,
- * and its overflow vector if anything in the program calls cds_port_now_us(). At file scope, once.
- */
+/* Binds the board's BOARD_CLOCK_TIMER: its count, its overflow vector, and of its compare units A,
+ * B and C one for each bus. At file scope, once. */
 #define CDS_AVR_CLOCK() struct cds_avr_clock cds_avr_clock;
 
 #endif

@@ -11,11 +11,6 @@
 
 #define AVR_CLOCK_SOON 20 // ticks: longer than it takes to set it
 
-/* In a program that never asks for the time, nobody counts; now.c has the one that does. */
-__attribute__((weak)) void cds_avr_clock_count_(void)
-{
-}
-
 void cds_avr_clock_open(void)
 {
     TIMER_CONTROL_B = TIMER_PRESCALE_8;

@@ -23,8 +23,7 @@ extern struct cds_avr_clock cds_avr_clock;
  * first bus is opened. */
 void cds_avr_clock_open(void);
 
-/* Has the overflows counted, where cds_port_now_us() is used; else does nothing. Main context, by
- * cds_avr_clock_open(). */
+/* Begins to count the overflows. Main context, by cds_avr_clock_open(). */
 void cds_avr_clock_count_(void);
 
 #ifdef __cplusplus

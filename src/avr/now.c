@@ -1,5 +1,4 @@
-/* cds_port_now_us(), and the count of overflows that it needs: a program that does not call it has
- * none of this, nor the interrupt. */
+/* cds_port_now_us(), and the count of overflows that it needs. */
 #include <avr/interrupt.h>
 #include <stdbool.h>
 

@@ -1,6 +1,5 @@
 """The firmware and programs linked with the library, in the simulator."""
 import re
-import subprocess
 import unittest
 
 from simulator import ROOT, Run, controller
@@ -109,11 +108,6 @@ class Programs(unittest.TestCase):
         self.assertEqual(figure["alarms"], 0)
         self.assertEqual(figure["sums"], 0)
         self.assertEqual(figure["laps"], 0)
-
-    def test_who_never_asks_for_the_time_has_no_interrupt_for_it(self):
-        for program, kind in [("atmega644p/bench/min", "W"), ("arbotix/controller", "T")]: # one chip
-            names = subprocess.check_output(["avr-nm", ROOT / f"build/{program}.elf"], text=True)
-            self.assertRegex(names, rf"(?m) {kind} __vector_15$", program) # TIMER1_OVF_vect
 
     def test_damaged_and_lost_bytes_are_counted_and_never_a_reply(self):
         run, figure = self.figures("line_errors", servos="1")
