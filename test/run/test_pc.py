@@ -41,6 +41,16 @@ class Program(unittest.TestCase):
         self.assertIn("pc:2: heard 0 bytes, not 6", output)
         self.assertEqual(output.count("said"), 1)
 
+    def test_stale_reply_is_not_passed_on_as_the_next_one(self):
+        """Two READs of a word, of a servo that answers 0.7 to 2 ms late: no reply, or none of the
+        two would know whose value it has."""
+        program = ("say FF FF 01 04 02 1E 02 D8\nsay FF FF 01 04 02 0C 02 EA\n"
+                   "hear 1 within 20\n")
+        for us in range(700, 2000, 50):
+            status, output = run(program, "--fault", f"turnaround 1 {us}")
+            self.assertEqual(status, 1, (us, output))
+            self.assertIn("pc:3: heard 0 bytes, not 1", output, us)
+
     def test_another_rate_than_the_boards_is_not_understood(self):
         status, output = run("baud 1000000\nsay FF FF 01 02 01 FB\nhear 6 within 20\n")
         self.assertEqual(status, 1, output)
