@@ -51,6 +51,7 @@ static void turn(void)
 {
     keeper_poll(&keeper);
     settings_save_poll(&store);
+    keeper.counts_stack = false; // as main does when it has counted
     cds_bus_poll(&bus);
     robot_poll(&robot);
     console_poll(&console);

@@ -4,22 +4,16 @@
 
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
-#include <stdbool.h>
 
-/* Sleeps until an interrupt, unless `busy(context)`, asked with interrupts off, says that there is
- * work: an interrupt between the question and the sleep would otherwise be slept through. */
-static inline void avr_idle(bool (*busy)(const void *context), const void *context)
+/* Sleeps until an interrupt. To be called with interrupts off, so that none comes between the
+ * caller's last look and the sleep: sei takes effect after the next instruction, which is the
+ * sleep. Interrupts are on when it returns. */
+static inline void avr_sleep(void)
 {
-    if (busy(context)) // asked first with interrupts on: a busy loop must not hold up a handler
-        return;
-    cli();
-    if (!busy(context)) {
-        sleep_enable();
-        sei(); // takes effect after the next instruction, the sleep
-        sleep_cpu();
-        sleep_disable();
-    }
+    sleep_enable();
     sei();
+    sleep_cpu();
+    sleep_disable();
 }
 
 #endif

@@ -27,7 +27,7 @@ __attribute__((naked, used, section(".init5"))) void avr_memory_paint(void)
                      : [paint] "n"(PAINT), [top] "n"(RAMEND + 1));
 }
 
-void memory_poll(struct memory *memory)
+bool memory_poll(struct memory *memory)
 {
     const volatile uint8_t *at = memory->at ? memory->at : BOTTOM;
     const volatile uint8_t *stop = at + MEMORY_STEP; // the stack above it ends every count
@@ -35,18 +35,11 @@ void memory_poll(struct memory *memory)
     while (at < stop && *at == PAINT)
         at++;
     memory->at = (const uint8_t *)at;
-    if (at < stop) {
-        memory->spare_bytes = (uint16_t)(at - BOTTOM);
-        memory->at = NULL;
-    }
-}
-
-void memory_count(struct memory *memory)
-{
+    if (at == stop)
+        return false;
+    memory->spare_bytes = (uint16_t)(at - BOTTOM);
     memory->at = NULL;
-    do
-        memory_poll(memory);
-    while (memory->at);
+    return true;
 }
 
 uint16_t memory_room_bytes(void)

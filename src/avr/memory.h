@@ -4,22 +4,21 @@
 #ifndef AVR_MEMORY_H
 #define AVR_MEMORY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-/* Bytes looked at in one call: about 300 cycles. */
-#define MEMORY_STEP 32
+/* Bytes looked at in one call: about 150 cycles, so that the bus is not held up. */
+#define MEMORY_STEP 16
 
 /* Zero it (static storage is). */
 struct memory {
     const uint8_t *at;    // where the count goes on, or NULL
-    uint16_t spare_bytes; // never used, as of the last count; 0 before the first is over
+    uint16_t spare_bytes; // never used, as of the last count
 };
 
-/* Counts on: `spare_bytes` is new every (RAM / MEMORY_STEP) calls. Main context. */
-void memory_poll(struct memory *memory);
-
-/* Counts at once: up to 5 ms with 8 KB of RAM. Main context. */
-void memory_count(struct memory *memory);
+/* Counts on. True: the count is over, after (RAM / MEMORY_STEP) calls at the most, and the next
+ * call begins another. Main context. */
+bool memory_poll(struct memory *memory);
 
 /* Returns the bytes that the variables leave to the stack. */
 uint16_t memory_room_bytes(void);

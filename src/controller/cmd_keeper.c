@@ -242,7 +242,10 @@ bool status_poll(struct console *console)
     struct writer *writer = &console->writer;
 
     switch (console->step) {
-    case 0: tell_reset(writer, console->keeper->reset_cause); return true;
+    case 0:
+        console->keeper->counts_stack = true;
+        tell_reset(writer, console->keeper->reset_cause);
+        return true;
     case 1: say_origin(console); return true;
     case 2: writer_line(writer, link_text(console->keeper)); return true;
     case 3: writer_line(writer, inhibit_text(console->keeper)); return true;
@@ -251,6 +254,12 @@ bool status_poll(struct console *console)
     case 6: writer_line_at(writer, TEXT_BUS_OK, cds_bus_state(console->bus)); return true;
     case 7: tell_servos(writer, &console->robot->crew); return true;
     case 8: tell_delays(writer, &console->robot->crew); return true;
-    default: tell_stack(writer, console->keeper); return false;
+    default:
+        if (console->keeper->counts_stack) {
+            console->step--; // this step once more
+            return true;
+        }
+        tell_stack(writer, console->keeper);
+        return false;
     }
 }

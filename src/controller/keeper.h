@@ -36,14 +36,15 @@ struct keeper {
     uint32_t heard_us;             // when the host was last heard
     const uint16_t *damaged_stops; // Ctrl-X found in damaged packets: host.h counts them
     uint16_t room_bytes;           // of RAM that the variables leave to the stack; main writes both
-    uint16_t spare_bytes;          // ... of them, never used; 0: not counted yet
+    uint16_t spare_bytes;          // ... of them, never used, as of the last count
     uint8_t reset_cause;           // enum keeper_reset bits
     uint8_t next;                  // servo of the robot whose alarms are looked at next
     uint8_t alarm_id;              // whose `alarm` it is
-    uint8_t alarm;  // to be told now: CDS_ERROR_* bits, or 0; who has told them clears them
-    bool watching;  // the host has been heard since the reset
-    bool link_lost; // until keeper_clear()
-    bool unsettled; // what the settings say of the bus is not in force yet
+    uint8_t alarm;     // to be told now: CDS_ERROR_* bits, or 0; who has told them clears them
+    bool watching;     // the host has been heard since the reset
+    bool link_lost;    // until keeper_clear()
+    bool unsettled;    // what the settings say of the bus is not in force yet
+    bool counts_stack; // `status` asks for a count of `spare_bytes`; main clears it when done
     uint8_t told[ROBOT_SERVOS]; // alarms told, of each servo
 };
 

@@ -67,14 +67,53 @@ CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
 AVR_SERIAL(controller.serial)
 
-static bool busy(const void *context)
+static bool busy(void)
 {
-    (void)context;
     return !console_idle(&controller.console) || !host_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
            controller.host_baud != controller.settings.host_baud ||
            !robot_idle(&controller.robot) || controller.keeper.unsettled ||
            controller.store.result == SETTINGS_SAVING;
+}
+
+/* The bytes that interrupt handlers change and that mean work, and the clock's overflows: what is
+ * due at a time is looked at with each of them. */
+struct marks {
+    uint8_t host_head, host_tail, host_broken, bus_head, bus_broken, overflows;
+};
+
+static inline struct marks marks_now(void)
+{
+    return (struct marks){
+        .host_head = controller.serial.rx.head,
+        .host_tail = controller.serial.tx.tail,
+        .host_broken = controller.serial.broken,
+        .bus_head = controller.bus.link.rx.head,
+        .bus_broken = controller.bus.link.broken,
+        .overflows = cds_avr_clock.overflows[0],
+    };
+}
+
+static inline bool are_same(struct marks a, struct marks b)
+{
+    return !((a.host_head ^ b.host_head) | (a.host_tail ^ b.host_tail) |
+             (a.host_broken ^ b.host_broken) | (a.bus_head ^ b.bus_head) |
+             (a.bus_broken ^ b.bus_broken) | (a.overflows ^ b.overflows));
+}
+
+/* Sleeps unless there is work. busy() takes longer than a handler may wait, so it is asked with
+ * interrupts on. An interrupt behind the question has changed a mark: only these are compared with
+ * interrupts off. While the bus has a request, busy() is true: the state of its link is no mark. */
+static void idle(void)
+{
+    struct marks before = marks_now();
+
+    if (busy())
+        return;
+    cli();
+    if (are_same(before, marks_now()))
+        avr_sleep();
+    sei();
 }
 
 static uint16_t divisor_of(uint8_t baud)
@@ -118,9 +157,10 @@ static void keep(void)
     }
     keeper_poll(keeper);
     settings_save_poll(&controller.store);
-    if (!controller.bus.request) // it takes longer than all else here
-        memory_poll(&controller.memory);
-    keeper->spare_bytes = controller.memory.spare_bytes;
+    if (keeper->counts_stack && memory_poll(&controller.memory)) {
+        keeper->spare_bytes = controller.memory.spare_bytes;
+        keeper->counts_stack = false;
+    }
 }
 
 static void begin_keeper(void)
@@ -132,7 +172,6 @@ static void begin_keeper(void)
     keeper->robot = &controller.robot;
     keeper->damaged_stops = &controller.host.counters.stops;
     keeper->room_bytes = memory_room_bytes();
-    memory_count(&controller.memory);
     keeper_begin(keeper, avr_reset_cause);
     keeper_follow(keeper);
 }
@@ -278,9 +317,9 @@ __attribute__((noinline)) static void turn(void)
         return;
     if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
         poll_console();
-    if (controller.turns % KEPT_TURNS == 0 || !busy(NULL)) // in none of the console's
+    if (controller.turns % KEPT_TURNS == 0 || !busy()) // in none of the console's
         keep();
-    avr_idle(busy, NULL);
+    idle();
 }
 
 int main(void)

@@ -353,6 +353,16 @@ class Memory(unittest.TestCase):
             self.assertGreater(room - spare, 40)
             self.assertGreater(spare, 400, board)
 
+    def test_status_counts_the_stack_when_asked(self):
+        """The figure is as deep right behind a command as it is 20 s later."""
+        goals = " ".join(f"{n}:{n},2" for n in range(1, 19))
+        for board in BOARDS:
+            run = controller(f"status\nsync GOAL_POSITION 2 {goals}\nread 1 0 50\nstatus\n"
+                             "@wait 20000\nstatus\n", board, "1-18", "--echo")
+            before, behind, later = map(int, re.findall(r"^stack: (\d+) of", run.output, re.M))
+            self.assertEqual(behind, later, board)
+            self.assertLess(behind, before, board)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -41,6 +41,16 @@ class Program(unittest.TestCase):
         self.assertIn("pc:2: heard 0 bytes, not 6", output)
         self.assertEqual(output.count("said"), 1)
 
+    def test_byte_that_comes_before_the_sleep_is_answered_at_once(self):
+        """The end of a line, at each microsecond behind the byte before it: the firmware asks whether
+        there is work, and falls asleep. The next interrupt may be 33 ms away. HOST_BAUD of the
+        virtual device is 1: 1 Mbps, where a byte takes 10 us."""
+        program = "say FF FF FD 04 03 04 01 F6\nhear 6\nwait 6000\nbaud 1000000\nwait 10000\n"
+        program += "".join(f"say 70 69 6E 67 20 31\nwait {us}\nsay 0A\nhear 4 within 3\nwait 1000\n"
+                          for us in range(1, 400))
+        status, output = run(program)
+        self.assertEqual(status, 0, output[-1000:])
+
     def test_stale_reply_is_not_passed_on_as_the_next_one(self):
         """Two READs of a word, of a servo that answers 0.7 to 2 ms late: no reply, or none of the
         two would know whose value it has."""
