@@ -2,16 +2,14 @@
 """What the library costs, measured in the simulator (measure.py), beside the limits and goals of
 test/bench/rows.tsv. Exact cycle counts: two runs agree to the digit.
 
-usage: bench.py [--only ROW,...] [--known] [--program NAME=ELF]... [--jobs N] [--out FILE]
+usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
        bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
        bench.py --docs [--check]    the tables of docs/performance.md and README.md anew, from FILE;
                                runs nothing. --check: changes nothing, exit 1 if they are out of date
 
 Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
 wrong. --only runs what these rows need: isr_* then come of the program for them alone, of all programs
-otherwise. --known: a row of test/bench/over.tsv, which is over its limit and known to be, passes up to
-what stands there, and fails as soon as it keeps its limit, so that it is struck off. --program: another
-ELF in place of a program, as in bench/read=build/atmega128/x.elf.
+otherwise. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
 """
 import argparse
 import concurrent.futures
@@ -25,7 +23,6 @@ import blocks
 from measure import JOBS, MHZ, ROOT, Run, Wrong, scaling_points, worst
 
 ROWS = ROOT / "test/bench/rows.tsv"
-OVER = ROOT / "test/bench/over.tsv"
 COLUMNS = "name board value unit sense limit goal floor".split()
 
 
@@ -111,25 +108,7 @@ def bench(arguments):
     over = [row["name"] for row in rows if exceeds(row, values.get(row["name"]), "limit")]
     if over:
         print("over the limit: " + " ".join(over))
-    if arguments.known:
-        over = list(misjudged(rows, over, values))
-        for text in over:
-            print("FAILED: " + text)
     return 1 if over or wrong else 0
-
-
-def misjudged(rows, over, values):
-    """Of the rows over their limit those that are not known to be so, or have grown; and of those known
-    the ones that keep it now."""
-    known = {row["name"]: row["most"] for row in records(OVER)}
-    for row in rows:
-        name = row["name"]
-        if name in over and name not in known:
-            yield f"{name} is over its limit"
-        elif name in over and exceeds({**row, "most": known[name]}, values.get(name), "most"):
-            yield f"{name} is over its limit, and over the {known[name]} of {OVER.name} too"
-        elif name in known and name not in over:
-            yield f"{name} keeps its limit: strike it off {OVER.name}"
 
 
 # ---- how the cost grows -----------------------------------------------------------------------------
@@ -203,7 +182,6 @@ def main():
     parser.add_argument("--scaling", action="store_true")
     parser.add_argument("--docs", action="store_true")
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--known", action="store_true")
     arguments = parser.parse_args()
     Run.programs = dict(one.split("=", 1) for one in arguments.program)
     return (scaling if arguments.scaling else document if arguments.docs else bench)(arguments)

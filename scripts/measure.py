@@ -49,14 +49,14 @@ class Run:
     programs = {}  # --program
 
     def __init__(self, elf, *options, board="atmega128", servos="1", eeprom=None, good=True,
-                 keep=None):
+                 keep=None, talks=True):
         self.board = board.split("/")[-1]
         elf = self.programs.get(elf, f"build/{self.board}/{elf}.elf")
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             command = [SIM, "firmware", ROOT / elf, "--board", board, "--servos", servos, "--times",
                        folder / "times", "--transcript", folder / "transcript", *options]
-            if "--host" not in options:
+            if talks and "--host" not in options and "--script" not in options:
                 command += ["--host", "stdout"]
             if eeprom is not None:
                 kept = bytes(eeprom).ljust(EEPROM_SIZE[self.board], b"\xff")
@@ -227,15 +227,15 @@ def host_traffic(seconds):
         yield f"wait {wait_us}"
 
 
-def flooded(n, seconds):
-    """The firmware with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
+def flooded(n, seconds, elf="program/flood", board="atmega128"):
+    """A firmware, here that with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
     lines = ["say " + packet(BROADCAST, WRITE, [REG_RETURN_DELAY, n]).hex(" "), "wait 10000",
              "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
              "baud 1000000", "wait 10000", *host_traffic(seconds), "wait 1000"]
     with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
         program.write("\n".join(lines) + "\n")
         program.flush()
-        return Run("program/flood", "--host", program.name, servos="1-18", good=False)
+        return Run(elf, "--host", program.name, board=board, servos="1-18", good=False)
 
 
 @functools.lru_cache
@@ -254,6 +254,49 @@ def run_loaded():
 
 
 LOADED = threading.Lock()  # one job measures it, the others wait for that
+
+
+# Commands of every kind, with pauses in which the firmware sleeps. A return delay of 20 us bears the
+# handlers of the host link beside those of the bus.
+COMMANDS = """write 254 RETURN_DELAY 10
+scan
+settings link_loss_ms 5000
+save
+@wait 300
+status
+@wait 100
+read 1 0 50
+sync GOAL_POSITION 2 1:1,2 2:2,2 3:3,2
+@wait 50
+diagnose 1
+@wait 50
+stop
+@wait 200
+clear
+help
+ping 1
+@wait 100
+"""
+
+
+def shipped(name, *boards):
+    """The longest time with interrupts off in each firmware that is shipped: commands, pauses, and two
+    seconds of a host that never stops."""
+    longest = 0
+    for board in boards:
+        if board == "arduino-uno":  # no host link: its firmware is an example
+            runs = [Run("controller", "--seconds", "3", board=board, servos="1,2", talks=False)]
+        else:
+            with tempfile.NamedTemporaryFile("w") as script:
+                script.write(COMMANDS)
+                script.flush()
+                told = Run("controller", "--script", script.name, board=board, servos="1-18")
+            told.check(len(told.sent) > 300, "not all commands were carried out")
+            runs = [told, flooded(10, 2, "controller", board)]
+        for run in runs:
+            run.check(run.sent, "nothing was sent")
+            longest = max(longest, run.off)
+    return {name: longest}
 
 
 def return_delay_needed():
@@ -336,8 +379,7 @@ def size():
     run.check(sent == [(1, 6), (2, 8), (3, 9), (0x83, 98)], f"it sends {sent}")
     least = sizes(ROOT / "build/atmega644p/bench/min.elf")
     whole = sizes(ROOT / "build/atmega128/controller.elf")
-    return {"min_flash": least[0], "min_ram": least[1],
-            "console_flash": whole[0], "console_ram": whole[1]}
+    return {"min_flash": least[0], "min_ram": least[1], "console_ram": whole[1]}
 
 
 def handlers(board, suffix=""):
@@ -360,6 +402,8 @@ JOBS = {
     "two_mbps": two_mbps,
     "polls": polls,
     "bulk": bulk,
+    "shipped": lambda: shipped("irq_off_max", "atmega128", "arduino-mega", "cm510", "arduino-uno"),
+    "shipped_tied": lambda: shipped("irq_off_max_tied", "arbotix"),
     "handlers": lambda: handlers("atmega128"),
     "handlers_2560": lambda: handlers("arduino-mega", "_2560"),
     "handlers_tied": lambda: handlers("arbotix", "_tied"),

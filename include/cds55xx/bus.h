@@ -285,8 +285,8 @@ uint8_t cds_bus_begin_(struct cds_bus *bus);
 uint8_t cds_bus_begin_judged_(struct cds_bus *bus); // ... of what the observer has admitted already
 uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
 
-/* The first request, which was found good, is sent if the line and old answers let it, else it
- * waits for them. False: it has waited for too long. */
+/* The first request, which was found good, is sent if the line is quiet and the bus does not rest,
+ * else it waits. False: it has waited for too long. */
 bool cds_bus_begin_turn_(struct cds_bus *bus);
 void cds_bus_wait_for_turn_(struct cds_bus *bus); // from the next poll on
 

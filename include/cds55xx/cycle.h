@@ -10,7 +10,8 @@
  *             cds_cycle_goal() for each servo that is to go elsewhere, then cds_cycle_commit();
  *     }
  *
- * A READ begins only if the bus is free and it surely ends before the next period, answered or not.
+ * A READ begins only if the bus is free and does not rest (cds_bus_rests()) and if the READ surely
+ * ends before the next period, answered or not.
  * So the application's own requests go before READs, and urgent ones before all but the one in
  * flight; one that is not over when a period begins holds up its goals until it is. The true return
  * delay of the servos, told by cds_bus_set_return_delay(), makes room for more READs.
@@ -137,9 +138,10 @@ void cds_cycle_stop(struct cds_cycle *cycle);
 bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
 
 /* Asks for the bus between READs, for an exchange of the caller's that lasts at most `us`
- * microseconds. True: submit it now, it ends before the next period. False: ask again with each
- * turn of the main loop; no READ begins until the next period meanwhile, so that the turn comes. If
- * `us` is above cds_cycle_room_us() it never does, and READs go on. */
+ * microseconds. True: submit it now, it ends before the next period. False, also while the bus
+ * rests (cds_bus_rests()): ask again with each turn of the main loop; no READ begins until the next
+ * period meanwhile, so that the turn comes. If `us` is above cds_cycle_room_us() it never does, and
+ * READs go on. */
 bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us);
 
 /* The longest exchange, in microseconds, for which cds_cycle_gives_way() can ever be true; 0 if

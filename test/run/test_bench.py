@@ -77,49 +77,6 @@ run 9000 700 0
 """
 
 
-class Known(unittest.TestCase):
-    """Rows that are over their limit, and known to be."""
-
-    ROWS = [{"name": name, "limit": "100", "sense": "max"} for name in "abcd"]
-
-    def misjudged(self, **values):
-        kept = bench.OVER
-        with tempfile.NamedTemporaryFile("w") as file:
-            file.write("name\tmost\twhy\na\t120\t-\nb\t120\t-\n")
-            file.flush()
-            bench.OVER = pathlib.Path(file.name)
-            try:
-                over = [row["name"] for row in self.ROWS
-                        if bench.exceeds(row, values[row["name"]], "limit")]
-                return list(bench.misjudged(self.ROWS, over, values))
-            finally:
-                bench.OVER = kept
-
-    def test_what_is_known_passes_up_to_what_stands_there(self):
-        self.assertEqual(self.misjudged(a=101, b=120, c=100, d=0), [])
-
-    def test_what_has_grown_fails(self):
-        self.assertRegex(self.misjudged(a=121, b=120, c=100, d=0)[0], "^a is over its limit, and over")
-
-    def test_what_is_not_known_fails(self):
-        self.assertEqual(self.misjudged(a=101, b=101, c=101, d=0), ["c is over its limit"])
-
-    def test_what_keeps_its_limit_must_be_struck_off(self):
-        self.assertRegex(self.misjudged(a=101, b=100, c=100, d=0)[0], "^b keeps its limit")
-
-    def test_a_row_without_a_value_is_over_all(self):
-        self.assertEqual(len(self.misjudged(a=None, b=101, c=None, d=0)), 2)
-
-    def test_every_known_row_is_one_and_bench_itself_does_not_know_it(self):
-        with open(bench.ROWS) as rows, open(bench.OVER) as over:
-            limits = {row["name"]: row["limit"] for row in csv.DictReader(rows, delimiter="\t")}
-            for row in csv.DictReader(over, delimiter="\t"):
-                self.assertGreater(int(row["most"]), int(limits[row["name"]]))
-        status, output, _ = run("--only", "console_flash")
-        self.assertEqual(status, 1, output)
-        self.assertEqual(run("--only", "console_flash", "--known")[0], 0)
-
-
 class Documents(unittest.TestCase):
     def test_a_stale_table_is_found_and_nothing_is_written(self):
         before = [(ROOT / path).read_text() for path in ("README.md", "docs/performance.md")]
