@@ -447,8 +447,8 @@ void test_one_that_is_away_stays_in_and_is_left_out_when_it_is_back(void)
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
 }
 
-/* The bus waits 508 us, and each of these 0: a READ in vain takes 350 us, and the bus rests for 1900
- * us behind it: four READs in five periods of 2 ms. */
+/* The bus waits 508 us, and each of these 0: a READ in vain takes 350 us, and the bus rests for
+ * 1900 us behind it: four READs in five periods of 2 ms. */
 void test_a_read_in_vain_is_on_the_wire_for_as_long_as_it_was_waited_for(void)
 {
     cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
