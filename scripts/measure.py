@@ -227,15 +227,25 @@ def host_traffic(seconds):
         yield f"wait {wait_us}"
 
 
+def keep_return_delay(folder, n):
+    """Has servos 1 to 18 keep this return delay, without the controller: it refuses 0."""
+    script = folder / "delay.script"
+    script.write_text("@send " + packet(BROADCAST, WRITE, [REG_RETURN_DELAY, n]).hex(" ")
+                      + f"\n@expect servo 1-18 RETURN_DELAY {n}\n")
+    subprocess.run([SIM, "bus", "--servos", "1-18", "--state", folder, "--script", script],
+                   cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+
+
 def flooded(n, seconds, elf="program/flood", board="atmega128"):
     """A firmware, here that with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
-    lines = ["say " + packet(BROADCAST, WRITE, [REG_RETURN_DELAY, n]).hex(" "), "wait 10000",
+    lines = ["wait 10000",
              "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
              "baud 1000000", "wait 10000", *host_traffic(seconds), "wait 1000"]
-    with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
-        program.write("\n".join(lines) + "\n")
-        program.flush()
-        return Run(elf, "--host", program.name, board=board, servos="1-18", good=False)
+    with tempfile.TemporaryDirectory() as folder:
+        program = pathlib.Path(folder, "program.pc")
+        program.write_text("\n".join(lines) + "\n")
+        keep_return_delay(pathlib.Path(folder), n)
+        return Run(elf, "--host", program, "--state", folder, board=board, servos="1-18", good=False)
 
 
 @functools.lru_cache

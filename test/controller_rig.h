@@ -84,6 +84,7 @@ static void turn(void)
         keeper_heard(&keeper);
     heard = input.head;
     keeper_poll(&keeper);
+    keeper.counts_stack = false; // as main does when it has counted
     if (bus.link.state == CDS_LINK_TALKING && port_fake_transmit(&bus.link, 0)) {
         if (on_packet)
             on_packet(port_fake.sent, port_fake.sent_size);
