@@ -421,6 +421,8 @@ CDS_APART static enum cds_result judge_block(struct cds_roster *roster, uint8_t 
 {
     struct cds_part part = {{data, address, length}, id, CDS_SYNC_WRITE};
 
+    if (roster->inhibited && cds_span_drives(&part.span))
+        return CDS_HELD;
     return judge_part(roster, &part, &id);
 }
 
@@ -431,9 +433,8 @@ enum cds_result cds_roster_admit_block(struct cds_bus_observer *observer, uint8_
     uint8_t next = (uint8_t)(roster->last + 1u);
     const struct cds_roster_servo *servo;
 
-    if (roster->inhibited && cds_span_drives(&(struct cds_span){data, address, length}))
-        return CDS_HELD;
-    if (roster->ambiguous || address != CDS_REG_GOAL_POSITION || length != CDS_GOAL_SIZE)
+    if (roster->ambiguous || roster->inhibited || address != CDS_REG_GOAL_POSITION ||
+        length != CDS_GOAL_SIZE)
         return judge_block(roster, id, address, data, length);
     if (next >= roster->count) // by the short way: 50 of them in 4 ms
         next = 0;

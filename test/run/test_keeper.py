@@ -154,7 +154,7 @@ class Settings(unittest.TestCase):
             first = at_57600(FIRST) if board == "cm510" else FIRST
             output = self.run_script(change(first) + "settings bus_baud 1\nping 1\n"
                                      "settings link_loss_action 2\nsettings link_loss_ms 20\nsave\n"
-                                     "@wait 200\nstatus\n@expect text torque off: all\n", board)
+                                     "@wait 200\nstatus\n@expect text torque off: read back of all 1 known\n", board)
             save = output.index("> save")
             bus = [m.start() for m in re.finditer(f"{TORQUE_OFF}|FF FF 01 04 02 18 01 DF", output)]
             self.assertEqual(len(bus), 4, f"{board}: {output}")
@@ -211,7 +211,7 @@ class HostLink(unittest.TestCase):
                 self.START + "settings link_loss_action 2\n@wait 1\n" +
                 f"@expect packet in {TORQUE_OFF}\n" * 3 +
                 "@expect servo 1-2 torque off\n@wait 20\nstatus\n@expect text host link: lost\n"
-                "@expect text torque off: all\n! write 1 TORQUE_ENABLE 1\n! write 2 GOAL_POSITION 1\n"
+                "@expect text torque off: read back of all 2 known\n! write 1 TORQUE_ENABLE 1\n! write 2 GOAL_POSITION 1\n"
                 "@expect servo 1-2 torque off\nclear\nwrite 1 TORQUE_ENABLE 1\n"
                 "@expect servo 1 torque on\n", board)
             self.assertEqual(run.output.count("02 18 01 "), 2) # a READ of each
@@ -223,7 +223,7 @@ class HostLink(unittest.TestCase):
 
     def test_a_dead_servo_is_not_said_to_be_off(self):
         run = self.run_script(self.START + "settings link_loss_action 2\n@power 2 off\n@wait 200\nstatus\n"
-                              "@expect text torque off: not known of all\n", "atmega128")
+                              "@expect text torque off: not read back of all 2 known\n", "atmega128")
         self.assertEqual(run.output.count(TORQUE_OFF), 3)
 
     def test_a_loss_that_is_only_shown(self):
@@ -345,7 +345,7 @@ class Memory(unittest.TestCase):
             # a return delay that bears the handlers of the host link beside the bus
             run = controller(f"write 254 RETURN_DELAY 10\nsettings link_loss_ms 50\nsettings link_loss_action 2\nread 1 0 50\n"
                              f"sync GOAL_POSITION 2 {goals}\nsave\n@wait 200\nclear\nhelp\nalarms\n"
-                             "! action 1\nreset 2\n@wait 50\nstatus\n", board, "1-18", "--echo")
+                             "! action 1\n! reset 2\n@wait 50\nstatus\n", board, "1-18", "--echo")
             self.assertEqual(run.status, 0, run.output)
             spare, room = map(int, re.search(r"^stack: (\d+) of (\d+) bytes never used$", run.output,
                                              re.M).groups())

@@ -23,7 +23,7 @@ HERE, AWAY, BACK = 1, 2, 3  # enum cds_presence
 LOST, STOPPED = 1, 2  # CDS_HOLD_*
 BROADCAST = 0xFE
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
-TORQUE_ENABLE, LED, GOAL_POSITION = 0x18, 0x19, 0x1E
+TORQUE_ENABLE, LED, GOAL_POSITION, REGISTERED = 0x18, 0x19, 0x1E, 0x2C
 
 Packet = collections.namedtuple("Packet", "us id instruction address data")
 
@@ -68,7 +68,9 @@ class Safety(unittest.TestCase):
         release = next(at for at, packet in enumerate(run.sent)
                        if packet[1:] == (BROADCAST, WRITE, LED, b"\1"))
         self.assertEqual(run.sent[first:first + 3], told)  # three, nothing between, no other
-        self.check_silence_behind(run.sent[first + 3:release], servos, dead)
+        self.assertEqual(run.sent[first + 3:first + 6],
+                         [packet for packet in run.sent if packet[1:] == (BROADCAST, WRITE, REGISTERED, b"\0")])
+        self.check_silence_behind(run.sent[first + 6:release], servos, dead)
         # in the order in which they were submitted: PING 1, torque on, an urgent goal, PING 3
         self.assertEqual([value for name, value in stop if name == "waiting"], [OK, HELD, HELD, OK])
         self.assertIn((3, PING), [packet[1:3] for packet in run.sent[first + 3:release]])
@@ -82,7 +84,7 @@ class Safety(unittest.TestCase):
         return run.sent, first
 
     def check_silence_behind(self, sent, servos, dead):
-        """What is sent from the third broadcast on until the release: looks, and torque off."""
+        """What is sent behind the broadcasts until the release: looks, and torque off."""
         looks, offs = collections.Counter(), collections.Counter()
         for packet in sent:
             if packet.instruction == WRITE:
