@@ -143,11 +143,13 @@ static void servos_hear(struct cds_bus *bus)
     port_fake_answer(&bus->link, who, error, data, count);
 }
 
-/* One turn of the main loop but for polling: what is being sent leaves and is heard, or 20 us pass.
- */
+/* One turn of the main loop but for polling: what is being sent leaves and is heard, or 20 us pass;
+ * 200 us if a request waits for the end of a rest. */
 static inline void servos_turn(struct cds_bus *bus)
 {
-    port_fake.now_us += 20;
+    bool rests = bus->rests && bus->request && !cds_bus_is_in_flight_(bus);
+
+    port_fake.now_us += rests ? 200 : 20;
     if (bus->link.state != CDS_LINK_TALKING || !port_fake_transmit(&bus->link, 0))
         return;
     port_fake.now_us += (uint32_t)port_fake.sent_size * (port_fake.bauds[0] + 1u) * 5;

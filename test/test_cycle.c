@@ -233,6 +233,18 @@ void test_an_unanswered_read_never_delays_the_goals(void)
     }
 }
 
+void test_gives_way_is_false_while_the_bus_rests(void)
+{
+    dead = 4; // the first one
+    begin_with_goals();
+    run_to(GOALS_US + 400);
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_NULL(bus.request);
+    TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, 100));
+    port_fake.now_us += CDS_STALE_REPLY_US;
+    TEST_ASSERT_TRUE(cds_cycle_gives_way(&cycle, 100));
+}
+
 void test_reads_are_not_repeated(void)
 {
     cds_bus_set_repeats(&bus, 2);

@@ -62,6 +62,7 @@ static void assert_given_back(void)
 
 void tearDown(void)
 {
+    TEST_ASSERT_FALSE(request.skips_rest);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 

@@ -54,6 +54,7 @@ static enum cds_result run(void)
         cds_bus_poll(&bus);
     }
     TEST_ASSERT_EQUAL_UINT16(2, bus.return_delay_us);
+    TEST_ASSERT_FALSE(request.skips_rest); // the caller's next READ must not
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(1, servos.writes);
     TEST_ASSERT_EQUAL_UINT8(servos.writes, identity.written);
     TEST_ASSERT_EQUAL_UINT8(bus.baud, port_fake.bauds[0]);

@@ -27,6 +27,7 @@ void setUp(void)
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    TEST_ASSERT_FALSE(request.skips_rest); // the caller's next READ must not
     if (scan.result != CDS_BAD_ARGUMENT) {
         TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
         TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[0]);
@@ -74,6 +75,17 @@ void test_all_ids_at_1_mbps_within_300_ms_and_first_and_last_are_found(void)
     TEST_ASSERT_EQUAL_UINT16(254, servos.packets);
     TEST_ASSERT_EQUAL_UINT16(254, scan.asked);
     TEST_ASSERT_EQUAL_UINT16(254, scan.total);
+}
+
+void test_scan_on_a_bus_opened_again_gives_back_the_request(void)
+{
+    while (!cds_bus_is_in_flight_(&bus))
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+    TEST_ASSERT_TRUE(request.skips_rest);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_return_delay(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_scan_poll(&scan));
+    TEST_ASSERT_FALSE(request.skips_rest);
 }
 
 void test_listed_rates_are_the_default_and_details_are_read(void)

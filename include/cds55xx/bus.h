@@ -91,8 +91,8 @@ struct cds_request {
     uint8_t id;      // who answered (of interest after a broadcast PING)
     uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
     uint8_t length;  // parameters received; 0 if the servo refused
-    bool skips_rest; // true: sent in a rest too (cds_bus_rests()). For a scan, which asks each ID
-                     // once: so the ID tells a stale reply from the reply that is due
+    bool skips_rest; // true: sent in a rest too (cds_bus_rests()). For a request to which a stale
+                     // reply does no harm: a scan asks each ID once, so the ID tells it apart
 };
 
 /* A request over `buffer`, an array of the caller's that holds the packet and the reply. All

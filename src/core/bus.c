@@ -622,7 +622,7 @@ CDS_APART static bool end_well(struct cds_bus *bus)
  * nothing behind it, or a line never quiet would let the deadline slip. */
 static SELDOM bool look_at_deadline(struct cds_bus *bus)
 {
-    if (!is_over(bus))
+    if (bus->laps && !is_over(bus))
         return true;
     if (bus->link.state != CDS_LINK_LISTENING) {
         cds_link_abort(&bus->link, bus->port);

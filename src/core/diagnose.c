@@ -143,9 +143,12 @@ static void ask(struct cds_diagnose *diagnose)
     const struct cds_packet *packet = &diagnose->request->packet;
     enum cds_result submitted;
 
-    diagnose->head = diagnose->bus->link.rx.head;
-    if (diagnose->phase == HASTE)
+    if (diagnose->phase == HASTE) {
+        if (cds_bus_rests(diagnose->bus, cds_port_now_us()))
+            return; // this return delay holds only for a question that begins at once
         cds_bus_set_return_delay(diagnose->bus, diagnose->return_delay_us);
+    }
+    diagnose->head = diagnose->bus->link.rx.head;
     diagnose->request->vetted = true; // looking is always allowed, and must not wait less than told
     diagnose->request->skips_rest = diagnose->phase == SEEK; // each ID is asked once
     submitted = submit(diagnose);

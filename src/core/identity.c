@@ -270,6 +270,7 @@ static void finish(struct cds_identity *identity, uint8_t result)
 {
     if (cds_operation_has(identity->bus)) // else it is somebody else's
         cds_bus_set_return_delay(identity->bus, identity->return_delay_us);
+    identity->request->skips_rest = false;
     identity->result = result;
     identity->phase = OVER;
 }
@@ -284,6 +285,14 @@ static void refused(struct cds_identity *identity, enum cds_result result)
     settle(identity, state, result);
 }
 
+/* Does a stale reply do no harm? Behind another look at the same place it says the same as the
+ * reply that is due. The first look at a place comes behind those at another one, whose replies
+ * differ in ID or rate: but not behind the write, whose own reply may be late. */
+static bool skips_rest(const struct cds_identity *identity)
+{
+    return identity->looks > 0 || (identity->phase < CHANGE && !same_place(identity));
+}
+
 static void go_on(struct cds_identity *identity)
 {
     const struct cds_identity_place *at = place(identity);
@@ -296,6 +305,7 @@ static void go_on(struct cds_identity *identity)
         finish(identity, identity->reason);
         return;
     }
+    identity->request->skips_rest = skips_rest(identity);
     submitted = identity->phase == CHANGE ? change(identity)
                                           : cds_servo_ping(bus, identity->request, at->id);
     identity->in_flight = submitted == CDS_OK;

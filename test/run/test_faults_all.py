@@ -9,7 +9,7 @@ import unittest
 
 from simulator import ROOT
 
-ROWS = 45
+ROWS = 47
 
 
 class Part(unittest.TestCase):

@@ -31,7 +31,8 @@ class Setup(unittest.TestCase):
         self.assertEqual(self.change(), (CHANGED, OK, [1, 42, 253]))
         self.assertEqual(self.figure["asked"], 254)
         self.assertLess(self.figure["scan_us"], 300000)
-        self.assertLess(self.figure["change_us"], 6000)
+        # seven PINGs, of which six are silent for 0.73 ms each, the write, and one rest of 1.4 ms
+        self.assertLess(self.figure["change_us"], 7000)
 
     def test_any_one_packet_to_the_servo_lost(self):
         for packet in range(SCAN_IN + 1, SCAN_IN + 11):
