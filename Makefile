@@ -193,10 +193,13 @@ port:
 ## fuses: write the fuses of BOARD with avrdude: needed once on a new ATmega128
 .PHONY: fuses
 fuses: tools
-	$(if $(filter as-shipped,$(FUSES)),@echo 'the fuses of $(BOARD) are right as shipped: nothing to write'; false)
+ifneq ($(filter as-shipped,$(FUSES)),)
+	@echo 'the fuses of $(BOARD) are right as shipped: nothing to write'
+else
 	$(if $(filter -U,$(FUSES)),,@echo 'the right fuses of $(BOARD) are not known: nothing is written; look them up in the' \
 	  'documents of the board, then set FUSES in boards/$(BOARD)/board.mk'; false)
 	@scripts/avrdude.sh '$(PORT)' -p $(MCU) -c $(PROGRAMMER) $(FUSES)
+endif
 
 # ---- host: the simulator, build/host/cds55xx-sim ---------------------------------------------------
 
@@ -441,10 +444,11 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 	@test/run/cycle.py 60
 
-## fuzz: 10 million random bytes, 1 million damaged lines and packets for the host link, sanitized
+## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited
 .PHONY: fuzz
-fuzz: build/host/test/fuzz
-	@$< 10000000 1000000
+fuzz: $(RANDOM_TESTS:%=build/host/test/%)
+	@build/host/test/fuzz 10000000 1000000
+	@build/host/test/inhibit_random 1000000
 
 ## session: a first session with the console of an atmega128, as it stands on the terminal
 .PHONY: session

@@ -40,5 +40,8 @@ status=0
 timeout --foreground "$LIMIT_S" avrdude -P "$port" "$@" || status=$?
 if [ "$status" = 124 ]; then
     echo "avrdude is ended after $LIMIT_S s; plug the board or programmer in again, and repeat the command" >&2
+elif [ "$status" != 0 ]; then
+    echo "avrdude failed: look whether the programmer is plugged in and its driver lets $(id -un) use it;" \
+        "make ... PROGRAMMER=name PORT=port names another one" >&2
 fi
 exit "$status"

@@ -108,7 +108,7 @@ remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help
 - **Ctrl-X stops the robot**, wherever it comes and ahead of everything: torque off everywhere, looked
   at servo by servo, and nothing drives a servo until `release` ([safety.md](safety.md)). What was typed
   before it is dropped, a command under way ends as `error 54`, and the reply is that of `stop`.
-- `scan`, `diagnose` and `monitor` end with any key.
+- `scan`, `diagnose` and `monitor` end with any key. The firmware of the ArbotiX has no `diagnose` (error 55).
 - Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. Without a unit the one that `get` shows
   is meant; `raw` is the register as it is ([registers.md](registers.md)). Those that a unit cannot
   tell apart to the last digit go to the nearest register value.

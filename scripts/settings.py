@@ -18,7 +18,7 @@ def main():
         name, size, initial, lowest, highest, unit, what = row
         what = "".join(re.findall(r'"([^"]*)"', what))
         print(f"| {number} | `{name}` | {size} | {initial} | {lowest} to {highest} | {unit} | {what} |")
-    print("\nA new value counts at once, but is kept only by `save`: a host baud rate that the PC cannot do is")
+    print("\nA new value counts at once (`host_baud` from 4 ms behind its `ok` on: wait 10 ms before the next byte), but is\nkept only by `save`: a host baud rate that the PC cannot do is")
     print("gone when the power has been off. `defaults` brings back those above, unsaved.\n")
     print("""A saved `host_baud` that no terminal can do is undone with three presses of Enter after a reset, at the
 board's own rate: [console.md](console.md#if-the-console-no-longer-answers). `host_baud` is then 255, and `save`

@@ -16,7 +16,7 @@
 #define PACKET_MAX 64
 
 static bool inhibited; // by the sequence of inputs, not by what the firmware says
-static uint32_t judged, driving, drove, kind;
+static uint32_t judged, driving, drove, kind, rounds, first_seed;
 
 /* ---- the judge ---- */
 
@@ -46,10 +46,12 @@ static bool packet_drives(const uint8_t *bytes, size_t size)
     case 0x83:
         if (size <= 8)
             return false;
-        for (const uint8_t *block = parameters + 2; block + 1 + parameters[1] <= end;
-             block += 1 + parameters[1])
-            if (data_drives(parameters[0], block + 1, parameters[1]))
+        for (const uint8_t *block = parameters + 2; block < end; block += 1 + parameters[1]) {
+            size_t left = (size_t)(end - block - 1); // of the last block there may be a part only
+
+            if (data_drives(parameters[0], block + 1, left < parameters[1] ? left : parameters[1]))
                 return true;
+        }
         return false;
     default: return true;
     }
@@ -64,7 +66,7 @@ static void judge(const uint8_t *bytes, size_t size)
     if (!drives || !inhibited)
         return;
     drove++;
-    printf("kind %u, seed %u: drives while inhibited:", kind, seed);
+    printf("seed %u, round %u, kind %u: drives while inhibited:", first_seed, rounds, kind);
     for (size_t i = 0; i < size; i++)
         printf(" %02X", bytes[i]);
     printf("\n");
@@ -120,7 +122,7 @@ static size_t any_packet(uint8_t *to)
     if (instruction == 0x83) {
         id = any(10) ? 254 : id;
         parameters[1] = (uint8_t)each;
-        count = 2 + (1 + each) * any(6) + (any(8) == 0);
+        count = 2 + (1 + each) * any(6) + (any(4) ? 0 : any(5));
         for (size_t i = 0; i < 6; i++)
             parameters[2 + i * (1 + each)] = any_id();
     }
@@ -172,13 +174,13 @@ static size_t any_line(uint8_t *to)
         "settings repeats 2",
         "release 1",
     };
-    int length = sprintf((char *)to, lines[any(sizeof lines / sizeof *lines)], any_id() % 255u);
+    int length = sprintf((char *)to, lines[any(sizeof lines / sizeof *lines)], any_id());
 
     to[length] = '\r';
     return (size_t)length + 1;
 }
 
-/* One line or packet, one in eight of them damaged; then some turns. */
+/* A line or a packet, one packet in eight damaged, one input in 300 a Ctrl-X; then some turns. */
 static void any_input(void)
 {
     uint8_t bytes[PACKET_MAX + 40];
@@ -259,26 +261,26 @@ static bool release(void)
     say(bytes, build(bytes, 99, 3, goal, sizeof goal));
     wait_us(5000);
     if (driving == before)
-        printf("no goal after a release of kind %u, seed %u; said: %.*s\n", kind, seed,
-               (int)said_size, (const char *)said);
+        printf("seed %u, round %u: no goal after a release of kind %u; said: %.*s\n", first_seed,
+               rounds, kind, (int)said_size, (const char *)said);
     return driving != before;
 }
 
 /* Empty, partly filled, full, or fuller than it can be. */
-static void fill(uint32_t kind)
+static void fill(uint32_t servos)
 {
     type("cycle off\rservos forget\r");
     settle();
-    for (uint8_t id = 1; kind && id <= (kind == 1 ? 5 : ROBOT_SERVOS); id++)
+    for (uint8_t id = 1; servos && id <= (servos == 1 ? 5 : ROBOT_SERVOS); id++)
         robot_add(&robot, id);
-    if (kind == 3)
+    if (servos == 3)
         type("scan\r");
     settle();
 }
 
 int main(int argc, char **argv)
 {
-    uint32_t left, rounds = 0, before = 0;
+    uint32_t left;
     bool good = true;
 
     if (argc < 2) {
@@ -287,6 +289,7 @@ int main(int argc, char **argv)
     }
     left = (uint32_t)strtoul(argv[1], NULL, 0);
     seed = argc > 2 ? (uint32_t)strtoul(argv[2], NULL, 0) : 1;
+    first_seed = seed;
     open_all();
     on_packet = judge;
     for (; left && good; rounds++) {
@@ -298,7 +301,6 @@ int main(int argc, char **argv)
         left -= count;
         fill(any(4));
         inputs(any(20));
-        before += judged;
         begin_inhibit();
         inputs(count);
         good = release();

@@ -507,6 +507,30 @@ void test_delay_below_what_the_board_bears_is_a_range_error(void)
     assert_sent(99, CDS_WRITE, (const uint8_t *)"\x05\1", 2);
 }
 
+/* What the bus refuses when the packet's turn has come is counted and answered as at once. */
+void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
+{
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request ping = CDS_REQUEST(buffer);
+
+    bus.observer = &robot.crew.roster.observer;
+    cds_servo_ping(&bus, &ping, 7);
+    SAY(99, CDS_WRITE, 0x18, 1);
+    robot_inhibit(&robot);
+    TEST_ASSERT_TRUE(sent());
+    answer(7, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(1, bridge.counters.refused);
+    TEST_ASSERT_EQUAL_UINT16(0, bridge.counters.unanswered);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    cds_servo_ping(&bus, &ping, 7);
+    SAY(99, CDS_WRITE, 0x05, 0);
+    robot.crew.roster.shortest_delay = 1;
+    TEST_ASSERT_TRUE(sent());
+    answer(7, 0, NULL, 0);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(2, bridge.counters.refused);
+}
+
 /* The bridge is held up, as by an operation that has the bus for itself. */
 void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
 {

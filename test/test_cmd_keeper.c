@@ -211,7 +211,7 @@ void test_status_tells_all_there_is(void)
     TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
                              "settings at start: defaults: nothing was ever saved\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
-                             "torque off: not asked for\r\nCtrl-X in damaged packets: 0\r\n"
+                             "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
                              "bus: busy\r\nservos: 1, held 0, away 0\r\n"
                              "RETURN_DELAY refused: 0; this board bears 0 or more\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",
@@ -234,15 +234,17 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, held 18, away 0\r\n"));
     robot.stop.roster = &robot.crew.roster;
-    robot.stop.result = CDS_OK;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: read back of all 18 known; "
+    robot.stop.result = CDS_TIMEOUT;
+    for (uint8_t i = 0; i < 17; i++)
+        robot.servos[i].stopped = CDS_STOP_OFF;
+    robot.servos[17].stopped = CDS_STOP_SILENT;
+    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off; "
                                                     "up to 236 more were not looked at\r\n"));
     robot.strangers = 0; // a whole scan found no more
     robot.crew.crowded = false;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: read back of all 18 known\r\n"));
-    robot.stop.result = CDS_REFUSED;
-    TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "torque off: some of 18 known are on\r\n"));
-    robot.stop.result = CDS_TIMEOUT;
     TEST_ASSERT_NOT_NULL(
-        strstr(reply_to("status"), "torque off: not read back of all 18 known\r\n"));
+        strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off\r\n"));
+    robot.stop.result = CDS_REFUSED;
+    TEST_ASSERT_NOT_NULL(
+        strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off, some are on\r\n"));
 }

@@ -365,6 +365,16 @@ void test_stop_in_a_packet_with_a_bad_checksum_is_found_at_once(void)
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
 }
 
+void test_stop_behind_a_damaged_packet_counts_once(void)
+{
+    static const uint8_t damaged[] = {0xFF, 0xFF, 1, 2, 1, 0xFC};
+
+    feed(damaged, sizeof damaged, 1);
+    type("\xFF\x18");
+    TEST_ASSERT_TRUE(host.stop);
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
+}
+
 void test_stop_in_bytes_before_a_gap_is_found(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3, 0x18};

@@ -76,8 +76,18 @@ static enum cds_result write_word(uint8_t id, uint8_t reg, uint16_t value)
 static enum cds_result sync_one(uint8_t id, uint8_t reg, const uint8_t *data, uint8_t length)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, reg, length));
-    cds_group_sync_add(&request, 9, data);
     cds_group_sync_add(&request, id, data);
+    return cds_group_sync_send(&bus, &request);
+}
+
+/* TORQUE_ENABLE of servo 9 is 0, of servo `id` 1. */
+static enum cds_result sync_on_behind_off(uint8_t id)
+{
+    static const uint8_t on = 1, off = 0;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_TORQUE_ENABLE, 1));
+    cds_group_sync_add(&request, 9, &off);
+    cds_group_sync_add(&request, id, &on);
     return cds_group_sync_send(&bus, &request);
 }
 
@@ -158,6 +168,7 @@ void test_inhibit_of_a_sync_write_refuses_unknown_ids(void)
     for (uint8_t id = 1; id < 100; id = (uint8_t)(id + 76)) {
         assert_refused(sync_one(id, CDS_REG_GOAL_POSITION, goal, 4));
         assert_refused(sync_one(id, CDS_REG_TORQUE_ENABLE, &on, 1));
+        assert_refused(sync_on_behind_off(id));
         assert_sent(sync_one(id, CDS_REG_TORQUE_ENABLE, &off, 1));
         assert_sent(sync_one(id, CDS_REG_LED, &on, 1));
         TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, id, 0x1E, goal, 4));
@@ -165,6 +176,37 @@ void test_inhibit_of_a_sync_write_refuses_unknown_ids(void)
         TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, id));
     }
     TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, CDS_BROADCAST_ID));
+}
+
+/* The last block of the packet has `count` of its 5 bytes. */
+static enum cds_result sync_cut(uint8_t reg, uint8_t length, uint8_t count)
+{
+    uint8_t sum = (uint8_t)(CDS_BROADCAST_ID + 4 + count + CDS_SYNC_WRITE + reg + length);
+    uint8_t *bytes = buffers[0];
+
+    bytes[0] = bytes[1] = 0xFF;
+    bytes[2] = CDS_BROADCAST_ID;
+    bytes[3] = (uint8_t)(4 + count);
+    bytes[4] = CDS_SYNC_WRITE;
+    bytes[5] = reg;
+    bytes[6] = length;
+    for (uint8_t i = 0; i < count; i++)
+        sum = (uint8_t)(sum + (bytes[7 + i] = 1));
+    bytes[7 + count] = (uint8_t)~sum;
+    request.packet.size = (uint16_t)(8 + count);
+    request.reply_parameters = CDS_REPLY_NONE;
+    return cds_bus_submit(&bus, &request);
+}
+
+void test_inhibit_of_a_cut_block_refuses_the_packet(void)
+{
+    inhibit();
+    for (uint8_t count = 1; count < 12; count++)
+        assert_refused(sync_cut(CDS_REG_GOAL_POSITION, 4, count));
+    assert_refused(sync_cut(CDS_REG_LED, 1, 3));
+    assert_sent(sync_cut(CDS_REG_LED, 1, 4));
+    cds_roster_release(&roster, NULL);
+    assert_sent(sync_cut(CDS_REG_GOAL_POSITION, 4, 4)); // the servos refuse it (R34)
 }
 
 void test_inhibit_of_what_cannot_drive_passes(void)

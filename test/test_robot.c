@@ -263,18 +263,18 @@ void test_inhibit_of_a_damaged_copy_holds(void)
     struct inhibit_copy kept;
 
     for (uint8_t bit = 0; bit < 32; bit++) {
-        inhibit_keep(&kept, false);
-        TEST_ASSERT_FALSE(inhibit_kept(&kept));
+        inhibit_store(&kept, false);
+        TEST_ASSERT_FALSE(inhibit_stored(&kept));
         if (bit < 16)
             kept.state ^= (uint16_t)(1u << bit);
         else
             kept.check ^= (uint16_t)(1u << (bit - 16));
-        TEST_ASSERT_TRUE(inhibit_kept(&kept));
+        TEST_ASSERT_TRUE(inhibit_stored(&kept));
     }
     memset(&kept, 0, sizeof kept);
-    TEST_ASSERT_TRUE(inhibit_kept(&kept));
+    TEST_ASSERT_TRUE(inhibit_stored(&kept));
     memset(&kept, 0xFF, sizeof kept);
-    TEST_ASSERT_TRUE(inhibit_kept(&kept));
+    TEST_ASSERT_TRUE(inhibit_stored(&kept));
 }
 
 void test_inhibit_holds_while_a_scan_runs(void)

@@ -5,9 +5,9 @@
  * Nothing here waits: a call submits and returns, cds_bus_poll() moves things on, and the request
  * says how it ended. All functions: main context, interrupts on.
  *
- * Nothing is sent into a line that others use. One that was heard from unasked, or is low, must be
- * quiet for two byte times first; a request for which it does not become so in time ends as
- * CDS_LINE_BUSY, and the bus recovers by itself.
+ * Nothing is sent into a line that others use. If a byte came that nobody asked for, or the line is
+ * low, the line must be high for two byte times first. If it does not become so in time, the
+ * request ends as CDS_LINE_BUSY, and the bus recovers by itself.
  *
  * Counters: every packet sent ends as ok, timeout or corrupt, so sent = ok + timeouts + corrupt
  * once the bus is idle.
@@ -66,7 +66,8 @@ enum cds_bus_state {
 #define CDS_REPLY_ANY                                                                              \
     (CDS_PARSER_LENGTH_MAX - CDS_LENGTH_MIN) // with any_length: `room` for so many
 
-/* In `urgent` of a request: it goes before the urgent ones too. For torque off (stop.h). */
+/* In `urgent` of a request: the request goes before urgent requests too. For torque off (stop.h).
+ */
 #define CDS_URGENT_FIRST 2
 
 /* One exchange: filled in by the typed calls of servo.h and group.h, owned by the caller, who
@@ -82,17 +83,18 @@ struct cds_request {
     uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
     uint8_t repeats; // how often it may still be sent again if no good reply comes: set by the
                      // calls of servo.h, where cds_bus_set_repeats() is used, and counted down
-    uint8_t urgent;  // 0; 1: goes before those; CDS_URGENT_FIRST: before all others
+    uint8_t urgent;  // 0; 1: before requests with 0; CDS_URGENT_FIRST: before all others
     bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
                      // says how long one may last
-    uint8_t vetted;  // 1: this very packet was judged already. The observer puts it back, and has
-                     // the other bits for itself
+    uint8_t vetted;  // bit 0: skip the observer's check once; the observer clears it. Bits 1 to 7
+                     // belong to the observer
     uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
     uint8_t id;      // who answered (of interest after a broadcast PING)
     uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
     uint8_t length;  // parameters received; 0 if the servo refused
-    bool skips_rest; // true: sent in a rest too (cds_bus_rests()). For a request to which a stale
-                     // reply does no harm: a scan asks each ID once, so the ID tells it apart
+    bool
+        skips_rest; // true: sent in a rest too (cds_bus_rests()). For a request to which a stale
+                    // reply does no harm: a scan asks each ID once, so a stale reply has another ID
 };
 
 /* A request over `buffer`, an array of the caller's that holds the packet and the reply. All
@@ -151,7 +153,7 @@ struct cds_bus_observer {
      * request is submitted and, its result then being CDS_PENDING, when its turn has come that it
      * had to wait for, or to be sent once more. */
     enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
-    /* The same as `admit` for what a SYNC WRITE has for one servo. */
+    /* Would `admit` pass a SYNC WRITE of this block? A return delay is not judged here. */
     enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
                                    const uint8_t *data, uint8_t length);
     void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
@@ -261,8 +263,8 @@ void cds_bus_set_queue(struct cds_bus *bus, bool on);
  * already, and nothing was touched; or another one is, and the bus has no queue
  * (cds_bus_set_queue()). CDS_BAD_ARGUMENT: no bus is open, the packet was never ended, or
  * reply_parameters is above CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer.
- * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer does not admit it (roster.h). All but the
- * first: nothing was sent.
+ * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD, CDS_TOO_EARLY: the observer does not admit it (roster.h).
+ * All but the first: nothing was sent.
  *
  * Any result but CDS_OK, of the call or of the request, and the fields of a reply mean nothing. Its
  * parameters take the packet's place as they come. So a request whose reply has some must be built
@@ -273,8 +275,8 @@ void cds_bus_set_queue(struct cds_bus *bus, bool on);
  * repeat, counted exactly if a poll follows within 32 ms; CDS_LINE_BUSY: the line did not become
  * quiet within the time the longest reply takes with the longest return delay and that margin, nor
  * in the last two byte times, which begin with a poll of their own, and nothing was sent;
- * CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD: the observer has changed
- * its mind since, and it was not sent, or not once more. */
+ * CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD, CDS_TOO_EARLY: the observer has changed its
+ * mind since, and it was not sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found

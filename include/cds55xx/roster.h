@@ -12,12 +12,13 @@
  *   CDS_NO_REPLY_DUE  a READ that the servo's status return level has it not answer
  *   CDS_LIMIT         what would, or may, take the servo beyond a soft limit: see below
  *   CDS_HELD          torque on, a goal, a speed, an angle limit (mode) or ACTION for a servo that
- * is held: it came back without its state, was away and was not looked at yet, or was stopped. All
- * of these but ACTION to a servo alone that is away. Torque off always passes.
- * While driving is inhibited (cds_roster_hold() of all): every packet that can drive a servo,
- * whether the roster knows the servo or not: also RESET, ACTION, REG WRITE of these registers, and
- * every instruction that the manual does not know. PING, READ and other writes pass
+ * is held: it came back without its state, was away and was not looked at yet, or was stopped. A
+ * packet to one servo that is away is refused too, except ACTION. Torque off always passes
  *   CDS_TOO_EARLY     a return delay below `shortest_delay`, to any servo
+ *
+ * While driving is inhibited (cds_roster_hold() of all), CDS_HELD refuses every packet that can
+ * drive a servo, whether the roster knows the servo or not: also RESET, ACTION, REG WRITE of these
+ * registers, and every instruction that the manual does not know. PING, READ and other writes pass.
  *
  * A servo counts as away (CDS_PRESENCE_AWAY) after CDS_ROSTER_SILENCES exchanges without a reply in
  * a row, at the rate at which it was met or last answered: what a scan does at others counts for
@@ -139,21 +140,22 @@ struct cds_roster {
     struct cds_bus_observer observer; // first: the bus knows this much
     struct cds_bus *bus;
     struct cds_roster_servo *servos;
-    uint16_t echo_errors; // of the bus, when last looked at
-    uint8_t count;        // of `servos`
-    uint8_t last;         // the one found last: the next one asked for is often the next
-    uint8_t alarms;       // of all servos, known or not, until acknowledged
-    bool changed;         // what may be sent, while requests waited
-    bool inhibited;       // nothing that can drive a servo is sent, to whatever ID
-    uint8_t
-        shortest_delay; // return delay, register 0x05, that this board can bear; the caller sets
-    bool ambiguous;     // an ID may be that of more than one of them, or one may have another
+    uint16_t echo_errors;   // of the bus, when last looked at
+    uint8_t count;          // of `servos`
+    uint8_t last;           // the one found last: the next one asked for is often the next
+    uint8_t alarms;         // of all servos, known or not, until acknowledged
+    bool changed;           // what may be sent, while requests waited
+    bool inhibited;         // nothing that can drive a servo is sent, to whatever ID
+    uint8_t shortest_delay; // smallest value of register 0x05 (2 us each) that may be written; set
+                            // by the caller after cds_roster_begin()
+    bool ambiguous;         // an ID may be that of more than one of them, or one may have another
     uint8_t refused_id; // whom the last packet that was not admitted concerns; one refused later,
                         // as when a move is taken back, overwrites it
 };
 
 /* Watches `bus`, which must be open, for the `count` (0 to 254) servos `servos`, which stay in
- * place. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, or an ID is above 253 or stands twice. */
+ * place. Ends the drive inhibit and sets shortest_delay to 0. CDS_OK; CDS_BAD_ARGUMENT: no bus is
+ * open, or an ID is above 253 or stands twice. */
 enum cds_result cds_roster_begin(struct cds_roster *roster, struct cds_bus *bus,
                                  struct cds_roster_servo *servos, uint8_t count);
 

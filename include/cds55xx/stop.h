@@ -13,7 +13,7 @@
  * CDS_STOP_CLEARS times: a servo that hears one of these has no registered write left for a later
  * ACTION, unless it is locked (R6). Then TORQUE_ENABLE of each servo is read; a servo that is not
  * known to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: 50 servos
- * that are all silent take 0.2 s at 1 Mbps, and as much more for each repeat of the bus.
+ * that are all silent take 0.6 s at 1 Mbps, and as much more for each repeat of the bus.
  *
  * A servo that is not in the roster hears the broadcasts, but is not read back: cds_stop_poll()
  * tells nothing of it. Driving stays inhibited until cds_roster_release() or cds_roster_allow().

@@ -80,8 +80,8 @@ struct avr_usart {
 #define AVR_WIRING_ADAPTER_ECHO(bus) AVR_NO_PIN, AVR_NO_PIN
 
 /* The smallest return delay, register 0x05, whose replies a bus of each wiring hears beside a host
- * link at 1 Mbps: `return_delay_needed` of make bench. Tied pins turn around by themselves; what an
- * adapter needs is not known. */
+ * link at 1 Mbps: `return_delay_needed` of make bench. Tied pins turn around by themselves. What an
+ * adapter needs is not known, so every value is allowed there. */
 #define AVR_DELAY_TWO_ENABLES  1
 #define AVR_DELAY_ONE_ENABLE   1
 #define AVR_DELAY_TIED         0

@@ -22,18 +22,23 @@ CDS_APART static void answer(struct bridge *bridge, uint8_t id, uint8_t error, u
 /* --- through the bus ---------------------------------------------------------------------------
  */
 
+/* The bus does not send the packet, at once or when its turn has come. */
+static void refuse(struct bridge *bridge, uint8_t result)
+{
+    bridge->counters.refused++;
+    if (result == CDS_TOO_EARLY && bridge->request.id != CDS_BROADCAST_ID)
+        answer(bridge, bridge->request.id, CDS_ERROR_RANGE, 0);
+}
+
 static void pass(struct bridge *bridge)
 {
     struct cds_request *request = &bridge->request;
-
     enum cds_result result;
 
     request->reply_parameters = gather_reply_due(request->packet.bytes);
     result = cds_bus_submit(bridge->gather.bus, request);
     if (result != CDS_OK) {
-        bridge->counters.refused++;
-        if (result == CDS_TOO_EARLY && request->id != CDS_BROADCAST_ID)
-            answer(bridge, request->id, CDS_ERROR_RANGE, 0);
+        refuse(bridge, (uint8_t)result);
         return;
     }
     bridge->counters.passed++;
@@ -47,6 +52,10 @@ static void await_reply(struct bridge *bridge)
     if (request->result == CDS_PENDING)
         return;
     bridge->state = BRIDGE_IDLE;
+    if (request->result > CDS_LINE_BUSY) { // the observer has changed its mind
+        refuse(bridge, request->result);
+        return;
+    }
     if (request->reply_parameters == CDS_REPLY_NONE)
         return;
     if (request->result == CDS_OK) {

@@ -3,9 +3,9 @@
  * (device.h), or a SYNC READ or BULK READ is made of READs (gather.h).
  *
  * A packet takes its turn on the bus like any other request. One whose reply does not come, or came
- * damaged, is not answered, as behind any adapter; nor is one that the bus refuses. But a return
- * delay that this board cannot bear is answered with a range error in the servo's place: the client
- * would hear nothing of the servo any more.
+ * damaged, is not answered, as behind any adapter; nor is one that the bus refuses. If a packet
+ * sets a return delay whose replies this board cannot receive, the bridge answers a range error for
+ * the servo.
  *
  * Manual: 2.1 to 2.4. Main context.
  */

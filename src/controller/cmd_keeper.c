@@ -173,21 +173,23 @@ static uint16_t stop_text(const struct robot *robot)
         return TEXT_TORQUE_PENDING;
     if (!robot->stop.roster)
         return TEXT_TORQUE_NEVER;
-    switch (robot->stop.result) {
-    case CDS_OK: return TEXT_TORQUE_ALL;
-    case CDS_REFUSED: return TEXT_TORQUE_SOME_ON;
-    default: return TEXT_TORQUE_UNKNOWN;
-    }
+    return robot->stop.result == CDS_REFUSED ? TEXT_TORQUE_SOME_ON : TEXT_TORQUE_READ;
 }
 
-/* "torque off: read back of all 3 known; up to 251 more were not looked at" */
+/* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
+ * joined the robot after the stop is not among those that were read back. */
 static void tell_torque(struct writer *writer, const struct robot *robot)
 {
-    uint8_t strangers = robot_strangers(robot);
+    const struct cds_roster_servo *servo = robot->servos;
+    uint8_t strangers = robot_strangers(robot), off = 0;
 
-    writer->values[0] = robot->crew.roster.count;
-    writer->values[1] = strangers ? TEXT_STRANGERS : TEXT_NOTHING;
-    writer->values[2] = strangers;
+    for (uint8_t left = robot->crew.roster.count; left; left--, servo++)
+        if (servo->stopped == CDS_STOP_OFF)
+            off++;
+    writer->values[0] = off;
+    writer->values[1] = robot->crew.roster.count;
+    writer->values[2] = strangers ? TEXT_STRANGERS : TEXT_NOTHING;
+    writer->values[3] = strangers;
     writer_line(writer, stop_text(robot));
 }
 

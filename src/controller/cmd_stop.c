@@ -50,11 +50,13 @@ uint8_t release_begin(struct console *console)
     uint8_t id = console->line.id, error = ERROR_NOT_KNOWN;
 
     if (robot_is_stopping(robot))
-        return ERROR_STOPPED;
+        return ERROR_STOPPING;
     if (console->keeper->link_lost)
         return ERROR_LINK_LOST;
-    if (id == CDS_BROADCAST_ID)
-        return robot_release(robot) ? 0 : ERROR_STOPPED;
+    if (id == CDS_BROADCAST_ID) {
+        robot_release(robot);
+        return 0;
+    }
     if (robot_is_inhibited(robot))
         return ERROR_STOPPED;
     for (uint8_t left = roster->count; left; left--, servo++) {
@@ -141,7 +143,7 @@ CDS_APART static void servo_part(struct writer *writer, const struct cds_roster_
             writer_text(writer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:
-        if (servo->held & CDS_HOLD_STOPPED) // each of them while driving is inhibited
+        if (servo->held & CDS_HOLD_STOPPED)
             writer_text(writer, TEXT_HELD_STOPPED);
         break;
     case PART_END: writer_end_of_line(writer); break;

@@ -21,7 +21,7 @@ struct crew {
     bool open;                // a servo that answers or is written to joins. Else only one that has
                               // an alarm or is told how to answer: to know a servo costs the bus
                               // 0.1 ms an exchange. The caller sets it
-    uint16_t early;           // packets that were refused as CDS_TOO_EARLY, modulo 65536
+    uint16_t early;           // packets refused as CDS_TOO_EARLY, but in a scan; modulo 65536
 };
 
 /* Begins without a servo, on an open bus. `servos` has room for `room` (1 to 254) of them. Both

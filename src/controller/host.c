@@ -53,7 +53,7 @@ static void find_stop(struct host *host, uint8_t byte, bool damaged)
 
 static void take_text(struct host *host, uint8_t byte)
 {
-    find_stop(host, byte, host->suspect || host->skipping);
+    find_stop(host, byte, host->suspect);
     if (host->skipping) {
         host->skipping = !ends_line(byte);
     } else if (byte != HOST_MARK_DROPPED && byte != HOST_MARK_LOST) {
@@ -190,9 +190,12 @@ static void examine(struct host *host)
     if (at == 1 && byte != CDS_HEADER) {
         bool lone = host->count == 2; // nothing but 0xFF came: this byte stands outside
 
-        refute(host);
-        if (lone)
+        if (lone) {
+            restart(host, 0);
             take_text(host, byte);
+        } else {
+            refute(host);
+        }
     } else if (at == CDS_AT_ID) {
         host->sum = byte;
         if (byte == CDS_HEADER) // R27: still header; the last two of them count

@@ -8,8 +8,9 @@
  * client has given up waiting for the reply by then. For the same reason a packet that the bridge
  * cannot take in that time is dropped.
  *
- * Ctrl-X (0x18) is a stop unless it stands within a good packet, also in a damaged or late one's
- * rest. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main context.
+ * A Ctrl-X (0x18) in a damaged packet is a stop. A Ctrl-X inside a good packet is none, also if the
+ * packet is dropped as late. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main
+ * context.
  */
 #ifndef CONTROLLER_HOST_H
 #define CONTROLLER_HOST_H
@@ -36,7 +37,7 @@ struct host_counters {
     uint16_t silent;  // dropped: the host was silent before the end
     uint16_t gaps;    // where something was lost, before or behind the rings
     uint16_t late;    // good packets dropped: the client has given up waiting
-    uint16_t stops;   // Ctrl-X found in damaged packets
+    uint16_t stops;   // Ctrl-X found in damaged packets and behind them in the line
 };
 
 /* All state of the link. Zero it (static storage is), then host_open(). */

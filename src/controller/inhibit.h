@@ -1,6 +1,7 @@
 /* The copy of the drive inhibit that a reset does not clear: it stands in RAM that start-up leaves
  * alone (section .noinit). Whether a reset kept the copy whole is seen by its complement: a damaged
- * copy counts as inhibited. After power-on the copy holds chance, and the caller sets it.
+ * copy counts as inhibited. After power-on the content is random, and the caller sets
+ * it.
  *
  * Main context. */
 #ifndef CONTROLLER_INHIBIT_H
@@ -18,15 +19,15 @@ struct inhibit_copy {
 };
 
 /* True: driving is inhibited, or the copy is damaged. */
-static inline bool inhibit_kept(const struct inhibit_copy *copy)
+static inline bool inhibit_stored(const struct inhibit_copy *copy)
 {
     uint16_t state = copy->state, check = copy->check;
 
     return state != INHIBIT_FREE || (uint16_t)(state ^ check) != UINT16_MAX;
 }
 
-/* Keeps `inhibited`. A reset between the stores leaves a damaged copy, which inhibits. */
-static inline void inhibit_keep(struct inhibit_copy *copy, bool inhibited)
+/* Stores `inhibited`. A reset between the stores leaves a damaged copy, which inhibits. */
+static inline void inhibit_store(struct inhibit_copy *copy, bool inhibited)
 {
     uint16_t state = inhibited ? 0 : INHIBIT_FREE;
 

@@ -48,7 +48,8 @@ struct keeper {
     uint8_t told[ROBOT_SERVOS]; // alarms told, of each servo
 };
 
-/* Zero *keeper first (static storage is), and set its settings, store and robot, which has begun.
+/* Zero *keeper first (static storage is), and set its settings, store, damaged_stops and robot,
+ * which has begun.
  * `reset_cause`: enum keeper_reset bits. */
 void keeper_begin(struct keeper *keeper, uint8_t reset_cause);
 

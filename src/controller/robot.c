@@ -17,7 +17,7 @@ void robot_begin(struct robot *robot, struct cds_bus *bus)
 void robot_inhibit(struct robot *robot)
 {
     if (robot->kept)
-        inhibit_keep(robot->kept, true);
+        inhibit_store(robot->kept, true);
     cds_roster_hold(&robot->crew.roster, NULL, CDS_HOLD_STOPPED);
 }
 
@@ -27,7 +27,7 @@ bool robot_allow(struct robot *robot)
         return false;
     cds_roster_allow(&robot->crew.roster);
     if (robot->kept)
-        inhibit_keep(robot->kept, false);
+        inhibit_store(robot->kept, false);
     return true;
 }
 
@@ -43,8 +43,8 @@ void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_o
 {
     robot->kept = kept;
     if (powered_on)
-        inhibit_keep(kept, false);
-    else if (inhibit_kept(kept))
+        inhibit_store(kept, false);
+    else if (inhibit_stored(kept))
         robot_inhibit(robot);
 }
 

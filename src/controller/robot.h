@@ -98,8 +98,8 @@ void robot_begin(struct robot *robot, struct cds_bus *bus);
 void robot_poll(struct robot *robot);
 
 /* Goes on as a reset left the drive inhibit: driving is inhibited if `kept`, which stays in place,
- * says so or is damaged. `powered_on`: there was no power, `kept` holds chance, and driving is
- * free. Once, after robot_begin(). */
+ * says so or is damaged. `powered_on`: there was no power, the content of `kept` is random, and
+ * driving is allowed. Once, after robot_begin(). */
 void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on);
 
 /* Inhibits driving, and keeps that for a reset: nothing that can drive a servo is sent any more, to
@@ -121,7 +121,8 @@ static inline bool robot_is_inhibited(const struct robot *robot)
 }
 
 /* How many servos there may be that the robot does not look at: 0 to 254. After a whole scan, those
- * beyond its room; else all IDs that are not of the robot. */
+ * that the scan found beyond the robot's room, at least 1 if another one was met since; else all
+ * IDs that are not of the robot. */
 uint8_t robot_strangers(const struct robot *robot);
 
 /* Torque off everywhere, ahead of everything: driving is inhibited from now on, a cycle or an

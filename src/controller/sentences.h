@@ -136,11 +136,10 @@
     X(LINK_OFF, "host link: not watched")                                                          \
     X(LINK_ON, "host link: watched")                                                               \
     X(LINK_LOST, "host link: lost")                                                                \
-    X(TORQUE_NEVER, "torque off: not asked for")                                                   \
-    X(TORQUE_PENDING, "torque off: under way")                                                     \
-    X(TORQUE_ALL, "torque off: read back of all # known$")                                         \
-    X(TORQUE_SOME_ON, "torque off: some of # known are on$")                                       \
-    X(TORQUE_UNKNOWN, "torque off: not read back of all # known$")                                 \
+    X(TORQUE_NEVER, "last stop: none")                                                             \
+    X(TORQUE_PENDING, "last stop: under way")                                                      \
+    X(TORQUE_READ, "last stop: # of # servos read back as off$")                                   \
+    X(TORQUE_SOME_ON, "last stop: # of # servos read back as off, some are on$")                   \
     X(STRANGERS, "; up to # more were not looked at")                                              \
     X(INHIBIT_OFF, "driving: allowed")                                                             \
     X(INHIBIT_ON, "driving: inhibited until 'release'")                                            \

@@ -32,8 +32,8 @@
     X(link_loss_ms, 2, 0, 0, 65535, "ms",                                                          \
       "silence of the host that counts as loss of the link; 0: not watched")                       \
     X(link_loss_action, 1, 1, 0, 2, "-",                                                           \
-      "then: 0 only show it; 1 hold: no goal is sent until clear, but what was begun goes on, "    \
-      "also what turns without end; 2 torque off, too")                                            \
+      "then: 0 only show it; 1 inhibit: no driving packet is sent until clear, but a movement "    \
+      "that has begun goes on, also one that turns without end; 2 torque off, too")                \
     X(alarm_report, 1, 0, 0, 1, "-", "1: an alarm of a servo is told at once, unasked")            \
     X(cycle_us, 2, 4000, 2000, 65535, "us", "period of the cycle")
 

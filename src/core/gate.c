@@ -1,5 +1,5 @@
-/* What no servo is sent; see gate.h. Manual: 2.4; 3.1, registers 0x05, 0x06 to 0x09, 0x18, 0x1E to
- * 0x21. */
+/* The check of every packet before it is sent; see gate.h. Manual: 2.4; 3.1, registers 0x05, 0x06
+ * to 0x09, 0x18, 0x1E to 0x21. */
 #include "gate.h"
 
 #include "cds55xx/control_table.h" // CDS_REG_RETURN_DELAY
@@ -16,7 +16,8 @@ static bool sets_delay_below(const struct cds_span *span, uint8_t shortest)
 /* A WRITE, REG WRITE or SYNC WRITE, part by part. */
 static enum cds_result check_writes(const struct cds_roster *roster, const uint8_t *bytes)
 {
-    struct cds_part part;
+    const uint8_t *end = bytes + CDS_AT_LENGTH + bytes[CDS_AT_LENGTH];    // the checksum
+    struct cds_part part = {{bytes + CDS_AT_PARAMETERS + 2, 0, 0}, 0, 0}; // before the first block
 
     for (uint8_t i = 0; cds_part_of(bytes, i, &part); i++) {
         if (roster->inhibited && cds_span_drives(&part.span))
@@ -24,6 +25,8 @@ static enum cds_result check_writes(const struct cds_roster *roster, const uint8
         if (sets_delay_below(&part.span, roster->shortest_delay))
             return CDS_TOO_EARLY;
     }
+    if (roster->inhibited && part.span.data + part.span.length != end)
+        return CDS_HELD; // the last block is cut, or a write has no data
     return CDS_OK;
 }
 

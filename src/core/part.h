@@ -11,11 +11,11 @@ struct cds_part {
 };
 
 /* Part `index` (from 0 on) of the packet `bytes`, a WRITE, REG WRITE or SYNC WRITE. False: the
- * packet has no such part. */
+ * packet has no such part. The rest of a SYNC WRITE that is shorter than a block is no part. */
 bool cds_part_of(const uint8_t *bytes, uint8_t index, struct cds_part *part);
 
-/* True if this write can drive a servo: a goal, a speed, an angle limit (another mode turns the
- * servo by what was a speed to reach a goal with), or torque on. */
+/* True if this write can drive a servo: a goal, a speed (0 too), an angle limit, or torque on. An
+ * angle limit changes the mode, and in endless turn the speed register makes the servo turn. */
 bool cds_span_drives(const struct cds_span *span);
 
 #endif

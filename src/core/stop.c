@@ -24,7 +24,7 @@ static bool is_settled(uint8_t outcome)
     return outcome == CDS_STOP_OFF || outcome == CDS_STOP_MUTE;
 }
 
-/* By the worst of them: from CDS_STOP_ON on, the less the worse. */
+/* By the worst of them: from CDS_STOP_ON on, a lower number is worse. */
 static enum cds_result conclude(const struct cds_stop *stop)
 {
     const struct cds_roster_servo *servo = stop->roster->servos;
@@ -125,8 +125,8 @@ static CDS_APART void tell_all(struct cds_stop *stop, struct cds_request *reques
         stop->result = (uint8_t)result;
 }
 
-/* By now the other broadcast has begun, or is the next one: so this one goes right behind it. What
- * came to nothing cds_stop_poll() tries again. */
+/* A broadcast has ended. The other request is on the wire or next, so this request, submitted
+ * again, goes right behind it. cds_stop_poll() repeats a request that was not sent. */
 static void on_end(struct cds_request *request)
 {
     struct cds_stop *stop = (struct cds_stop *)request->owner;
@@ -201,7 +201,8 @@ static bool is_on_its_way(const struct cds_stop *stop)
     return stop->phase == TELLING || stop->phase == LOOKING;
 }
 
-/* One of the two, for the first time. If it is on its way still, it is what it is to be already. */
+/* Submits one of the two for the first time. A request that is still pending keeps its fields: they
+ * are the same. */
 static CDS_APART void take_up(struct cds_stop *stop, struct cds_request *request, uint8_t *bytes)
 {
     if (request->result != CDS_PENDING)

@@ -218,7 +218,7 @@ class Make(unittest.TestCase):
     def test_fuses_of_each_board_written_or_right_as_shipped(self):
         for board in ["arbotix", "arduino-mega", "arduino-uno", "cm510"]:
             status, output = self.make("fuses", f"BOARD={board}")
-            self.assertNotEqual(status, 0)
+            self.assertEqual(status, 0, output)  # so `make fuses flash` goes on
             self.assertIn(f"the fuses of {board} are right as shipped: nothing to write\n", output)
             self.assertNotIn("avrdude was called", output)
         status, output = self.make("fuses", "BOARD=atmega128")

@@ -21,6 +21,12 @@ def run_script(case, script, board="atmega128", servos="1-3", *options):
     return run
 
 
+def drives(text):
+    """Of a packet of DRIVING: all but PING, READ, and WRITE of TORQUE_ENABLE or 0x2C to 0."""
+    packet = bytes.fromhex(text)
+    return packet[4] > 2 and packet[4:7] not in (b"\x03\x18\x00", b"\x03\x2C\x00")
+
+
 class Inhibit(unittest.TestCase):
     def test_inhibit_of_a_registered_move_keeps_it_from_action(self):
         for board in BOARDS:
@@ -34,8 +40,9 @@ class Inhibit(unittest.TestCase):
 
     def test_inhibit_without_a_scan_holds_every_servo(self):
         for board in BOARDS:
-            run_script(self, "stop\n@expect text up to 254 more servos were told and not looked at\n" + DRIVING +
-                       STILL.format("1-3"), board)
+            run = run_script(self, "stop\n@expect text up to 254 more servos were told and not looked at\n" +
+                             DRIVING + STILL.format("1-3"), board)
+            self.assertEqual([p for _, way, p in run.packets if way == "->in" and drives(p)], [], board)
 
     def test_inhibit_stays_when_servos_are_forgotten(self):
         run_script(self, "scan\nstop\nservos forget\n" + DRIVING + STILL.format("1-3"))
@@ -44,7 +51,7 @@ class Inhibit(unittest.TestCase):
         run_script(self, "scan\nstop\n@expect text up to 4 more servos were told and not looked at\n" + DRIVING +
                    "".join(f"! torque {servo} on\n! move {servo} 90deg\n" for servo in (18, 19, 22)) +
                    STILL.format("1-22") + "status\n@expect text driving: inhibited until 'release'\n"
-                   "@expect text torque off: read back of all 18 known; up to 4 more were not looked at\n"
+                   "@expect text last stop: 18 of 18 servos read back as off; up to 4 more were not looked at\n"
                    "release\nstatus\n@expect text driving: allowed\ntorque 22 on\n@expect servo 22 torque on\n",
                    servos="1-22")
 
@@ -55,7 +62,7 @@ class Inhibit(unittest.TestCase):
                        "clear\ntorque 1 on\n@expect servo 1 torque on\n")
 
     def test_stop_after_a_whole_scan_names_no_strangers(self):
-        run = run_script(self, "scan\nstop\nstatus\n@expect text torque off: read back of all 3 known\n")
+        run = run_script(self, "scan\nstop\nstatus\n@expect text last stop: 3 of 3 servos read back as off\n")
         self.assertNotIn("not looked at", run.output)
 
 

@@ -154,7 +154,7 @@ class Settings(unittest.TestCase):
             first = at_57600(FIRST) if board == "cm510" else FIRST
             output = self.run_script(change(first) + "settings bus_baud 1\nping 1\n"
                                      "settings link_loss_action 2\nsettings link_loss_ms 20\nsave\n"
-                                     "@wait 200\nstatus\n@expect text torque off: read back of all 1 known\n", board)
+                                     "@wait 200\nstatus\n@expect text last stop: 1 of 1 servos read back as off\n", board)
             save = output.index("> save")
             bus = [m.start() for m in re.finditer(f"{TORQUE_OFF}|FF FF 01 04 02 18 01 DF", output)]
             self.assertEqual(len(bus), 4, f"{board}: {output}")
@@ -211,7 +211,7 @@ class HostLink(unittest.TestCase):
                 self.START + "settings link_loss_action 2\n@wait 1\n" +
                 f"@expect packet in {TORQUE_OFF}\n" * 3 +
                 "@expect servo 1-2 torque off\n@wait 20\nstatus\n@expect text host link: lost\n"
-                "@expect text torque off: read back of all 2 known\n! write 1 TORQUE_ENABLE 1\n! write 2 GOAL_POSITION 1\n"
+                "@expect text last stop: 2 of 2 servos read back as off\n! write 1 TORQUE_ENABLE 1\n! write 2 GOAL_POSITION 1\n"
                 "@expect servo 1-2 torque off\nclear\nwrite 1 TORQUE_ENABLE 1\n"
                 "@expect servo 1 torque on\n", board)
             self.assertEqual(run.output.count("02 18 01 "), 2) # a READ of each
@@ -223,7 +223,7 @@ class HostLink(unittest.TestCase):
 
     def test_a_dead_servo_is_not_said_to_be_off(self):
         run = self.run_script(self.START + "settings link_loss_action 2\n@power 2 off\n@wait 200\nstatus\n"
-                              "@expect text torque off: not read back of all 2 known\n", "atmega128")
+                              "@expect text last stop: 1 of 2 servos read back as off\n", "atmega128")
         self.assertEqual(run.output.count(TORQUE_OFF), 3)
 
     def test_a_loss_that_is_only_shown(self):
