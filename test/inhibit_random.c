@@ -22,8 +22,8 @@ static uint32_t judged, driving, drove, kind, rounds, first_seed;
 
 static bool register_drives(unsigned reg, uint8_t value)
 {
-    return (reg >= 0x06 && reg <= 0x09) || (reg >= 0x1E && reg <= 0x21) ||
-           (reg == 0x18 && value != 0);
+    return (reg >= 0x06 && reg <= 0x09) || (reg >= 0x1A && reg <= 0x21) || reg == 0x30 ||
+           reg == 0x31 || (reg == 0x18 && value != 0);
 }
 
 static bool data_drives(unsigned reg, const uint8_t *data, size_t size)
@@ -39,8 +39,8 @@ static bool packet_drives(const uint8_t *bytes, size_t size)
     const uint8_t *parameters = bytes + 5, *end = bytes + size - 1;
 
     switch (bytes[4]) {
-    case 1:
-    case 2: return false;
+    case 1: return size != 6;
+    case 2: return size > 8;
     case 3:
     case 4: return size > 7 && data_drives(parameters[0], parameters + 1, size - 7);
     case 0x83:
@@ -100,8 +100,8 @@ static uint8_t any_id(void)
 
 static uint8_t any_register(void)
 {
-    static const uint8_t likely[] = {0x05, 0x06, 0x08, 0x17, 0x18, 0x18, 0x19,
-                                     0x1D, 0x1E, 0x1E, 0x20, 0x21, 0x2C};
+    static const uint8_t likely[] = {0x05, 0x06, 0x08, 0x17, 0x18, 0x18, 0x19, 0x1A,
+                                     0x1D, 0x1E, 0x1E, 0x20, 0x21, 0x2C, 0x30};
 
     return any(4) ? likely[any(sizeof likely)] : (uint8_t)any(256);
 }

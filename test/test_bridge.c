@@ -438,11 +438,13 @@ void test_the_keeper_stands_behind_the_registers(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x00\xFF", 4);
     TEST_ASSERT_EQUAL_UINT8(CDS_HOLD_STOPPED, robot.servos[0].held);
     robot.stopping = true;
-    SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // waits until torque is off
-    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // not before torque is off
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_TRUE(keeper.link_lost);
     robot.stopping = false;
     turns(60);
+    TEST_ASSERT_TRUE(keeper.link_lost);
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 0);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     TEST_ASSERT_FALSE(keeper.link_lost);
     TEST_ASSERT_EQUAL_UINT8(0, robot.servos[0].held);
@@ -463,11 +465,12 @@ void test_inhibit_register_written_0_releases(void)
     TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
     keeper.link_lost = false;
     robot.stopping = true;
-    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0); // waits until torque is off
-    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
-    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0); // not before torque is off
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     robot.stopping = false;
     turns(60);
+    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     SAY(DEVICE_IS, CDS_READ, 0x17, 1);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
@@ -529,6 +532,24 @@ void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
     answer(7, 0, NULL, 0);
     assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_EQUAL_UINT16(2, bridge.counters.refused);
+}
+
+/* At 7843 bit/s a PING of another one takes 16 ms. */
+void test_packet_that_waits_15_ms_for_the_bus_is_dropped(void)
+{
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request ping = CDS_REQUEST(buffer);
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_MAX));
+    cds_servo_ping(&bus, &ping, 7);
+    SAY(99, CDS_WRITE, 0x1E, 0, 2);
+    TEST_ASSERT_FALSE(bridge_idle(&bridge));
+    turns(HOST_SILENCE_US / 2);
+    TEST_ASSERT_EQUAL(CDS_PENDING, ping.result);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.late);
+    turns(20000);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
 /* The bridge is held up, as by an operation that has the bus for itself. */

@@ -138,7 +138,7 @@ void test_inhibit_of_a_long_write_sees_the_goal_in_it(void)
     for (uint8_t i = 0; i < sizeof ids; i++) {
         assert_refused(cds_servo_write(&bus, &request, ids[i], 0x18, off_and_goal, 8));
         assert_refused(cds_servo_reg_write(&bus, &request, ids[i], 0x18, off_and_goal, 8));
-        assert_sent(cds_servo_write(&bus, &request, ids[i], 0x18, off_and_goal, 4));
+        assert_sent(cds_servo_write(&bus, &request, ids[i], 0x18, off_and_goal, 2));
     }
 }
 
@@ -207,6 +207,36 @@ void test_inhibit_of_a_cut_block_refuses_the_packet(void)
     assert_sent(sync_cut(CDS_REG_LED, 1, 4));
     cds_roster_release(&roster, NULL);
     assert_sent(sync_cut(CDS_REG_GOAL_POSITION, 4, 4)); // the servos refuse it (R34)
+}
+
+/* They decide how far from its goal a servo stands still whose torque is on. */
+void test_inhibit_of_margin_proportion_and_punch_refuses(void)
+{
+    static const uint8_t margin = 0;
+
+    inhibit();
+    for (uint8_t reg = CDS_REG_CW_COMPLIANCE_MARGIN; reg <= CDS_REG_CCW_PROPORTION; reg++) {
+        assert_refused(write_byte(77, reg, 0));
+        assert_refused(sync_one(77, reg, &margin, 1));
+        TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, 77, reg, &margin, 1));
+    }
+    assert_refused(write_word(77, CDS_REG_PUNCH, 500));
+    assert_refused(write_byte(77, CDS_REG_PUNCH + 1, 1));
+}
+
+/* A damaged bit may make a packet of its own of what stands there. */
+void test_inhibit_of_ping_or_read_with_more_parameters_refuses(void)
+{
+    inhibit();
+    for (uint8_t instruction = CDS_PING; instruction <= CDS_READ; instruction++) {
+        uint8_t length = instruction == CDS_PING ? 3 : 5;
+        const uint8_t bytes[] = {0xFF, 0xFF, 1, length, instruction, 0, 0, 0, 0};
+
+        memcpy(buffers[0], bytes, sizeof bytes);
+        request.packet.size = (uint16_t)(length + 4);
+        request.reply_parameters = 0;
+        assert_refused(cds_bus_submit(&bus, &request));
+    }
 }
 
 void test_inhibit_of_what_cannot_drive_passes(void)

@@ -244,6 +244,7 @@ void test_inhibit_survives_a_reset(void)
     robot_resume(&robot, &kept, true);
     TEST_ASSERT_FALSE(robot_is_inhibited(&robot)); // after power-on
     robot_stop(&robot);
+    run(5000);
     for (uint8_t resets = 0; resets < 2; resets++) {
         setUp();
         robot_resume(&robot, &kept, false);
@@ -258,23 +259,42 @@ void test_inhibit_survives_a_reset(void)
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
 }
 
+void test_stop_that_a_reset_interrupts_begins_anew(void)
+{
+    struct inhibit_copy kept;
+
+    robot_resume(&robot, &kept, true);
+    robot_stop(&robot);
+    robot_inhibit(&robot); // a lost link meanwhile
+    setUp();
+    wire.servo[0].torque = 1;
+    robot_resume(&robot, &kept, false);
+    run(5000);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    setUp();
+    robot_resume(&robot, &kept, false);
+    run(5000);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count); // it was finished
+}
+
 void test_inhibit_of_a_damaged_copy_holds(void)
 {
     struct inhibit_copy kept;
 
     for (uint8_t bit = 0; bit < 32; bit++) {
-        inhibit_store(&kept, false);
-        TEST_ASSERT_FALSE(inhibit_stored(&kept));
+        inhibit_store(&kept, INHIBIT_FREE);
+        TEST_ASSERT_EQUAL_HEX16(INHIBIT_FREE, inhibit_stored(&kept));
         if (bit < 16)
             kept.state ^= (uint16_t)(1u << bit);
         else
             kept.check ^= (uint16_t)(1u << (bit - 16));
-        TEST_ASSERT_TRUE(inhibit_stored(&kept));
+        TEST_ASSERT_EQUAL_HEX16(INHIBIT_ON, inhibit_stored(&kept));
     }
     memset(&kept, 0, sizeof kept);
-    TEST_ASSERT_TRUE(inhibit_stored(&kept));
+    TEST_ASSERT_EQUAL_HEX16(INHIBIT_ON, inhibit_stored(&kept));
     memset(&kept, 0xFF, sizeof kept);
-    TEST_ASSERT_TRUE(inhibit_stored(&kept));
+    TEST_ASSERT_EQUAL_HEX16(INHIBIT_ON, inhibit_stored(&kept));
 }
 
 void test_inhibit_holds_while_a_scan_runs(void)

@@ -1,7 +1,8 @@
 /* What becomes of the host's packets; see bridge.h. */
 #include "bridge.h"
 
-#include "opaque.h" // CDS_APART
+#include "cds55xx/port.h" // cds_port_now_us()
+#include "opaque.h"       // CDS_APART
 
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
@@ -45,12 +46,24 @@ static void pass(struct bridge *bridge)
     bridge->state = BRIDGE_WAITING;
 }
 
+/* A packet that still waits for its turn on the bus when the client has given up is not sent. */
+static void give_up_late(struct bridge *bridge)
+{
+    if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
+        cds_bus_cancel(bridge->gather.bus, &bridge->request) != CDS_OK)
+        return;
+    bridge->host->counters.late++;
+    bridge->state = BRIDGE_IDLE;
+}
+
 static void await_reply(struct bridge *bridge)
 {
     const struct cds_request *request = &bridge->request;
 
-    if (request->result == CDS_PENDING)
+    if (request->result == CDS_PENDING) {
+        give_up_late(bridge);
         return;
+    }
     bridge->state = BRIDGE_IDLE;
     if (request->result > CDS_LINE_BUSY) { // the observer has changed its mind
         refuse(bridge, request->result);
@@ -105,6 +118,7 @@ CDS_APART static void take(struct bridge *bridge)
     uint8_t id, instruction;
 
     packet->bytes = host_take(bridge->host, packet->bytes);
+    bridge->taken_us = bridge->host->whole_us;
     packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
     id = packet->bytes[CDS_AT_ID];
     bridge->request.id = id; // the answer to a packet that changes it has the old one (R2)

@@ -43,7 +43,8 @@ struct bridge {
     struct cds_request request; // its buffer changes places with the host's
     struct gather gather;       // it knows bus, device and output
     struct answer answer;
-    uint8_t state; // enum bridge_state
+    uint32_t taken_us; // when the packet was whole on the host link
+    uint8_t state;     // enum bridge_state
     struct bridge_counters counters;
 };
 

@@ -42,13 +42,15 @@
     X(RESET_CAUSE, 0x12, 1, RD, 0, 255, "-",                                                       \
       "bits: 1 power, 2 reset pin, 4 brown-out, 8 watchdog, 16 JTAG")                              \
     X(LINK_LOST, 0x13, 1, RW, 0, 0, "-",                                                           \
-      "1: the host was silent for LINK_LOSS_MS; 0 clears, as the console's clear does")            \
+      "1: the host was silent for LINK_LOSS_MS; 0 clears, as the console's clear does; a range "   \
+      "error while torque off is under way")                                                       \
     X(ALARMS, 0x14, 1, RW, 0, 0, "-", "error bits of any servo since; 0 clears")                   \
     X(ALARM_ID, 0x15, 1, RD, 0, 255, "-", "the first known servo with one; 255: none")             \
     X(FAILED, 0x16, 1, RD, 0, 255, "servos", "failed in the last SYNC READ or BULK READ")          \
     X(INHIBIT, 0x17, 1, RW, 0, 0, "-",                                                             \
       "1: driving is inhibited, by a stop, a lost host link or from before a reset; 0 releases "   \
-      "it, as the console's release does, and is a range error while LINK_LOST is 1")              \
+      "it, as the console's release does; a range error while LINK_LOST is 1 or torque off is "    \
+      "under way")                                                                                 \
     X(DELAYS_REFUSED, 0x4A, 2, RD, 0, 65535, "packets",                                            \
       "not sent: they set a RETURN_DELAY that this board cannot bear")                             \
     X(BUS_SENT, 0x18, 2, RD, 0, 65535, "packets", "sent on the bus, repeated ones too")            \

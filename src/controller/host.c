@@ -317,8 +317,11 @@ static bool text_follows(const struct host *host)
 static void take_following(struct host *host)
 {
     bool late;
+    uint8_t byte = next_byte(host, &late);
 
-    take_text(host, next_byte(host, &late));
+    if (byte == STOP)
+        drop_late(host); // or a release that was said before the stop would be carried out after it
+    take_text(host, byte);
 }
 
 static void work(struct host *host)

@@ -9,7 +9,8 @@
  * cannot take in that time is dropped.
  *
  * A Ctrl-X (0x18) in a damaged packet is a stop. A Ctrl-X inside a good packet is none, also if the
- * packet is dropped as late. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main
+ * packet is dropped as late. A packet that waits for the bridge is dropped too when a Ctrl-X comes
+ * behind it. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main
  * context.
  */
 #ifndef CONTROLLER_HOST_H

@@ -10,7 +10,10 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define INHIBIT_FREE 0x5AC3u // `state` if driving is allowed; any other value inhibits
+/* Values of `state`; every other one counts as INHIBIT_ON. */
+#define INHIBIT_FREE     0x5AC3u // driving is allowed
+#define INHIBIT_ON       0x3C96u // driving is inhibited
+#define INHIBIT_STOPPING 0xA569u // driving is inhibited, and torque off is not finished
 
 /* Volatile: a reset may come between two stores, and their order must be the one written here. */
 struct inhibit_copy {
@@ -18,20 +21,21 @@ struct inhibit_copy {
     volatile uint16_t check; // the complement of `state`
 };
 
-/* True: driving is inhibited, or the copy is damaged. */
-static inline bool inhibit_stored(const struct inhibit_copy *copy)
+/* What the copy says: one of the values of `state`; INHIBIT_ON if the copy is damaged. */
+static inline uint16_t inhibit_stored(const struct inhibit_copy *copy)
 {
     uint16_t state = copy->state, check = copy->check;
 
-    return state != INHIBIT_FREE || (uint16_t)(state ^ check) != UINT16_MAX;
+    if ((uint16_t)(state ^ check) != UINT16_MAX ||
+        (state != INHIBIT_FREE && state != INHIBIT_STOPPING))
+        return INHIBIT_ON;
+    return state;
 }
 
-/* Stores `inhibited`. A reset between the stores leaves a damaged copy, which inhibits. */
-static inline void inhibit_store(struct inhibit_copy *copy, bool inhibited)
+/* Stores `state`. A reset between the stores leaves a damaged copy, which inhibits. */
+static inline void inhibit_store(struct inhibit_copy *copy, uint16_t state)
 {
-    uint16_t state = inhibited ? 0 : INHIBIT_FREE;
-
-    copy->check = 0; // no complement of either state: damaged until both words are written
+    copy->check = 0; // no complement of any state: damaged until both words are written
     copy->state = state;
     copy->check = (uint16_t)~state;
 }

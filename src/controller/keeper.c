@@ -66,12 +66,27 @@ static void watch_link(struct keeper *keeper)
         lose_link(keeper);
 }
 
-/* A line that is never quiet is no reason to give up. */
+/* A servo whose torque was read as on behind the stop. A servo that the stop itself read as on does
+ * not let go: it is told no more. */
+static bool has_torque(const struct robot *robot)
+{
+    const struct cds_roster_servo *servo = robot->servos;
+
+    for (uint8_t left = robot->crew.roster.count; left; left--, servo++)
+        if (servo->torque && servo->stopped != CDS_STOP_ON)
+            return true;
+    return false;
+}
+
+/* A stop begins anew if the line was not quiet for so long that the stop gave up, or if a servo did
+ * not hear it. */
 static void insist_on_stop(struct keeper *keeper)
 {
-    if (keeper->link_lost && keeper->settings->link_loss_action == KEEPER_TORQUE_OFF &&
-        keeper->robot->stop.result == CDS_LINE_BUSY && !robot_is_stopping(keeper->robot))
-        robot_stop(keeper->robot);
+    struct robot *robot = keeper->robot;
+
+    if (robot->stop_told && !robot_is_stopping(robot) &&
+        (robot->stop.result == CDS_LINE_BUSY || has_torque(robot)))
+        robot_stop(robot);
 }
 
 /* Alarms that were acknowledged in the meantime are told again when they come again. */

@@ -14,10 +14,16 @@ void robot_begin(struct robot *robot, struct cds_bus *bus)
     crew_begin(&robot->crew, bus, robot->servos, ROBOT_SERVOS);
 }
 
-void robot_inhibit(struct robot *robot)
+static void store(const struct robot *robot, uint16_t state)
 {
     if (robot->kept)
-        inhibit_store(robot->kept, true);
+        inhibit_store(robot->kept, state);
+}
+
+void robot_inhibit(struct robot *robot)
+{
+    if (!robot_is_stopping(robot))
+        store(robot, INHIBIT_ON);
     cds_roster_hold(&robot->crew.roster, NULL, CDS_HOLD_STOPPED);
 }
 
@@ -26,8 +32,8 @@ bool robot_allow(struct robot *robot)
     if (robot_is_stopping(robot))
         return false;
     cds_roster_allow(&robot->crew.roster);
-    if (robot->kept)
-        inhibit_store(robot->kept, false);
+    robot->stop_told = false;
+    store(robot, INHIBIT_FREE);
     return true;
 }
 
@@ -41,10 +47,13 @@ bool robot_release(struct robot *robot)
 
 void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on)
 {
+    uint16_t state = powered_on ? INHIBIT_FREE : inhibit_stored(kept);
+
     robot->kept = kept;
-    if (powered_on)
-        inhibit_store(kept, false);
-    else if (inhibit_stored(kept))
+    store(robot, state);
+    if (state == INHIBIT_STOPPING)
+        robot_stop(robot);
+    else if (state == INHIBIT_ON)
         robot_inhibit(robot);
 }
 
@@ -118,29 +127,39 @@ void robot_abort(struct robot *robot)
 
 CDS_APART static void begin_stop(struct robot *robot)
 {
-    robot->stop_waits = false;
+    robot->stop_told = true;
     robot->stopping = true;
     robot->crew.away = false;
     cds_stop_begin(&robot->stop, &robot->crew.roster);
 }
 
+/* At another rate no servo of the robot hears the stop: it begins when the bus is back. An
+ * operation may leave a servo, and the bus, at another rate than before: then all are told once
+ * more. */
 void robot_stop(struct robot *robot)
 {
     robot_abort(robot);
     robot_inhibit(robot);
-    // elsewhere nobody would hear it; at home its requests keep the bus from being taken away
-    if (robot->operation != ROBOT_IDLE && robot->bus->baud != robot->baud)
-        robot->stop_waits = true;
-    else
+    store(robot, INHIBIT_STOPPING);
+    robot->stop_waits = robot_is_exclusive(robot);
+    robot->stop_told = false;
+    if (!robot->stop_waits || robot->bus->baud == robot->baud)
         begin_stop(robot);
 }
 
 static void poll_stop(struct robot *robot)
 {
-    if (robot->stop_waits && (robot->operation == ROBOT_IDLE || robot->bus->baud == robot->baud))
+    if (robot->stop_waits && robot->operation == ROBOT_IDLE) {
+        robot->stop_waits = false;
         begin_stop(robot);
-    if (robot->stopping && cds_stop_poll(&robot->stop) != CDS_PENDING)
+    } else if (robot->stop_waits && !robot->stop_told && robot->bus->baud == robot->baud) {
+        begin_stop(robot);
+    }
+    if (robot->stopping && cds_stop_poll(&robot->stop) != CDS_PENDING) {
         robot->stopping = false;
+        if (!robot->stop_waits && robot->stop.result != CDS_LINE_BUSY)
+            store(robot, INHIBIT_ON);
+    }
 }
 
 static enum cds_result poll_operation(struct robot *robot)

@@ -75,11 +75,13 @@ struct robot {
     uint8_t operation;         // enum robot_operation
     uint8_t result;            // enum cds_result of it: CDS_PENDING while it goes on
     uint8_t baud;              // register value of the bus's rate when it began
-    bool stop_waits : 1;       // until the bus is back at its rate
-    bool stopping : 1;         // a stop is under way
-    bool watch_rests : 1;      // the cycle leaves no time for the state check
-    bool group_acts : 1;       // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
-    bool chosen : 1; // somebody has said which servos they are: the state check looks at them
+    bool stop_waits : 1;       // for the end of an operation: then all are told, or told again
+    bool
+        stop_told : 1; // a stop has begun since it was asked for, and driving was not allowed since
+    bool stopping : 1; // a stop is under way
+    bool watch_rests : 1; // the cycle leaves no time for the state check
+    bool group_acts : 1;  // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    bool chosen : 1;      // somebody has said which servos they are: the state check looks at them
     uint8_t group_count;
     uint8_t watched;   // servos that the state check was begun for
     uint8_t strangers; // servos that the last whole scan found beyond those of the robot
@@ -98,8 +100,8 @@ void robot_begin(struct robot *robot, struct cds_bus *bus);
 void robot_poll(struct robot *robot);
 
 /* Goes on as a reset left the drive inhibit: driving is inhibited if `kept`, which stays in place,
- * says so or is damaged. `powered_on`: there was no power, the content of `kept` is random, and
- * driving is allowed. Once, after robot_begin(). */
+ * says so or is damaged; a stop that was not finished begins anew. `powered_on`: there was no
+ * power, the content of `kept` is random, and driving is allowed. Once, after robot_begin(). */
 void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on);
 
 /* Inhibits driving, and keeps that for a reset: nothing that can drive a servo is sent any more, to

@@ -86,32 +86,33 @@ static void set(void *owner, uint8_t reg, uint16_t value)
     else if (reg == DEVICE_SAVE)
         values->to_save = value;
     else if (reg == DEVICE_LINK_LOST)
-        values->to_clear = true;
+        keeper_clear(values->keeper);
     else if (reg == DEVICE_INHIBIT)
-        values->to_release = true;
+        robot_release(values->keeper->robot);
     else if (reg == DEVICE_ALARMS)
         cds_roster_acknowledge(&values->keeper->robot->crew.roster, NULL);
 }
 
-/* A lost host link is to be cleared first, as at the console. */
+/* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at
+ * the console. */
 static bool allows(void *owner, uint8_t reg)
 {
-    const struct values *values = owner;
+    const struct keeper *keeper = ((const struct values *)owner)->keeper;
 
-    return reg != DEVICE_INHIBIT || !values->keeper->link_lost;
+    if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
+        return true;
+    return !robot_is_stopping(keeper->robot) && (reg == DEVICE_LINK_LOST || !keeper->link_lost);
 }
 
-/* Answered only then: the rate of the bus changes between two exchanges, a save waits for the one
- * before it, and a stop is not taken back while it is under way. */
+/* Does what was asked, if it can: the rate of the bus changes between two exchanges, and a save
+ * waits for the one before it. True: all is done, and the device may answer. */
 static bool settled(void *owner)
 {
     struct values *values = owner;
     struct keeper *keeper = values->keeper;
 
     values->to_save = values->to_save && !settings_save(keeper->store, keeper->settings);
-    values->to_clear = values->to_clear && !keeper_clear(keeper);
-    values->to_release = values->to_release && !robot_release(keeper->robot);
-    return keeper_follow(keeper) && !values->to_save && !values->to_clear && !values->to_release;
+    return keeper_follow(keeper) && !values->to_save;
 }
 
 const CDS_FLASH struct device_world values_world = {get, set, allows, reset, settled};

@@ -14,8 +14,8 @@ struct values {
     struct keeper *keeper;
     const struct host *host;
     const struct bridge *bridge;
-    const volatile uint16_t *gaps;      // bytes of the host that the receive handler lost
-    bool to_save, to_clear, to_release; // was asked for, and could not be begun yet
+    const volatile uint16_t *gaps; // bytes of the host that the receive handler lost
+    bool to_save;                  // was asked for, and could not be begun yet
 };
 
 /* For a device whose owner is a struct values. */

@@ -1,5 +1,5 @@
 /* The check of every packet before it is sent; see gate.h. Manual: 2.4; 3.1, registers 0x05, 0x06
- * to 0x09, 0x18, 0x1E to 0x21. */
+ * to 0x09, 0x18, 0x1A to 0x21, 0x30. */
 #include "gate.h"
 
 #include "cds55xx/control_table.h" // CDS_REG_RETURN_DELAY
@@ -20,7 +20,7 @@ static enum cds_result check_writes(const struct cds_roster *roster, const uint8
     struct cds_part part = {{bytes + CDS_AT_PARAMETERS + 2, 0, 0}, 0, 0}; // before the first block
 
     for (uint8_t i = 0; cds_part_of(bytes, i, &part); i++) {
-        if (roster->inhibited && cds_span_drives(&part.span))
+        if (roster->inhibited && cds_span_may_move(&part.span))
             return CDS_HELD;
         if (sets_delay_below(&part.span, roster->shortest_delay))
             return CDS_TOO_EARLY;
@@ -32,9 +32,11 @@ static enum cds_result check_writes(const struct cds_roster *roster, const uint8
 
 enum cds_result cds_gate_check(const struct cds_roster *roster, const uint8_t *bytes)
 {
+    uint8_t longest = CDS_LENGTH_MIN;
+
     switch (bytes[CDS_AT_INSTRUCTION]) {
-    case CDS_PING:
-    case CDS_READ: return CDS_OK;
+    case CDS_READ: longest = CDS_LENGTH_MIN + 2; // fall through
+    case CDS_PING: return roster->inhibited && bytes[CDS_AT_LENGTH] > longest ? CDS_HELD : CDS_OK;
     case CDS_WRITE:
     case CDS_REG_WRITE:
     case CDS_SYNC_WRITE:

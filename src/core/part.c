@@ -36,3 +36,10 @@ bool cds_span_drives(const struct cds_span *span)
            cds_span_value(span, CDS_REG_TORQUE_ENABLE, 0) ||
            cds_span_touches(span, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1);
 }
+
+bool cds_span_may_move(const struct cds_span *span)
+{
+    return cds_span_drives(span) ||
+           cds_span_touches(span, CDS_REG_CW_COMPLIANCE_MARGIN, CDS_REG_CCW_PROPORTION) ||
+           cds_span_touches(span, CDS_REG_PUNCH, CDS_REG_PUNCH + 1);
+}

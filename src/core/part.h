@@ -18,4 +18,9 @@ bool cds_part_of(const uint8_t *bytes, uint8_t index, struct cds_part *part);
  * angle limit changes the mode, and in endless turn the speed register makes the servo turn. */
 bool cds_span_drives(const struct cds_span *span);
 
+/* True if this write can move a servo whose torque may be on: a write that drives, or one of a
+ * compliance margin, a proportion or the punch, which decide how far from its goal the servo stands
+ * still. */
+bool cds_span_may_move(const struct cds_span *span);
+
 #endif

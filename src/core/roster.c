@@ -421,7 +421,7 @@ CDS_APART static enum cds_result judge_block(struct cds_roster *roster, uint8_t 
 {
     struct cds_part part = {{data, address, length}, id, CDS_SYNC_WRITE};
 
-    if (roster->inhibited && cds_span_drives(&part.span))
+    if (roster->inhibited && cds_span_may_move(&part.span))
         return CDS_HELD;
     return judge_part(roster, &part, &id);
 }

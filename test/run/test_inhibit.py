@@ -61,6 +61,10 @@ class Inhibit(unittest.TestCase):
                        "status\n@expect text driving: inhibited until 'clear'\n" + STILL.format("1-3") +
                        "clear\ntorque 1 on\n@expect servo 1 torque on\n")
 
+    def test_stop_on_a_line_held_low_begins_anew_when_it_is_free(self):
+        run_script(self, "turn 1 20rpm\ntorque 1 on\n@fault stuck low 2000\n! stop\n@wait 3000\n"
+                   "@expect servo 1 torque off\n")
+
     def test_stop_after_a_whole_scan_names_no_strangers(self):
         run = run_script(self, "scan\nstop\nstatus\n@expect text last stop: 3 of 3 servos read back as off\n")
         self.assertNotIn("not looked at", run.output)
@@ -93,6 +97,7 @@ class HostBytes(unittest.TestCase):
             file.write_text(program)
             run = Run(f"build/{board}/controller.elf", "--host", file, board=board, servos="1-3")
         self.assertEqual(run.status, 0, run.output)
+        self.last = run
         said = [int(last) for last in re.findall(r"^said \d+ (\d+)", run.output, re.M)]
         return [(cycle, packet) for cycle, way, packet in run.packets if way == "->in"], said
 
@@ -108,6 +113,29 @@ class HostBytes(unittest.TestCase):
         sent, _ = self.wire("wait 20000\nsay FF FF 01 FE 03\n" + "say 18\nwait 33000\n" * 60)
         stops = [packet for _, packet in sent].count(TORQUE_OFF)
         self.assertEqual(stops, 60 * 3)  # each press is a stop
+
+    def test_stop_is_not_undone_by_a_release_said_before_it(self):
+        read, release = "FF FF 4D 04 02 24 02 86 ", "FF FF FD 04 03 17 00 E4 "
+        for said in (f"say {2 * read}{release}18\n",
+                     f"text group 1 2 9 10 11\nhear 4 within 3000\nwait 100000\nsay 18\nwait 3000\nsay {release}\n"
+                     "wait 1000\nsay 18\n"):
+            sent, _ = self.wire(f"wait 50000\n{said}wait 1000000\ntext torque 1 on\nwait 100000\n")
+            self.assertIn(TORQUE_OFF, [packet for _, packet in sent])
+            self.assertNotIn("FF FF 01 04 03 18 01 DE", [packet for _, packet in sent])
+
+    def test_stop_amid_a_change_of_rate_reaches_the_servo_there(self):
+        for after_us in range(2000, 40000, 3000):
+            program = ("wait 20000\ntext group 1\nwait 100000\ntext torque 1 on\nwait 100000\n"
+                       f"text baud 1 57600bps\nwait {after_us}\nsay 18\nwait 900000\nsay FF FF 01 04 02 18 01 DF\n"
+                       "wait 100000\n")
+            sent, _ = self.wire(program)
+            run = self.last
+            self.assertEqual(run.packets[-1][2], "FF FF 01 03 00 00 FB", (after_us, run.transcript))  # torque is 0
+
+    def test_stop_that_a_reset_interrupts_is_finished(self):
+        sent, _ = self.wire("wait 20000\ntext torque 1 on\nwait 100000\nsay 18\nwait 200\nreset watchdog in 0\n"
+                            "wait 300000\n")
+        self.assertIn(TORQUE_OFF, [packet for _, packet in sent])
 
     def test_stop_in_a_good_packet_is_none(self):
         sent, _ = self.wire("wait 20000\nsay FF FF 02 04 02 18 01 DE\nhear 7\nwait 30000\n")
