@@ -78,13 +78,13 @@ static bool has_torque(const struct robot *robot)
     return false;
 }
 
-/* A stop begins anew if the line was not quiet for so long that the stop gave up, or if a servo did
- * not hear it. */
+/* A stop begins anew when the line is quiet again after the stop gave up, or if a servo did not
+ * hear the stop. */
 static void insist_on_stop(struct keeper *keeper)
 {
     struct robot *robot = keeper->robot;
 
-    if (robot->stop_told && !robot_is_stopping(robot) &&
+    if (robot->stop_told && !robot_is_stopping(robot) && cds_bus_state(robot->bus) == CDS_BUS_OK &&
         (robot->stop.result == CDS_LINE_BUSY || has_torque(robot)))
         robot_stop(robot);
 }
