@@ -9,31 +9,53 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#define PATH_ROOM   1024
 #define VALUE_ROOM  64
 #define LINE_ROOM   256
 #define BOARDS_ROOM 512
 
 /* Text of one data file and where it came from, for messages. */
 struct source {
-    char path[PATH_ROOM];
+    char path[BOARD_PATH_ROOM];
     FILE *file;
     unsigned line; // of the latest word that was found
     bool good;     // nothing was missing so far
 };
 
-static bool open_path(struct source *source)
+static bool is_own(const char *name)
 {
-    source->file = fopen(source->path, "r");
-    source->good = source->file != 0;
-    return source->good;
+    return strpbrk(name, "./") != 0;
 }
 
-static bool open_source(struct source *source, const char *folder, const char *name,
-                        const char *file)
+void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_ROOM],
+                 char chip[BOARD_PATH_ROOM])
 {
-    snprintf(source->path, sizeof(source->path), "%s/%s/%s", folder, name, file);
-    return open_path(source);
+    struct stat what;
+    if (!is_own(name)) {
+        snprintf(wiring, BOARD_PATH_ROOM, "%s/%s/board.h", folder, name);
+    } else {
+        bool is_folder = stat(name, &what) == 0 && S_ISDIR(what.st_mode);
+        snprintf(wiring, BOARD_PATH_ROOM, "%s%s", name, is_folder ? "/board.h" : "");
+    }
+    const char *slash = strrchr(wiring, '/');
+    snprintf(chip, BOARD_PATH_ROOM, "%.*sboard.mk", (int)(slash ? slash - wiring + 1 : 0), wiring);
+}
+
+/* 0, or what is wrong. The type is checked before fopen(), which would wait at a pipe. */
+static const char *open_path(struct source *source)
+{
+    struct stat what;
+    if (stat(source->path, &what) != 0) {
+        return strerror(errno);
+    }
+    if (!S_ISREG(what.st_mode)) {
+        return "is no regular file";
+    }
+    if (what.st_size > BOARD_FILE_KIB * 1024) {
+        return "longer than 256 KiB";
+    }
+    source->file = fopen(source->path, "r");
+    source->good = source->file != 0;
+    return source->good ? 0 : strerror(errno);
 }
 
 /* The word behind `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
@@ -226,7 +248,8 @@ static void list_boards(const char *folder, const char *name)
     unsigned known = 0;
     for (int i = 0; i < count; i++) {
         struct source source;
-        if (known < BOARDS_ROOM && open_source(&source, folder, entries[i]->d_name, "board.h")) {
+        snprintf(source.path, sizeof(source.path), "%s/%s/board.h", folder, entries[i]->d_name);
+        if (known < BOARDS_ROOM && !open_path(&source)) {
             fclose(source.file);
             names[known++] = entries[i]->d_name;
         }
@@ -243,10 +266,8 @@ static void list_boards(const char *folder, const char *name)
 }
 
 /* `wiring` is open. */
-static bool read_files(struct board *board, struct source *wiring)
+static bool read_files(struct board *board, struct source *wiring, struct source *chip)
 {
-    struct source chip = {.good = false};
-    char *end = strrchr(wiring->path, '/');
     char word[VALUE_ROOM];
     if (!read_wiring(board, wiring)) {
         return false;
@@ -254,32 +275,28 @@ static bool read_files(struct board *board, struct source *wiring)
     if (has_word(wiring, "BOARD_MCU", word)) {
         return read_chip(board, wiring, "BOARD_MCU", "BOARD_F_CPU");
     }
-    snprintf(chip.path, sizeof(chip.path), "%.*sboard.mk", (int)(end ? end - wiring->path + 1 : 0),
-             wiring->path);
-    if (!open_path(&chip)) {
-        fprintf(stderr, "%s: %s; it or BOARD_MCU in board.h names the chip\n", chip.path,
-                strerror(errno));
+    const char *wrong = open_path(chip);
+    if (wrong) {
+        fprintf(stderr, "%s: %s; it or BOARD_MCU in board.h names the chip\n", chip->path, wrong);
         return false;
     }
-    bool good = read_chip(board, &chip, "MCU", "F_CPU");
-    fclose(chip.file);
+    bool good = read_chip(board, chip, "MCU", "F_CPU");
+    fclose(chip->file);
     return good;
 }
 
-static bool open_own(struct source *wiring, const char *path)
+static bool open_own(struct source *wiring)
 {
-    struct stat what;
-    bool folder = stat(path, &what) == 0 && S_ISDIR(what.st_mode);
-    snprintf(wiring->path, sizeof(wiring->path), "%s%s", path, folder ? "/board.h" : "");
-    if (!open_path(wiring)) {
-        fprintf(stderr, "%s: %s\n", wiring->path, strerror(errno));
+    const char *wrong = open_path(wiring);
+    if (wrong) {
+        fprintf(stderr, "%s: %s\n", wiring->path, wrong);
     }
-    return wiring->good;
+    return !wrong;
 }
 
 static bool open_known(struct source *wiring, const char *folder, const char *name)
 {
-    if (!name[0] || !open_source(wiring, folder, name, "board.h")) {
+    if (!name[0] || open_path(wiring)) {
         list_boards(folder, name);
         return false;
     }
@@ -289,11 +306,13 @@ static bool open_known(struct source *wiring, const char *folder, const char *na
 bool board_read(struct board *board, const char *folder, const char *name)
 {
     struct source wiring = {.good = false};
+    struct source chip = {.good = false};
     *board = (struct board){0};
-    if (!(strpbrk(name, "./") ? open_own(&wiring, name) : open_known(&wiring, folder, name))) {
+    board_paths(folder, name, wiring.path, chip.path);
+    if (!(is_own(name) ? open_own(&wiring) : open_known(&wiring, folder, name))) {
         return false;
     }
-    bool good = read_files(board, &wiring);
+    bool good = read_files(board, &wiring, &chip);
     fclose(wiring.file);
     return good;
 }

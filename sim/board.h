@@ -6,6 +6,8 @@
 #include <stdint.h>
 
 #define BOARD_BUSES_MAX 3
+#define BOARD_PATH_ROOM 1024
+#define BOARD_FILE_KIB  256 // the longest board.h or board.mk that is read
 
 /* How a bus hangs on its USART. */
 enum board_wiring {
@@ -42,10 +44,14 @@ struct board {
     uint32_t host_baud;
 };
 
+/* The paths of the two files that board_read() reads; they need not exist. */
+void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_ROOM],
+                 char chip[BOARD_PATH_ROOM]);
+
 /* Reads FOLDER/NAME/board.h and board.mk. A name with `.` or `/` in it is the path of a board.h, or
  * of the folder it is in; its chip and clock are BOARD_MCU and BOARD_F_CPU in it, or MCU and F_CPU
  * in a board.mk beside it. False, with one line on stderr, when there is no such board (the line
- * lists those there are) or a file lacks something. */
+ * lists those there are), a file lacks something, is no regular file or is too long. */
 bool board_read(struct board *board, const char *folder, const char *name);
 
 #endif

@@ -11,6 +11,7 @@
 #include "bench.h"
 #include "bus.h"
 #include "files.h"
+#include "named_files.h"
 
 #ifndef SIM_BOARDS_DIR
 #define SIM_BOARDS_DIR "boards"
@@ -374,5 +375,6 @@ int main(int argc, char **argv)
             return files_flush_stdout() ? EXIT_GOOD : EXIT_USAGE;
         }
     }
-    return parse(&options, argc, argv) ? run(&options) : EXIT_USAGE;
+    bool good = parse(&options, argc, argv) && named_files_check(&options);
+    return good ? run(&options) : EXIT_USAGE;
 }

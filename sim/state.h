@@ -13,6 +13,9 @@
 #include "schedule.h"
 #include "servos.h"
 
+/* The names of the files in the folder, for fnmatch(). */
+#define STATE_FILES "bus[0-9]-servo[0-9][0-9][0-9]*.eeprom"
+
 struct state {
     const char *folder; // 0: nothing is kept, and every call does nothing
     unsigned bus;

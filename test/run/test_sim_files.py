@@ -1,7 +1,9 @@
 """The simulator's files: read whole or refused, written whole or reported, whatever ends the run."""
+import itertools
 import os
 import pathlib
 import resource
+import shutil
 import signal
 import stat
 import subprocess
@@ -26,8 +28,9 @@ class Folder(unittest.TestCase):
         self.script.write_text(SCRIPT)
 
     def simulate(self, *options, **more):
-        return subprocess.run([SIM, *options], text=True, timeout=60, stdin=subprocess.DEVNULL,
-                              stderr=subprocess.PIPE, **{"stdout": subprocess.PIPE, **more})
+        return subprocess.run([SIM, *options], text=True, stdin=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE,
+                              **{"stdout": subprocess.PIPE, "timeout": 60, **more})
 
     def firmware(self, *options, **more):
         return self.simulate(*FIRMWARE, "--script", self.script, *options, **more)
@@ -54,6 +57,39 @@ class Input(Folder):
         os.close(read)
         self.assertEqual(done.returncode, 0, done)
         self.assertIn("\nheard ", done.stdout)
+
+
+    def test_board_that_is_no_regular_file_is_refused(self):
+        pipe, folder = self.folder / "pipe", self.folder / "folder"
+        os.mkfifo(pipe)
+        (folder / "board.h").mkdir(parents=True)
+        for board, path in [("/dev/zero", "/dev/zero"), ("/dev/full", "/dev/full"), (pipe, pipe),
+                            (folder, folder / "board.h")]:
+            self.assert_board_refused(board, f"{path}: is no regular file\n")
+
+    def test_board_that_is_too_long_is_refused(self):
+        board = self.folder / "board.h"
+        board.touch()
+        for size in [256 * 1024 + 1, 1 << 40]:
+            os.truncate(board, size)
+            self.assert_board_refused(board, f"{board}: longer than 256 KiB\n")
+        board.write_bytes((ROOT / "boards/atmega128/board.h").read_bytes())
+        make = self.folder / "board.mk"
+        make.symlink_to("/dev/zero")
+        self.assert_board_refused(board, f"{make}: is no regular file; it or BOARD_MCU in board.h "
+                                  "names the chip\n")
+
+    def test_board_of_the_longest_size_is_read(self):
+        board = self.folder / "board.h"
+        text = ((ROOT / "boards/atmega128/board.h").read_text() +
+                "#define BOARD_MCU atmega128\n#define BOARD_F_CPU 16000000\n")
+        board.write_text(text + "\n" * (256 * 1024 - len(text)))
+        done = self.simulate("firmware", ELF, "--board", board, "--seconds", "0.001")
+        self.assertEqual(done.returncode, 0, done)
+
+    def assert_board_refused(self, board, message):
+        done = self.simulate("firmware", ELF, "--board", board, "--seconds", "0.01", timeout=10)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (2, "", message))
 
 
 class FullDisk(Folder):
@@ -107,6 +143,160 @@ class FullDisk(Folder):
         done = self.firmware("--plot", plot, env=path, preexec_fn=limit, restore_signals=False)
         self.assertEqual(done.returncode, 2)
         self.assertIn("x.svg: ", done.stderr)
+
+
+class SameFile(Folder):
+    """An output that is another file of the command line would destroy it: nothing is opened."""
+    OUTPUTS = ["--transcript", "--vcd", "--csv", "--times", "--plot"]
+    BUS_OUTPUTS = ["--transcript", "--vcd", "--csv", "--plot"]
+
+    def setUp(self):
+        super().setUp()
+        self.elf = self.folder / "c.elf"
+        shutil.copy(ELF, self.elf)
+        self.board = self.folder / "board/board.h"
+        shutil.copytree(ROOT / "boards/atmega128", self.board.parent)
+        self.eeprom = self.folder / "e.bin"
+        self.eeprom.write_bytes(b"\xff" * EEPROM_BYTES)
+        self.host = self.folder / "host"
+        self.host.write_text("text ping 1\nhear 4\n")
+        self.state = self.folder / "state"
+        self.command = ["firmware", self.elf, "--board", self.board, "--servos", "1"]
+
+    def contents(self):
+        return {file: file.read_bytes() for file in self.folder.rglob("*") if file.is_file()}
+
+    def assert_refused(self, first, second, *command, cwd=None):
+        """One line that names both options, status 2, and all files as before."""
+        before = self.contents()
+        done = self.simulate(*command, cwd=cwd)
+        self.assertEqual((done.returncode, done.stdout), (2, ""), command)
+        self.assertRegex(done.stderr, rf"\Acds55xx-sim: {first} .+ and {second} .+ are the same "
+                         rf"file: name another file for {first}\n\Z")
+        self.assertEqual(self.contents(), before)
+
+    def test_output_that_is_an_input_is_refused(self):
+        script = ["--script", self.script]
+        for option in self.OUTPUTS:
+            for name, file, more in [
+                    ("the ELF", self.elf, script), ("--script", self.script, script),
+                    ("--host", self.host, ["--host", self.host]), ("--board", self.board, script),
+                    ("--board", self.board.with_name("board.mk"), script)]:
+                self.assert_refused(option, name, *self.command, *more, option, file)
+            self.assert_refused(option, "--eeprom", *self.command, *script, option, self.eeprom,
+                                "--eeprom", self.eeprom)
+
+    def test_eeprom_that_is_an_input_is_refused(self):
+        self.assert_refused("--eeprom", "the ELF", *self.command, "--seconds", "1", "--eeprom",
+                            self.elf)
+
+    def test_known_board_as_output_is_refused(self):
+        """The ELF is for another chip: a simulator without the check ends before it opens the file
+        of the repository."""
+        for file in ["board.h", "board.mk"]:
+            self.assert_refused("--transcript", "--board", "firmware", self.elf, "--board",
+                                "arbotix", "--seconds", "0.001", "--transcript",
+                                ROOT / "boards/arbotix" / file)
+
+    def test_two_outputs_in_one_file_are_refused(self):
+        output = self.folder / "output"
+        for exists in [False, True]:
+            if exists:
+                output.write_text("old")
+            for first, second in itertools.combinations(self.OUTPUTS, 2):
+                self.assert_refused(first, second, *self.command, "--script", self.script, second,
+                                    output, first, output)
+            for first, second in itertools.combinations(self.BUS_OUTPUTS, 2):
+                self.assert_refused(first, second, *BUS, "--seconds", "0.01", first, output,
+                                    second, output)
+
+    def test_new_eeprom_as_output_is_refused(self):
+        self.eeprom.unlink()
+        self.assert_refused("--transcript", "--eeprom", *self.command, "--script", self.script,
+                            "--eeprom", self.eeprom, "--transcript", self.eeprom)
+
+    def test_script_of_a_bus_as_output_is_refused(self):
+        for option in self.BUS_OUTPUTS:
+            self.assert_refused(option, "--script", *BUS, "--script", self.script, option,
+                                self.script)
+
+    def test_hard_and_symbolic_links_to_an_input_are_refused(self):
+        hard, soft = self.folder / "hard", self.folder / "soft"
+        os.link(self.script, hard)
+        soft.symlink_to("script")
+        for link in [hard, soft]:
+            self.assert_refused("--transcript", "--script", *self.command, "--script", self.script,
+                                "--transcript", link)
+
+    def test_new_file_by_several_paths_is_refused(self):
+        soft, there = self.folder / "soft", self.folder / "there"
+        soft.symlink_to("chain")
+        (self.folder / "chain").symlink_to(self.folder / "output")
+        there.symlink_to(self.folder)
+        for path in ["./output", f"{self.folder}/output", "board/../output", soft, there / "output",
+                     there / "soft"]:
+            self.assert_refused("--transcript", "--csv", *self.command, "--script", self.script,
+                                "--transcript", "output", "--csv", path, cwd=self.folder)
+
+    def test_output_that_is_a_servo_file_of_state_is_refused(self):
+        self.state.mkdir()
+        for exists in [False, True]:
+            if exists:
+                (self.state / "bus0-servo001.eeprom").write_text("old")
+            for option, more in [("--transcript", []), ("--eeprom", ["--transcript", "/dev/null"])]:
+                self.assert_refused(option, "--state", *self.command, "--script", self.script,
+                                    "--state", self.state, *more, option,
+                                    self.state / "bus0-servo001.eeprom")
+            self.assert_refused("--csv", "--state", *BUS, "--seconds", "0.01", "--state",
+                                self.state, "--csv", self.state / "bus0-servo001.eeprom")
+        os.link(self.state / "bus0-servo001.eeprom", self.folder / "hard")
+        self.assert_refused("--csv", "--state", *BUS, "--seconds", "0.01", "--state",
+                            self.state, "--csv", self.folder / "hard")
+
+    def test_output_that_is_the_file_of_stdout_is_refused(self):
+        for mode in ["w", "a"]:
+            for path in [self.folder / "log", "/dev/stdout"]:
+                with open(self.folder / "log", mode, encoding="ascii") as log:
+                    log.write("earlier\n")
+                    log.flush()
+                    done = self.simulate(*BUS, "--seconds", "0.01", "--transcript", path,
+                                         stdout=log)
+                self.assertEqual(done.returncode, 2)
+                self.assertEqual(done.stderr, f"cds55xx-sim: --transcript {path} and stdout are the "
+                                 "same file: name another file for --transcript\n")
+                self.assertEqual((self.folder / "log").read_text()[:8], "earlier\n")
+
+    def test_device_or_pipe_for_several_outputs_is_written(self):
+        read, write = os.pipe()
+        for path in ["/dev/null", "/dev/stdout", f"/dev/fd/{write}"]:
+            outputs = [word for option in ["--transcript", "--csv", "--vcd", "--times"]
+                       for word in [option, path]]
+            done = self.simulate(*self.command, "--host", self.host, *outputs, "--seconds", "0.01",
+                                 pass_fds=[write])
+            self.assertEqual(done.returncode, 0, done)
+            done = self.simulate(*BUS, *outputs[:-2], "--seconds", "0.01", pass_fds=[write])
+            self.assertEqual(done.returncode, 0, done)
+            self.assertEqual("$enddefinitions" in done.stdout, path == "/dev/stdout")
+        os.close(write)
+        with open(read, encoding="ascii") as pipe:
+            self.assertIn("$enddefinitions", pipe.read())
+        done = self.firmware("--transcript", "/dev/full", "--csv", "/dev/full")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("/dev/full: not everything could be written", done.stderr)
+
+    def test_files_beside_each_other_are_written(self):
+        """Other names in the folders of the inputs, and copies with the same content."""
+        copy, servo = self.folder / "copy", self.state / "bus0-servo001.eeprom"
+        self.state.mkdir()
+        copy.write_text(SCRIPT)
+        self.script.write_text("write 1 ID 9\n")
+        done = self.simulate(*self.command, "--script", self.script, "--state", self.state,
+                             "--eeprom", self.eeprom, "--transcript", copy, "--csv",
+                             self.state / "motion.csv", "--vcd", self.board.with_name("board.vcd"),
+                             "--times", self.folder / "bus0-servo001.eeprom")
+        self.assertEqual(done.returncode, 0, done)
+        self.assertIn("->in", copy.read_text())
+        self.assertIn("CRC", servo.read_text())
 
 
 class Signals(Folder):
