@@ -293,7 +293,7 @@ class SameFile(Folder):
         done = self.simulate(*self.command, "--script", self.script, "--state", self.state,
                              "--eeprom", self.eeprom, "--transcript", copy, "--csv",
                              self.state / "motion.csv", "--vcd", self.board.with_name("board.vcd"),
-                             "--times", self.folder / "bus0-servo001.eeprom")
+                             "--times", self.board.with_name("bus0-servo001.eeprom"))
         self.assertEqual(done.returncode, 0, done)
         self.assertIn("->in", copy.read_text())
         self.assertIn("CRC", servo.read_text())
