@@ -394,6 +394,19 @@ void test_stop_behind_a_damaged_packet_counts_once(void)
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
 }
 
+/* The packet stands within a cut one; what came behind it is lost. */
+void test_packet_in_a_cut_one_before_a_gap_is_dropped(void)
+{
+    static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3};
+
+    feed(cut, sizeof cut, 1);
+    feed(ping, sizeof ping, 1);
+    host_gap(&host);
+    settle();
+    TEST_ASSERT_EQUAL_UINT16(0, packets);
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.late);
+}
+
 void test_stop_in_bytes_before_a_gap_is_found(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3, 0x18};
