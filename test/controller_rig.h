@@ -116,6 +116,24 @@ static void turn(void)
     most_said = said_size > most_said ? said_size : most_said;
 }
 
+/* Builds an instruction packet; returns its size. */
+static size_t build(uint8_t *to, uint8_t id, uint8_t instruction, const uint8_t *parameters,
+                    size_t count)
+{
+    uint8_t sum = (uint8_t)(id + instruction + count + 2);
+
+    to[0] = to[1] = 0xFF;
+    to[2] = id;
+    to[3] = (uint8_t)(count + 2);
+    to[4] = instruction;
+    for (size_t i = 0; i < count; i++) {
+        to[5 + i] = parameters[i];
+        sum = (uint8_t)(sum + parameters[i]);
+    }
+    to[5 + count] = (uint8_t)~sum;
+    return count + 6;
+}
+
 /* As the receive handler and main.c do it. */
 static void hear(uint8_t byte)
 {

@@ -62,20 +62,13 @@ static void noise(uint32_t count)
 /* --- damage --------------------------------------------------------------------------------------
  */
 
-static size_t packet(uint8_t *to, uint8_t id, uint8_t instruction, size_t parameters)
+static size_t packet(uint8_t *to, uint8_t id, uint8_t instruction, size_t count)
 {
-    uint8_t sum = (uint8_t)(id + instruction + parameters + 2);
+    uint8_t parameters[CDS_LENGTH_MAX];
 
-    to[0] = to[1] = 0xFF;
-    to[2] = id;
-    to[3] = (uint8_t)(parameters + 2);
-    to[4] = instruction;
-    for (size_t i = 0; i < parameters; i++) {
-        to[5 + i] = any_byte();
-        sum = (uint8_t)(sum + to[5 + i]);
-    }
-    to[5 + parameters] = (uint8_t)~sum;
-    return parameters + 6;
+    for (size_t i = 0; i < count; i++)
+        parameters[i] = any_byte();
+    return build(to, id, instruction, parameters, count);
 }
 
 static size_t any_packet(uint8_t *to)

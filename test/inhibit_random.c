@@ -74,23 +74,6 @@ static void judge(const uint8_t *bytes, size_t size)
 
 /* ---- input ---- */
 
-static size_t build(uint8_t *to, uint8_t id, uint8_t instruction, const uint8_t *parameters,
-                    size_t count)
-{
-    uint8_t sum = (uint8_t)(id + instruction + count + 2);
-
-    to[0] = to[1] = 0xFF;
-    to[2] = id;
-    to[3] = (uint8_t)(count + 2);
-    to[4] = instruction;
-    for (size_t i = 0; i < count; i++) {
-        to[5 + i] = parameters[i];
-        sum = (uint8_t)(sum + parameters[i]);
-    }
-    to[5 + count] = (uint8_t)~sum;
-    return count + 6;
-}
-
 static uint8_t any_id(void)
 {
     static const uint8_t likely[] = {1, 2, 3, 4, 5, 19, 77, 99, 252, 254, 254, 254};
