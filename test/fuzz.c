@@ -123,6 +123,8 @@ static int good_ones(const uint8_t *damaged, size_t size)
 
     if (paused)
         wait_us(HOST_SILENCE_US + 1000);
+    for (uint32_t i = 0; paused && i < 50000 && robot_is_stopping(&robot); i++)
+        turn(); // damage that holds a Ctrl-X stops the robot, and a stop goes before the host
     said_size = 0;
     say(question, sizeof question);
     if (!wait_for(reply, sizeof reply)) {
