@@ -52,11 +52,12 @@ class Program(unittest.TestCase):
         self.assertEqual(status, 0, output[-1000:])
 
     def test_stale_reply_is_not_passed_on_as_the_next_one(self):
-        """Two READs of a word, of a servo that answers 0.7 to 2 ms late: no reply, or none of the
-        two would know whose value it has."""
+        """Two READs of a word, of a servo that answers 0.8 to 2 ms late: no reply, since the PC could
+        not know to which READ it belongs. A reply 0.7 ms late may be whole when the firmware looks
+        whether its deadline is over: it is the reply to its own READ."""
         program = ("say FF FF 01 04 02 1E 02 D8\nsay FF FF 01 04 02 0C 02 EA\n"
                    "hear 1 within 20\n")
-        for us in range(700, 2000, 50):
+        for us in range(800, 2000, 50):
             status, output = run(program, "--fault", f"turnaround 1 {us}")
             self.assertEqual(status, 1, (us, output))
             self.assertIn("pc:3: heard 0 bytes, not 1", output, us)
