@@ -100,9 +100,9 @@ static void turn(void)
         console_stop(&console);
     host.stop = false;
     robot_poll(&robot);
-    if (!robot_is_exclusive(&robot))
+    if (!robot_is_exclusive(&robot) || bridge.state == BRIDGE_WAITING)
         bridge_poll(&bridge);
-    else if (host.whole)
+    if (robot_is_exclusive(&robot) && host.whole)
         robot_abort(&robot);
     if (!bridge_talks(&bridge))
         console_poll(&console);

@@ -278,6 +278,27 @@ void test_stop_that_a_reset_interrupts_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT8(0, wire.count); // it was finished
 }
 
+/* The line is held low until the stop gives up; then the host link is lost, then comes the reset.
+ */
+void test_stop_that_gave_up_is_kept_for_a_reset(void)
+{
+    struct inhibit_copy kept;
+
+    robot_resume(&robot, &kept, true);
+    port_fake.low = true;
+    robot_stop(&robot);
+    for (uint16_t i = 0; i < 3 * CDS_STOP_TRIES && robot_is_stopping(&robot); i++) {
+        port_fake.now_us += 3000;
+        cds_bus_poll(&bus);
+        robot_poll(&robot);
+    }
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, robot.stop.result);
+    robot_inhibit(&robot);
+    TEST_ASSERT_EQUAL_HEX16(INHIBIT_STOPPING, inhibit_stored(&kept));
+    TEST_ASSERT_TRUE(robot_allow(&robot));
+    TEST_ASSERT_EQUAL_HEX16(INHIBIT_FREE, inhibit_stored(&kept));
+}
+
 void test_inhibit_of_a_damaged_copy_holds(void)
 {
     struct inhibit_copy kept;

@@ -37,7 +37,7 @@ bool stop_poll(struct console *console)
         return true;
     }
     console->writer.values[0] = robot_strangers(robot);
-    if (console->writer.values[0])
+    if (console->writer.values[0] && console->error != CDS_LINE_BUSY) // else nothing was sent
         writer_line(&console->writer, TEXT_STOP_STRANGERS);
     return false;
 }

@@ -218,13 +218,15 @@ static uint8_t send_to_host(void)
     return head;
 }
 
-/* Packets wait while the bus may be at another rate. Whoever is in a scan or a diagnosis gives way
+/* Packets wait while the bus may be at another rate. A scan or a diagnosis gives way
  * to them. */
 static void poll_bridge(void)
 {
-    if (!robot_is_exclusive(&controller.robot))
+    bool exclusive = robot_is_exclusive(&controller.robot);
+
+    if (!exclusive || controller.bridge.state == BRIDGE_WAITING) // its packet is on the bus already
         bridge_poll(&controller.bridge);
-    else if (controller.host.whole)
+    if (exclusive && controller.host.whole)
         robot_abort(&controller.robot);
 }
 

@@ -22,8 +22,8 @@ static void store(const struct robot *robot, uint16_t state)
 
 void robot_inhibit(struct robot *robot)
 {
-    if (!robot_is_stopping(robot))
-        store(robot, INHIBIT_ON);
+    if (robot->kept && inhibit_stored(robot->kept) != INHIBIT_STOPPING)
+        store(robot, INHIBIT_ON); // a stop that has not reached all servos stays one
     cds_roster_hold(&robot->crew.roster, NULL, CDS_HOLD_STOPPED);
 }
 
@@ -139,8 +139,8 @@ CDS_APART static void begin_stop(struct robot *robot)
 void robot_stop(struct robot *robot)
 {
     robot_abort(robot);
-    robot_inhibit(robot);
     store(robot, INHIBIT_STOPPING);
+    robot_inhibit(robot);
     robot->stop_waits = robot_is_exclusive(robot);
     robot->stop_told = false;
     if (!robot->stop_waits || robot->bus->baud == robot->baud)

@@ -90,12 +90,12 @@ class Resets(unittest.TestCase):
 class HostBytes(unittest.TestCase):
     """A program of the PC's, in simulated time; the wire is the judge."""
 
-    def wire(self, program, board="atmega128"):
+    def wire(self, program, board="atmega128", options=()):
         """What the controller sent as (cycle, packet), and the last cycle of each thing the PC said."""
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder, "pc")
             file.write_text(program)
-            run = Run(f"build/{board}/controller.elf", "--host", file, board=board, servos="1-3")
+            run = Run(f"build/{board}/controller.elf", "--host", file, *options, board=board, servos="1-3")
         self.assertEqual(run.status, 0, run.output)
         self.last = run
         said = [int(last) for last in re.findall(r"^said \d+ (\d+)", run.output, re.M)]
@@ -136,6 +136,12 @@ class HostBytes(unittest.TestCase):
         sent, _ = self.wire("wait 20000\ntext torque 1 on\nwait 100000\nsay 18\nwait 200\nreset watchdog in 0\n"
                             "wait 300000\n")
         self.assertIn(TORQUE_OFF, [packet for _, packet in sent])
+
+    def test_packet_that_waits_when_a_scan_begins_is_not_sent_late(self):
+        sent, _ = self.wire("text settings bus_baud 103\nhear 4\nwait 972000\nsay FF FF 01 05 03 1E 00 01 D7\n"
+                            "text scan\nhear 8 within 2000\nwait 900000\n",
+                            options=("--fault", "baud 1 103", "--fault", "stuck low 1000", "--rules", "warn"))
+        self.assertNotIn("FF FF 01 05 03 1E 00 01 D7", [packet for _, packet in sent])
 
     def test_stop_in_a_good_packet_is_none(self):
         sent, _ = self.wire("wait 20000\nsay FF FF 02 04 02 18 01 DE\nhear 7\nwait 30000\n")
