@@ -92,9 +92,9 @@ struct cds_request {
     uint8_t id;      // who answered (of interest after a broadcast PING)
     uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
     uint8_t length;  // parameters received; 0 if the servo refused
-    bool
-        skips_rest; // true: sent in a rest too (cds_bus_rests()). For a request to which a stale
-                    // reply does no harm: a scan asks each ID once, so a stale reply has another ID
+    /* True: sent in a rest too (cds_bus_rests()). For a request to which a stale reply does no
+     * harm: a scan asks each ID once, so a stale reply has another ID. */
+    bool skips_rest;
 };
 
 /* A request over `buffer`, an array of the caller's that holds the packet and the reply. All

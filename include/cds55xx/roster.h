@@ -176,9 +176,10 @@ struct cds_roster_servo *cds_roster_find(struct cds_roster *roster, uint8_t id);
 enum cds_result cds_roster_set_limits(struct cds_roster *roster, struct cds_roster_servo *servo,
                                       uint16_t lowest, uint16_t highest, uint16_t fastest);
 
-/* May servo `id` (0 to 253) be driven? False: it is held, away, or back and not looked at yet. For
- * 254, all of them: false if one is held, or back and not looked at yet; one that is away stops no
- * packet to others, and does not count. Whoever is to stop when one falls silent asks for each ID.
+/* May servo `id` (0 to 253) be driven? False for every ID while driving is inhibited. Else false:
+ * it is held, away, or back and not looked at yet. For 254, all of them: false if one is held, or
+ * back and not looked at yet; one that is away stops no packet to others, and does not count.
+ * Whoever is to stop when one falls silent asks for each ID.
  */
 bool cds_roster_may_drive(struct cds_roster *roster, uint8_t id);
 

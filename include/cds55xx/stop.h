@@ -12,8 +12,8 @@
  * servos on an ATmega at 16 MHz beside it. Behind them REGISTERED_INSTRUCTION = 0 is sent
  * CDS_STOP_CLEARS times: a servo that hears one of these has no registered write left for a later
  * ACTION, unless it is locked (R6). Then TORQUE_ENABLE of each servo is read; a servo that is not
- * known to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: 50 servos
- * that are all silent take 0.6 s at 1 Mbps, and as much more for each repeat of the bus.
+ * known to be off is told so itself, and read again, in CDS_STOP_ROUNDS rounds in all: a silent
+ * servo costs five requests without an answer, and as many more for each repeat of the bus.
  *
  * A servo that is not in the roster hears the broadcasts, but is not read back: cds_stop_poll()
  * tells nothing of it. Driving stays inhibited until cds_roster_release() or cds_roster_allow().
@@ -39,8 +39,7 @@ extern "C" {
 /* Times that each is looked at, at most. */
 #define CDS_STOP_ROUNDS 3
 
-/* Requests that may come to nothing, as the line is not quiet, before it is given up: 1.2 s at
- * 1 Mbps, 29 s at 19200. */
+/* Requests that may come to nothing, as the line is not quiet, before it is given up. */
 #define CDS_STOP_TRIES 1000
 
 /* What became of one servo: `stopped` of it in the roster. */

@@ -75,7 +75,7 @@
     X(HOST_LATE, 0x4C, 2, RD, 0, 65535, "packets", "dropped: 15 ms old when their turn came")      \
     X(HOST_STOPS, 0x48, 2, RD, 0, 65535, "-", "Ctrl-X found in damaged packets")                   \
     X(HOST_OVERFLOWS, 0x3C, 2, RD, 0, 65535, "-",                                                  \
-      "of these gaps, those in the receiver or its buffer")                                        \
+      "of HOST_GAPS, those in the receiver or its buffer")                                         \
     X(BRIDGE_PASSED, 0x3E, 2, RD, 0, 65535, "packets", "of the host given to the bus")             \
     X(BRIDGE_ANSWERED, 0x40, 2, RD, 0, 65535, "packets", "... of them answered")                   \
     X(BRIDGE_UNANSWERED, 0x42, 2, RD, 0, 65535, "packets", "... not answered though one was due")  \

@@ -10,9 +10,7 @@
  *
  * A Ctrl-X (0x18) in a damaged packet is a stop. A Ctrl-X inside a good packet is none, also if the
  * packet is dropped as late. A packet that waits for the bridge is dropped too when a Ctrl-X comes
- * behind it. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main
- * context.
- */
+ * behind it. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main context. */
 #ifndef CONTROLLER_HOST_H
 #define CONTROLLER_HOST_H
 
@@ -24,7 +22,7 @@
 
 #define HOST_PACKET_MAX (CDS_LENGTH_MAX + 4) // bytes
 
-/* Less than any client waits for a reply: DynamixelSDK waits 34 ms or more. */
+/* Less than clients wait for a reply if nobody shortened it: DynamixelSDK waits 34 ms or more. */
 #define HOST_SILENCE_US 15000
 
 /* Bytes in the ring of text that the host cannot have said: where they stand, the line so far is

@@ -1,7 +1,6 @@
 /* The copy of the drive inhibit that a reset does not clear: it stands in RAM that start-up leaves
  * alone (section .noinit). Whether a reset kept the copy whole is seen by its complement: a damaged
- * copy counts as inhibited. After power-on the content is random, and the caller sets
- * it.
+ * copy counts as inhibited. After power-on the content is random, and the caller sets it.
  *
  * Main context. */
 #ifndef CONTROLLER_INHIBIT_H

@@ -218,8 +218,7 @@ static uint8_t send_to_host(void)
     return head;
 }
 
-/* Packets wait while the bus may be at another rate. A scan or a diagnosis gives way
- * to them. */
+/* Packets wait while the bus may be at another rate. A scan or a diagnosis gives way to them. */
 static void poll_bridge(void)
 {
     bool exclusive = robot_is_exclusive(&controller.robot);
