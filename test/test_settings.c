@@ -185,10 +185,34 @@ void test_a_change_during_a_save_does_not_get_into_it(void)
     TEST_ASSERT_EQUAL_UINT16(1 * (65535 / 4) + row("link_loss_ms"), settings.link_loss_ms);
 }
 
+/* Saves settings filled from `seed`; the power goes within the write `at`. False: the save ended
+ * before. The old settings are stored behind it, or the new ones (`is_new`). */
+static bool save_until_cut(uint8_t seed, uint16_t at, uint8_t cut, bool *is_new)
+{
+    struct settings old = settings, new;
+    bool was_cut;
+
+    fill(seed);
+    new = settings;
+    eeprom_fake.writes = 0;
+    eeprom_fake.cut_at = at;
+    eeprom_fake.cut = cut;
+    save();
+    was_cut = eeprom_fake.dark;
+    start_again();
+    *is_new = memcmp(&settings, &new, sizeof new) == 0;
+    if (!*is_new)
+        TEST_ASSERT_EQUAL_MEMORY(&old, &settings, sizeof old);
+    TEST_ASSERT_TRUE(was_cut || *is_new);
+    if (was_cut && cut != CUT_NEW)
+        TEST_ASSERT_FALSE(*is_new);
+    return was_cut;
+}
+
 /* The power goes within the write `at` of a save over an older one, or two. */
 static bool cut_save(uint16_t at, uint8_t cut, uint8_t saves)
 {
-    struct settings old, new;
+    struct settings new;
     bool was_cut, is_new;
 
     eeprom_fake_reset();
@@ -198,22 +222,8 @@ static bool cut_save(uint16_t at, uint8_t cut, uint8_t saves)
         save();
     }
     start_again();
-    old = settings;
-    fill((uint8_t)(saves + 1));
-    new = settings;
-    eeprom_fake.writes = 0;
-    eeprom_fake.cut_at = at;
-    eeprom_fake.cut = cut;
-    save();
-    was_cut = eeprom_fake.dark;
-    start_again();
-    is_new = memcmp(&settings, &new, sizeof new) == 0;
-    if (!is_new)
-        TEST_ASSERT_EQUAL_MEMORY(&old, &settings, sizeof old);
+    was_cut = save_until_cut((uint8_t)(saves + 1), at, cut, &is_new);
     TEST_ASSERT_EQUAL_UINT8(saves || is_new ? SETTINGS_STORED : store.origin, store.origin);
-    TEST_ASSERT_TRUE(was_cut || is_new);
-    if (was_cut && cut != CUT_NEW)
-        TEST_ASSERT_FALSE(is_new);
     fill(0); // and the next save is as good as any
     new = settings;
     save();
@@ -515,7 +525,6 @@ void test_load_of_records_of_any_lengths_takes_later_one(void)
 /* The power goes within the write `at` of a save behind a record of another length. */
 static bool cut_save_after(uint8_t length, uint16_t at, uint8_t cut)
 {
-    struct settings old, new;
     bool was_cut, is_new;
 
     eeprom_fake_reset();
@@ -524,19 +533,7 @@ static bool cut_save_after(uint8_t length, uint16_t at, uint8_t cut)
     put_longer_record();
     put_record(0, SETTINGS_VERSION, length, 1);
     start_again();
-    old = settings;
-    fill(2);
-    new = settings;
-    eeprom_fake.writes = 0;
-    eeprom_fake.cut_at = at;
-    eeprom_fake.cut = cut;
-    save();
-    was_cut = eeprom_fake.dark;
-    start_again();
-    is_new = memcmp(&settings, &new, sizeof new) == 0;
-    if (!is_new)
-        TEST_ASSERT_EQUAL_MEMORY(&old, &settings, sizeof old);
-    TEST_ASSERT_TRUE(was_cut ? cut == CUT_NEW || !is_new : is_new);
+    was_cut = save_until_cut(2, at, cut, &is_new);
     if (length == SETTINGS_BYTES + MORE)
         assert_rest_is_kept();
     return was_cut;
