@@ -73,7 +73,7 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 
-CORE_SRC := $(wildcard src/core/*.c)
+CORE_SRC := $(wildcard src/core/*/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 CONTROLLER_SRC := $(wildcard src/controller/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
@@ -462,7 +462,7 @@ feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
 
 # ---- checks ----------------------------------------------------------------------------------------
 
-FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
+FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
 	test/*.[ch] test/*/*.[ch])
 
 GENERATED_DOCS := errors registers settings console device

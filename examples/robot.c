@@ -2,11 +2,11 @@
  * a state check, and torque off for all as soon as something is wrong. Put your own gait into
  * gait(). Nothing here waits once it walks. */
 #include <cds55xx/cycle.h>
-#include <cds55xx/roster.h>
+#include <cds55xx/servos.h>
 #include <cds55xx/setup.h>
-#include <cds55xx/stop.h>
-#include <cds55xx/wait.h>
-#include <cds55xx/watch.h>
+#include <cds55xx/torque_off.h>
+#include <cds55xx/blocking.h>
+#include <cds55xx/health.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
 
@@ -22,22 +22,22 @@ CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_FEEDBACK_SIZE];
 static struct cds_request request = CDS_REQUEST(packet);
-static struct cds_roster roster;
-static struct cds_roster_servo servos[SERVOS];
+static struct cds_servos roster;
+static struct cds_servo_state servos[SERVOS];
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[SERVOS];
-static struct cds_watch watch;
-static struct cds_stop stop;
+static struct cds_health watch;
+static struct cds_torque_off stop;
 static uint8_t ids[SERVOS];
 
 static bool read_word(uint8_t i, uint8_t address, uint16_t *value)
 {
-    return cds_wait_read_word(&bus, &request, ids[i], address, value) == CDS_OK;
+    return cds_blocking_read_word(&bus, &request, ids[i], address, value) == CDS_OK;
 }
 
 static bool write_word(uint8_t i, uint8_t address, uint16_t value)
 {
-    return cds_wait_write_word(&bus, &request, ids[i], address, value) == CDS_OK;
+    return cds_blocking_write_word(&bus, &request, ids[i], address, value) == CDS_OK;
 }
 
 /* Is servo `i` there, quick to answer, in position mode, and within its limits? Its first goal is
@@ -67,22 +67,22 @@ static bool stand_up(void)
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].id = ids[i] = (uint8_t)(i + 1);
     cds_bus_set_repeats(&bus, 2);
-    cds_roster_begin(&roster, &bus, servos, SERVOS);
+    cds_servos_begin(&roster, &bus, servos, SERVOS);
     cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, CDS_CYCLE_PERIOD_US);
     for (uint8_t i = 0; i < SERVOS; i++) {
-        cds_roster_set_limits(&roster, &servos[i], LOWEST, HIGHEST, FASTEST);
+        cds_servos_set_limits(&roster, &servos[i], LOWEST, HIGHEST, FASTEST);
         if (!prepare(i))
             return false;
     }
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
-    cds_watch_begin(&watch, &roster, CDS_WATCH_PERIOD_US);
-    cds_watch_set_cycle(&watch, &cycle);
+    cds_health_begin(&watch, &roster, CDS_HEALTH_PERIOD_US);
+    cds_health_set_cycle(&watch, &cycle);
     cds_cycle_commit(&cycle);
     while (!cycle.counters.periods) { // who is switched on stays where it is
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);
     }
-    return cds_wait_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1) ==
+    return cds_blocking_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1) ==
            CDS_OK;
 }
 
@@ -101,9 +101,9 @@ static void gait(uint16_t now)
 static bool anything_wrong(void)
 {
     for (uint8_t i = 0; i < SERVOS; i++)
-        if (servos[i].presence == CDS_PRESENCE_AWAY)
+        if (servos[i].presence == CDS_PRESENCE_OFFLINE)
             return true;
-    return roster.alarms || !cds_roster_may_drive(&roster, CDS_BROADCAST_ID);
+    return roster.alarms || !cds_servos_may_drive(&roster, CDS_BROADCAST_ID);
 }
 
 static void walk(void)
@@ -113,7 +113,7 @@ static void walk(void)
     while (!anything_wrong()) {
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);
-        cds_watch_poll(&watch);
+        cds_health_poll(&watch);
         if ((uint16_t)cycle.counters.periods != now) {
             now = (uint16_t)cycle.counters.periods;
             gait(now);
@@ -130,10 +130,10 @@ int main(void)
     if (stand_up())
         walk();
     cds_cycle_stop(&cycle);
-    cds_stop_begin(&stop, &roster);
+    cds_torque_off_begin(&stop, &roster);
     for (;;) { // until somebody has looked, and switches off and on
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);
-        cds_stop_poll(&stop);
+        cds_torque_off_poll(&stop);
     }
 }

@@ -1,5 +1,5 @@
 /* Two servos, IDs 1 and 2, to and fro in step: the program of the README. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
@@ -21,10 +21,10 @@ int main(void)
     for (uint16_t goal = 200;; goal = 1000 - goal) {
         while (cds_bus_poll(&bus)) {
         }
-        cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
-        cds_group_sync_add_goal(&request, 1, goal, 512);
-        cds_group_sync_add_goal(&request, 2, 1000 - goal, 512);
-        cds_group_sync_send(&bus, &request);
+        cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
+        cds_sync_write_add_goal(&request, 1, goal, 512);
+        cds_sync_write_add_goal(&request, 2, 1000 - goal, 512);
+        cds_sync_write_send(&bus, &request);
         _delay_ms(1000);
     }
 }

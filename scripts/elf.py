@@ -17,7 +17,7 @@ It proves, of all code on any path, taken or not:
                reaches none, whatever headers say. One that says so and does not divide is told, too
   blocking     no sleep, and no cli but that of a stack frame; no loop of up to 8 instructions that
                only looks (at a register, at memory) or only counts; no loop around a look at the
-               clock or a poll; no call of cds_wait_... A loop that keeps what it saw, to look
+               clock or a poll; no call of cds_blocking_... A loop that keeps what it saw, to look
                until two looks agree, is let through
 It does not prove that every loop ends, nor how often it runs, and sees no wait that is hidden in
 a longer loop, in a function called from a loop, or in a loop through a switch's jump table. Stack:
@@ -35,7 +35,7 @@ import headers
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 HOT = re.compile(r"cds_(?:bus_(?:poll|submit)|cycle_(?:poll|goal|commit)|"
-                 r"(?:link|group|servo|feedback|packet|parser|port)_\w+)$|__vector_")
+                 r"(?:link|group_read|sync_write|servo(?!_units)|feedback|packet|parser|port)_\w+)$|__vector_")
 DIVIDES = re.compile(r"Divides (?:16|32)-bit numbers: not for the hot path")
 
 ALLOCATION = re.compile(r"(?:m|c|re)alloc$|free$|alloca$|sbrk$")
@@ -321,7 +321,7 @@ def breaches(program, documented):
         if not function.is_ours:
             continue
         for what, why in [(ALLOCATION, "allocates"), (FLOAT, "uses floating point"),
-                          (re.compile("cds_wait_"), "waits")]:
+                          (re.compile("cds_blocking_"), "waits")]:
             path = program.reaches(function, what)
             if path:
                 yield function, f"{why}: {path}"

@@ -294,13 +294,13 @@ class Check:
 class Sources:
     """What the functions of src/core and the inline ones return, as far as their text says so."""
 
-    FUNCTION = re.compile(r"^((?:CDS_APART )?(?:static )?(?:inline )?enum cds_result) (\w+)"
+    FUNCTION = re.compile(r"^((?:NOINLINE )?(?:static )?(?:inline )?enum cds_result) (\w+)"
                           r"\([^;{]*?\)\n\{\n(.*?)^\}", re.M | re.S)
 
     def __init__(self, root, results):
         self.results = results
         self.bodies, self.texts = {}, {}
-        for path in sorted([*root.glob("src/core/*.c"), *root.glob("include/cds55xx/*.h")]):
+        for path in sorted([*root.glob("src/core/*/*.c"), *root.glob("include/cds55xx/*.h")]):
             text = FORMAT.sub("", path.read_text())
             self.texts[path] = text
             for match in self.FUNCTION.finditer(text):

@@ -9,20 +9,37 @@ import sys
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 
+# The storeys of the library, each with its public headers, and the storeys that each one knows.
+STOREYS = {
+    "wire": ["ring", "port", "link", "parser", "packet", "result", "control_table", "units", "version"],
+    "bus": ["bus"],
+    "servo": ["servo", "servo_units", "feedback", "sync_write", "sync_write_many", "group_read",
+              "registered_move", "cycle", "blocking"],
+    "safety": ["servos", "health", "torque_off"],
+    "service": ["scan", "identity", "setup", "diagnose"],
+}
+BELOW = {
+    "wire": [],
+    "bus": ["wire"],
+    "servo": ["bus", "wire"],
+    "safety": ["servo", "bus", "wire"],
+    "service": ["servo", "bus", "wire"],
+}
+
 # files, what must not be found in a line of code, why
 FORBIDDEN = [
-    (["include/**/*.h", "src/core/*.[ch]"],
+    (["include/**/*.h", "src/core/**/*.[ch]"],
      re.compile(r"\bavr/|\bUCSR|\bISR\b|\bF_CPU\b|board\.h"),
      "the core knows no chip and no board"),
     (["src/controller/*.[ch]", "examples/*.c"],
      re.compile(r"\bUCSR|\bUDR\d|\bPORT[A-L]\b|\bDDR[A-L]\b|\bTCNT"),
      "only src/avr knows a register"),
     (["boards/*/*.h"], re.compile(r"[{}();]"), "a board is data, without code"),
-    (["src/core/*.[ch]", "src/controller/*.[ch]", "include/cds55xx/parser.h"],
+    (["src/core/**/*.[ch]", "src/controller/*.[ch]", "include/cds55xx/parser.h"],
      re.compile(r"\b0[xX][fF][fF]\b"),
      "only packet.h says what a header is: CDS_HEADER"),
-    (["src/core/*.[ch]", "src/avr/*.[ch]"],
-     re.compile(r"\bcds_wait_|\bwait\.h\b|\b_delay_\w+|util/delay|_delay_loop"),
+    (["src/core/**/*.[ch]", "src/avr/*.[ch]"],
+     re.compile(r"\bcds_blocking_|\bblocking\.h\b|\b_delay_\w+|util/delay|_delay_loop"),
      "the library never waits"),
 ]
 
@@ -35,14 +52,11 @@ ALLOWED = [
     (["sim/*.[ch]"],
      re.compile(r"^(?!cds55xx|src/|.*/include/).*$"),
      "the simulator includes nothing of include/ or src/"),
-    *((["include/cds55xx/%s.h" % name for name in names] + ["src/core/%s.c" % name for name in names],
-       re.compile(r"^(cds55xx/(%s)\.h|flash\.h|gate\.h|goal\.h|limits\.h|observe\.h|opaque\.h|part\.h)$" % below),
-       "a lower layer knows no higher one")
-      for names, below in [
-          (["ring", "port", "link", "parser", "packet", "result", "control_table"],
-           "ring|port|link|parser|packet|result|control_table"),
-          (["bus"], "bus|ring|port|link|parser|packet|result|control_table"),
-          (["servo", "roster", "gate", "part"], "servo|roster|bus|packet|result|control_table")]),
+    *((["include/cds55xx/%s.h" % name for name in headers] + ["src/core/%s/*.[ch]" % storey],
+       re.compile(r"^(cds55xx/(%s)\.h|(%s)/\w+\.h|compiler\.h|flash\.h)$"
+                  % ("|".join(sum((STOREYS[one] for one in below), headers)), "|".join((storey, *below)))),
+       "a lower storey knows no higher one")
+      for storey, headers, below in [(storey, STOREYS[storey], BELOW[storey]) for storey in STOREYS]),
 ]
 SYSTEM = re.compile(r"^(avr|util|std|sys|simavr)\w*(/|\.h$)|^(string|stdio|errno|math|time|poll|"
                     r"fcntl|unistd|termios|pty|signal|limits|ctype|inttypes|dirent|elf|libelf|gelf)\.h$")

@@ -11,7 +11,7 @@ ROW = re.compile(r"X\((\w+),\s*(\w+),\s*(\d),\s*(\w+),\s*(\w+),\s*(\w+),\s*(\w+)
 
 def main():
     text = open("include/cds55xx/control_table.h").read()
-    units = dict(UNIT.findall(open("src/core/units.c").read()))
+    units = dict(UNIT.findall(open("src/core/wire/units.c").read()))
     print("# Registers\n")
     print("The control table of a CDS55xx as library and console name it (`CDS_REG_ID`, `ID`). Words are")
     print("low byte first. Initial: factory value (EEPROM) or value at power-up (RAM). Written by")

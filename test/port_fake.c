@@ -120,7 +120,7 @@ uint16_t cds_port_ticks(void)
 #define LAP_US (0x10000u / CDS_PORT_TICKS_PER_US)
 
 /* An alarm of 16 bits, as that of a timer: it rings once in every lap, and goes on ringing. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
+uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
     uint32_t us = (uint32_t)count * each_us + more_us;
@@ -133,7 +133,7 @@ uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t
     return (uint8_t)(us / LAP_US);
 }
 
-bool cds_port_alarm_rings(uint8_t port)
+bool cds_port_timer_expired(uint8_t port)
 {
     const struct fake_alarm *alarm = &port_fake.alarms[port % FAKE_PORTS];
 
@@ -146,7 +146,7 @@ bool cds_port_alarm_rings(uint8_t port)
     return port_fake.now_us - alarm->from_us >= alarm->wait_us;
 }
 
-void cds_port_silence_alarm(uint8_t port)
+void cds_port_restart_timer(uint8_t port)
 {
     struct fake_alarm *alarm = &port_fake.alarms[port % FAKE_PORTS];
 

@@ -436,7 +436,7 @@ void test_the_keeper_stands_behind_the_registers(void)
     SAY(DEVICE_IS, CDS_WRITE, 0x14, 0);
     SAY(DEVICE_IS, CDS_READ, 0x12, 4);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x00\xFF", 4);
-    TEST_ASSERT_EQUAL_UINT8(CDS_HOLD_STOPPED, robot.servos[0].held);
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STOPPED, robot.servos[0].held);
     robot.stopping = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // not before torque is off
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -868,7 +868,7 @@ void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, torque.result);
     robot_inhibit(&robot);
     read_and_answer(2, 0x24, 1, 0, 1);
-    TEST_ASSERT_EQUAL(CDS_HELD, torque.result);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque.result);
     read_and_answer(3, 0x24, 1, 0, 1);
     turns(20);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x14\x1E", 3);

@@ -101,13 +101,13 @@ static void says(uint8_t id, uint8_t error)
 void test_the_counters_of_a_servo_are_told(void)
 {
     robot_add(&robot, 7);
-    robot.servos[0].counters = (struct cds_roster_counters){.ok = 1001,
-                                                            .timeouts = 65535,
-                                                            .corrupt = 1003,
-                                                            .late = 104,
-                                                            .extra = 255,
-                                                            .foreign = 106,
-                                                            .echo_errors = 107};
+    robot.servos[0].counters = (struct cds_servo_counters){.ok = 1001,
+                                                           .timeouts = 65535,
+                                                           .corrupt = 1003,
+                                                           .late = 104,
+                                                           .extra = 255,
+                                                           .foreign = 106,
+                                                           .echo_errors = 107};
     TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nlate 104\r\n"
                              "extra 255\r\nforeign 106\r\necho errors 107\r\nok\r\n",
                              reply_to("counters 7"));
@@ -236,8 +236,8 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     robot.stop.roster = &robot.crew.roster;
     robot.stop.result = CDS_TIMEOUT;
     for (uint8_t i = 0; i < 17; i++)
-        robot.servos[i].stopped = CDS_STOP_OFF;
-    robot.servos[17].stopped = CDS_STOP_SILENT;
+        robot.servos[i].stopped = CDS_TORQUE_OFF_OFF;
+    robot.servos[17].stopped = CDS_TORQUE_OFF_SILENT;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off; "
                                                     "up to 236 more were not looked at\r\n"));
     robot.strangers = 0; // a whole scan found no more

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "cds55xx/cycle.h"
-#include "cds55xx/roster.h"
+#include "cds55xx/servos.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -14,8 +14,8 @@
 #define STEP_US   10
 
 static struct cds_bus bus;
-static struct cds_roster roster;
-static struct cds_roster_servo servos[SERVOS];
+static struct cds_servos roster;
+static struct cds_servo_state servos[SERVOS];
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
@@ -48,7 +48,7 @@ void setUp(void)
     cds_bus_set_return_delay(&bus, 2);
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].id = ids[i];
-    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, SERVOS));
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].ccw_limit = CDS_ANGLE_SET;
     TEST_ASSERT_EQUAL(CDS_OK,
@@ -161,7 +161,7 @@ void test_one_that_is_held_is_left_out_and_the_others_go_on(void)
         setUp();
         begin();
         assert_told(500, 501, 502);
-        cds_roster_hold(&roster, &servos[held], CDS_HOLD_STOPPED);
+        cds_servos_hold(&roster, &servos[held], CDS_INHIBIT_STOPPED);
         run_periods(3);
         assert_told(held == 0 ? -1 : 500, held == 1 ? -1 : 501, held == 2 ? -1 : 502);
         for (uint8_t i = 0; i < SERVOS; i++)
@@ -177,10 +177,10 @@ void test_one_that_is_held_is_left_out_and_the_others_go_on(void)
 void test_goals_of_the_others_can_be_set_and_are_whole(void)
 {
     begin();
-    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
-    TEST_ASSERT_EQUAL(CDS_HELD, set(1, 601));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, set(1, 601));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
     assert_told(600, -1, 502);
@@ -193,7 +193,7 @@ void test_goals_being_filled_are_left_out_too(void)
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(2, 700));
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 701));
-    cds_roster_hold(&roster, &servos[2], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -208,7 +208,7 @@ void test_goals_committed_but_not_sent_yet_are_judged_once_more(void)
 {
     begin();
     set_all(700);
-    cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
     assert_told(-1, 701, 702);
 }
@@ -217,7 +217,7 @@ void test_goals_committed_but_not_sent_yet_are_judged_once_more(void)
 void test_a_commit_right_after_a_hold_does_not_let_it_through(void)
 {
     begin();
-    cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
@@ -231,8 +231,8 @@ void test_two_that_are_held_are_both_left_out(void)
 {
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
-    cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
-    cds_roster_hold(&roster, &servos[2], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
+    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
     assert_told(-1, 501, -1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -242,9 +242,9 @@ void test_two_that_are_held_are_both_left_out(void)
     setUp();
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
-    cds_roster_hold(&roster, &servos[2], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
-    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
     assert_told(500, -1, -1);
@@ -256,7 +256,7 @@ void test_a_filled_goal_beyond_a_new_limit_is_left_out_when_committed(void)
 {
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 700));
-    cds_roster_set_limits(&roster, &servos[0], 0, 600, 1023);
+    cds_servos_set_limits(&roster, &servos[0], 0, 600, 1023);
     run_periods(1);
     assert_told(500, 501, 502);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -267,9 +267,9 @@ void test_a_filled_goal_beyond_a_new_limit_is_left_out_when_committed(void)
 void test_release_alone_brings_none_back_a_goal_does(void)
 {
     begin();
-    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
-    cds_roster_release(&roster, &servos[1]);
+    cds_servos_release(&roster, &servos[1]);
     run_periods(2);
     assert_told(500, -1, 502);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
@@ -288,14 +288,14 @@ void test_release_alone_brings_none_back_a_goal_does(void)
 void test_a_goal_that_was_to_bring_it_back_does_not_outlive_a_second_hold(void)
 {
     begin();
-    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
     run_periods(1);
-    cds_roster_release(&roster, &servos[1]);
+    cds_servos_release(&roster, &servos[1]);
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 610));
     run_periods(1);
-    cds_roster_hold(&roster, &servos[1], CDS_HOLD_STOPPED);
+    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STOPPED);
     run_periods(1);
-    cds_roster_release(&roster, &servos[1]);
+    cds_servos_release(&roster, &servos[1]);
     run_periods(1);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -308,14 +308,14 @@ void test_a_goal_that_was_to_bring_it_back_does_not_outlive_a_second_hold(void)
 void test_when_all_are_held_nothing_is_sent_and_periods_pass(void)
 {
     begin();
-    cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
+    cds_servos_hold(&roster, NULL, CDS_INHIBIT_STOPPED);
     run_periods(3);
     TEST_ASSERT_EQUAL_UINT16(2, goals_sent);
     TEST_ASSERT_EQUAL_UINT32(5, cycle.counters.periods);
     TEST_ASSERT_EQUAL_UINT32(3, cycle.counters.unsent);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT16(SERVOS, cycle.counters.dropped);
-    cds_roster_release(&roster, NULL);
+    cds_servos_release(&roster, NULL);
     run_periods(1);
     TEST_ASSERT_EQUAL_UINT16(2, goals_sent);
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 300));
@@ -327,15 +327,15 @@ void test_when_all_are_held_nothing_is_sent_and_periods_pass(void)
 
 void test_one_held_from_the_beginning_is_not_waited_for(void)
 {
-    cds_roster_hold(&roster, &servos[2], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 500));
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 501));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_commit(&cycle)); // nothing was said of it
-    TEST_ASSERT_EQUAL(CDS_HELD, set(2, 502));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, set(2, 502));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_into_the_second();
     assert_told(500, 501, -1);
-    cds_roster_release(&roster, NULL);
+    cds_servos_release(&roster, NULL);
     TEST_ASSERT_EQUAL(CDS_OK, set(2, 502));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
@@ -344,7 +344,7 @@ void test_one_held_from_the_beginning_is_not_waited_for(void)
 
 void test_a_goal_beyond_a_limit_is_not_taken_and_the_old_one_stays(void)
 {
-    cds_roster_set_limits(&roster, &servos[0], 100, 600, 0x200);
+    cds_servos_set_limits(&roster, &servos[0], 100, 600, 0x200);
     begin();
     TEST_ASSERT_EQUAL(CDS_LIMIT, set(0, 601));
     TEST_ASSERT_EQUAL(CDS_LIMIT, set(0, 99));
@@ -363,7 +363,7 @@ void test_a_goal_beyond_a_limit_is_not_taken_and_the_old_one_stays(void)
 void test_one_whose_limit_is_drawn_closer_than_its_goal_is_left_out(void)
 {
     begin();
-    cds_roster_set_limits(&roster, &servos[2], 0, 501, 1023);
+    cds_servos_set_limits(&roster, &servos[2], 0, 501, 1023);
     run_periods(1);
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL(CDS_LIMIT, set(2, 502));
@@ -394,7 +394,7 @@ void test_goals_refused_in_the_queue_go_out_in_the_same_period(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
     run_periods(1);
-    TEST_ASSERT_EQUAL_HEX8(CDS_HOLD_LOST, servos[1].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
     TEST_ASSERT_EQUAL_UINT16(1, goals_sent);
     assert_told(500, -1, 502);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
@@ -417,7 +417,7 @@ void test_goals_refused_so_late_that_they_would_hold_up_the_next_ones_are_not_se
     for (uint8_t i = 0; i < 8; i++)
         turn();
     TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
-    cds_roster_hold(&roster, &servos[0], CDS_HOLD_LOST);
+    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
     port_fake.now_us += PERIOD_US - 250; // the main loop is away
     turn();
     turn();
@@ -433,15 +433,15 @@ void test_one_that_is_away_stays_in_and_is_left_out_when_it_is_back(void)
 {
     begin();
     dead = 9;
-    for (uint8_t i = 0; i < 40 && servos[2].presence != CDS_PRESENCE_AWAY; i++)
+    for (uint8_t i = 0; i < 40 && servos[2].presence != CDS_PRESENCE_OFFLINE; i++)
         run_periods(1);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_AWAY, servos[2].presence);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[2].presence);
     assert_told(500, 501, 502);
     dead = 0;
-    for (uint8_t i = 0; i < 40 && servos[2].presence == CDS_PRESENCE_AWAY; i++)
+    for (uint8_t i = 0; i < 40 && servos[2].presence == CDS_PRESENCE_OFFLINE; i++)
         run_periods(1);
     run_periods(1);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_BACK, servos[2].presence);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[2].presence);
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
@@ -465,11 +465,11 @@ void test_a_read_in_vain_is_on_the_wire_for_as_long_as_it_was_waited_for(void)
 void test_goals_of_before_a_roster_begun_anew_are_not_sent(void)
 {
     begin();
-    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, SERVOS));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, SERVOS));
     for (uint8_t i = 0; i < SERVOS; i++)
         servos[i].ccw_limit = CDS_ANGLE_SET;
     for (uint8_t i = 0; i < 5; i++) // as many changes as there were
-        cds_roster_set_limits(&roster, &servos[1], 0, 400, 1023);
+        cds_servos_set_limits(&roster, &servos[1], 0, 400, 1023);
     run_periods(2);
     assert_told(500, -1, 502);
 }

@@ -288,7 +288,7 @@ static enum cds_result refuse(struct cds_bus_observer *observer, struct cds_requ
     if (asked->vetted || asked->result == CDS_PENDING)
         return CDS_OK;
     asked->reply_parameters = CDS_REPLY_NONE;
-    return CDS_HELD;
+    return CDS_INHIBITED;
 }
 
 static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)

@@ -313,7 +313,7 @@ static enum cds_result refuse_writes(struct cds_bus_observer *observer, struct c
     if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
         return CDS_OK;
     port_fake.low = at_its_turn && !waits; // it must wait for the line
-    return at_its_turn == waits ? CDS_HELD : CDS_OK;
+    return at_its_turn == waits ? CDS_INHIBITED : CDS_OK;
 }
 
 static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
@@ -330,7 +330,7 @@ void test_a_write_that_is_not_admitted_ends_it_and_nothing_was_written(void)
         begin(NEW_ID);
         at_its_turn = i;
         bus.observer = &observer;
-        TEST_ASSERT_EQUAL(CDS_HELD, run());
+        TEST_ASSERT_EQUAL(CDS_INHIBITED, run());
         TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
         TEST_ASSERT_FALSE(identity.written);

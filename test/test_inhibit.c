@@ -1,17 +1,17 @@
 /* Driving is inhibited: what the bus refuses and what passes, whether the roster knows the servo or
  * not; and return delays that the board cannot bear. */
-#include "cds55xx/roster.h"
+#include "cds55xx/servos.h"
 
 #include <string.h>
 
-#include "cds55xx/group.h"
+#include "cds55xx/sync_write.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "unity.h"
 
 static struct cds_bus bus;
-static struct cds_roster roster;
-static struct cds_roster_servo servos[2];
+static struct cds_servos roster;
+static struct cds_servo_state servos[2];
 static uint8_t buffers[2][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
 static struct cds_request request, other;
 
@@ -28,7 +28,7 @@ void setUp(void)
     servos[1].id = 2;
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_queue(&bus, true);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, servos, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, 2));
 }
 
 void tearDown(void)
@@ -38,12 +38,12 @@ void tearDown(void)
 
 static void inhibit(void)
 {
-    cds_roster_hold(&roster, NULL, CDS_HOLD_STOPPED);
+    cds_servos_hold(&roster, NULL, CDS_INHIBIT_STOPPED);
 }
 
 static void assert_refused(enum cds_result submitted)
 {
-    TEST_ASSERT_EQUAL(CDS_HELD, submitted);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, submitted);
     TEST_ASSERT_NULL(bus.request);
 }
 
@@ -75,9 +75,9 @@ static enum cds_result write_word(uint8_t id, uint8_t reg, uint16_t value)
 
 static enum cds_result sync_one(uint8_t id, uint8_t reg, const uint8_t *data, uint8_t length)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, reg, length));
-    cds_group_sync_add(&request, id, data);
-    return cds_group_sync_send(&bus, &request);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, reg, length));
+    cds_sync_write_add(&request, id, data);
+    return cds_sync_write_send(&bus, &request);
 }
 
 /* TORQUE_ENABLE of servo 9 is 0, of servo `id` 1. */
@@ -85,10 +85,10 @@ static enum cds_result sync_on_behind_off(uint8_t id)
 {
     static const uint8_t on = 1, off = 0;
 
-    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_begin(&request, CDS_REG_TORQUE_ENABLE, 1));
-    cds_group_sync_add(&request, 9, &off);
-    cds_group_sync_add(&request, id, &on);
-    return cds_group_sync_send(&bus, &request);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_TORQUE_ENABLE, 1));
+    cds_sync_write_add(&request, 9, &off);
+    cds_sync_write_add(&request, id, &on);
+    return cds_sync_write_send(&bus, &request);
 }
 
 static enum cds_result raw(uint8_t id, uint8_t instruction)
@@ -171,11 +171,11 @@ void test_inhibit_of_a_sync_write_refuses_unknown_ids(void)
         assert_refused(sync_on_behind_off(id));
         assert_sent(sync_one(id, CDS_REG_TORQUE_ENABLE, &off, 1));
         assert_sent(sync_one(id, CDS_REG_LED, &on, 1));
-        TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, id, 0x1E, goal, 4));
+        TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_bus_would_admit(&bus, id, 0x1E, goal, 4));
         TEST_ASSERT_EQUAL(CDS_OK, cds_bus_would_admit(&bus, id, CDS_REG_LED, &on, 1));
-        TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, id));
+        TEST_ASSERT_FALSE(cds_servos_may_drive(&roster, id));
     }
-    TEST_ASSERT_FALSE(cds_roster_may_drive(&roster, CDS_BROADCAST_ID));
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&roster, CDS_BROADCAST_ID));
 }
 
 /* The last block of the packet has `count` of its 5 bytes. */
@@ -205,7 +205,7 @@ void test_inhibit_of_a_cut_block_refuses_the_packet(void)
         assert_refused(sync_cut(CDS_REG_GOAL_POSITION, 4, count));
     assert_refused(sync_cut(CDS_REG_LED, 1, 3));
     assert_sent(sync_cut(CDS_REG_LED, 1, 4));
-    cds_roster_release(&roster, NULL);
+    cds_servos_release(&roster, NULL);
     assert_sent(sync_cut(CDS_REG_GOAL_POSITION, 4, 4)); // the servos refuse it (R34)
 }
 
@@ -218,7 +218,7 @@ void test_inhibit_of_margin_proportion_and_punch_refuses(void)
     for (uint8_t reg = CDS_REG_CW_COMPLIANCE_MARGIN; reg <= CDS_REG_CCW_PROPORTION; reg++) {
         assert_refused(write_byte(77, reg, 0));
         assert_refused(sync_one(77, reg, &margin, 1));
-        TEST_ASSERT_EQUAL(CDS_HELD, cds_bus_would_admit(&bus, 77, reg, &margin, 1));
+        TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_bus_would_admit(&bus, 77, reg, &margin, 1));
     }
     assert_refused(write_word(77, CDS_REG_PUNCH, 500));
     assert_refused(write_byte(77, CDS_REG_PUNCH + 1, 1));
@@ -253,24 +253,24 @@ void test_inhibit_of_what_cannot_drive_passes(void)
 
 void test_inhibit_without_a_known_servo_refuses_goals(void)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, NULL, 0));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, NULL, 0));
     assert_sent(write_word(1, CDS_REG_GOAL_POSITION, 500));
     inhibit();
     assert_refused(write_word(1, CDS_REG_GOAL_POSITION, 500));
-    cds_roster_release(&roster, NULL);
+    cds_servos_release(&roster, NULL);
     assert_sent(write_word(1, CDS_REG_GOAL_POSITION, 500));
 }
 
 void test_inhibit_with_one_servo_released_stays(void)
 {
     inhibit();
-    cds_roster_release(&roster, &servos[0]);
+    cds_servos_release(&roster, &servos[0]);
     assert_refused(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
-    cds_roster_hold(&roster, &servos[1], CDS_HOLD_LOST);
-    cds_roster_allow(&roster);
+    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
+    cds_servos_allow(&roster);
     assert_sent(write_byte(1, CDS_REG_TORQUE_ENABLE, 1));
     assert_refused(write_byte(2, CDS_REG_TORQUE_ENABLE, 1)); // it lost its state
-    cds_roster_release(&roster, NULL);
+    cds_servos_release(&roster, NULL);
     assert_sent(write_byte(2, CDS_REG_TORQUE_ENABLE, 1));
 }
 
@@ -284,7 +284,7 @@ void test_inhibit_of_a_request_that_waits_refuses_it(void)
     for (uint8_t i = 0; i < 5; i++)
         cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
-    TEST_ASSERT_EQUAL(CDS_HELD, other.result);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, other.result);
     TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
 }
 

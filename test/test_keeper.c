@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "cds55xx/group.h"
+#include "cds55xx/sync_write.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "torque_fake.h"
@@ -83,9 +83,9 @@ static void says(uint8_t id, uint8_t error)
     run(2);
 }
 
-static const struct cds_roster_servo *known(uint8_t id)
+static const struct cds_servo_state *known(uint8_t id)
 {
-    return cds_roster_find(&robot.crew.roster, id);
+    return cds_servos_find(&robot.crew.roster, id);
 }
 
 /* ---- the host link ---- */
@@ -137,7 +137,7 @@ void test_a_loss_stays_until_it_is_cleared_also_when_the_host_is_back(void)
     keeper_heard(&keeper);
     run(10);
     TEST_ASSERT_TRUE(keeper.link_lost);
-    TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
     TEST_ASSERT_TRUE(keeper_clear(&keeper));
     TEST_ASSERT_FALSE(keeper.link_lost);
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
@@ -182,11 +182,11 @@ void test_hold_sends_nothing_and_refuses_goals_to_whoever_was_met_or_not(void)
     lose_link(KEEPER_HOLD);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count);
     TEST_ASSERT_EQUAL(1, wire.servo[0].torque);
-    TEST_ASSERT_EQUAL(CDS_HELD, goal(1));
-    TEST_ASSERT_EQUAL(CDS_HELD, goal(3));
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 2);
-    cds_group_sync_add(&request, 2, (const uint8_t[]){0, 2});
-    TEST_ASSERT_EQUAL(CDS_HELD, cds_group_sync_send(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(3));
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 2);
+    cds_sync_write_add(&request, 2, (const uint8_t[]){0, 2});
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_sync_write_send(&bus, &request));
     run(1000);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count);
 }
@@ -197,11 +197,11 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
     meet(2);
     lose_link(KEEPER_TORQUE_OFF);
     TEST_ASSERT_TRUE(robot_is_stopping(&robot));
-    TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
     run(3000);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
-    TEST_ASSERT_EQUAL_UINT8(2 + CDS_STOP_BROADCASTS + CDS_STOP_CLEARS + 2, wire.count);
+    TEST_ASSERT_EQUAL_UINT8(2 + CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS + 2, wire.count);
     for (uint8_t i = 2; i < 5; i++) {
         TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
         TEST_ASSERT_EQUAL_HEX8(CDS_REG_TORQUE_ENABLE, wire.log[i].address);
@@ -209,7 +209,7 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
     }
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
         TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
-    TEST_ASSERT_EQUAL(CDS_HELD, goal(2));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
 }
 
 void test_nothing_is_cleared_while_torque_off_is_under_way(void)
@@ -228,9 +228,10 @@ void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
     meet(1);
     meet(2);
     lose_link(KEEPER_HOLD);
-    cds_roster_hold(&robot.crew.roster, cds_roster_find(&robot.crew.roster, 1), CDS_HOLD_LOST);
+    cds_servos_hold(&robot.crew.roster, cds_servos_find(&robot.crew.roster, 1),
+                    CDS_INHIBIT_STATE_LOST);
     keeper_clear(&keeper);
-    TEST_ASSERT_EQUAL(CDS_HELD, goal(1));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
 }
 
@@ -239,7 +240,7 @@ void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
     meet(1);
     port_fake.low = true;
     lose_link(KEEPER_TORQUE_OFF);
-    for (uint16_t i = 0; i < 3000; i++) { // CDS_STOP_TRIES and more
+    for (uint16_t i = 0; i < 3000; i++) { // CDS_TORQUE_OFF_TRIES and more
         port_fake.now_us += 3000;
         run(1);
     }
@@ -270,10 +271,10 @@ void test_a_servo_is_met_when_it_is_written_to(void)
     TEST_ASSERT_EQUAL(CDS_OK, goal(77));
     run(3000);
     TEST_ASSERT_NOT_NULL(known(77));
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 2);
-    cds_group_sync_add(&request, 5, (const uint8_t[]){0, 2});
-    cds_group_sync_add(&request, 6, (const uint8_t[]){0, 2});
-    TEST_ASSERT_EQUAL(CDS_OK, cds_group_sync_send(&bus, &request));
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 2);
+    cds_sync_write_add(&request, 5, (const uint8_t[]){0, 2});
+    cds_sync_write_add(&request, 6, (const uint8_t[]){0, 2});
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
     TEST_ASSERT_NOT_NULL(known(5));
     TEST_ASSERT_NOT_NULL(known(6));
     TEST_ASSERT_EQUAL_UINT8(3, robot.crew.roster.count);

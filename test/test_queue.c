@@ -1,9 +1,9 @@
 /* Requests that wait for the bus: their order, urgent ones, repeats, callbacks, taking back. */
 #include <string.h>
 
-#include "cds55xx/group.h"
+#include "cds55xx/sync_write.h"
 #include "cds55xx/servo.h"
-#include "cds55xx/wait.h"
+#include "cds55xx/blocking.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -300,18 +300,18 @@ void test_what_is_admitted_no_more_when_its_turn_comes_is_not_sent(void)
     struct cds_bus_observer observer = {.admit = judge, .on_news = hear_no_news};
 
     cds_bus_set_observer(&bus, &observer);
-    verdict = CDS_HELD;
-    TEST_ASSERT_EQUAL(CDS_HELD, cds_servo_ping(&bus, &requests[0], 1));
+    verdict = CDS_INHIBITED;
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_servo_ping(&bus, &requests[0], 1));
     TEST_ASSERT_NULL(bus.request);
     verdict = CDS_OK;
     ping(0);
     ping(1);
-    verdict = CDS_HELD;
+    verdict = CDS_INHIBITED;
     answer(1);
     TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
     TEST_ASSERT_EQUAL_UINT8(0, cds_bus_begin_judged_(&bus)); // it is still first
     cds_bus_poll(&bus);
-    TEST_ASSERT_EQUAL(CDS_HELD, requests[1].result);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, requests[1].result);
     TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
     TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
     cds_bus_set_observer(&bus, NULL);
@@ -526,20 +526,20 @@ void test_waiting_for_an_absent_servo_ends(void)
 
     port_fake.us_per_reading = 10;
     port_fake.eager = &bus.link;
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_wait_ping(&bus, &requests[0], 1));
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT,
-                      cds_wait_read_word(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, &value));
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_blocking_ping(&bus, &requests[0], 1));
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_blocking_read_word(&bus, &requests[0], 1,
+                                                          CDS_REG_PRESENT_POSITION, &value));
     TEST_ASSERT_EQUAL_HEX16(0x1234, value);
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_wait_write_byte(&bus, &requests[0], 1, CDS_REG_LED, 1));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_wait_write_word(&bus, &requests[0], CDS_BROADCAST_ID,
-                                                  CDS_REG_GOAL_POSITION, 512));
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_blocking_write_byte(&bus, &requests[0], 1, CDS_REG_LED, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_blocking_write_word(&bus, &requests[0], CDS_BROADCAST_ID,
+                                                      CDS_REG_GOAL_POSITION, 512));
 }
 
 void test_waiting_passes_a_refusal_to_submit_on(void)
 {
     uint8_t value = 0x12;
 
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_wait_read_byte(&bus, &requests[0], 254, 3, &value));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_blocking_read_byte(&bus, &requests[0], 254, 3, &value));
     TEST_ASSERT_EQUAL_HEX8(0x12, value);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }

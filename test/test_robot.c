@@ -67,9 +67,9 @@ static enum cds_result torque_on(uint8_t id)
     return result;
 }
 
-static const struct cds_roster_servo *known(uint8_t id)
+static const struct cds_servo_state *known(uint8_t id)
 {
-    return cds_roster_find(&robot.crew.roster, id);
+    return cds_servos_find(&robot.crew.roster, id);
 }
 
 void test_who_only_answers_is_known_and_left_alone(void)
@@ -84,7 +84,7 @@ void test_one_who_answers_though_set_not_to_is_asked_again(void)
 {
     robot.crew.open = false;
     TEST_ASSERT_TRUE(robot_add(&robot, 1));
-    cds_roster_find(&robot.crew.roster, 1)->status_return_level = 0;
+    cds_servos_find(&robot.crew.roster, 1)->status_return_level = 0;
     port_fake_answer(&bus.link, 1, 0, NULL, 0);
     run(100);
     TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
@@ -111,7 +111,7 @@ void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void
     run(10);
     TEST_ASSERT_NOT_NULL(known(3));
     robot_inhibit(&robot); // no servo is driven, known or not
-    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));
 }
 
 void test_who_was_named_is_looked_at_and_so_is_the_rest_from_then_on(void)
@@ -133,7 +133,7 @@ void test_the_pc_has_the_bus_to_itself_for_a_second_after_a_packet(void)
     robot_add(&robot, 2);
     wire.servo[1].dead = true;
     wait_ms(3500); // 2 is away by now, and is looked for ten times a second
-    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_AWAY, known(2)->presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_OFFLINE, known(2)->presence);
     wire.count = 0;
     for (uint8_t i = 0; i < 4; i++) {
         robot_yield(&robot);
@@ -148,16 +148,16 @@ void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(v
 {
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     wire.servo[0].dead = true;
-    for (uint8_t i = 0; i < CDS_ROSTER_SILENCES; i++)
+    for (uint8_t i = 0; i < CDS_SERVOS_SILENCES; i++)
         meet(1);
-    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_AWAY, known(1)->presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_OFFLINE, known(1)->presence);
     wire.servo[0].dead = false;
     wire.servo[0].torque = 0;
     robot_yield(&robot);
     meet(1); // as the PC might
     wait_ms(2);
-    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_HERE, known(1)->presence);
-    TEST_ASSERT_EQUAL_UINT8(CDS_HOLD_LOST, known(1)->held);
+    TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_ONLINE, known(1)->presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STATE_LOST, known(1)->held);
 }
 
 void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
@@ -165,10 +165,10 @@ void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
     robot_stop(&robot);
     run(3000);
     meet(1);
-    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(1));
-    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2)); // who was never heard of
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(1));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2)); // who was never heard of
     TEST_ASSERT_TRUE(robot_allow(&robot));
-    cds_roster_release(&robot.crew.roster, NULL);
+    cds_servos_release(&robot.crew.roster, NULL);
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));
 }
@@ -197,7 +197,7 @@ void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
     TEST_ASSERT_EQUAL_UINT8(0, wire.count); // nobody is left to be looked at
     meet(2);
     TEST_ASSERT_NOT_NULL(known(2));
-    TEST_ASSERT_EQUAL(CDS_HELD, torque_on(2));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));
 }
 
 void test_who_joins_during_a_stop_is_asked_too(void)
@@ -249,7 +249,7 @@ void test_inhibit_survives_a_reset(void)
         setUp();
         robot_resume(&robot, &kept, false);
         TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
-        TEST_ASSERT_EQUAL(CDS_HELD, torque_on(9));
+        TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(9));
         TEST_ASSERT_EQUAL_UINT8(0, wire.count);
     }
     TEST_ASSERT_TRUE(robot_release(&robot));
@@ -287,7 +287,7 @@ void test_stop_that_gave_up_is_kept_for_a_reset(void)
     robot_resume(&robot, &kept, true);
     port_fake.low = true;
     robot_stop(&robot);
-    for (uint16_t i = 0; i < 3 * CDS_STOP_TRIES && robot_is_stopping(&robot); i++) {
+    for (uint16_t i = 0; i < 3 * CDS_TORQUE_OFF_TRIES && robot_is_stopping(&robot); i++) {
         port_fake.now_us += 3000;
         cds_bus_poll(&bus);
         robot_poll(&robot);
@@ -327,7 +327,8 @@ void test_inhibit_holds_while_a_scan_runs(void)
     cds_scan_begin(&robot.work.scan.scan, &bus, &request, robot.work.scan.found, ROBOT_SERVOS);
     run(3000);
     robot_inhibit(&robot);
-    TEST_ASSERT_EQUAL(CDS_HELD, cds_servo_write_byte(&bus, &other, 99, CDS_REG_TORQUE_ENABLE, 1));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED,
+                      cds_servo_write_byte(&bus, &other, 99, CDS_REG_TORQUE_ENABLE, 1));
 }
 
 void test_strangers_are_all_ids_until_a_whole_scan(void)

@@ -1,7 +1,7 @@
 /* Scans of IDs and baud rates, against a few fake servos. */
 #include "cds55xx/scan.h"
 
-#include "cds55xx/roster.h"
+#include "cds55xx/servos.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -180,13 +180,13 @@ void test_details_that_were_not_read_are_no_values(void)
 
 void test_details_that_the_roster_says_nobody_answers_hold_up_nothing(void)
 {
-    static struct cds_roster_servo known[] = {{.id = 9}};
-    static struct cds_roster roster;
+    static struct cds_servo_state known[] = {{.id = 9}};
+    static struct cds_servos roster;
 
     servo_fake_put(0, 9, 1);
     servo_fake_put(1, 10, 1);
     servos.servo[0].table[0x10] = 0;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_roster_begin(&roster, &bus, known, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, known, 1));
     known[0].status_return_level = 0;
     cds_scan_set_ids(&scan, 8, 10);
     cds_scan_set_bauds(&scan, &bus.baud, 1);

@@ -17,12 +17,12 @@
 #endif
 
 /* A profile of a caller's own, as fast as one may be. */
-static const struct cds_profile fastest = {4000000, CDS_UNIT_SIGNED_MRPM, false, 1, 1};
-static const struct cds_profile slowest = {1023, CDS_UNIT_SIGNED_MRPM, false, 1, 1};
+static const struct cds_register_profile fastest = {4000000, CDS_UNIT_SIGNED_MRPM, false, 1, 1};
+static const struct cds_register_profile slowest = {1023, CDS_UNIT_SIGNED_MRPM, false, 1, 1};
 
 /* Each unit's scale, typed from the manual: register = value x of / per. */
 struct unit_case {
-    const struct cds_profile *profile;
+    const struct cds_register_profile *profile;
     uint8_t unit;
     bool is_signed;
     uint16_t top; // highest register value, or magnitude
@@ -49,7 +49,7 @@ static const struct unit_case cases[] = {
 };
 #define CASES (sizeof cases / sizeof cases[0])
 
-static int32_t from(const struct cds_profile *profile, uint8_t unit, uint16_t raw)
+static int32_t from(const struct cds_register_profile *profile, uint8_t unit, uint16_t raw)
 {
     int32_t value = -1;
 
@@ -57,7 +57,7 @@ static int32_t from(const struct cds_profile *profile, uint8_t unit, uint16_t ra
     return value;
 }
 
-static uint16_t to(const struct cds_profile *profile, uint8_t unit, int32_t value)
+static uint16_t to(const struct cds_register_profile *profile, uint8_t unit, int32_t value)
 {
     uint16_t raw = UNTOUCHED;
 
@@ -65,7 +65,8 @@ static uint16_t to(const struct cds_profile *profile, uint8_t unit, int32_t valu
     return raw;
 }
 
-static void assert_no_register(const struct cds_profile *profile, uint8_t unit, int32_t value)
+static void assert_no_register(const struct cds_register_profile *profile, uint8_t unit,
+                               int32_t value)
 {
     uint16_t raw = UNTOUCHED;
 
@@ -74,7 +75,7 @@ static void assert_no_register(const struct cds_profile *profile, uint8_t unit, 
     TEST_ASSERT_EQUAL_UINT16(UNTOUCHED, raw);
 }
 
-static void assert_no_value(const struct cds_profile *profile, uint8_t unit, uint16_t raw)
+static void assert_no_value(const struct cds_register_profile *profile, uint8_t unit, uint16_t raw)
 {
     int32_t value = UNTOUCHED;
 
@@ -315,7 +316,7 @@ static const char letters[] = ".#pmsSqQVCtB";
 static const char units_of_cds55xx[] = ".###Btp.p..CVVq.###.#.#."    // 0x00
                                        "##mm##p.s.##p.S.Q.VC#.###."; // 0x18
 
-static char letter_of(const struct cds_profile *profile, uint8_t address)
+static char letter_of(const struct cds_register_profile *profile, uint8_t address)
 {
     return letters[cds_units_of(profile, address)];
 }

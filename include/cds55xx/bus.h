@@ -66,11 +66,12 @@ enum cds_bus_state {
 #define CDS_REPLY_ANY                                                                              \
     (CDS_PARSER_LENGTH_MAX - CDS_LENGTH_MIN) // with any_length: `room` for so many
 
-/* In `urgent` of a request: the request goes before urgent requests too. For torque off (stop.h).
+/* In `urgent` of a request: the request goes before urgent requests too. For torque off
+ * (torque_off.h).
  */
 #define CDS_URGENT_FIRST 2
 
-/* One exchange: filled in by the typed calls of servo.h and group.h, owned by the caller, who
+/* One exchange: filled in by the typed calls of servo.h and sync_write.h, owned by the caller, who
  * leaves it and its buffer alone from submit until `result` is no longer CDS_PENDING. */
 struct cds_request {
     struct cds_packet packet; // the instruction packet; then the reply's parameters in its buffer
@@ -146,7 +147,7 @@ struct cds_bus_news {
     const struct cds_request *request; // of ENDED; its result is not set yet
 };
 
-/* Whoever watches a bus: roster.h. Called from submit, poll and cds_bus_would_admit(). */
+/* Whoever watches a bus: servos.h. Called from submit, poll and cds_bus_would_admit(). */
 struct cds_bus_observer {
     /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
      * CDS_REPLY_NONE) and how long the servo waits (cds_bus_set_return_delay_of_()). Asked when a
@@ -252,7 +253,7 @@ void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
 /* Gives the bus a queue (true), in which requests wait behind the one in flight for their turn, or
  * takes it away: then, as from zeroed storage on, what is submitted meanwhile is refused as
  * CDS_BUSY. A program that never asks for a queue does not pay for one. What sends beside others
- * asks for it by itself: cycle.h, watch.h, stop.h. What has steps of its own, as scan.h or
+ * asks for it by itself: cycle.h, health.h, torque_off.h. What has steps of its own, as scan.h or
  * group_read.h, needs one if others submit too; without it a step may end it as CDS_BUSY. Before or
  * after cds_bus_open(), which leaves it as it is. */
 void cds_bus_set_queue(struct cds_bus *bus, bool on);
@@ -263,8 +264,8 @@ void cds_bus_set_queue(struct cds_bus *bus, bool on);
  * already, and nothing was touched; or another one is, and the bus has no queue
  * (cds_bus_set_queue()). CDS_BAD_ARGUMENT: no bus is open, the packet was never ended, or
  * reply_parameters is above CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer.
- * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD, CDS_TOO_EARLY: the observer does not admit it (roster.h).
- * All but the first: nothing was sent.
+ * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY: the observer does not admit it
+ * (servos.h). All but the first: nothing was sent.
  *
  * Any result but CDS_OK, of the call or of the request, and the fields of a reply mean nothing. Its
  * parameters take the packet's place as they come. So a request whose reply has some must be built
@@ -275,8 +276,8 @@ void cds_bus_set_queue(struct cds_bus *bus, bool on);
  * repeat, counted exactly if a poll follows within 32 ms; CDS_LINE_BUSY: the line did not become
  * quiet within the time the longest reply takes with the longest return delay and that margin, nor
  * in the last two byte times, which begin with a poll of their own, and nothing was sent;
- * CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD, CDS_TOO_EARLY: the observer has changed its
- * mind since, and it was not sent, or not once more. */
+ * CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY: the observer has
+ * changed its mind since, and it was not sent, or not once more. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* The same in two steps, for the library's own calls, so that the header of a packet that was found
@@ -327,7 +328,7 @@ void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer
 
 /* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
  * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,
- * CDS_HELD. Nothing is sent.
+ * CDS_INHIBITED. Nothing is sent.
  */
 enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
                                     const uint8_t *data, uint8_t length);

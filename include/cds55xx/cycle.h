@@ -18,7 +18,7 @@
  *
  * Goals go out together or not at all: the application fills one packet while the other is sent.
  *
- * On a bus with a roster (roster.h) each goal is judged when it is set. A servo that is held later,
+ * On a bus with a roster (servos.h) each goal is judged when it is set. A servo that is held later,
  * or whose limits are drawn closer than its goal, is dropped: its goal is sent no more, and those
  * of the others go on. cds_cycle_is_dropped() tells who is; the first goal for it that is taken
  * again, committed, takes it in. In the packet another servo's block stands twice meanwhile (R22).
@@ -112,8 +112,8 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
  * commit; servos whose goal is not set anew keep theirs. CDS_OK. CDS_BAD_ARGUMENT: out of range,
  * nothing was set. CDS_BUSY: the goals before those committed last are still being sent; try again
  * when that is over, at most a period from now. CDS_LIMIT: beyond a soft limit; nothing was set,
- * and it keeps its goal. CDS_HELD: the servo is held; nothing was set, and it is dropped by the
- * next poll, or from the beginning if it never had a goal. */
+ * and it keeps its goal. CDS_INHIBITED: the servo is held; nothing was set, and it is dropped by
+ * the next poll, or from the beginning if it never had a goal. */
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed);
 

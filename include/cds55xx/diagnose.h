@@ -11,12 +11,12 @@
  *      and whoever else is there: OTHER_RATE, OTHER_ID, else SILENCE
  *   4. READ is silent where PING is not: NO_REPLY_BY_LEVEL
  *   5. damage: of a quarter of all answers or more only the first bytes are lost, and there is not
- *      a third as much of another sort: TOO_QUICK. Only where two servos would say different things
- *      (READ of position, voltage ...), and not in PING and READ of the ID: DUPLICATE_ID. In half
- *      of all answers or more: DUPLICATE_ID if another servo is understood, or if none is there and
- *      three quarters are damaged; else NOISE. One bad exchange of sixteen is nothing, nor are more
- *      if a second examination is clean, once it hears again: real buses lose a few in a thousand.
- *      Up to three bytes unasked are nothing either
+ *      a third as much of another sort: REPLIES_TOO_EARLY. Only where two servos would say
+ * different things (READ of position, voltage ...), and not in PING and READ of the ID:
+ * DUPLICATE_ID. In half of all answers or more: DUPLICATE_ID if another servo is understood, or if
+ * none is there and three quarters are damaged; else NOISE. One bad exchange of sixteen is nothing,
+ * nor are more if a second examination is clean, once it hears again: real buses lose a few in a
+ * thousand. Up to three bytes unasked are nothing either
  *   6. what the servo says of itself: SLOW, LOW_SUPPLY, HIGH_SUPPLY, OVERHEATED, OVERLOADED
  *
  * At 1 Mbps a servo that is well takes 0.1 s and 20 exchanges, silence 0.2 s and 31. Where others

@@ -60,7 +60,7 @@ void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
  * were, with their old time.
  * CDS_PENDING: not over yet. CDS_OK: all data are new. Else the result of the first servo that
  * failed: CDS_TIMEOUT, CDS_CORRUPT, CDS_LINE_BUSY, CDS_CANCELLED; CDS_REFUSED, see
- * answers[i].error; CDS_NO_REPLY_DUE: it is set not to answer (roster.h); CDS_BAD_ARGUMENT: its ID,
+ * answers[i].error; CDS_NO_REPLY_DUE: it is set not to answer (servos.h); CDS_BAD_ARGUMENT: its ID,
  * or address and length; CDS_NO_ROOM: the request's buffer is too small.
  */
 enum cds_result cds_group_read_poll(struct cds_group_read *read);

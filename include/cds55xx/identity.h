@@ -92,8 +92,8 @@ enum cds_result cds_identity_reset_all_begin(struct cds_identity *identity, stru
  * TAKEN, or the servo refused the write (error says why; locked, R6); CDS_TIMEOUT: it did not
  * answer, or not do what it was told; CDS_CORRUPT: damaged answers, or two servos; CDS_CANCELLED:
  * its request was cancelled; or the bus was opened anew, or told another return delay, and is left
- * as it is; state is UNDECIDED in both; CDS_LINE_BUSY: the line was not quiet; CDS_LIMIT, CDS_HELD:
- * as cds_bus_submit(), nothing was written. */
+ * as it is; state is UNDECIDED in both; CDS_LINE_BUSY: the line was not quiet; CDS_LIMIT,
+ * CDS_INHIBITED: as cds_bus_submit(), nothing was written. */
 enum cds_result cds_identity_poll(struct cds_identity *identity);
 
 /* Looks at both places again, without writing, after a transaction that ended as LOST: a servo that

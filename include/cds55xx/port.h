@@ -56,14 +56,14 @@ uint16_t cds_port_ticks(void);
  * the moment `from`, as of cds_port_ticks(), it rings, and goes on. It may have to ring before that
  * too: returns how often, 0 to 31. Never too early; too late if it is set later than 32 ms after
  * that moment, and by as much as what rings before is silenced late. Main context. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
+uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us);
 
 /* Does it ring? For every poll. Main context. */
-bool cds_port_alarm_rings(uint8_t port);
+bool cds_port_timer_expired(uint8_t port);
 
 /* Until the next time. Main context. */
-void cds_port_silence_alarm(uint8_t port);
+void cds_port_restart_timer(uint8_t port);
 
 #ifdef __cplusplus
 }

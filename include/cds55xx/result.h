@@ -26,7 +26,7 @@
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
     X(CDS_LIMIT, 11, "beyond a soft limit of this servo, nothing was sent",                        \
       "stay within its limits, or change them")                                                    \
-    X(CDS_HELD, 12, "the servo may not be driven, nothing was sent",                               \
+    X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \
       "set the servo's RETURN_DELAY to 1 (2 us) or more")

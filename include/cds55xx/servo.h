@@ -6,8 +6,8 @@
  *                     is, and the bus has no queue (cds_bus_set_queue())
  *   CDS_BAD_ARGUMENT  ID, address or length out of range: nothing is sent
  *   CDS_NO_ROOM       the request's buffer is too small for the packet or its reply
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_HELD
- *                     on a bus with a roster (roster.h): nothing is sent
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED
+ *                     on a bus with a roster (servos.h): nothing is sent
  * IDs are 0 to 253; where it says so also CDS_BROADCAST_ID, which no servo answers. Addresses are
  * CDS_REG_* of control_table.h; a length counts bytes, and a value is in the register's own unit.
  * Main context.

@@ -63,8 +63,8 @@ enum cds_result cds_setup_lock_begin(struct cds_setup *setup, struct cds_bus *bu
  * does not hold it when read back; or it holds another value all the same. CDS_TIMEOUT,
  * CDS_CORRUPT: it could not be read, or the WRITE was lost and the old value read back.
  * CDS_CANCELLED: the bus was opened anew. CDS_LINE_BUSY: nothing was sent. CDS_NO_REPLY_DUE,
- * CDS_LIMIT, CDS_HELD: as cds_bus_submit(). A servo of status return level 0 answers no READ, and
- * so cannot be set up with this. */
+ * CDS_LIMIT, CDS_INHIBITED: as cds_bus_submit(). A servo of status return level 0 answers no READ,
+ * and so cannot be set up with this. */
 enum cds_result cds_setup_poll(struct cds_setup *setup);
 
 #ifdef __cplusplus

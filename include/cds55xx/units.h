@@ -43,7 +43,7 @@ enum cds_unit {
 
 /* In what CDS55xx and AX-12 differ. The caller says which servo is which; a program may have
  * profiles of its own. */
-struct cds_profile {
+struct cds_register_profile {
     uint32_t full_speed_mrpm; // speed at 1023: 1023 to 4000000 mRPM
     uint8_t turn_unit;        // enum cds_unit of MOVING_SPEED in endless turn
     bool has_torque_limit;    // 0x22, 0x23: a torque limit in RAM; else Acc and Dcc (R7)
@@ -52,32 +52,32 @@ struct cds_profile {
 };
 
 /* Manual 3.1: 62 RPM at 1023; endless turn keeps a speed; byte 0x01 is 1 (CDS5516, R26). */
-extern const struct cds_profile cds_profile_cds55xx;
+extern const struct cds_register_profile cds_profile_cds55xx;
 
 /* Robotis' e-manual of the AX-12, AX-12+, AX-12A: 0.111 RPM a unit, 113.553 RPM at 1023; in endless
  * turn ("wheel mode") MOVING_SPEED and PRESENT_SPEED are shares of full drive, not speeds; the word
  * at 0x00 is 12. */
-extern const struct cds_profile cds_profile_ax12;
+extern const struct cds_register_profile cds_profile_ax12;
 
 /* The unit of the register at `address` (0 to 0x31, CDS_REG_*) of such a servo. CDS_UNIT_NONE:
  * reserved, the high byte of a word, or above 0x31. MOVING_SPEED is CDS_UNIT_MRPM, as in position
  * mode; in endless turn it is profile->turn_unit. On an AX-12 0x22 is CDS_UNIT_CPCT, and the model
  * number is at 0x00. */
-enum cds_unit cds_units_of(const struct cds_profile *profile, uint8_t address);
+enum cds_unit cds_units_of(const struct cds_register_profile *profile, uint8_t address);
 
 /* The value `raw` of a register (what the unit can have: 0 to 65535) in its unit, the nearest whole
  * number, into *value. `profile` is looked at for the two units of mRPM only and may be NULL for
  * others. CDS_OK; CDS_BAD_ARGUMENT: no register of that unit holds such a value, or there is no
  * such unit; *value is left as it was. Divides 32-bit numbers: not for the hot path. */
-enum cds_result cds_units_from_register(const struct cds_profile *profile, enum cds_unit unit,
-                                        uint16_t raw, int32_t *value);
+enum cds_result cds_units_from_register(const struct cds_register_profile *profile,
+                                        enum cds_unit unit, uint16_t raw, int32_t *value);
 
 /* The register value nearest to `value`, into *raw; of two as near the greater one (a signed value:
  * the one further from 0; bit/s: the faster one). CDS_OK; CDS_BAD_ARGUMENT: outside the range that
  * stands beside the unit (speeds: 0, or minus, to full_speed_mrpm), or there is no such unit; *raw
  * is left as it was. `profile` as above. Divides 32-bit numbers: not for the hot path. */
-enum cds_result cds_units_to_register(const struct cds_profile *profile, enum cds_unit unit,
-                                      int32_t value, uint16_t *raw);
+enum cds_result cds_units_to_register(const struct cds_register_profile *profile,
+                                      enum cds_unit unit, int32_t value, uint16_t *raw);
 
 /* How far off a rate may be for a UART, in 1/1000 (manual 3.1, 0x04: 3 %). */
 #define CDS_BAUD_ERROR_MAX_PERMILLE 30

@@ -89,7 +89,7 @@ AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t *ticks)
 /* The timer sets the flag when it passes the compare register, every 32 ms. What was passed while a
  * handler held up these lines would ring late: so it is moved to a few microseconds from now, or
  * counted as a lap that is over. */
-uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
+uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
     uint16_t wait = more_us, passed;
@@ -107,12 +107,12 @@ uint8_t cds_port_set_alarm(uint8_t port, uint16_t from, uint16_t count, uint16_t
     }
 }
 
-void cds_port_silence_alarm(uint8_t port)
+void cds_port_restart_timer(uint8_t port)
 {
     TIMER_FLAGS = alarm_flag(port);
 }
 
-bool cds_port_alarm_rings(uint8_t port)
+bool cds_port_timer_expired(uint8_t port)
 {
     return TIMER_FLAGS & alarm_flag(port);
 }

@@ -1,7 +1,7 @@
 /* A status packet for the host; see answer.h. */
 #include "answer.h"
 
-#include "opaque.h" // CDS_APART
+#include "compiler.h" // NOINLINE
 
 void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *parameters,
                   uint8_t length)
@@ -36,8 +36,8 @@ bool answer_put(struct answer *answer, struct cds_ring *ring)
 
 /* Copies bytes and adds them to `sum`. The ring's bytes are written here as any others: that is
  * half as long, and the barrier keeps them before the index that vouches for them. */
-CDS_APART static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
-                              uint8_t sum)
+NOINLINE static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
+                             uint8_t sum)
 {
     uint8_t *to = (uint8_t *)ring;
 

@@ -2,7 +2,7 @@
 #include "bridge.h"
 
 #include "cds55xx/port.h" // cds_port_now_us()
-#include "opaque.h"       // CDS_APART
+#include "compiler.h"     // NOINLINE
 
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
@@ -14,7 +14,7 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
     gather_open(&bridge->gather, bus, device, output);
 }
 
-CDS_APART static void answer(struct bridge *bridge, uint8_t id, uint8_t error, uint8_t length)
+NOINLINE static void answer(struct bridge *bridge, uint8_t id, uint8_t error, uint8_t length)
 {
     answer_begin(&bridge->answer, id, error, bridge->request.packet.bytes, length);
     bridge->state = BRIDGE_ANSWERING;
@@ -111,7 +111,7 @@ static void begin_gathering(struct bridge *bridge, uint8_t own)
 }
 
 /* Whose is it? Apart: a gathering shall not save registers for it. */
-CDS_APART static void take(struct bridge *bridge)
+NOINLINE static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
     uint8_t own = device_id(bridge->gather.device);

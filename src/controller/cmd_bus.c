@@ -5,7 +5,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
-#include "opaque.h" // CDS_APART
+#include "compiler.h" // NOINLINE
 #include "sentences.h"
 
 /* ---- scan ---- */
@@ -46,7 +46,7 @@ static uint16_t remark(struct console *console, const struct cds_scan_found *fou
 }
 
 /* "id 5 model 1 at 57600bps" */
-CDS_APART static void tell_found(struct console *console, const struct cds_scan_found *found)
+NOINLINE static void tell_found(struct console *console, const struct cds_scan_found *found)
 {
     uint16_t *value = console->writer.values;
 
@@ -121,9 +121,9 @@ static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
 
 #define SERVO_COUNTERS (sizeof servo_counters)
 #define BUS_COUNTERS   (sizeof(struct cds_counters) / sizeof(uint16_t))
-#define SERVO_BYTES_AT offsetof(struct cds_roster_counters, late) // behind words
+#define SERVO_BYTES_AT offsetof(struct cds_servo_counters, late) // behind words
 
-_Static_assert(sizeof(struct cds_roster_counters) == SERVO_COUNTERS + SERVO_BYTES_AT / 2,
+_Static_assert(sizeof(struct cds_servo_counters) == SERVO_COUNTERS + SERVO_BYTES_AT / 2,
                "each has a name");
 
 uint8_t counters_begin(struct console *console)
@@ -132,7 +132,7 @@ uint8_t counters_begin(struct console *console)
 }
 
 /* Number `index` of a servo's, a word or a byte. */
-static uint16_t servo_counter(const struct cds_roster_counters *counters, uint8_t index)
+static uint16_t servo_counter(const struct cds_servo_counters *counters, uint8_t index)
 {
     const uint8_t *byte = (const uint8_t *)counters + SERVO_BYTES_AT / 2 + index;
     uint16_t word;

@@ -1,7 +1,7 @@
 /* group, pose: several servos, all at once. */
 #include <string.h>
 
-#include "cds55xx/group.h" // cds_group_sync_begin()
+#include "cds55xx/sync_write.h" // cds_sync_write_begin()
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
@@ -16,7 +16,7 @@ static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
     uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->crew.roster.count);
 
     for (; count; count--) {
-        if (cds_roster_find(&robot->crew.roster, *ids++))
+        if (cds_servos_find(&robot->crew.roster, *ids++))
             continue;
         if (room == 0)
             return false;
@@ -89,23 +89,23 @@ static uint8_t sync(struct console *console)
     const struct cds_goal *goal = robot->work.move.goals;
     struct cds_request *request = console->line.request;
 
-    cds_group_sync_begin(request, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_begin(request, CDS_REG_GOAL_POSITION, 4);
     for (uint8_t left = robot->group_count; left; left--, goal++)
-        cds_group_sync_add_goal(request, goal->id, goal->position, goal->speed);
-    return (uint8_t)cds_group_sync_send(console->bus, request);
+        cds_sync_write_add_goal(request, goal->id, goal->position, goal->speed);
+    return (uint8_t)cds_sync_write_send(console->bus, request);
 }
 
 static uint8_t act(struct console *console)
 {
     struct robot *robot = console->robot;
-    struct cds_group_move *move = &robot->work.move.move;
+    struct cds_registered_move *move = &robot->work.move.move;
     uint8_t error = robot_claim(robot, ROBOT_MOVE);
 
     if (error)
         return error;
-    cds_group_move_begin(move, console->bus, console->line.request, robot->work.move.goals,
-                         robot->group_count);
-    cds_group_move_set_verify(move);
+    cds_registered_move_begin(move, console->bus, console->line.request, robot->work.move.goals,
+                              robot->group_count);
+    cds_registered_move_set_verify(move);
     console->phase = POSE_ACTION;
     return 0;
 }

@@ -3,8 +3,8 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
-#include "opaque.h" // CDS_APART
-#include "reply.h"  // reply_condition()
+#include "compiler.h" // NOINLINE
+#include "reply.h"    // reply_condition()
 #include "sentences.h"
 
 /* ---- settings, save, defaults ---- */
@@ -88,7 +88,7 @@ bool save_poll(struct console *console)
 /* ---- alarms ---- */
 
 /* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
-CDS_APART static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
+NOINLINE static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
 {
     uint16_t *value = writer->values;
 
@@ -104,9 +104,9 @@ CDS_APART static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t b
 }
 
 /* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
-static uint8_t alarms_of(const struct cds_roster *roster, uint8_t index)
+static uint8_t alarms_of(const struct cds_servos *roster, uint8_t index)
 {
-    const struct cds_roster_servo *servo = roster->servos;
+    const struct cds_servo_state *servo = roster->servos;
     uint8_t others = roster->alarms;
 
     if (index < roster->count)
@@ -119,7 +119,7 @@ static uint8_t alarms_of(const struct cds_roster *roster, uint8_t index)
 /* A line a call: `part` is what was told of servo `index`. */
 bool alarms_poll(struct console *console)
 {
-    const struct cds_roster *roster = &console->robot->crew.roster;
+    const struct cds_servos *roster = &console->robot->crew.roster;
     uint8_t *index = &console->index, left = 0;
 
     while (*index <= roster->count &&
@@ -180,11 +180,11 @@ static uint16_t stop_text(const struct robot *robot)
  * joined the robot after the stop is not among those that were read back. */
 static void tell_torque(struct writer *writer, const struct robot *robot)
 {
-    const struct cds_roster_servo *servo = robot->servos;
+    const struct cds_servo_state *servo = robot->servos;
     uint8_t strangers = robot_strangers(robot), off = 0;
 
     for (uint8_t left = robot->crew.roster.count; left; left--, servo++)
-        if (servo->stopped == CDS_STOP_OFF)
+        if (servo->stopped == CDS_TORQUE_OFF_OFF)
             off++;
     writer->values[0] = off;
     writer->values[1] = robot->crew.roster.count;
@@ -216,13 +216,13 @@ static void tell_stops(struct writer *writer, const struct keeper *keeper)
 /* "servos: 18, held 0, away 1" */
 static void tell_servos(struct writer *writer, const struct crew *crew)
 {
-    const struct cds_roster_servo *servo = crew->roster.servos;
+    const struct cds_servo_state *servo = crew->roster.servos;
     uint8_t held = 0, away = 0;
 
     for (uint8_t left = crew->roster.count; left; left--, servo++) {
         if (servo->held)
             held++;
-        if (servo->presence == CDS_PRESENCE_AWAY)
+        if (servo->presence == CDS_PRESENCE_OFFLINE)
             away++;
     }
     writer->values[0] = crew->roster.count;

@@ -3,7 +3,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
-#include "opaque.h" // CDS_APART
+#include "compiler.h" // NOINLINE
 #include "sentences.h"
 
 /* What move looks at first, in one READ. */
@@ -23,7 +23,7 @@ static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit un
     return error;
 }
 
-CDS_APART uint8_t servo_read(struct console *console, uint8_t address, uint8_t length)
+NOINLINE uint8_t servo_read(struct console *console, uint8_t address, uint8_t length)
 {
     const struct command_line *line = &console->line;
 
@@ -110,7 +110,7 @@ bool turn_poll(struct console *console)
     return console->error == 0;
 }
 
-CDS_APART static uint8_t write_switch(struct console *console, uint8_t address)
+NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 {
     console_job(console)->set.data[0] = console->line.choice == 1;
     return servo_write(console, address, 1);

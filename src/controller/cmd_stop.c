@@ -6,7 +6,7 @@
 #include "console.h"
 #include "errors.h"
 #include "handlers.h"
-#include "opaque.h" // CDS_APART
+#include "compiler.h" // NOINLINE
 #include "reply.h"
 #include "sentences.h"
 
@@ -28,9 +28,9 @@ bool stop_poll(struct console *console)
         return true;
     console->error = robot->stop.result;
     while (*index < robot->crew.roster.count) {
-        const struct cds_roster_servo *servo = &robot->servos[(*index)++];
+        const struct cds_servo_state *servo = &robot->servos[(*index)++];
 
-        if (servo->stopped == CDS_STOP_OFF)
+        if (servo->stopped == CDS_TORQUE_OFF_OFF)
             continue;
         console->writer.values[0] = servo->id;
         writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->stopped);
@@ -45,8 +45,8 @@ bool stop_poll(struct console *console)
 uint8_t release_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    struct cds_roster *roster = &robot->crew.roster;
-    struct cds_roster_servo *servo = roster->servos;
+    struct cds_servos *roster = &robot->crew.roster;
+    struct cds_servo_state *servo = roster->servos;
     uint8_t id = console->line.id, error = ERROR_NOT_KNOWN;
 
     if (robot_is_stopping(robot))
@@ -61,7 +61,7 @@ uint8_t release_begin(struct console *console)
         return ERROR_STOPPED;
     for (uint8_t left = roster->count; left; left--, servo++) {
         if (servo->id == id) { // two may have it
-            cds_roster_release(roster, servo);
+            cds_servos_release(roster, servo);
             error = 0;
         }
     }
@@ -73,8 +73,8 @@ uint8_t release_begin(struct console *console)
 uint8_t limits_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
-    struct cds_roster *roster = &console->robot->crew.roster;
-    struct cds_roster_servo *servo = console_servo(console);
+    struct cds_servos *roster = &console->robot->crew.roster;
+    struct cds_servo_state *servo = console_servo(console);
     uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
 
     for (uint8_t i = 0; i < line->numbers; i++) {
@@ -86,7 +86,7 @@ uint8_t limits_begin(struct console *console)
     }
     if (servo == NULL)
         return ERROR_NOT_KNOWN;
-    return cds_roster_set_limits(roster, servo, raw[0], raw[1], raw[2]) == CDS_OK
+    return cds_servos_set_limits(roster, servo, raw[0], raw[1], raw[2]) == CDS_OK
                ? 0
                : ERROR_OUT_OF_RANGE;
 }
@@ -129,8 +129,8 @@ static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
 }
 
 /* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-CDS_APART static void servo_part(struct writer *writer, const struct cds_roster_servo *servo,
-                                 uint8_t part)
+NOINLINE static void servo_part(struct writer *writer, const struct cds_servo_state *servo,
+                                uint8_t part)
 {
     switch (part) {
     case PART_STATE:
@@ -139,11 +139,11 @@ CDS_APART static void servo_part(struct writer *writer, const struct cds_roster_
         writer_text(writer, writer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
         break;
     case PART_LOST:
-        if (servo->held & CDS_HOLD_LOST)
+        if (servo->held & CDS_INHIBIT_STATE_LOST)
             writer_text(writer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:
-        if (servo->held & CDS_HOLD_STOPPED)
+        if (servo->held & CDS_INHIBIT_STOPPED)
             writer_text(writer, TEXT_HELD_STOPPED);
         break;
     case PART_END: writer_end_of_line(writer); break;

@@ -6,7 +6,7 @@
 #include "cds55xx/control_table.h"
 #include "errors.h"
 #include "handlers.h"
-#include "opaque.h"   // CDS_APART
+#include "compiler.h" // NOINLINE
 #include "settings.h" // settings_named()
 
 #define WORDS(name, group, takes, instruction, begin, poll, arguments, what, details, example)     \
@@ -23,7 +23,7 @@ const CDS_FLASH struct command commands[COMMAND_COUNT] = {
 
 static const CDS_FLASH char takes_nothing[] = "";
 
-CDS_APART void command_begin(struct command_line *line)
+NOINLINE void command_begin(struct command_line *line)
 {
     struct cds_request *request = line->request;
 
@@ -249,8 +249,8 @@ static void find_letter(struct command_line *line, const struct token *token)
         line->takes++;
 }
 
-CDS_APART static uint8_t take_letter(struct command_line *line, const struct token *token,
-                                     char separator)
+NOINLINE static uint8_t take_letter(struct command_line *line, const struct token *token,
+                                    char separator)
 {
     switch (*line->takes) {
     case 'i': return take_byte(token, CDS_ID_MAX, &line->id);
@@ -316,7 +316,7 @@ static enum cds_result finish_packet(struct command_line *line, uint8_t instruct
     }
 }
 
-CDS_APART uint8_t command_end(struct command_line *line)
+NOINLINE uint8_t command_end(struct command_line *line)
 {
     uint8_t instruction = commands[line->kind].instruction;
     char letter = *line->takes;

@@ -9,7 +9,7 @@
 #include "errors.h"
 #include "handlers.h" // alarm_tell()
 #include "host.h"     // HOST_MARK_DROPPED
-#include "opaque.h"   // CDS_APART
+#include "compiler.h" // NOINLINE
 #include "reply.h"
 
 /* The bus must not wait for a line. */
@@ -34,7 +34,7 @@ _Static_assert(sizeof(((union console_buffer *)0)->command) <=
 void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
                   struct cds_ring *output)
 {
-    CDS_OPAQUE(console);
+    OPTIMIZER_BARRIER(console);
     console->keeper = keeper;
     console->robot = keeper->robot;
     console->bus = keeper->robot->bus;
@@ -84,7 +84,7 @@ static void feed(struct console *console, char c)
         token_add(&console->token, c);
 }
 
-CDS_APART static void conclude(struct console *console, uint8_t error)
+NOINLINE static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
@@ -92,7 +92,7 @@ CDS_APART static void conclude(struct console *console, uint8_t error)
     console->state = CONSOLE_CLOSING;
 }
 
-CDS_APART static void begin_command(struct console *console)
+NOINLINE static void begin_command(struct console *console)
 {
     if (!commands[console->line.kind].instruction) // else the packet of the line stands there
         memset(console_job(console), 0, sizeof(union console_job));
@@ -166,7 +166,7 @@ static bool is_mark(uint8_t byte)
 }
 
 /* The host link says that the line so far is gone. */
-CDS_APART static void take_mark(struct console *console, uint8_t mark)
+NOINLINE static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
     if (mark == HOST_MARK_LOST)
@@ -220,7 +220,7 @@ static void read_input(struct console *console)
 /* ---- Ctrl-X ---- */
 
 /* The place behind the last Ctrl-X among the bytes that wait for their turn, or 0. */
-CDS_APART static uint8_t behind_stop(const struct console *console, uint8_t from)
+NOINLINE static uint8_t behind_stop(const struct console *console, uint8_t from)
 {
     uint8_t behind = 0;
 
@@ -270,7 +270,7 @@ static void interrupt(struct console *console)
 
 /* ---- a command ---- */
 
-CDS_APART uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
+NOINLINE uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
 {
     return number_within(&console->line.number[index], unit, &console->raw);
 }
@@ -292,7 +292,7 @@ bool console_waits(struct console *console)
     return false;
 }
 
-CDS_APART bool console_answered(const struct console *console)
+NOINLINE bool console_answered(const struct console *console)
 {
     return console->error == 0 && !(console->servo_error & CDS_ERRORS_OF_PACKET);
 }
@@ -324,9 +324,9 @@ bool console_operates(struct console *console, uint8_t operation)
     return false;
 }
 
-CDS_APART struct cds_roster_servo *console_servo(const struct console *console)
+NOINLINE struct cds_servo_state *console_servo(const struct console *console)
 {
-    return cds_roster_find(&console->robot->crew.roster, console->line.id);
+    return cds_servos_find(&console->robot->crew.roster, console->line.id);
 }
 
 static void poll_command(struct console *console)

@@ -137,7 +137,7 @@ bool console_answered(const struct console *console);
 bool console_operates(struct console *console, uint8_t operation);
 
 /* The robot's servo line.id, or NULL. */
-struct cds_roster_servo *console_servo(const struct console *console);
+struct cds_servo_state *console_servo(const struct console *console);
 
 /* Has a key been pressed since the command began? It is taken away, with all that came with it. */
 bool console_key(struct console *console);

@@ -5,9 +5,9 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_STATUS_RETURN_LEVEL
 #include "cds55xx/packet.h"        // CDS_AT_*
-#include "gate.h"                  // cds_gate_check()
-#include "observe.h"               // cds_roster_admit()
-#include "opaque.h"                // CDS_APART
+#include "safety/permit.h"         // cds_gate_check()
+#include "safety/observe.h"        // cds_servos_admit()
+#include "compiler.h"              // NOINLINE
 
 /* Status return levels (R3). */
 #define LEVEL_READ 1
@@ -20,16 +20,16 @@ static struct crew *of(struct cds_bus_observer *observer)
 
 bool crew_meet(struct crew *crew, uint8_t id)
 {
-    struct cds_roster *roster = &crew->roster;
+    struct cds_servos *roster = &crew->roster;
 
-    if (id > CDS_ID_MAX || cds_roster_find(roster, id))
+    if (id > CDS_ID_MAX || cds_servos_find(roster, id))
         return true;
-    if (cds_roster_add(roster, id, crew->room) != CDS_OK) {
+    if (cds_servos_add(roster, id, crew->room) != CDS_OK) {
         crew->crowded = true;
         return false;
     }
     if (roster->inhibited)
-        cds_roster_hold(roster, &roster->servos[roster->count - 1], CDS_HOLD_STOPPED);
+        cds_servos_hold(roster, &roster->servos[roster->count - 1], CDS_INHIBIT_STOPPED);
     return true;
 }
 
@@ -50,7 +50,7 @@ static bool changes_settings(const uint8_t *bytes)
            bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL;
 }
 
-CDS_APART static void meet_addressed(struct crew *crew, const uint8_t *bytes)
+NOINLINE static void meet_addressed(struct crew *crew, const uint8_t *bytes)
 {
     switch (bytes[CDS_AT_INSTRUCTION]) {
     case CDS_WRITE:
@@ -73,7 +73,7 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
     }
     if (crew->open || changes_settings(bytes))
         meet_addressed(crew, bytes);
-    result = cds_roster_admit(observer, request);
+    result = cds_servos_admit(observer, request);
     if (result == CDS_TOO_EARLY)
         crew->early++;
     return result;
@@ -86,14 +86,14 @@ static enum cds_result admit_block(struct cds_bus_observer *observer, uint8_t id
 
     if (crew->open)
         crew_meet(crew, id);
-    return cds_roster_admit_block(observer, id, address, data, length);
+    return cds_servos_admit_block(observer, id, address, data, length);
 }
 
 /* One that answers though it was set not to is another servo with this ID, or was reset by others.
  */
 static void believe(struct crew *crew, uint8_t id, uint8_t level)
 {
-    struct cds_roster_servo *servo = cds_roster_find(&crew->roster, id);
+    struct cds_servo_state *servo = cds_servos_find(&crew->roster, id);
 
     if (servo && servo->status_return_level < level)
         servo->status_return_level = level & 3u;
@@ -108,7 +108,7 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
     if (crew->away)
         return;
     if (!crew->open && !news->error && news->event == CDS_BUS_ENDED) { // short: it comes every time
-        cds_roster_on_news(observer, news);
+        cds_servos_on_news(observer, news);
         return;
     }
     answered = news->result == CDS_OK && news->request &&
@@ -117,17 +117,17 @@ static void on_news(struct cds_bus_observer *observer, const struct cds_bus_news
         crew_meet(crew, news->id);
     if (news->event == CDS_BUS_EXTRA || news->event == CDS_BUS_FOREIGN)
         believe(crew, news->id, LEVEL_ALL);
-    cds_roster_on_news(observer, news);
+    cds_servos_on_news(observer, news);
     if (answered && news->instruction == CDS_READ)
         believe(crew, news->id, LEVEL_READ); // whatever it says there: it may be of another make
 }
 
-void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo *servos,
+void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_servo_state *servos,
                 uint8_t room)
 {
     struct cds_bus_observer *observer = &crew->roster.observer;
 
-    cds_roster_begin(&crew->roster, bus, servos, 0);
+    cds_servos_begin(&crew->roster, bus, servos, 0);
     observer->admit = admit;
     observer->admit_block = admit_block;
     observer->on_news = on_news;

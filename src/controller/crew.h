@@ -9,11 +9,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/roster.h" // struct cds_roster
+#include "cds55xx/servos.h" // struct cds_servos
 
 /* Zero it, then crew_begin(). Its fields are to be read only. */
 struct crew {
-    struct cds_roster roster; // first: the bus knows this much
+    struct cds_servos roster; // first: the bus knows this much
     uint8_t room;             // servos that there may be
     bool crowded;             // there was one more: it is not looked at
     bool away;                // the bus is at another rate, or its servos are being looked for:
@@ -26,7 +26,7 @@ struct crew {
 
 /* Begins without a servo, on an open bus. `servos` has room for `room` (1 to 254) of them. Both
  * stay in place. */
-void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_roster_servo *servos,
+void crew_begin(struct crew *crew, struct cds_bus *bus, struct cds_servo_state *servos,
                 uint8_t room);
 
 /* Takes servo `id` in, 0 to 253 (others are nobody), if it is not known. False: there is no room.

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "answer.h"
-#include "opaque.h" // CDS_APART
+#include "compiler.h" // NOINLINE
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
@@ -107,7 +107,7 @@ static void build(struct gather *gather, struct cds_request *read)
 
 /* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
  * registers for it. */
-CDS_APART static void keep(struct gather *gather, const struct cds_request *read)
+NOINLINE static void keep(struct gather *gather, const struct cds_request *read)
 {
     uint8_t each = gather->each;
     bool good = read->result == CDS_OK && read->length == each;

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()
-#include "opaque.h"       // CDS_OPAQUE(), CDS_APART
+#include "compiler.h"     // OPTIMIZER_BARRIER(), NOINLINE
 
 /* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
  */
@@ -116,7 +116,7 @@ static void refute(struct host *host)
 
 /* Something is lost behind all that was taken. The bytes of a packet that has begun are searched
  * for a stop only; a packet that waits for the bridge is not concerned. */
-CDS_APART void host_gap(struct host *host)
+NOINLINE void host_gap(struct host *host)
 {
     host->counters.gaps++;
     host->stale = is_open(host);
@@ -380,7 +380,7 @@ bool host_poll(struct host *host)
 {
     uint8_t tail;
 
-    CDS_OPAQUE(host);
+    OPTIMIZER_BARRIER(host);
     tail = host->input->tail;
     watch_time(host);
     if (host->lost && !host->skipping && mark_lost(host->text)) { // the line's end may be lost, too

@@ -3,7 +3,7 @@
 
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "keeper.h"       // KEEPER_RESET_...
-#include "opaque.h"       // CDS_OPAQUE(), CDS_APART
+#include "compiler.h"     // OPTIMIZER_BARRIER(), NOINLINE
 
 #define CTRL_X  0x18
 #define WINDOW  31 // x 65.536 ms: 1.97 s to 2.03 s
@@ -58,7 +58,7 @@ bool host_rescue_poll(struct host_rescue *rescue, struct cds_ring *input)
     uint32_t now_us = cds_port_now_us();
     bool stop;
 
-    CDS_OPAQUE(rescue);
+    OPTIMIZER_BARRIER(rescue);
     if (cds_ring_count(input)) {
         take(rescue, cds_ring_peek(input, 0));
         cds_ring_drop(input, 1);

@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/port.h" // cds_port_now_us()
-#include "opaque.h"       // CDS_OPAQUE()
+#include "compiler.h"     // OPTIMIZER_BARRIER()
 
 void keeper_begin(struct keeper *keeper, uint8_t reset_cause)
 {
@@ -70,10 +70,10 @@ static void watch_link(struct keeper *keeper)
  * not let go: it is told no more. */
 static bool has_torque(const struct robot *robot)
 {
-    const struct cds_roster_servo *servo = robot->servos;
+    const struct cds_servo_state *servo = robot->servos;
 
     for (uint8_t left = robot->crew.roster.count; left; left--, servo++)
-        if (servo->torque && servo->stopped != CDS_STOP_ON)
+        if (servo->torque && servo->stopped != CDS_TORQUE_OFF_ON)
             return true;
     return false;
 }
@@ -92,8 +92,8 @@ static void insist_on_stop(struct keeper *keeper)
 /* Alarms that were acknowledged in the meantime are told again when they come again. */
 static void watch_alarms(struct keeper *keeper)
 {
-    const struct cds_roster *roster = &keeper->robot->crew.roster;
-    const struct cds_roster_servo *servo;
+    const struct cds_servos *roster = &keeper->robot->crew.roster;
+    const struct cds_servo_state *servo;
     uint8_t *told;
 
     if (keeper->alarm || !keeper->settings->alarm_report || roster->count == 0)
@@ -109,7 +109,7 @@ static void watch_alarms(struct keeper *keeper)
 
 void keeper_poll(struct keeper *keeper)
 {
-    CDS_OPAQUE(keeper);
+    OPTIMIZER_BARRIER(keeper);
     watch_rate(keeper);
     keeper->robot->crew.open = keeper->settings->link_loss_ms != 0; // all are to be looked at then
     watch_link(keeper);
@@ -121,7 +121,7 @@ bool keeper_clear(struct keeper *keeper)
 {
     if (!robot_allow(keeper->robot))
         return false;
-    cds_roster_acknowledge(&keeper->robot->crew.roster, NULL);
+    cds_servos_acknowledge(&keeper->robot->crew.roster, NULL);
     keeper->link_lost = false;
     keeper_heard(keeper); // who has asked for this is there
     return true;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "errors.h"
-#include "opaque.h" // CDS_APART
+#include "compiler.h" // NOINLINE
 
 void robot_begin(struct robot *robot, struct cds_bus *bus)
 {
@@ -24,14 +24,14 @@ void robot_inhibit(struct robot *robot)
 {
     if (robot->kept && inhibit_stored(robot->kept) != INHIBIT_STOPPING)
         store(robot, INHIBIT_ON); // a stop that has not reached all servos stays one
-    cds_roster_hold(&robot->crew.roster, NULL, CDS_HOLD_STOPPED);
+    cds_servos_hold(&robot->crew.roster, NULL, CDS_INHIBIT_STOPPED);
 }
 
 bool robot_allow(struct robot *robot)
 {
     if (robot_is_stopping(robot))
         return false;
-    cds_roster_allow(&robot->crew.roster);
+    cds_servos_allow(&robot->crew.roster);
     robot->stop_told = false;
     store(robot, INHIBIT_FREE);
     return true;
@@ -41,7 +41,7 @@ bool robot_release(struct robot *robot)
 {
     if (!robot_allow(robot))
         return false;
-    cds_roster_release(&robot->crew.roster, NULL);
+    cds_servos_release(&robot->crew.roster, NULL);
     return true;
 }
 
@@ -94,10 +94,10 @@ uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
     return 0;
 }
 
-CDS_APART static void let_go(struct robot *robot)
+NOINLINE static void let_go(struct robot *robot)
 {
     if (robot->operation == ROBOT_CYCLE)
-        cds_watch_set_cycle(&robot->watch, NULL);
+        cds_health_set_cycle(&robot->watch, NULL);
     robot->watch_rests = false;
     robot->operation = ROBOT_IDLE;
     robot->crew.away = false;
@@ -108,7 +108,8 @@ uint8_t robot_begun(struct robot *robot, enum cds_result begun)
     if (begun != CDS_OK)
         let_go(robot);
     else if (robot->operation == ROBOT_CYCLE) // goals that leave no time for it go before it
-        robot->watch_rests = cds_watch_set_cycle(&robot->watch, &robot->work.cycle.cycle) != CDS_OK;
+        robot->watch_rests =
+            cds_health_set_cycle(&robot->watch, &robot->work.cycle.cycle) != CDS_OK;
     return (uint8_t)begun;
 }
 
@@ -125,12 +126,12 @@ void robot_abort(struct robot *robot)
     }
 }
 
-CDS_APART static void begin_stop(struct robot *robot)
+NOINLINE static void begin_stop(struct robot *robot)
 {
     robot->stop_told = true;
     robot->stopping = true;
     robot->crew.away = false;
-    cds_stop_begin(&robot->stop, &robot->crew.roster);
+    cds_torque_off_begin(&robot->stop, &robot->crew.roster);
 }
 
 /* At another rate no servo of the robot hears the stop: it begins when the bus is back. An
@@ -155,7 +156,7 @@ static void poll_stop(struct robot *robot)
     } else if (robot->stop_waits && !robot->stop_told && robot->bus->baud == robot->baud) {
         begin_stop(robot);
     }
-    if (robot->stopping && cds_stop_poll(&robot->stop) != CDS_PENDING) {
+    if (robot->stopping && cds_torque_off_poll(&robot->stop) != CDS_PENDING) {
         robot->stopping = false;
         if (!robot->stop_waits && robot->stop.result != CDS_LINE_BUSY)
             store(robot, INHIBIT_ON);
@@ -172,12 +173,12 @@ static enum cds_result poll_operation(struct robot *robot)
             return cds_diagnose_poll(&robot->work.diagnose);
         return CDS_OK;
     case ROBOT_IDENTITY: return cds_identity_poll(&robot->work.identity);
-    default: return cds_group_move_poll(&robot->work.move.move);
+    default: return cds_registered_move_poll(&robot->work.move.move);
     }
 }
 
 /* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
-CDS_APART static void poll_work(struct robot *robot)
+NOINLINE static void poll_work(struct robot *robot)
 {
     poll_stop(robot);
     if (robot->operation == ROBOT_IDLE)
@@ -190,14 +191,14 @@ CDS_APART static void poll_work(struct robot *robot)
 /* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
 static bool begin_watch(struct robot *robot)
 {
-    struct cds_watch *watch = &robot->watch;
+    struct cds_health *watch = &robot->watch;
 
-    if (cds_watch_begin(watch, &robot->crew.roster, CDS_WATCH_PERIOD_US) != CDS_OK)
+    if (cds_health_begin(watch, &robot->crew.roster, CDS_HEALTH_PERIOD_US) != CDS_OK)
         return false;
     watch->look_us += watch->step_us; // who has joined was heard just now
     robot->watched = robot->crew.roster.count;
     if (robot->operation == ROBOT_CYCLE)
-        robot->watch_rests = cds_watch_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
+        robot->watch_rests = cds_health_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
     return true;
 }
 
@@ -205,7 +206,7 @@ void robot_poll(struct robot *robot)
 {
     uint8_t count;
 
-    CDS_OPAQUE(robot);
+    OPTIMIZER_BARRIER(robot);
     count = robot->crew.roster.count;
     if (!robot_idle(robot))
         poll_work(robot);
@@ -213,7 +214,7 @@ void robot_poll(struct robot *robot)
         (count == robot->watched || begin_watch(robot))) {
         if (!robot->chosen)
             robot_yield(robot);
-        cds_watch_poll(&robot->watch);
+        cds_health_poll(&robot->watch);
     }
 }
 
@@ -223,7 +224,7 @@ bool robot_add(struct robot *robot, uint8_t id)
     return crew_meet(&robot->crew, id);
 }
 
-CDS_APART void robot_yield(struct robot *robot)
+NOINLINE void robot_yield(struct robot *robot)
 {
     robot->watch.look_us = robot->watch.seek_us = cds_port_now_us() + ROBOT_REST_US;
 }

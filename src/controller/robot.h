@@ -10,16 +10,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/bus.h"        // struct cds_bus, struct cds_request
-#include "cds55xx/cycle.h"      // struct cds_cycle
-#include "cds55xx/diagnose.h"   // struct cds_diagnose
-#include "cds55xx/group_move.h" // struct cds_group_move
-#include "cds55xx/identity.h"   // struct cds_identity
-#include "cds55xx/scan.h"       // struct cds_scan
-#include "cds55xx/stop.h"       // struct cds_stop
-#include "cds55xx/watch.h"      // struct cds_watch
-#include "crew.h"               // struct crew
-#include "inhibit.h"            // struct inhibit_copy
+#include "cds55xx/bus.h"             // struct cds_bus, struct cds_request
+#include "cds55xx/cycle.h"           // struct cds_cycle
+#include "cds55xx/diagnose.h"        // struct cds_diagnose
+#include "cds55xx/registered_move.h" // struct cds_registered_move
+#include "cds55xx/identity.h"        // struct cds_identity
+#include "cds55xx/scan.h"            // struct cds_scan
+#include "cds55xx/torque_off.h"      // struct cds_torque_off
+#include "cds55xx/health.h"          // struct cds_health
+#include "crew.h"                    // struct crew
+#include "inhibit.h"                 // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
 #ifndef ROBOT_SERVOS
@@ -60,7 +60,7 @@ union robot_work {
     struct cds_diagnose diagnose;
     struct cds_identity identity;
     struct {
-        struct cds_group_move move;
+        struct cds_registered_move move;
         struct cds_goal goals[ROBOT_SERVOS];
     } move;
 };
@@ -87,10 +87,10 @@ struct robot {
     uint8_t strangers; // servos that the last whole scan found beyond those of the robot
     struct crew crew;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
-    struct cds_stop stop;
-    struct cds_watch watch;
+    struct cds_torque_off stop;
+    struct cds_health watch;
     union robot_work work;
-    struct cds_roster_servo servos[ROBOT_SERVOS];
+    struct cds_servo_state servos[ROBOT_SERVOS];
 };
 
 /* Begins with no servos on `bus`, which must be open. Zero *robot first (static storage is). */

@@ -5,7 +5,7 @@
 
 #include "../avr/eeprom.h" // by its path: the simulator has an eeprom.h too
 #include "crc.h"
-#include "opaque.h" // CDS_OPAQUE(), CDS_APART
+#include "compiler.h" // OPTIMIZER_BARRIER(), NOINLINE
 
 #define ERASED UINT8_MAX // as version: no record
 
@@ -50,7 +50,7 @@ uint8_t settings_named(const char *name, uint8_t length)
     return index;
 }
 
-CDS_APART uint16_t settings_get(const struct settings *settings, uint8_t index)
+NOINLINE uint16_t settings_get(const struct settings *settings, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
     const uint8_t *field = (const uint8_t *)settings + row->offset;
@@ -90,7 +90,7 @@ static uint8_t stored(uint8_t slot, uint8_t index)
     return avr_eeprom_read((uint16_t)(SETTINGS_PLACE + slot * SETTINGS_ROOM + index));
 }
 
-CDS_APART static uint16_t add(uint16_t crc, uint8_t byte)
+NOINLINE static uint16_t add(uint16_t crc, uint8_t byte)
 {
     return crc_add(crc, byte);
 }
@@ -253,7 +253,7 @@ bool settings_save_poll(struct settings_store *store)
     uint8_t before; // where the last step has written
     int8_t next;
 
-    CDS_OPAQUE(store);
+    OPTIMIZER_BARRIER(store);
     if (store->result != SETTINGS_SAVING)
         return false;
     if (!avr_eeprom_ready())

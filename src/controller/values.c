@@ -46,9 +46,9 @@ static uint16_t saving(const struct settings_store *store)
 }
 
 /* The first servo that has an alarm; UINT8_MAX: none that is known. */
-static uint16_t alarm_id(const struct cds_roster *roster)
+static uint16_t alarm_id(const struct cds_servos *roster)
 {
-    const struct cds_roster_servo *servo = roster->servos;
+    const struct cds_servo_state *servo = roster->servos;
 
     for (uint8_t left = roster->count; left; left--, servo++)
         if (servo->alarms)
@@ -90,7 +90,7 @@ static void set(void *owner, uint8_t reg, uint16_t value)
     else if (reg == DEVICE_INHIBIT)
         robot_release(values->keeper->robot);
     else if (reg == DEVICE_ALARMS)
-        cds_roster_acknowledge(&values->keeper->robot->crew.roster, NULL);
+        cds_servos_acknowledge(&values->keeper->robot->crew.roster, NULL);
 }
 
 /* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at

@@ -1,12 +1,12 @@
 /* Goals, position and speed, of 50 servos at 250 Hz in one SYNC WRITE, and READs of 8 bytes, servo
- * after servo, in what is left of each period: by the calls of group.h and servo.h alone. For as
- * many seconds as the first byte of the EEPROM says; the second one is the return delay, register
- * 0x05.
+ * after servo, in what is left of each period: by the calls of sync_write.h and servo.h alone. For
+ * as many seconds as the first byte of the EEPROM says; the second one is the return delay,
+ * register 0x05.
  *
  * One packet is on the wire, and the next waits behind it in the bus's queue. The program looks at
  * the link to call the library only when something is there: polled without end, the bus would have
  * the same share, and idle polls the rest of the CPU. PB0 is high while the library runs. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 
 #include <string.h>
 
@@ -50,7 +50,7 @@ static void build(void)
     struct cds_request *to = &goals[front];
 
     mark(MARK_WHOLE);
-    cds_group_sync_begin(to, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_begin(to, CDS_REG_GOAL_POSITION, 4);
     unmark(MARK_WHOLE);
     for (uint8_t i = 0; i < SERVOS; i++) {
         uint16_t position = (4u * (uint16_t)periods + 20u * i) & 0x3FF;
@@ -58,7 +58,7 @@ static void build(void)
         if (position & 0x200)
             position = 0x3FF - position;
         mark(MARK_WHOLE);
-        cds_group_sync_add_goal(to, (uint8_t)(i + 1), 256 + position, 300);
+        cds_sync_write_add_goal(to, (uint8_t)(i + 1), 256 + position, 300);
         unmark(MARK_WHOLE);
     }
 }
@@ -94,7 +94,7 @@ static void begin_period(void)
     enum cds_result result;
 
     mark(MARK_WHOLE);
-    result = cds_group_sync_send(&bus, &goals[front]);
+    result = cds_sync_write_send(&bus, &goals[front]);
     unmark(MARK_WHOLE);
     failed += result != CDS_OK;
     front ^= 1;

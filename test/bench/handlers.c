@@ -2,7 +2,7 @@
  * of all sizes, to a SYNC WRITE longer than 256 bytes, and replies of all. 1: the bench lets the
  * line babble, with noise, and the ring is filled and not emptied, bytes are damaged, and others
  * are lost while the receive interrupt is off for three byte times. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 #include <util/delay.h>
 
 #include "bench.h"
@@ -30,10 +30,10 @@ static void exchanges(void)
             good++;
     }
     for (uint8_t servos = 1; servos <= SERVOS; servos++) {
-        cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
+        cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
         for (uint8_t id = 1; id <= servos; id++)
-            cds_group_sync_add_goal(&request, id, 512, 0);
-        cds_group_sync_send(&bus, &request);
+            cds_sync_write_add_goal(&request, id, 512, 0);
+        cds_sync_write_send(&bus, &request);
         bench_wait(&bus);
         if (request.result == CDS_OK)
             good++;

@@ -1,7 +1,7 @@
 /* The five calls that size is compared by, and as little else as can be: init at 1 Mbps; PING; READ
  * of 2 bytes; WRITE of a goal; SYNC WRITE of 4 bytes to 18 servos, whose 90 bytes of goals stand in
  * the packet. What is written comes from what was read, so none of it is known beforehand. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -34,10 +34,10 @@ int main(void)
     cds_request_word(&request, 0, &position);
     cds_servo_write_word(&bus, &request, 1, CDS_REG_GOAL_POSITION, position);
     wait();
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
     for (uint8_t id = 1; id <= SERVOS; id++)
-        cds_group_sync_add_goal(&request, id, position, 300);
-    cds_group_sync_send(&bus, &request);
+        cds_sync_write_add_goal(&request, id, position, 300);
+    cds_sync_write_send(&bus, &request);
     wait();
     for (;;) {
     }

@@ -2,7 +2,7 @@
  * at once and when the whole reply is there; a queue, whose next request begins in the poll that
  * ends one; timeouts and repeats; all of it counted; and the same again and again while the bench
  * damages replies, puts noise on the line and bytes FF before and behind replies. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 
 #include "bench.h"
 
@@ -60,10 +60,10 @@ static void reads(uint16_t late_us, uint8_t first)
 static void goals_behind_a_read(uint16_t late_us)
 {
     cds_servo_read(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, 8);
-    cds_group_sync_begin(&goals, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_begin(&goals, CDS_REG_GOAL_POSITION, 4);
     for (uint8_t id = 1; id <= SERVOS; id++)
-        cds_group_sync_add_goal(&goals, id, 512, 0);
-    cds_group_sync_send(&bus, &goals);
+        cds_sync_write_add_goal(&goals, id, 512, 0);
+    cds_sync_write_send(&bus, &goals);
     cds_servo_ping(&bus, &requests[1], ABSENT);
     run(late_us);
 }

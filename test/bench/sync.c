@@ -1,6 +1,6 @@
 /* SYNC WRITE of position and speed to so many servos, as the first byte of the EEPROM says: putting
  * the goals into the packet, and sending it. Four times. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 
 #include "bench.h"
 
@@ -18,9 +18,9 @@ static volatile uint16_t speed = 300;
 BENCH_NOINLINE static void build(uint8_t servos)
 {
     mark(MARK_BUILD);
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
     for (uint8_t i = 0; i < servos; i++)
-        cds_group_sync_add_goal(&request, (uint8_t)(i + 1), goals[i], speed);
+        cds_sync_write_add_goal(&request, (uint8_t)(i + 1), goals[i], speed);
     unmark(MARK_BUILD);
 }
 
@@ -29,7 +29,7 @@ BENCH_NOINLINE static enum cds_result send(void)
     enum cds_result result;
 
     mark(MARK_CALL);
-    result = cds_group_sync_send(&bus, &request);
+    result = cds_sync_write_send(&bus, &request);
     unmark(MARK_CALL);
     return result;
 }

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "cds55xx/roster.h" // struct cds_counters and those of a servo, which may grow
+#include "cds55xx/servos.h" // struct cds_counters and those of a servo, which may grow
 
 #define JOB_DATA_MAX  50 // the whole control table
 #define JOB_FOUND_MAX 8
@@ -41,7 +41,7 @@ struct __attribute__((packed)) job {
 
 /* What the roster knows of a servo. */
 struct __attribute__((packed)) job_known {
-    struct cds_roster_counters counters;
+    struct cds_servo_counters counters;
     uint8_t return_delay, status_return_level, alarms, presence, silences, held, torque;
 };
 

@@ -152,11 +152,11 @@ static unsigned silences(struct check *check, const struct job *goal, uint64_t u
         check_run(check, &ping);
         check_outcome(check, OUTCOME(CDS_TIMEOUT));
         count++;
-        check_known(check, "presence", count < 3 ? CDS_PRESENCE_HERE : CDS_PRESENCE_AWAY,
+        check_known(check, "presence", count < 3 ? CDS_PRESENCE_ONLINE : CDS_PRESENCE_OFFLINE,
                     check->outcome.known.presence);
         if (count == 3) {
             check_forget(check);
-            check_refused(check, goal, CDS_HELD);
+            check_refused(check, goal, CDS_INHIBITED);
         }
     }
     if (rig_now(check->rig) < until) {
@@ -185,12 +185,12 @@ static void lose_state(struct check *check, unsigned ms)
     check_forget(check);
     check_run(check, &ask);
     check_outcome(check, GOOD);
-    check_known(check, "presence", away ? CDS_PRESENCE_BACK : CDS_PRESENCE_HERE,
+    check_known(check, "presence", away ? CDS_PRESENCE_RETURNED : CDS_PRESENCE_ONLINE,
                 check->outcome.known.presence);
     check_forget(check);
     if (away) {
-        check_refused(check, &goal, CDS_HELD);
-        check_refused(check, &on, CDS_HELD);
+        check_refused(check, &goal, CDS_INHIBITED);
+        check_refused(check, &on, CDS_INHIBITED);
     }
     ask = (struct job){.kind = JOB_READ,
                        .id = 1,
@@ -199,11 +199,11 @@ static void lose_state(struct check *check, unsigned ms)
                        .roster = JOB_ROSTER};
     check_run(check, &ask);
     check_outcome(check, GOOD);
-    check_known(check, "held", CDS_HOLD_LOST, check->outcome.known.held);
-    check_known(check, "presence", CDS_PRESENCE_HERE, check->outcome.known.presence);
+    check_known(check, "held", CDS_INHIBIT_STATE_LOST, check->outcome.known.held);
+    check_known(check, "presence", CDS_PRESENCE_ONLINE, check->outcome.known.presence);
     check_forget(check);
-    check_refused(check, &goal, CDS_HELD);
-    check_refused(check, &on, CDS_HELD);
+    check_refused(check, &goal, CDS_INHIBITED);
+    check_refused(check, &on, CDS_INHIBITED);
     if (rig_node(check->rig, 0)->servo.registers[TABLE_TORQUE_ENABLE]) {
         check_fail(check, "its torque is on");
     }

@@ -1,6 +1,6 @@
 /* Keeps the bus busy, for `make sim-speed`: goals to all servos, and the present values of each, as
  * fast as it goes. Servos are those from 1 on without a gap, at most 50. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -36,11 +36,11 @@ int main(void)
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     wait();
     for (uint16_t goal = 0;; goal = (uint16_t)((goal + 1) & 0x3FF)) {
-        cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
+        cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
         for (uint8_t id = 1; id <= servos; id++) {
-            cds_group_sync_add_goal(&request, id, goal, 0);
+            cds_sync_write_add_goal(&request, id, goal, 0);
         }
-        cds_group_sync_send(&bus, &request);
+        cds_sync_write_send(&bus, &request);
         wait();
         for (uint8_t id = 1; id <= servos; id++) {
             cds_servo_read(&bus, &request, id, CDS_REG_PRESENT_POSITION, 8);

@@ -34,14 +34,14 @@ static int32_t ringing_late_us(const struct time *time, uint16_t late_us)
 
     while (cds_port_now_us() - from_us < late_us) {
     }
-    laps = cds_port_set_alarm(0, from, time->count, time->each_us, time->more_us);
+    laps = cds_port_set_timer(0, from, time->count, time->each_us, time->more_us);
     for (;;) {
-        while (!cds_port_alarm_rings(0)) {
+        while (!cds_port_timer_expired(0)) {
         }
         if (laps == 0)
             return (int32_t)(cds_port_now_us() - from_us - in_us(time));
         laps--;
-        cds_port_silence_alarm(0);
+        cds_port_restart_timer(0);
     }
 }
 
@@ -76,7 +76,7 @@ static uint32_t wrong_sums(void)
             struct time time = {count, (uint16_t)(5 * (baud + 1)), (uint16_t)(100 + 2 * baud)};
             uint32_t ticks = CDS_PORT_TICKS_PER_US * in_us(&time);
             uint16_t from = cds_port_ticks();
-            uint8_t laps = cds_port_set_alarm(0, from, time.count, time.each_us, time.more_us);
+            uint8_t laps = cds_port_set_timer(0, from, time.count, time.each_us, time.more_us);
 
             if ((uint16_t)ticks > SEEN_TICKS &&
                 (laps != ticks >> 16 || TIMER_COMPARE_A != (uint16_t)(from + ticks)))
@@ -98,10 +98,10 @@ static uint32_t wrong_laps(void)
 
             for (uint8_t i = 0; i < cycles; i++)
                 __asm__ __volatile__("nop");
-            laps = cds_port_set_alarm(0, from, 1, AVR_CLOCK_OVERFLOW_US, us);
+            laps = cds_port_set_timer(0, from, 1, AVR_CLOCK_OVERFLOW_US, us);
             while ((uint16_t)(cds_port_ticks() - from) < 100 * CDS_PORT_TICKS_PER_US) {
             }
-            wrong += laps == 0 && cds_port_alarm_rings(0);
+            wrong += laps == 0 && cds_port_timer_expired(0);
         }
     return wrong;
 }

@@ -4,15 +4,15 @@
  * servos at once. */
 #include <cds55xx/cycle.h>
 #include <cds55xx/feedback.h>
-#include <cds55xx/group.h>
-#include <cds55xx/group_move.h>
+#include <cds55xx/sync_write.h>
+#include <cds55xx/registered_move.h>
 #include <cds55xx/group_read.h>
 #include <cds55xx/identity.h>
 #include <cds55xx/scan.h>
 #include <cds55xx/servo.h>
 #include <cds55xx/setup.h>
-#include <cds55xx/typed.h>
-#include <cds55xx/wait.h>
+#include <cds55xx/servo_units.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
 
@@ -28,7 +28,7 @@ CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
 static struct cds_request request = CDS_REQUEST(packet);
-static const struct cds_profile *const servo = &cds_profile_cds55xx;
+static const struct cds_register_profile *const servo = &cds_profile_cds55xx;
 
 static void ended(const char *name, enum cds_result result)
 {
@@ -37,7 +37,7 @@ static void ended(const char *name, enum cds_result result)
 
 static void must(const char *name, enum cds_result submitted)
 {
-    ended(name, cds_wait_for(&bus, &request, submitted));
+    ended(name, cds_blocking_for(&bus, &request, submitted));
 }
 
 /* --- one servo -----------------------------------------------------------------------------------
@@ -79,21 +79,21 @@ static void one_servo(void)
     uint8_t byte = 0;
     uint16_t word = 0;
 
-    ended("ping", cds_wait_ping(&bus, &request, 3));
-    ended("absent", cds_wait_ping(&bus, &request, NOBODY));
+    ended("ping", cds_blocking_ping(&bus, &request, 3));
+    ended("absent", cds_blocking_ping(&bus, &request, NOBODY));
     must("read", cds_servo_read(&bus, &request, 3, CDS_REG_RESERVED_00, 26));
     cds_request_byte(&request, CDS_REG_ID, &byte);
     cds_request_word(&request, CDS_REG_CCW_ANGLE_LIMIT, &word);
     say("id", byte);
     say("limit", word);
     must("write", cds_servo_write(&bus, &request, 3, CDS_REG_GOAL_POSITION, goal, 4));
-    ended("byte", cds_wait_write_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, 1));
-    ended("word", cds_wait_write_word(&bus, &request, 3, CDS_REG_MOVING_SPEED, 0x155));
-    ended("is", cds_wait_read_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, &byte));
-    ended("is", cds_wait_read_word(&bus, &request, 3, CDS_REG_MOVING_SPEED, &word));
+    ended("byte", cds_blocking_write_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, 1));
+    ended("word", cds_blocking_write_word(&bus, &request, 3, CDS_REG_MOVING_SPEED, 0x155));
+    ended("is", cds_blocking_read_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, &byte));
+    ended("is", cds_blocking_read_word(&bus, &request, 3, CDS_REG_MOVING_SPEED, &word));
     say("torque", byte);
     say("speed", word);
-    ended("refused", cds_wait_write_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, 2));
+    ended("refused", cds_blocking_write_byte(&bus, &request, 3, CDS_REG_TORQUE_ENABLE, 2));
     must("no_id", cds_servo_ping(&bus, &request, 255));
     must("no_room", cds_servo_read(&bus, &request, 3, CDS_REG_RESERVED_00, 50));
     must("reg", cds_servo_reg_write(&bus, &request, 4, CDS_REG_GOAL_POSITION, goal, 4));
@@ -126,10 +126,10 @@ static void each_unit(void)
     int32_t value;
 
     for (uint8_t i = 0; i < sizeof of / sizeof of[0]; i++) {
-        must("unit", cds_typed_write(&bus, &request, 5, servo, of[i].address, of[i].value));
+        must("unit", cds_servo_units_write(&bus, &request, 5, servo, of[i].address, of[i].value));
         value = -1;
-        cds_wait_for(&bus, &request, cds_servo_read(&bus, &request, 5, of[i].address, 2));
-        cds_typed_value(&request, 0, servo, of[i].address, &value);
+        cds_blocking_for(&bus, &request, cds_servo_read(&bus, &request, 5, of[i].address, 2));
+        cds_servo_units_value(&request, 0, servo, of[i].address, &value);
         say_signed("is", value);
     }
 }
@@ -139,11 +139,11 @@ static void present(uint8_t id)
     int32_t mdeg = -1, mrpm = -1, cpct = -1, mV = -1, celsius = -1;
 
     must("now", cds_servo_read(&bus, &request, id, CDS_REG_PRESENT_POSITION, 8));
-    cds_typed_position_mdeg(&request, 0, &mdeg);
-    cds_typed_speed_mrpm(&request, 2, servo, &mrpm);
-    cds_typed_load_cpct(&request, 4, &cpct);
-    cds_typed_voltage_mV(&request, 6, &mV);
-    cds_typed_temperature_celsius(&request, 7, &celsius);
+    cds_servo_units_position_mdeg(&request, 0, &mdeg);
+    cds_servo_units_speed_mrpm(&request, 2, servo, &mrpm);
+    cds_servo_units_load_cpct(&request, 4, &cpct);
+    cds_servo_units_voltage_mV(&request, 6, &mV);
+    cds_servo_units_temperature_celsius(&request, 7, &celsius);
     say_signed("mdeg", mdeg);
     say_signed("mrpm", mrpm);
     say_signed("cpct", cpct);
@@ -154,19 +154,19 @@ static void present(uint8_t id)
 static void units(void)
 {
     each_unit();
-    must("ramps", cds_typed_ramps(&bus, &request, 5, servo, 64, 64));
-    must("torque", cds_typed_torque(&bus, &request, CDS_BROADCAST_ID, true));
-    must("move", cds_typed_move_mdeg(&bus, &request, 5, servo, 180000, 62000));
-    must("limits", cds_typed_limits_mdeg(&bus, &request, 6, 0, 0));
-    must("turn", cds_typed_turn_mrpm(&bus, &request, 6, servo, -20000));
+    must("ramps", cds_servo_units_ramps(&bus, &request, 5, servo, 64, 64));
+    must("torque", cds_servo_units_torque(&bus, &request, CDS_BROADCAST_ID, true));
+    must("move", cds_servo_units_move_mdeg(&bus, &request, 5, servo, 180000, 62000));
+    must("limits", cds_servo_units_limits_mdeg(&bus, &request, 6, 0, 0));
+    must("turn", cds_servo_units_turn_mrpm(&bus, &request, 6, servo, -20000));
     _delay_ms(800);
     present(6);
     present(5);
-    must("stop", cds_typed_turn_mrpm(&bus, &request, 6, servo, 0));
-    must("limits", cds_typed_limits_mdeg(&bus, &request, 6, 0, 300000));
-    must("too_far", cds_typed_move_mdeg(&bus, &request, 5, servo, 300001, 0));
-    must("ax12", cds_typed_turn_cpct(&bus, &request, 6, servo, 100));
-    must("ax12", cds_typed_torque_limit_cpct(&bus, &request, 6, servo, 100));
+    must("stop", cds_servo_units_turn_mrpm(&bus, &request, 6, servo, 0));
+    must("limits", cds_servo_units_limits_mdeg(&bus, &request, 6, 0, 300000));
+    must("too_far", cds_servo_units_move_mdeg(&bus, &request, 5, servo, 300001, 0));
+    must("ax12", cds_servo_units_turn_cpct(&bus, &request, 6, servo, 100));
+    must("ax12", cds_servo_units_torque_limit_cpct(&bus, &request, 6, servo, 100));
 }
 
 /* --- many servos ---------------------------------------------------------------------------------
@@ -176,10 +176,10 @@ static void sync_write(void)
 {
     static const uint8_t low[] = {0x90, 0x01, 0xFF, 0x03}; // 400 at 1023
 
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
-    cds_group_sync_add(&request, 1, low);
-    cds_group_sync_add_goal(&request, 2, 450, 1023);
-    must("sync", cds_group_sync_send(&bus, &request));
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_add(&request, 1, low);
+    cds_sync_write_add_goal(&request, 2, 450, 1023);
+    must("sync", cds_sync_write_send(&bus, &request));
 }
 
 static void registered_move(void)
@@ -187,11 +187,11 @@ static void registered_move(void)
     static struct cds_goal goals[] = {{.id = 3, .position = 600, .speed = 1023},
                                       {.id = 4, .position = 650, .speed = 1023},
                                       {.id = NOBODY, .position = 512}};
-    static struct cds_group_move move;
+    static struct cds_registered_move move;
 
     for (uint8_t count = 3; count >= 2; count--) { // called off, then carried out
-        cds_group_move_begin(&move, &bus, &request, goals, count);
-        while (cds_group_move_poll(&move) == CDS_PENDING)
+        cds_registered_move_begin(&move, &bus, &request, goals, count);
+        while (cds_registered_move_poll(&move) == CDS_PENDING)
             cds_bus_poll(&bus);
         say("armed", move.result);
     }
@@ -203,7 +203,7 @@ static void feedback(void)
     enum cds_result result;
     uint32_t age_us;
 
-    cds_wait_for(&bus, &request, cds_feedback_read(&bus, &request, 4));
+    cds_blocking_for(&bus, &request, cds_feedback_read(&bus, &request, 4));
     result = cds_feedback_take(&told, &request, cds_port_now_us());
     age_us = cds_feedback_age_us(&told);
     ended("asked", result);
@@ -403,7 +403,7 @@ int main(void)
     units();
     many_servos();
     cds_bus_set_repeats(&bus, 2); // so that who is not there is asked three times
-    ended("absent", cds_wait_ping(&bus, &request, NOBODY));
+    ended("absent", cds_blocking_ping(&bus, &request, NOBODY));
     cds_bus_set_repeats(&bus, 0);
     scans();
     identities();

@@ -1,10 +1,10 @@
-// A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run by
-// test/run/test_cpp.py.
+// A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run
+// by test/run/test_cpp.py.
 #include <cds55xx/cycle.h>
 #include <cds55xx/diagnose.h>
 #include <cds55xx/feedback.h>
-#include <cds55xx/group.h>
-#include <cds55xx/wait.h>
+#include <cds55xx/sync_write.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 
 namespace
@@ -24,13 +24,13 @@ int main()
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    if (cds_wait_read_byte(&bus, &request, 2, CDS_REG_ID, &id) != CDS_OK)
+    if (cds_blocking_read_byte(&bus, &request, 2, CDS_REG_ID, &id) != CDS_OK)
         id = CDS_BROADCAST_ID;
-    cds_wait_write_byte(&bus, &request, id, CDS_REG_LED, 1);
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
-    cds_group_sync_add_goal(&request, 1, 700, 512);
-    cds_group_sync_add_goal(&request, id, 300, 512);
-    cds_wait_for(&bus, &request, cds_group_sync_send(&bus, &request));
+    cds_blocking_write_byte(&bus, &request, id, CDS_REG_LED, 1);
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_add_goal(&request, 1, 700, 512);
+    cds_sync_write_add_goal(&request, id, 300, 512);
+    cds_blocking_for(&bus, &request, cds_sync_write_send(&bus, &request));
     for (;;)
         cds_bus_poll(&bus);
 }

@@ -7,7 +7,7 @@
  * high while it runs. What neither that nor the handlers take is left to the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
-#include <cds55xx/roster.h>
+#include <cds55xx/servos.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -33,18 +33,18 @@ static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS_MAX)];
 static struct cds_feedback feedback[SERVOS_MAX];
 
 #ifdef ROSTER
-static struct cds_roster roster;
-static struct cds_roster_servo servos[SERVOS_MAX];
+static struct cds_servos roster;
+static struct cds_servo_state servos[SERVOS_MAX];
 
 static void begin_roster(void)
 {
     for (uint8_t i = 0; i < servo_count; i++) {
         servos[i].id = ids[i];
     }
-    say("roster", cds_roster_begin(&roster, &bus, servos, servo_count) == CDS_OK);
+    say("roster", cds_servos_begin(&roster, &bus, servos, servo_count) == CDS_OK);
     for (uint8_t i = 0; i < servo_count; i++) {
         servos[i].ccw_limit = CDS_ANGLE_SET; // at their factory values: position mode
-        cds_roster_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
+        cds_servos_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
     }
 }
 #else

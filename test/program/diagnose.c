@@ -1,7 +1,7 @@
 /* A diagnosis, as often as the host asks for one, with what a test needs to lead up to it. A line
  * is a letter and numbers; each is answered with "ok". */
 #include <cds55xx/diagnose.h>
-#include <cds55xx/wait.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 
 #include "say.h"
@@ -64,10 +64,10 @@ static void obey(char letter, const uint16_t *number)
 
     switch (letter) {
     case 'd': run(id); break;
-    case 'w': cds_wait_write_byte(&bus, &request, id, address, (uint8_t)number[2]); break;
+    case 'w': cds_blocking_write_byte(&bus, &request, id, address, (uint8_t)number[2]); break;
     case 'f': // feedback, so many times
         for (uint16_t i = 0; i < number[1]; i++)
-            cds_wait_for(&bus, &request, cds_servo_read(&bus, &request, id, 0x24, 11));
+            cds_blocking_for(&bus, &request, cds_servo_read(&bus, &request, id, 0x24, 11));
         break;
     case 'r': cds_bus_set_return_delay(&bus, number[0]); break;
     case 'b': cds_bus_set_baud(&bus, (uint8_t)number[0]); break;

@@ -1,6 +1,6 @@
 /* One exchange after the other, as told from outside: for `make faults` (test/faults). Between them
  * it polls an idle bus, as a robot's main loop does. */
-#include <cds55xx/roster.h>
+#include <cds55xx/servos.h>
 #include <cds55xx/scan.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -22,8 +22,8 @@ __attribute__((used)) volatile struct job_board job_board;
 
 static uint8_t packet[CDS_PACKET_SIZE(1 + JOB_DATA_MAX)];
 static struct cds_request request = CDS_REQUEST(packet);
-static struct cds_roster roster;
-static struct cds_roster_servo servos[] = {{.id = 1}, {.id = 2}};
+static struct cds_servos roster;
+static struct cds_servo_state servos[] = {{.id = 1}, {.id = 2}};
 
 /* A handler of the robot's own that is too long. Timer 0 stands: the host raises it. */
 ISR(TIMER0_OVF_vect)
@@ -47,13 +47,13 @@ static enum cds_result submit(const struct job *job)
 static void enroll(enum job_roster how)
 {
     if (how == JOB_ROSTER_ANEW)
-        cds_roster_begin(&roster, &bus, servos, sizeof(servos) / sizeof(servos[0]));
+        cds_servos_begin(&roster, &bus, servos, sizeof(servos) / sizeof(servos[0]));
     bus.observer = how == JOB_ALONE ? 0 : &roster.observer;
 }
 
 static void tell_known(struct job_known *known)
 {
-    const struct cds_roster_servo *servo = &servos[0];
+    const struct cds_servo_state *servo = &servos[0];
 
     known->counters = servo->counters;
     known->return_delay = servo->return_delay;

@@ -1,9 +1,9 @@
 /* Groups on servos 1 to 60: a SYNC WRITE to all, one to 18 whose packets end at 64 bytes, a group
  * read of what became of it; a registered move of three that servo 2 refuses, and a verified one of
  * 18. Says how each went. */
-#include <cds55xx/group_move.h>
+#include <cds55xx/registered_move.h>
 #include <cds55xx/group_read.h>
-#include <cds55xx/group_write.h>
+#include <cds55xx/sync_write_many.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
@@ -19,7 +19,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_GROUP_WRITE_LONGEST];
+static uint8_t packet[CDS_SYNC_WRITE_MANY_LONGEST];
 static struct cds_request request = CDS_REQUEST(packet);
 static uint8_t ids[SERVOS];
 static uint8_t data[SERVOS * GOAL];
@@ -27,7 +27,7 @@ static struct cds_goal goals[SOME];
 
 static void write_group(uint8_t count, uint16_t longest, uint16_t position)
 {
-    static struct cds_group_write write;
+    static struct cds_sync_write_many write;
 
     for (uint8_t i = 0; i < count; i++) {
         uint16_t goal = position + i;
@@ -38,9 +38,10 @@ static void write_group(uint8_t count, uint16_t longest, uint16_t position)
         data[GOAL * i + 2] = 0;
         data[GOAL * i + 3] = 0;
     }
-    cds_group_write_begin(&write, &bus, &request, ids, count, CDS_REG_GOAL_POSITION, GOAL, data);
-    cds_group_write_set_longest(&write, longest);
-    while (cds_group_write_poll(&write) == CDS_PENDING)
+    cds_sync_write_many_begin(&write, &bus, &request, ids, count, CDS_REG_GOAL_POSITION, GOAL,
+                              data);
+    cds_sync_write_many_set_longest(&write, longest);
+    while (cds_sync_write_many_poll(&write) == CDS_PENDING)
         cds_bus_poll(&bus);
     say("write_result", write.result);
     say("write_packets", write.packets);
@@ -74,14 +75,14 @@ static void read_group(uint8_t count, uint16_t position)
 
 static void move_group(uint8_t count, uint16_t position, bool verified)
 {
-    static struct cds_group_move move;
+    static struct cds_registered_move move;
 
     for (uint8_t i = 0; i < count; i++)
         goals[i] = (struct cds_goal){.id = (uint8_t)(i + 1), .position = position, .speed = 900};
-    cds_group_move_begin(&move, &bus, &request, goals, count);
+    cds_registered_move_begin(&move, &bus, &request, goals, count);
     if (verified)
-        cds_group_move_set_verify(&move);
-    while (cds_group_move_poll(&move) == CDS_PENDING)
+        cds_registered_move_set_verify(&move);
+    while (cds_registered_move_poll(&move) == CDS_PENDING)
         cds_bus_poll(&bus);
     say("move_result", move.result);
     say("acted", move.acted);
@@ -113,7 +114,7 @@ int main(void)
     while (cds_bus_poll(&bus)) {
     }
 
-    write_group(SERVOS, CDS_GROUP_WRITE_LONGEST, 400);
+    write_group(SERVOS, CDS_SYNC_WRITE_MANY_LONGEST, 400);
     read_group(SERVOS, 400);
     write_group(SOME, SHORT, 300);
     read_group(SOME, 300);

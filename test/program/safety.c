@@ -2,10 +2,10 @@
  * for all, soft limits. A line from the PC is a letter and numbers; each is answered with "ok" as
  * soon as it was read, while the main loop turns. What became of the servos is noted with its time,
  * and said when it is asked for. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
-#include <cds55xx/stop.h>
-#include <cds55xx/watch.h>
+#include <cds55xx/torque_off.h>
+#include <cds55xx/health.h>
 #include <cds55xx_avr.h>
 #include <string.h>
 
@@ -21,14 +21,14 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static struct cds_roster roster;
-static struct cds_roster_servo servos[SERVOS];
+static struct cds_servos roster;
+static struct cds_servo_state servos[SERVOS];
 static struct cds_cycle cycle;
 static uint8_t ids[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
 static struct cds_feedback feedback[SERVOS];
-static struct cds_watch watch;
-static struct cds_stop stop;
+static struct cds_health watch;
+static struct cds_torque_off stop;
 static bool cycling, watching, stopping;
 
 /* What changed, and when. */
@@ -95,8 +95,8 @@ static void turn(void)
     if (cycling && cds_cycle_poll(&cycle) == CDS_OK)
         cycling = false;
     if (watching)
-        cds_watch_poll(&watch);
-    if (stopping && cds_stop_poll(&stop) != CDS_PENDING)
+        cds_health_poll(&watch);
+    if (stopping && cds_torque_off_poll(&stop) != CDS_PENDING)
         stopping = false;
     note_events();
 }
@@ -125,8 +125,8 @@ static void begin_cycle(uint16_t position)
 
 static void begin_watch(uint16_t period_ms)
 {
-    cds_watch_begin(&watch, &roster, 1000ul * period_ms);
-    say("watch", cds_watch_set_cycle(&watch, cycling ? &cycle : NULL));
+    cds_health_begin(&watch, &roster, 1000ul * period_ms);
+    say("watch", cds_health_set_cycle(&watch, cycling ? &cycle : NULL));
     watching = true;
 }
 
@@ -140,16 +140,16 @@ static void fill_and_stop(void)
     cds_servo_write(&bus, &requests[1], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, &on, 1);
     cds_servo_write_word(&bus, &requests[2], 2, CDS_REG_GOAL_POSITION, 900);
     cds_servo_ping(&bus, &requests[3], 3);
-    cds_stop_begin(&stop, &roster);
+    cds_torque_off_begin(&stop, &roster);
     stopping = true;
 }
 
 static enum cds_result sync_goals(const uint16_t *goal)
 {
-    cds_group_sync_begin(&requests[0], CDS_REG_GOAL_POSITION, 4);
-    cds_group_sync_add_goal(&requests[0], 1, goal[0], goal[1]);
-    cds_group_sync_add_goal(&requests[0], 2, goal[2], goal[3]);
-    return cds_group_sync_send(&bus, &requests[0]);
+    cds_sync_write_begin(&requests[0], CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_add_goal(&requests[0], 1, goal[0], goal[1]);
+    cds_sync_write_add_goal(&requests[0], 2, goal[2], goal[3]);
+    return cds_sync_write_send(&bus, &requests[0]);
 }
 
 static void see_through(enum cds_result submitted)
@@ -197,9 +197,9 @@ static void say_counters(void)
     say("overruns", count.overruns);
 }
 
-static struct cds_roster_servo *named(uint16_t id)
+static struct cds_servo_state *named(uint16_t id)
 {
-    return cds_roster_find(&roster, (uint8_t)id);
+    return cds_servos_find(&roster, (uint8_t)id);
 }
 
 static void obey(char letter, const uint16_t *number)
@@ -216,11 +216,11 @@ static void obey(char letter, const uint16_t *number)
     case 'e': say_events(); break;
     case 'z': begin_anew(); break;
     case 'n': say_counters(); break;
-    case 'r': cds_roster_release(&roster, id ? named(id) : NULL); break;
+    case 'r': cds_servos_release(&roster, id ? named(id) : NULL); break;
     case 'l':
-        say("limits", cds_roster_set_limits(&roster, named(id), number[1], number[2], number[3]));
+        say("limits", cds_servos_set_limits(&roster, named(id), number[1], number[2], number[3]));
         break;
-    case 'a': say("alarms", cds_roster_acknowledge(&roster, id ? named(id) : NULL)); break;
+    case 'a': say("alarms", cds_servos_acknowledge(&roster, id ? named(id) : NULL)); break;
     case 'q':
         say("latched", servos[id - 1].alarms);
         say("of_all", roster.alarms);
@@ -266,7 +266,7 @@ int main(void)
         requests[i] = (struct cds_request)CDS_REQUEST(buffers[i]);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
-    cds_roster_begin(&roster, &bus, servos, SERVOS);
+    cds_servos_begin(&roster, &bus, servos, SERVOS);
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY,
                          RETURN_DELAY_US / 2);
     for (;;) {

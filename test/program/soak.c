@@ -1,9 +1,9 @@
 /* Exchanges of every kind with servos 1 to 3 at a return delay of 2 us, one after the other: PING,
  * a long READ, SYNC WRITE of goals, and READ of what became of them. Says the counters, and how
  * many goals were found as sent. */
-#include <cds55xx/group.h>
+#include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
-#include <cds55xx/wait.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
 
@@ -20,17 +20,17 @@ static struct cds_request request = CDS_REQUEST(packet);
 
 static void sync_goals(uint16_t goal)
 {
-    cds_group_sync_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
     for (uint8_t id = 1; id <= 3; id++)
-        cds_group_sync_add_goal(&request, id, (uint16_t)(goal + id), 512);
-    cds_wait_for(&bus, &request, cds_group_sync_send(&bus, &request));
+        cds_sync_write_add_goal(&request, id, (uint16_t)(goal + id), 512);
+    cds_blocking_for(&bus, &request, cds_sync_write_send(&bus, &request));
 }
 
 static bool has_goal(uint8_t id, uint16_t goal)
 {
     uint16_t position = 0;
 
-    return cds_wait_read_word(&bus, &request, id, CDS_REG_GOAL_POSITION, &position) == CDS_OK &&
+    return cds_blocking_read_word(&bus, &request, id, CDS_REG_GOAL_POSITION, &position) == CDS_OK &&
            position == goal + id;
 }
 
@@ -61,12 +61,12 @@ int main(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     _delay_us(50); // what went on on the line before is not known
     cds_bus_set_return_delay(&bus, 2);
-    cds_wait_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 1);
+    cds_blocking_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 1);
     for (uint16_t round = 0; round < ROUNDS; round++) {
         uint8_t id = (uint8_t)(1 + round % 3);
 
-        cds_wait_ping(&bus, &request, id);
-        cds_wait_for(&bus, &request, cds_servo_read(&bus, &request, id, 0, 49));
+        cds_blocking_ping(&bus, &request, id);
+        cds_blocking_for(&bus, &request, cds_servo_read(&bus, &request, id, 0, 49));
         sync_goals(round);
         good = (uint16_t)(good + has_goal(id, round));
     }

@@ -2,8 +2,8 @@
  * came of it in the same units, and how an exchange ended that did not end well. */
 #include <cds55xx/control_table.h>
 #include <cds55xx/servo.h>
-#include <cds55xx/typed.h>
-#include <cds55xx/wait.h>
+#include <cds55xx/servo_units.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
 
@@ -17,11 +17,11 @@ CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_PACKET_SIZE(8)];
 static struct cds_request request = CDS_REQUEST(packet);
-static const struct cds_profile *const servo = &cds_profile_cds55xx;
+static const struct cds_register_profile *const servo = &cds_profile_cds55xx;
 
 static void must(enum cds_result submitted)
 {
-    enum cds_result result = cds_wait_for(&bus, &request, submitted);
+    enum cds_result result = cds_blocking_for(&bus, &request, submitted);
 
     if (result != CDS_OK || request.error) {
         say("result", result);
@@ -34,10 +34,10 @@ static void say_feedback(void)
     int32_t mdeg = 0, mrpm = 0, mV = 0, celsius = 0;
 
     must(cds_servo_read(&bus, &request, ID, CDS_REG_PRESENT_POSITION, 8));
-    cds_typed_position_mdeg(&request, 0, &mdeg);
-    cds_typed_speed_mrpm(&request, 2, servo, &mrpm);
-    cds_typed_voltage_mV(&request, 6, &mV);
-    cds_typed_temperature_celsius(&request, 7, &celsius);
+    cds_servo_units_position_mdeg(&request, 0, &mdeg);
+    cds_servo_units_speed_mrpm(&request, 2, servo, &mrpm);
+    cds_servo_units_voltage_mV(&request, 6, &mV);
+    cds_servo_units_temperature_celsius(&request, 7, &celsius);
     say_signed("mdeg", mdeg);
     say_signed("mrpm", mrpm);
     say_signed("mV", mV);
@@ -50,12 +50,12 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    must(cds_typed_torque(&bus, &request, ID, true));
-    must(cds_typed_move_mdeg(&bus, &request, ID, servo, 180000, 31000));
+    must(cds_servo_units_torque(&bus, &request, ID, true));
+    must(cds_servo_units_move_mdeg(&bus, &request, ID, servo, 180000, 31000));
     _delay_ms(2000);
     say_feedback();
-    must(cds_typed_limits_mdeg(&bus, &request, ID, 0, 0));
-    must(cds_typed_turn_mrpm(&bus, &request, ID, servo, -20000));
+    must(cds_servo_units_limits_mdeg(&bus, &request, ID, 0, 0));
+    must(cds_servo_units_turn_mrpm(&bus, &request, ID, servo, -20000));
     _delay_ms(1000);
     say_feedback();
     say_end();

@@ -38,14 +38,14 @@ class Layering(unittest.TestCase):
         self.assertEqual(run(sys.executable, ROOT / "scripts/layering.py", self.root), (0, ""))
 
     def test_core_must_not_include_an_avr_header(self):
-        self.breach("src/core/bus.c", "#include <avr/io.h>")
+        self.breach("src/core/bus/bus.c", "#include <avr/io.h>")
 
     def test_core_must_not_know_a_register_or_the_clock(self):
-        self.breach("src/core/link.c", "int x = UCSR1B;")
+        self.breach("src/core/wire/link.c", "int x = UCSR1B;")
         self.breach("include/cds55xx/bus.h", "#define X (F_CPU / 8)")
 
     def test_core_must_not_know_a_board(self):
-        self.breach("src/core/bus.c", '#include "board.h"')
+        self.breach("src/core/bus/bus.c", '#include "board.h"')
 
     def test_controller_must_not_know_a_register(self):
         self.breach("src/controller/console.c", "int x = UCSR0A;")
@@ -54,9 +54,9 @@ class Layering(unittest.TestCase):
         self.breach("src/avr/usart.c", '#include "cds55xx/bus.h"')
 
     def test_a_lower_layer_includes_no_higher_one(self):
-        self.breach("src/core/parser.c", '#include "cds55xx/bus.h"')
-        self.breach("include/cds55xx/bus.h", '#include "cds55xx/roster.h"')
-        self.breach("src/core/roster.c", '#include "cds55xx/cycle.h"')
+        self.breach("src/core/wire/parser.c", '#include "cds55xx/bus.h"')
+        self.breach("include/cds55xx/bus.h", '#include "cds55xx/servos.h"')
+        self.breach("src/core/safety/servos.c", '#include "cds55xx/cycle.h"')
 
     def test_simulator_includes_nothing_of_the_library(self):
         self.breach("sim/codec.c", '#include "cds55xx/packet.h"')
@@ -66,11 +66,11 @@ class Layering(unittest.TestCase):
         self.breach("boards/atmega128/board.h", "static inline int f(void) { return 1; }")
 
     def test_only_packet_h_says_what_a_header_is(self):
-        self.breach("src/core/parser.c", "#define HEADER 0xFF")
+        self.breach("src/core/wire/parser.c", "#define HEADER 0xFF")
 
 
     def test_the_library_waits_for_nothing(self):
-        self.breach("src/core/scan.c", "static void f(void) { cds_wait_for(0, 0, CDS_OK); }")
+        self.breach("src/core/service/scan.c", "static void f(void) { cds_blocking_for(0, 0, CDS_OK); }")
         self.breach("src/avr/clock.c", "#include <util/delay.h>")
 
 
@@ -132,21 +132,21 @@ class Headers(unittest.TestCase):
                      "cds_cycle_commit: its result CDS_BAD_ARGUMENT")
 
     def test_a_result_that_the_code_has_and_the_comment_not(self):
-        self.missing("src/core/setup.c", "return CDS_NO_ROOM", "return CDS_LIMIT",
+        self.missing("src/core/service/setup.c", "return CDS_NO_ROOM", "return CDS_LIMIT",
                      "cds_setup_write_begin: its result CDS_LIMIT", "include/cds55xx/setup.h")
         self.assertIn("cds_setup_lock_begin: its result CDS_LIMIT", self.check("setup.h")[1])
 
     def test_a_result_of_a_static_function_that_is_handed_on(self):
-        self.missing("src/core/packet.c", "    cds_packet_begin(packet, id, instruction);",
-                     "    if (!id) return CDS_HELD;\n    cds_packet_begin(packet, id, instruction);",
-                     "cds_packet_ping: its result CDS_HELD", "include/cds55xx/packet.h")
+        self.missing("src/core/wire/packet.c", "    cds_packet_begin(packet, id, instruction);",
+                     "    if (!id) return CDS_INHIBITED;\n    cds_packet_begin(packet, id, instruction);",
+                     "cds_packet_ping: its result CDS_INHIBITED", "include/cds55xx/packet.h")
 
     def test_a_result_that_a_call_in_flight_ends_with(self):
-        self.missing("src/core/group_move.c", "    move->reason = result;",
+        self.missing("src/core/servo/registered_move.c", "    move->reason = result;",
                      "    move->reason = CDS_CANCELLED + 0; move->reason = CDS_BUSY;",
-                     "cds_group_move_poll: its result CDS_BUSY", "include/cds55xx/group_move.h")
+                     "cds_registered_move_poll: its result CDS_BUSY", "include/cds55xx/registered_move.h")
         begin = "    cds_servo_start_(request, NULL, 0, id, instruction);"
-        self.missing("src/core/servo.c", begin, "    if (!bus) return CDS_LINE_BUSY;\n" + begin,
+        self.missing("src/core/servo/servo.c", begin, "    if (!bus) return CDS_LINE_BUSY;\n" + begin,
                      "cds_servo_ping: its result CDS_LINE_BUSY", "include/cds55xx/servo.h")
 
     def test_what_is_returned_when_it_is_no_result(self):
@@ -297,7 +297,7 @@ class MachineCode(unittest.TestCase):
                     "calls cds_bus_poll()")
 
     def test_waiting_as_a_caller_may(self):
-        self.breach("void cds_wait_for(void); void f(void) { cds_wait_for(); other(); }", "f: waits")
+        self.breach("void cds_blocking_for(void); void f(void) { cds_blocking_for(); other(); }", "f: waits")
 
     def test_interrupts_off_and_sleep(self):
         self.breach("void f(void) { cli(); a = 1; sei(); }", "f: turns interrupts off")

@@ -177,10 +177,10 @@ class Diagnose(unittest.TestCase):
         for servos, ids in (("1", (1, 254)), ("77", (77,)), ("1,2", (1,))):
             script = f"w {ids[0]} 5 0\n" + "".join(f"d {id}\n" for id in ids)
             found = self.runs(script, servos, options=["--rules", "warn"])
-            self.assertEqual(found, ["TOO_QUICK"] * len(ids), servos)
+            self.assertEqual(found, ["REPLIES_TOO_EARLY"] * len(ids), servos)
             self.assertEqual({one["found_id"] for one in self.found}, {ids[0]})
         self.assertEqual(self.runs("w 1 5 0\nd 1\nw 1 5 1\nd 1\n", options=["--rules", "warn"]),
-                         ["TOO_QUICK", "OK"])
+                         ["REPLIES_TOO_EARLY", "OK"])
         self.assertEqual(self.runs("w 1 5 0\nd 1\n", board="arbotix"), ["OK"])
 
     def test_twins_that_answer_before_the_driver_has_let_go(self):

@@ -18,7 +18,7 @@ ALL_LATE_US = 1200  # ... when all are judged
 BROADCASTS_US = 2000  # from the first to the third: all that a cycle of 50 drops between them
 
 OK, TIMEOUT, LIMIT, HELD = 0, 2, 11, 12  # enum cds_result
-OFF, SILENT = 1, 3  # enum cds_stop_outcome
+OFF, SILENT = 1, 3  # enum cds_torque_off_outcome
 HERE, AWAY, BACK = 1, 2, 3  # enum cds_presence
 LOST, STOPPED = 1, 2  # CDS_HOLD_*
 BROADCAST = 0xFE

@@ -1,0 +1,382 @@
+/* The state check: each servo once a period, those that are away found again, those that are back
+ * looked at before they are driven; and never in the way of a cycle. */
+#include "cds55xx/health.h"
+
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "torque_fake.h"
+#include "unity.h"
+
+#define PERIOD_US 30000ul // 10 ms for each of three
+#define IDLE_US   20
+
+static struct cds_bus bus;
+static struct cds_servos roster;
+static struct cds_servo_state servos[TORQUE_SERVOS];
+static struct cds_health watch;
+static uint8_t buffer[16];
+static struct cds_request request;
+
+void setUp(void)
+{
+    port_fake_reset();
+    port_fake.now_us = 0u - 25000u; // the clock wraps
+    memset(&wire, 0, sizeof wire);
+    memset(&bus, 0, sizeof bus);
+    memset(&watch, 0, sizeof watch);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    cds_bus_set_return_delay(&bus, 2);
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        servos[i].id = (uint8_t)(i + 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, TORQUE_SERVOS));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, PERIOD_US));
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void turn(void)
+{
+    torque_wire(&bus);
+    cds_bus_poll(&bus);
+    cds_health_poll(&watch);
+}
+
+/* The main loop turns every microsecond, or, while nothing is on its way, every 20: the simulated
+ * AVR has to do this too. */
+static void run_for(uint32_t us)
+{
+    while (us--) {
+        if (us > IDLE_US && !bus.request && !wire.answering) {
+            port_fake.now_us += IDLE_US - 1;
+            us -= IDLE_US - 1;
+        }
+        turn();
+    }
+}
+
+static void torque_on(void)
+{
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1));
+    run_for(300);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.servo[2].torque);
+}
+
+/* Its supply fails; it is there again with its RAM as after power-up. */
+static void brown_out(uint8_t index, bool dead)
+{
+    wire.servo[index].dead = dead;
+    wire.servo[index].torque = 0;
+}
+
+static enum cds_result drive(uint8_t id)
+{
+    enum cds_result result;
+
+    result = cds_servo_write_word(&bus, &request, id, CDS_REG_GOAL_POSITION, 500);
+    run_for(500);
+    return result;
+}
+
+void test_each_is_read_once_a_period_evenly(void)
+{
+    for (uint16_t us = 0; us < 2 * PERIOD_US - 1; us++)
+        turn();
+    TEST_ASSERT_EQUAL_UINT8(6, wire.count);
+    for (uint8_t i = 0; i < wire.count; i++) {
+        TEST_ASSERT_EQUAL_HEX8(i % 3 + 1, wire.log[i].id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_READ, wire.log[i].instruction);
+        TEST_ASSERT_EQUAL_HEX8(0x18, wire.log[i].address);
+        if (i)
+            TEST_ASSERT_UINT32_WITHIN(2, PERIOD_US / 3, wire.log[i].us - wire.log[i - 1].us);
+    }
+}
+
+void test_torque_lost_between_two_exchanges_shows_within_a_period(void)
+{
+    torque_on();
+    TEST_ASSERT_EQUAL(CDS_OK, drive(2));
+    brown_out(1, false);
+    run_for(PERIOD_US + 200);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
+    TEST_ASSERT_EQUAL_HEX8(0, servos[0].held | servos[2].held);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(2));
+    TEST_ASSERT_EQUAL(CDS_OK, drive(3));
+    cds_servos_release(&roster, &servos[1]);
+    TEST_ASSERT_EQUAL(CDS_OK, drive(2));
+    run_for(2 * PERIOD_US);
+    TEST_ASSERT_EQUAL_HEX8(0, servos[1].held); // torque was not switched on: it is not lost again
+}
+
+/* Until it is given up: three looks, a period apart. */
+static void lose(uint8_t index)
+{
+    brown_out(index, true);
+    run_for(4 * PERIOD_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[index].presence);
+}
+
+void test_one_that_is_away_is_found_looked_at_and_held(void)
+{
+    uint8_t first;
+
+    torque_on();
+    run_for(PERIOD_US);
+    lose(0);
+    first = wire.count;
+    run_for(CDS_HEALTH_SEEK_US + 2000);
+    TEST_ASSERT_GREATER_THAN_UINT8(0, torque_packets(first, 1, CDS_PING));
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 1, CDS_READ));
+    wire.servo[0].dead = false;
+    first = wire.count;
+    while (servos[0].presence == CDS_PRESENCE_OFFLINE && wire.count < first + 20)
+        run_for(1);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[0].presence);
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&roster, 1));
+    run_for(200); // at once
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[0].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(1));
+}
+
+void test_one_that_kept_its_state_is_driven_again_by_itself(void)
+{
+    torque_on();
+    lose(2);
+    wire.servo[2].torque = 1; // a plug that was loose, with the supply still there
+    wire.servo[2].dead = false;
+    run_for(CDS_HEALTH_SEEK_US + 2000);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[2].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, servos[2].held);
+    TEST_ASSERT_EQUAL(CDS_OK, drive(3));
+}
+
+/* A period of 10 s: within it, only those that are away are asked. */
+void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
+{
+    uint8_t first;
+
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        wire.servo[i].dead = true;
+    run_for(4 * PERIOD_US);
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[i].presence);
+    while (watch.request.result == CDS_PENDING)
+        run_for(1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, 100 * PERIOD_US));
+    run_for(5000); // rests, and the first of the looks
+    first = wire.count;
+    run_for(6 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_INT_WITHIN(1, 6, wire.count - first);
+    for (uint8_t id = 1; id <= TORQUE_SERVOS; id++)
+        TEST_ASSERT_GREATER_THAN_UINT8(0, torque_packets(first, id, CDS_PING));
+    for (uint8_t i = (uint8_t)(first + 1); i < wire.count; i++)
+        TEST_ASSERT_GREATER_THAN_UINT32(CDS_HEALTH_SEEK_US - 100,
+                                        wire.log[i].us - wire.log[i - 1].us);
+}
+
+void test_one_that_answers_no_read_is_pinged_and_lost_when_back(void)
+{
+    servos[1].status_return_level = 0;
+    wire.servo[1].mute = true;
+    torque_on();
+    run_for(2 * PERIOD_US);
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
+    TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 2, CDS_PING));
+    TEST_ASSERT_EQUAL_HEX8(0, servos[1].held);
+    lose(1);
+    wire.servo[1].dead = false;
+    run_for(CDS_HEALTH_SEEK_US + 2000);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
+}
+
+/* Whatever is submitted goes before it. */
+void test_it_waits_while_the_bus_is_not_free(void)
+{
+    for (uint16_t i = 0; i < 1000; i++) {
+        if (request.result != CDS_PENDING)
+            cds_servo_ping(&bus, &request, 2);
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+        if (request.result != CDS_PENDING)
+            cds_servo_ping(&bus, &request, 2);
+        cds_health_poll(&watch);
+    }
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 1, CDS_READ));
+    run_for(400);
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ));
+}
+
+void test_one_that_may_answer_late_is_asked_later(void)
+{
+    wire.servo[0].dead = true;
+    run_for(100); // its READ is out
+    for (uint16_t i = 0; i < 300; i++) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, watch.request.result);
+    watch.turn = 0; // the same one, and due
+    watch.look_us = port_fake.now_us;
+    cds_health_poll(&watch);
+    TEST_ASSERT_NULL(bus.request);
+    run_for(1000);
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ)); // the bus rests
+    run_for(1000);
+    TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 1, CDS_READ));
+}
+
+void test_held_up_it_does_not_make_up_for_it(void)
+{
+    run_for(300);
+    port_fake.now_us += 5 * PERIOD_US;
+    wire.count = 0;
+    run_for(2 * PERIOD_US);
+    TEST_ASSERT_INT_WITHIN(1, 7, wire.count);
+}
+
+void test_what_cannot_be_is_refused(void)
+{
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_begin(&watch, &roster, 9999));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_begin(&watch, &roster, 1000000001ul));
+    run_for(20);
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_health_begin(&watch, &roster, PERIOD_US));
+    cds_bus_open(&bus, 0, CDS_BAUD_1M); // what was on its way is over
+    wire.talking = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, NULL, 0));
+    memset(&watch, 0, sizeof watch);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, PERIOD_US));
+    run_for(3 * PERIOD_US);
+    TEST_ASSERT_EQUAL(CDS_OK, watch.request.result);
+    TEST_ASSERT_NULL(bus.request);
+}
+
+void test_one_that_is_back_before_it_begins_is_looked_at_at_once(void)
+{
+    torque_on();
+    lose(0);
+    wire.servo[0].dead = false;
+    while (watch.request.result == CDS_PENDING)
+        run_for(1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+    while (request.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[0].presence);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, 1000 * PERIOD_US));
+    watch.look_us += PERIOD_US; // not by a look that happens to be its own
+    run_for(500);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+}
+
+/* The plug of both is put in again: neither waits because of the other. */
+void test_two_that_are_back_are_both_looked_at_at_once(void)
+{
+    torque_on();
+    lose(0);
+    lose(2);
+    wire.servo[0].dead = wire.servo[2].dead = false;
+    while (servos[0].presence == CDS_PRESENCE_OFFLINE || servos[2].presence == CDS_PRESENCE_OFFLINE)
+        run_for(1);
+    run_for(800);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[2].held);
+}
+
+void test_a_look_is_not_repeated(void)
+{
+    cds_bus_set_repeats(&bus, 2);
+    wire.servo[0].dead = true;
+    run_for(5000);
+    TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ));
+}
+
+/* ---- beside a cycle ---- */
+
+#define CYCLE_US 1000u
+#define LOOKS_US 10100ul // a look falls due at other and other moments of a period
+
+static struct cds_cycle cycle;
+static struct cds_feedback feedback[1];
+static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(1)];
+static const uint8_t cycle_ids[1] = {7}; // never answers: its READs take as long as they can
+
+static void begin_cycle(uint16_t period_us)
+{
+    memset(&cycle, 0, sizeof cycle);
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_cycle_begin(&cycle, &bus, cycle_ids, 1, packets, feedback, period_us));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 0, 500, 100));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
+}
+
+/* The cycle is polled first, and would take the bus whenever it is free. */
+static void run_with_cycle(uint32_t us)
+{
+    while (us--) {
+        wire.count = 0;
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+        cds_cycle_poll(&cycle);
+        cds_health_poll(&watch);
+    }
+}
+
+void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, LOOKS_US));
+    begin_cycle(CYCLE_US);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
+    run_with_cycle(CYCLE_US - 1);
+    for (uint8_t period = 0; period < 60; period++) {
+        TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + 1, cycle.next_us);
+        run_with_cycle(1);
+        TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + CYCLE_US, cycle.next_us); // begun at once
+        TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
+        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, bus.request->id);
+        run_with_cycle(CYCLE_US - 1);
+    }
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_GREATER_THAN_UINT32(20, cycle.counters.reads); // unanswered: the bus rests
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
+        TEST_ASSERT_INT_WITHIN(1, 6, servos[i].counters.ok);
+        TEST_ASSERT_EQUAL_UINT16(0, servos[i].counters.timeouts);
+    }
+}
+
+void test_a_cycle_without_room_is_refused(void)
+{
+    begin_cycle(130 + CDS_REPLY_MARGIN_US + 150 + 2 + CDS_REPLY_MARGIN_US + 40);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
+    servos[2].return_delay = 2; // 2 us more
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&watch, &cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, NULL));
+}
+
+void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
+{
+    uint32_t reads;
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, LOOKS_US));
+    begin_cycle(CYCLE_US);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
+    servos[0].return_delay = 254; // 758 us in all, and 650 are left
+    run_with_cycle(30 * CYCLE_US);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(10, cycle.counters.reads); // unanswered: the bus rests
+    TEST_ASSERT_EQUAL_UINT16(0, servos[0].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, servos[1].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, servos[2].counters.ok);
+    reads = cycle.counters.reads;
+    for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does anybody who asks for too much
+        run_with_cycle(1);
+        TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, CYCLE_US));
+    }
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 4, cycle.counters.reads);
+}

@@ -1,0 +1,871 @@
+/* The registered move: its steps byte by byte, and then every fault at every exchange, against
+ * three servos of the test's own. */
+#include "cds55xx/registered_move.h"
+
+#include <string.h>
+
+#include "cds55xx/servo.h"
+#include "packets.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define PORT   0
+#define SERVOS 3
+
+static struct cds_bus bus;
+static uint8_t buffer[CDS_GROUP_VERIFY_SIZE];
+static struct cds_request request = CDS_REQUEST(buffer);
+
+static uint8_t other_buffer[8];
+static struct cds_request other = CDS_REQUEST(other_buffer);
+static struct cds_registered_move move;
+static struct cds_goal goals[SERVOS]; // AddressSanitizer watches its ends
+
+/* ---- three servos ---- */
+
+enum fault {
+    NONE,
+    LOSE_PACKET, // no servo hears it
+    LOSE_REPLY,
+    SPOIL_REPLY,
+    CUT_BEFORE, // power is cut before the packet is carried out
+    CUT_AFTER,  // ... after it, before the reply
+    REFUSE,     // with each of the four error bits of a packet
+    FAULTS = REFUSE + 4,
+};
+
+static const uint8_t refusals[] = {CDS_ERROR_ANGLE, CDS_ERROR_RANGE, CDS_ERROR_CHECKSUM,
+                                   CDS_ERROR_INSTRUCTION};
+
+struct servo {
+    uint8_t table[0x32];
+    uint8_t kept[4]; // goal and speed that were registered
+    bool moved;
+    bool dead;
+    bool locked;
+};
+
+static struct servo servos[SERVOS];
+
+/* What happens at exchanges `at` to `to`, counted from 1, and at `first`, if it is not 0; to the
+ * servo that is spoken to, or, if that is all of them, to `victim`. */
+static struct {
+    uint8_t at, to;
+    uint8_t fault;
+    uint8_t first, first_fault;
+    uint8_t victim;
+    bool for_good; // power does not come back
+} plan;
+
+static uint8_t exchanges, actions;
+
+static void power_up(struct servo *servo)
+{
+    servo->table[0x2C] = 0;
+    memset(&servo->table[0x1E], 0, 4);
+    servo->dead = plan.for_good;
+    servo->locked = false;
+}
+
+static void act(struct servo *servo)
+{
+    actions++;
+    if (servo->dead || !servo->table[0x2C])
+        return;
+    servo->table[0x2C] = 0;
+    memcpy(&servo->table[0x1E], servo->kept, 4);
+    servo->moved = true;
+}
+
+/* Carries out what stands in `packet`; returns its ERROR. */
+static uint8_t obey(struct servo *servo, const uint8_t *packet)
+{
+    if (packet[4] == 3 && servo->locked)
+        return CDS_ERROR_RANGE;
+    if (packet[4] == 3)
+        servo->table[packet[5]] = packet[6];
+    if (packet[4] == 4) {
+        memcpy(servo->kept, &packet[6], 4);
+        servo->table[0x2C] = 1;
+    }
+    return 0;
+}
+
+static uint8_t fault_now(void)
+{
+    exchanges++;
+    if (exchanges == plan.first)
+        return plan.first_fault;
+    return exchanges >= plan.at && exchanges <= plan.to ? plan.fault : (uint8_t)NONE;
+}
+
+static void all_hear(uint8_t fault)
+{
+    for (uint8_t i = 0; i < SERVOS && fault != LOSE_PACKET; i++) {
+        bool cut = i == plan.victim && (fault == CUT_BEFORE || fault == CUT_AFTER);
+
+        if (!cut || fault == CUT_AFTER)
+            act(&servos[i]);
+        if (cut)
+            power_up(&servos[i]);
+    }
+}
+
+static void one_hears(struct servo *servo, const uint8_t *packet, uint8_t fault)
+{
+    uint8_t count = packet[4] == 2 ? packet[6] : 0, error = 0;
+
+    if (fault >= REFUSE && fault < FAULTS) {
+        error = refusals[fault - REFUSE];
+        count = 0;
+    } else if (fault != LOSE_PACKET && fault != CUT_BEFORE && !servo->dead) {
+        error = obey(servo, packet);
+    }
+    if (fault == CUT_BEFORE || fault == CUT_AFTER)
+        power_up(servo);
+    if (servo->dead || (fault != NONE && fault < SPOIL_REPLY) || fault == CUT_BEFORE ||
+        fault == CUT_AFTER)
+        return;
+    if (fault == SPOIL_REPLY)
+        port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x01\x02\x00\x00", 6);
+    else
+        port_fake_answer(&bus.link, packet[2], error, &servo->table[packet[5]], count);
+}
+
+/* One turn of the main loop but for polling. */
+static void turn(void)
+{
+    const uint8_t *packet = port_fake.sent;
+
+    port_fake.now_us += 60;
+    if (bus.link.state != CDS_LINK_TALKING)
+        return;
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    if (packet[2] == 0xFE) {
+        all_hear(fault_now());
+        return;
+    }
+    for (uint8_t i = 0; i < SERVOS; i++)
+        if (goals[i].id == packet[2])
+            one_hears(&servos[i], packet, fault_now());
+}
+
+/* ---- */
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&bus, 0, sizeof bus);
+    memset(buffer, 0, sizeof buffer);
+    memset(servos, 0, sizeof servos);
+    memset(&plan, 0, sizeof plan);
+    exchanges = actions = 0;
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    other = (struct cds_request)CDS_REQUEST(other_buffer);
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
+    port_fake_forget();
+    goals[0] = (struct cds_goal){.id = 0, .position = 0, .speed = 0x100};
+    goals[1] = (struct cds_goal){.id = 1, .position = 0x3FF, .speed = 0x200};
+    goals[2] = (struct cds_goal){.id = 7, .position = 0x234, .speed = 0};
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void assert_sent(const uint8_t *bytes, uint8_t size)
+{
+    TEST_ASSERT_EQUAL_UINT16(size, port_fake.sent_size);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, port_fake.sent, size);
+}
+
+static void occupy_bus(void)
+{
+    other.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_action(&other.packet, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+}
+
+static void free_bus(void)
+{
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    cds_bus_poll(&bus);
+}
+
+/* ---- step by step ---- */
+
+static void begin(uint8_t count)
+{
+    cds_registered_move_begin(&move, &bus, &request, goals, count);
+}
+
+static void poll_sends(const uint8_t *bytes, uint8_t size)
+{
+    for (uint8_t i = 0; i < 2 && !bus.request; i++) // a step may send nothing, but not two of them
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    assert_sent(bytes, size);
+}
+
+static void answered(uint8_t id, uint8_t error)
+{
+    port_fake_answer(&bus.link, id, error, NULL, 0);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+}
+
+static void answered_with(uint8_t id, const uint8_t *parameters, uint8_t count)
+{
+    port_fake_answer(&bus.link, id, 0, parameters, count);
+    port_fake_look(&bus);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+}
+
+static void assert_over(enum cds_result result)
+{
+    uint16_t packets = port_fake.packets;
+
+    for (uint8_t i = 0; i < 3; i++)
+        TEST_ASSERT_EQUAL(result, cds_registered_move_poll(&move));
+    TEST_ASSERT_EQUAL_UINT16(packets, port_fake.packets);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus)); // and none is under way
+}
+
+/* REG WRITE of goal and speed, 0x1E on; READ of 0x2C, of 0x1E to 0x2C; WRITE of 0x2C = 0; ACTION:
+ * computed by hand. */
+static const uint8_t arm_0[] = {0xFF, 0xFF, 0, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD5};
+static const uint8_t arm_1[] = {0xFF, 0xFF, 1, 7, 4, 0x1E, 0xFF, 0x03, 0x00, 0x02, 0xD1};
+static const uint8_t arm_7[] = {0xFF, 0xFF, 7, 7, 4, 0x1E, 0x34, 0x02, 0x00, 0x00, 0x99};
+static const uint8_t read_0[] = {0xFF, 0xFF, 0, 4, 2, 0x2C, 1, 0xCC};
+static const uint8_t read_1[] = {0xFF, 0xFF, 1, 4, 2, 0x2C, 1, 0xCB};
+static const uint8_t outcome_0[] = {0xFF, 0xFF, 0, 4, 2, 0x1E, 15, 0xCC};
+static const uint8_t disarm_0[] = {0xFF, 0xFF, 0, 4, 3, 0x2C, 0x00, 0xCC};
+static const uint8_t disarm_1[] = {0xFF, 0xFF, 1, 4, 3, 0x2C, 0x00, 0xCB};
+static const uint8_t action[] = {0xFF, 0xFF, 0xFE, 2, 5, 0xFA};
+
+#define SENDS(bytes) poll_sends(bytes, sizeof(bytes))
+
+void test_move_arms_each_servo_then_triggers_all(void)
+{
+    begin(3);
+    SENDS(arm_0);
+    answered(0, 0);
+    SENDS(arm_1);
+    answered(1, 0);
+    SENDS(arm_7);
+    answered(7, 0);
+    SENDS(action);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_over(CDS_OK);
+    for (uint8_t i = 0; i < 3; i++)
+        TEST_ASSERT_EQUAL(CDS_OK, goals[i].result);
+}
+
+/* Example 19 moves two servos by the same three steps; its REG WRITEs leave the speed out. */
+void test_move_of_example_19_keeps_the_manuals_order(void)
+{
+    static const uint8_t steps[] = {30, 32, 34}; // where they stand among the manual's packets
+
+    begin(2);
+    for (uint8_t i = 0; i < sizeof steps; i++) {
+        const struct manual_packet *said = &manual_packets[steps[i]];
+
+        TEST_ASSERT_EQUAL_UINT8(19, said->example);
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+        TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+        TEST_ASSERT_EQUAL_HEX8(said->bytes[2], port_fake.sent[2]);
+        TEST_ASSERT_EQUAL_HEX8(said->bytes[4], port_fake.sent[4]);
+        if (i < 2) { // address and goal
+            TEST_ASSERT_EQUAL_HEX8_ARRAY(said->bytes + 5, port_fake.sent + 5, 3);
+            port_fake_hear(&bus.link, said[1].bytes, said[1].size);
+        } else {
+            assert_sent(said->bytes, said->size);
+        }
+        TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    }
+    assert_over(CDS_OK);
+}
+
+void test_move_of_one_servo(void)
+{
+    static const uint8_t arm_253[] = {0xFF, 0xFF, 253, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD8};
+
+    goals[0].id = CDS_ID_MAX; // the last there is
+    begin(1);
+    SENDS(arm_253);
+    answered(253, 0);
+    SENDS(action);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_over(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+}
+
+void test_move_sends_nothing_before_its_first_poll(void)
+{
+    begin(2);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
+    TEST_ASSERT_EQUAL(CDS_PENDING, move.result);
+}
+
+/* One exchange at a time: while a servo has not answered, polling the move does nothing. */
+void test_move_waits_for_each_answer(void)
+{
+    begin(2);
+    SENDS(arm_0);
+    for (uint8_t i = 0; i < 10; i++) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+        TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    }
+    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
+}
+
+/* A condition that merely holds does not mean that the goal was not taken. */
+void test_move_goes_on_in_spite_of_conditions(void)
+{
+    begin(1);
+    SENDS(arm_0);
+    answered(0, CDS_ERRORS_OF_CONDITION);
+    SENDS(action);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_over(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERRORS_OF_CONDITION, goals[0].error);
+}
+
+void test_move_waits_while_the_bus_is_busy(void)
+{
+    occupy_bus();
+    begin(1);
+    for (uint8_t i = 0; i < 5; i++)
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    free_bus();
+    SENDS(arm_0);
+    answered(0, 0);
+    occupy_bus(); // and between two steps of its own
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    free_bus();
+    SENDS(action);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_over(CDS_OK);
+}
+
+/* The request may be on its way for someone else. */
+void test_move_waits_for_its_request(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    begin(1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    free_bus();
+    SENDS(arm_0);
+    answered(0, 0);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+}
+
+void test_move_of_no_servos_is_a_bad_argument(void)
+{
+    begin(0);
+    assert_over(CDS_BAD_ARGUMENT);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
+}
+
+void test_move_refused_by_the_second_servo_disarms_both(void)
+{
+    static const uint8_t zero = 0;
+
+    begin(3);
+    SENDS(arm_0);
+    answered(0, 0);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    TEST_ASSERT_EQUAL(CDS_ARMED_YES, goals[0].armed);
+    TEST_ASSERT_EQUAL(CDS_ARMED_IN_DOUBT, goals[1].armed);
+    SENDS(arm_1);
+    answered(1, CDS_ERROR_ANGLE);
+    SENDS(disarm_0);
+    answered(0, 0);
+    SENDS(read_0);
+    answered_with(0, &zero, 1);
+    SENDS(disarm_1); // it may keep an earlier one (R21)
+    answered(1, 0);
+    SENDS(read_1);
+    answered_with(1, &zero, 1);
+    assert_over(CDS_REFUSED);
+    TEST_ASSERT_FALSE(move.acted);
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_ANGLE, goals[1].error);
+    TEST_ASSERT_EQUAL(CDS_PENDING, goals[2].result); // it was not asked
+}
+
+void test_verified_move_reads_before_and_after_action(void)
+{
+    static const uint8_t one = 1;
+    static const uint8_t outcome[15] = {0x00, 0x00, 0x00, 0x01, 32, 32};
+
+    begin(1);
+    cds_registered_move_set_verify(&move);
+    SENDS(arm_0);
+    answered(0, 0);
+    SENDS(read_0);
+    answered_with(0, &one, 1);
+    SENDS(action);
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    SENDS(outcome_0);
+    TEST_ASSERT_TRUE(move.acted);
+    answered_with(0, outcome, sizeof outcome);
+    assert_over(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[0].armed);
+}
+
+/* ACTION is refused late and in silence (R39), or power failed just before it: 0x2C is 0, but the
+ * goal is another. Each byte of it counts. */
+void test_verified_move_wants_the_goal_as_it_was_set(void)
+{
+    static const uint8_t one = 1;
+
+    for (uint8_t i = 0; i < 4; i++) {
+        uint8_t outcome[15] = {0x00, 0x00, 0x00, 0x01};
+
+        outcome[i] ^= 2;
+        begin(1);
+        cds_registered_move_set_verify(&move);
+        SENDS(arm_0);
+        answered(0, 0);
+        SENDS(read_0);
+        answered_with(0, &one, 1);
+        SENDS(action);
+        TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+        SENDS(outcome_0);
+        answered_with(0, outcome, sizeof outcome);
+        assert_over(CDS_REFUSED);
+        TEST_ASSERT_TRUE(move.acted);
+        TEST_ASSERT_EQUAL(CDS_REFUSED, goals[0].result);
+        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[0].armed);
+    }
+}
+
+static void assert_nothing_sent(enum cds_result result)
+{
+    assert_over(result);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
+    TEST_ASSERT_FALSE(move.acted);
+}
+
+/* All goals are judged before the first REG WRITE. Broadcast would be answered by none. */
+void test_move_with_a_bad_goal_anywhere_sends_nothing(void)
+{
+    static const uint16_t wrong[][3] = {{254, 0, 0}, {255, 0, 0}, {1, 1024, 0}, {1, 0, 1024}};
+
+    for (uint8_t at = 0; at < 3; at++) {
+        struct cds_goal good = goals[at];
+
+        for (uint8_t i = 0; i < 4; i++) {
+            goals[at].id = (uint8_t)wrong[i][0];
+            goals[at].position = wrong[i][1];
+            goals[at].speed = wrong[i][2];
+            begin(3);
+            assert_nothing_sent(CDS_BAD_ARGUMENT);
+            for (uint8_t j = 0; j < 3; j++)
+                TEST_ASSERT_EQUAL(j == at ? CDS_BAD_ARGUMENT : CDS_PENDING, goals[j].result);
+        }
+        goals[at] = good;
+    }
+}
+
+void test_move_in_too_small_a_buffer_is_refused(void)
+{
+    request.packet.room = CDS_REGISTERED_MOVE_SIZE - 1;
+    begin(2);
+    assert_nothing_sent(CDS_NO_ROOM);
+    request.packet.room = CDS_GROUP_VERIFY_SIZE - 1;
+    begin(2);
+    cds_registered_move_set_verify(&move);
+    assert_nothing_sent(CDS_NO_ROOM);
+    request.packet.room = CDS_REGISTERED_MOVE_SIZE;
+    begin(2);
+    SENDS(arm_0);
+}
+
+void test_move_on_a_bus_that_is_not_open_is_refused(void)
+{
+    memset(&bus, 0, sizeof bus);
+    begin(2);
+    assert_nothing_sent(CDS_BAD_ARGUMENT);
+}
+
+/* ---- every fault at every exchange ---- */
+
+static void run(bool verified)
+{
+    uint16_t turns = 0;
+
+    exchanges = actions = 0;
+    begin(SERVOS);
+    if (verified)
+        cds_registered_move_set_verify(&move);
+    while (cds_registered_move_poll(&move) == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+        TEST_ASSERT_LESS_THAN(2000, turns++);
+    }
+    TEST_ASSERT_NULL(bus.request);
+}
+
+/* As run(), with one fault, on fresh servos. */
+static void run_with(bool verified, uint8_t fault, uint8_t at, uint8_t to)
+{
+    memset(servos, 0, sizeof servos);
+    plan.fault = fault;
+    plan.at = at;
+    plan.to = to;
+    run(verified);
+}
+
+/* Whatever happened: who is said not to be armed is not, and who is said to be, is. */
+static void assert_truth(void)
+{
+    for (uint8_t i = 0; i < SERVOS; i++)
+        if (goals[i].armed != CDS_ARMED_IN_DOUBT)
+            TEST_ASSERT_EQUAL(goals[i].armed == CDS_ARMED_YES, servos[i].table[0x2C]);
+}
+
+static void assert_moved(bool moved)
+{
+    TEST_ASSERT_EQUAL(moved, move.acted);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_EQUAL(moved, servos[i].moved);
+}
+
+static enum cds_result result_of(uint8_t fault)
+{
+    if (fault >= REFUSE)
+        return CDS_REFUSED;
+    return fault == SPOIL_REPLY ? CDS_CORRUPT : CDS_TIMEOUT;
+}
+
+static uint8_t armed(void)
+{
+    return (uint8_t)(servos[0].table[0x2C] + servos[1].table[0x2C] + servos[2].table[0x2C]);
+}
+
+void test_run_without_faults(void)
+{
+    for (uint8_t verified = 0; verified < 2; verified++) {
+        run_with(verified, NONE, 0, 0);
+        TEST_ASSERT_EQUAL(CDS_OK, move.result);
+        TEST_ASSERT_EQUAL_UINT8(verified ? 10 : 4, exchanges);
+        assert_moved(true);
+        assert_truth();
+    }
+}
+
+/* Exchange `at` is of servo (at - 1) % 3, and no later than the last before ACTION. */
+static void assert_called_off(bool verified, uint8_t fault, uint8_t at)
+{
+    uint8_t asked = at < SERVOS ? at : SERVOS;
+    uint8_t who = (uint8_t)((at - 1) % SERVOS);
+
+    run_with(verified, fault, at, at);
+    TEST_ASSERT_EQUAL(result_of(fault), move.result);
+    TEST_ASSERT_EQUAL_UINT8(0, actions);
+    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    TEST_ASSERT_EQUAL_UINT8(at + 2 * asked, exchanges); // 0x2C written, and read, of each asked
+    assert_moved(false);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        enum cds_result expected = i < asked ? CDS_OK : CDS_PENDING;
+
+        TEST_ASSERT_EQUAL(i == who ? result_of(fault) : expected, goals[i].result);
+        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+    }
+    if (fault >= REFUSE)
+        TEST_ASSERT_EQUAL_HEX8(refusals[fault - REFUSE], goals[who].error);
+}
+
+void test_any_fault_before_action_disarms_all_and_nothing_moves(void)
+{
+    for (uint8_t fault = LOSE_PACKET; fault < FAULTS; fault++) {
+        for (uint8_t at = 1; at <= SERVOS; at++)
+            assert_called_off(false, fault, at);
+        for (uint8_t at = 1; at <= 2 * SERVOS; at++)
+            assert_called_off(true, fault, at);
+    }
+}
+
+/* Its power failed behind its answer: it comes back, and knows nothing. */
+void test_power_lost_between_reg_write_and_the_read(void)
+{
+    run_with(true, CUT_AFTER, 1, 1); // with its answer lost ...
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    memset(servos, 0, sizeof servos);
+    plan.fault = NONE;
+    begin(SERVOS);
+    cds_registered_move_set_verify(&move);
+    for (exchanges = 0; exchanges < 3;) {
+        cds_registered_move_poll(&move);
+        turn();
+        cds_bus_poll(&bus);
+    }
+    power_up(&servos[1]); // ... and without
+    while (cds_registered_move_poll(&move) == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
+    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    assert_moved(false);
+    TEST_ASSERT_EQUAL_UINT8(3 + 2 + 4, exchanges); // it is not disarmed: it said it is not armed
+}
+
+void test_action_that_is_lost_is_seen_if_verified(void)
+{
+    run_with(false, LOSE_PACKET, 4, 4);
+    TEST_ASSERT_EQUAL(CDS_OK, move.result); // nobody can know
+    TEST_ASSERT_EQUAL_UINT8(3, armed());
+    run_with(true, LOSE_PACKET, 7, 7);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_TRUE(move.acted);
+    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        TEST_ASSERT_EQUAL(CDS_REFUSED, goals[i].result);
+        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+    }
+}
+
+/* That a servo has the goal already proves nothing. */
+void test_action_that_is_lost_on_servos_at_their_goals(void)
+{
+    run_with(true, NONE, 0, 0);
+    plan.fault = LOSE_PACKET;
+    plan.at = plan.to = 7;
+    run(true);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
+    assert_truth();
+}
+
+/* Only one of them does not hear it: the others are under way, and it does not follow later. */
+void test_one_that_is_deaf_to_action(void)
+{
+    for (plan.victim = 0; plan.victim < SERVOS; plan.victim++) {
+        run_with(true, CUT_BEFORE, 7, 7);
+        TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+        TEST_ASSERT_TRUE(move.acted);
+        TEST_ASSERT_EQUAL_UINT8(10, exchanges);
+        assert_truth();
+        for (uint8_t i = 0; i < SERVOS; i++) {
+            TEST_ASSERT_EQUAL(i != plan.victim, servos[i].moved);
+            TEST_ASSERT_EQUAL(i == plan.victim ? CDS_REFUSED : CDS_OK, goals[i].result);
+        }
+    }
+}
+
+void test_any_fault_after_action_is_told_of_that_servo(void)
+{
+    for (uint8_t fault = LOSE_PACKET; fault < FAULTS; fault++) {
+        for (uint8_t at = 8; at <= 10; at++) {
+            run_with(true, fault, at, at);
+            TEST_ASSERT_EQUAL(result_of(fault), move.result);
+            assert_moved(true);
+            TEST_ASSERT_EQUAL_UINT8(10 + 2, exchanges); // disarmed to be sure
+            for (uint8_t i = 0; i < SERVOS; i++) {
+                TEST_ASSERT_EQUAL(i == at - 8 ? result_of(fault) : CDS_OK, goals[i].result);
+                TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+            }
+        }
+    }
+}
+
+void test_of_two_that_fail_after_action_the_first_is_the_reason(void)
+{
+    plan.first = 8;
+    plan.first_fault = LOSE_REPLY;
+    run_with(true, REFUSE, 9, 9);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[0].result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
+}
+
+/* ---- disarming that does not work ---- */
+
+/* Servo 1 refuses, so servo 0 is disarmed: by exchanges 3 and 4, WRITE and READ, tried again as 5
+ * and 6, and as 7 and 8. Those from 3 to `to` fail. */
+static void assert_tries(uint8_t fault, uint8_t to, uint8_t tries, enum cds_armed is_armed)
+{
+    plan.first = 2;
+    plan.first_fault = REFUSE;
+    run_with(false, fault, 3, to);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL(is_armed, goals[0].armed);
+    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed); // its turn comes all the same
+    TEST_ASSERT_EQUAL_UINT8(2 + 2 * tries + 2, exchanges);
+    TEST_ASSERT_EQUAL_UINT8(0, actions);
+    assert_truth();
+}
+
+void test_disarming_that_is_not_carried_out_is_tried_three_times(void)
+{
+    static const uint8_t faults[] = {LOSE_PACKET, REFUSE, REFUSE + 3};
+
+    for (uint8_t i = 0; i < sizeof faults; i++) {
+        assert_tries(faults[i], 2, 1, CDS_ARMED_NO);
+        assert_tries(faults[i], 3, 2, CDS_ARMED_NO);
+        assert_tries(faults[i], 4, 2, CDS_ARMED_NO);
+        assert_tries(faults[i], 5, 3, CDS_ARMED_NO);
+        assert_tries(faults[i], 6, 3, CDS_ARMED_NO);
+        assert_tries(faults[i], 7, 3, CDS_ARMED_YES); // it says so in 8
+        assert_tries(faults[i], 8, 3, CDS_ARMED_IN_DOUBT);
+    }
+}
+
+/* Each has its own three. */
+void test_the_next_servo_is_tried_three_times_too(void)
+{
+    plan.first = 2;
+    plan.first_fault = REFUSE;
+    run_with(false, LOSE_REPLY, 3, 12); // all tries of servo 0, two of servo 1
+    TEST_ASSERT_EQUAL(CDS_ARMED_IN_DOUBT, goals[0].armed);
+    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed);
+    TEST_ASSERT_EQUAL_UINT8(2 + 6 + 6, exchanges);
+}
+
+void test_disarming_whose_answers_are_lost_is_tried_three_times(void)
+{
+    static const uint8_t faults[] = {LOSE_REPLY, SPOIL_REPLY};
+
+    for (uint8_t i = 0; i < sizeof faults; i++) {
+        assert_tries(faults[i], 2, 1, CDS_ARMED_NO);
+        assert_tries(faults[i], 3, 1, CDS_ARMED_NO); // the READ tells
+        assert_tries(faults[i], 4, 2, CDS_ARMED_NO);
+        assert_tries(faults[i], 5, 2, CDS_ARMED_NO);
+        assert_tries(faults[i], 6, 3, CDS_ARMED_NO);
+        assert_tries(faults[i], 7, 3, CDS_ARMED_NO);
+        assert_tries(faults[i], 8, 3, CDS_ARMED_IN_DOUBT);
+    }
+}
+
+/* At `at` a servo's power fails for good: it stays in doubt if it was asked, and only it. */
+void test_a_servo_that_is_gone_for_good_is_in_doubt(void)
+{
+    plan.for_good = true;
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        uint8_t asked = at < SERVOS ? at : SERVOS;
+
+        run_with(true, CUT_AFTER, at, at);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+        TEST_ASSERT_EQUAL_UINT8(0, actions);
+        TEST_ASSERT_EQUAL_UINT8(0, armed());
+        TEST_ASSERT_EQUAL_UINT8(at + 2 * (asked - 1) + 2 * 3, exchanges);
+        for (uint8_t i = 0; i < SERVOS; i++)
+            TEST_ASSERT_EQUAL(i == (at - 1) % SERVOS ? CDS_ARMED_IN_DOUBT : CDS_ARMED_NO,
+                              goals[i].armed);
+        assert_moved(false);
+    }
+}
+
+/* It takes REG WRITE but no write to 0x2C (R6): armed, and so it is said. */
+void test_a_locked_servo_stays_armed_and_is_told(void)
+{
+    servos[0].locked = true;
+    plan.fault = REFUSE;
+    plan.at = plan.to = 2;
+    run(false);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL(CDS_ARMED_YES, goals[0].armed);
+    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed);
+    TEST_ASSERT_EQUAL_UINT8(2 + 2 * 3 + 2, exchanges);
+    assert_truth();
+}
+
+/* A lost READ need not be the end of it. */
+void test_repeats_of_the_bus_save_a_verified_move(void)
+{
+    cds_bus_set_repeats(&bus, 1);
+    for (uint8_t at = 4; at <= 10; at++) {
+        if (at == 7)
+            continue; // ACTION
+        run_with(true, LOSE_REPLY, at, at);
+        TEST_ASSERT_EQUAL(CDS_OK, move.result);
+        TEST_ASSERT_EQUAL_UINT8(11, exchanges);
+        assert_moved(true);
+    }
+}
+
+/* ---- ACTION that does not leave ---- */
+
+/* The transmitter is dead: whether ACTION was heard is not known, so all are disarmed. */
+static void assert_action_that_never_leaves_disarms_all(bool verified)
+{
+    uint8_t before = verified ? 2 * SERVOS : SERVOS;
+
+    exchanges = 0;
+    begin(SERVOS);
+    if (verified)
+        cds_registered_move_set_verify(&move);
+    while (cds_registered_move_poll(&move) == CDS_PENDING &&
+           !(exchanges == before && request.result == CDS_PENDING)) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
+    port_fake.now_us += 2000;
+    cds_bus_poll(&bus);
+    while (cds_registered_move_poll(&move) == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_TRUE(move.acted);
+    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    TEST_ASSERT_EQUAL_UINT8(before + 6, exchanges);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[i].result);
+        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+    }
+}
+
+void test_action_that_never_leaves_disarms_all(void)
+{
+    assert_action_that_never_leaves_disarms_all(false);
+    assert_action_that_never_leaves_disarms_all(true);
+}
+
+/* The program takes it back while it waits for its turn: so a move can be stopped. */
+void test_action_taken_back_disarms_all(void)
+{
+    begin(1);
+    SENDS(arm_0);
+    answered(0, 0);
+    occupy_bus();
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+    free_bus();
+    SENDS(disarm_0);
+    answered(0, 0);
+    SENDS(read_0);
+    answered_with(0, &(const uint8_t){0}, 1);
+    assert_over(CDS_CANCELLED);
+}
+
+void test_move_can_be_begun_anew(void)
+{
+    run_with(true, LOSE_PACKET, 2, 2);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    plan.fault = NONE;
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        goals[i].error = 0x7F;
+        goals[i].armed = CDS_ARMED_IN_DOUBT;
+    }
+    begin(SERVOS);
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, goals[i].result);
+        TEST_ASSERT_EQUAL(0, goals[i].error);
+        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+    }
+    run(true);
+    TEST_ASSERT_EQUAL(CDS_OK, move.result);
+    assert_moved(true);
+}

@@ -1,0 +1,312 @@
+/* SYNC WRITE to any number of servos: how it is split, what is sent, and what is refused before
+ * anything is. */
+#include "cds55xx/sync_write_many.h"
+
+#include <string.h>
+
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define PORT   0
+#define SERVOS 254 // all there can be
+
+static struct cds_bus bus;
+static uint8_t buffer[CDS_SYNC_WRITE_MANY_LONGEST];
+static struct cds_request request;
+static struct cds_sync_write_many group;
+static uint8_t ids[SERVOS];
+static uint8_t data[SERVOS * 4];
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&bus, 0, sizeof bus);
+    request = (struct cds_request)CDS_REQUEST(buffer);
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
+    port_fake_forget();
+    for (uint16_t i = 0; i < sizeof ids; i++)
+        ids[i] = (uint8_t)(253 - i); // the highest first
+    for (uint16_t i = 0; i < sizeof data; i++)
+        data[i] = (uint8_t)(i * 7 + i / 251);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void begin(uint8_t count, uint8_t length)
+{
+    cds_sync_write_many_begin(&group, &bus, &request, ids, count, 0x00, length, data);
+}
+
+/* The packet now on the line is whole, and holds the servos from `first` on; returns how many. */
+static uint8_t assert_packet(uint16_t first, uint8_t length)
+{
+    const uint8_t *sent = port_fake.sent;
+    uint16_t block_size = (uint16_t)(length + 1);
+    uint16_t count, size;
+    uint8_t sum = 0;
+
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    size = port_fake.sent_size;
+    count = (uint16_t)((size - 8u) / block_size);
+    TEST_ASSERT_EQUAL_UINT16(size, 8u + count * block_size);
+    TEST_ASSERT_EQUAL_UINT8(size - 4, sent[3]);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){0xFF, 0xFF, 0xFE}), sent, 3);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(((uint8_t[]){0x83, 0x00, length}), sent + 4, 3);
+    for (uint16_t i = 0; i < count; i++) {
+        const uint8_t *block = sent + 7 + i * block_size;
+
+        TEST_ASSERT_EQUAL_UINT8(ids[first + i], block[0]);
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(data + (first + i) * length, block + 1, length);
+    }
+    for (uint16_t i = 2; i < size; i++)
+        sum = (uint8_t)(sum + sent[i]);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, sum);
+    return (uint8_t)count;
+}
+
+/* All of it goes out, in `packets`, of which none is longer than `longest`, and none could have
+ * taken one servo more. */
+static void assert_written(uint8_t count, uint8_t length, uint8_t packets, uint16_t longest)
+{
+    uint16_t done = 0;
+
+    for (uint8_t i = 0; i < packets; i++) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_sync_write_many_poll(&group));
+        TEST_ASSERT_EQUAL_UINT8(i, group.packets);
+        TEST_ASSERT_EQUAL_UINT8(done, group.next);
+        done = (uint16_t)(done + assert_packet(done, length));
+        TEST_ASSERT_LESS_OR_EQUAL(longest, port_fake.sent_size);
+        if (i < packets - 1)
+            TEST_ASSERT_GREATER_THAN(longest - length - 1, port_fake.sent_size);
+        TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_UINT16(count, done);
+    TEST_ASSERT_EQUAL_UINT8(packets, group.packets);
+    TEST_ASSERT_EQUAL_UINT8(count, group.next);
+}
+
+void test_what_fits_is_one_packet(void)
+{
+    begin(1, 1);
+    assert_written(1, 1, 1, 258);
+    begin(50, 4); // R23
+    assert_written(50, 4, 1, 258);
+    begin(83, 2);
+    assert_written(83, 2, 1, 258);
+    begin(125, 1);
+    assert_written(125, 1, 1, 258);
+}
+
+void test_one_servo_more_is_one_packet_more(void)
+{
+    begin(51, 4);
+    assert_written(51, 4, 2, 258);
+    begin(84, 2);
+    assert_written(84, 2, 2, 258);
+    begin(126, 1);
+    assert_written(126, 1, 2, 258);
+}
+
+void test_all_254_servos(void)
+{
+    begin(254, 4);
+    assert_written(254, 4, 6, 258);
+    begin(254, 1);
+    assert_written(254, 1, 3, 258);
+}
+
+/* 50 bytes: five servos of 51 make 263, so four in a packet. */
+void test_the_whole_table_of_each(void)
+{
+    begin(4, 50);
+    assert_written(4, 50, 1, 258);
+    begin(20, 50);
+    assert_written(20, 50, 5, 258);
+}
+
+void test_a_servo_with_a_short_buffer_sets_the_limit(void)
+{
+    static const uint8_t limits[][3] = {
+        // longest, servos, packets: 4 bytes each
+        {64, 18, 2}, {63, 11, 1}, {63, 12, 2}, {62, 11, 2}, {143, 27, 1}, {143, 28, 2}, {13, 3, 3},
+    };
+
+    for (uint8_t i = 0; i < sizeof limits / 3; i++) {
+        begin(limits[i][1], 4);
+        cds_sync_write_many_set_longest(&group, limits[i][0]);
+        assert_written(limits[i][1], 4, limits[i][2], limits[i][0]);
+    }
+}
+
+void test_the_buffer_sets_the_limit_too(void)
+{
+    request.packet.room = CDS_SYNC_WRITE_SIZE(3, 4) + 4;
+    begin(7, 4);
+    cds_sync_write_many_set_longest(&group, 143);
+    assert_written(7, 4, 3, request.packet.room);
+}
+
+/* LENGTH does, whatever is asked for and however large the buffer. */
+void test_a_longer_limit_than_there_is_packet(void)
+{
+    static uint8_t large[300];
+
+    request = (struct cds_request)CDS_REQUEST(large);
+    begin(51, 4);
+    cds_sync_write_many_set_longest(&group, 1000);
+    assert_written(51, 4, 2, 258);
+}
+
+static void assert_refused(enum cds_result result)
+{
+    for (uint8_t i = 0; i < 3; i++)
+        TEST_ASSERT_EQUAL(result, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
+    TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request.result);
+}
+
+void test_one_bad_id_anywhere_and_nothing_is_sent(void)
+{
+    for (uint8_t at = 0; at < 60; at++) {
+        for (uint8_t id = 254; id; id++) {
+            uint8_t good = ids[at];
+
+            ids[at] = id;
+            begin(60, 4);
+            assert_refused(CDS_BAD_ARGUMENT);
+            ids[at] = good;
+        }
+    }
+}
+
+void test_bad_arguments_are_refused(void)
+{
+    begin(0, 4);
+    assert_refused(CDS_BAD_ARGUMENT);
+    begin(60, 0);
+    assert_refused(CDS_BAD_ARGUMENT);
+    begin(60, 51);
+    assert_refused(CDS_BAD_ARGUMENT);
+    cds_sync_write_many_begin(&group, &bus, &request, ids, 60, 0x2F, 4, data);
+    assert_refused(CDS_BAD_ARGUMENT);
+    begin(60, 4);
+    bus = (struct cds_bus){.port = 0}; // not open
+    assert_refused(CDS_BAD_ARGUMENT);
+}
+
+void test_no_room_for_even_one_servo(void)
+{
+    begin(2, 4);
+    cds_sync_write_many_set_longest(&group, CDS_SYNC_WRITE_SIZE(1, 4) - 1);
+    assert_refused(CDS_NO_ROOM);
+    for (uint8_t room = 0; room < CDS_SYNC_WRITE_SIZE(1, 4); room++) {
+        request.packet.room = room;
+        begin(2, 4);
+        assert_refused(CDS_NO_ROOM);
+    }
+    request.packet.room = CDS_SYNC_WRITE_SIZE(1, 4);
+    begin(2, 4);
+    assert_written(2, 4, 2, 13);
+}
+
+void test_nothing_is_sent_before_the_first_poll(void)
+{
+    begin(60, 4);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
+}
+
+/* Somebody else's exchange in the same request is not built over. */
+void test_a_request_on_its_way_is_waited_for(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    begin(60, 4);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    assert_written(60, 4, 2, 258);
+}
+
+/* The bus stays taken for no longer than a turn of the main loop. */
+void test_the_next_packet_goes_out_in_the_poll_that_sees_the_last_one_out(void)
+{
+    begin(60, 4);
+    cds_sync_write_many_poll(&group);
+    assert_packet(0, 4);
+    cds_bus_poll(&bus);
+    cds_sync_write_many_poll(&group);
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
+}
+
+/* What is in flight leaves: this one is next. */
+static void assert_next(struct cds_request *next, uint8_t instruction)
+{
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_PTR(next, bus.request);
+    TEST_ASSERT_EQUAL_HEX8(instruction, bus.request->packet.bytes[4]);
+}
+
+void test_all_its_packets_are_urgent_if_it_is(void)
+{
+    static uint8_t bytes[2][8];
+    struct cds_request flying = {.packet = {.bytes = bytes[0], .room = 8}};
+    struct cds_request waiting = {.packet = {.bytes = bytes[1], .room = 8}};
+
+    cds_servo_action(&bus, &flying, CDS_BROADCAST_ID);
+    cds_servo_action(&bus, &waiting, CDS_BROADCAST_ID);
+    request.urgent = true;
+    begin(60, 4);
+    cds_sync_write_many_poll(&group);
+    assert_next(&request, CDS_SYNC_WRITE); // before the one that waits
+    cds_servo_action(&bus, &flying, CDS_BROADCAST_ID);
+    assert_next(&waiting, CDS_ACTION); // it was next before the second part was there
+    cds_sync_write_many_poll(&group);
+    assert_next(&request, CDS_SYNC_WRITE); // before `flying`
+    assert_next(&flying, CDS_ACTION);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_many_poll(&group));
+}
+
+void test_urgent_requests_of_others_slip_in(void)
+{
+    static uint8_t bytes[8];
+    struct cds_request urgent = {.packet = {.bytes = bytes, .room = 8}, .urgent = true};
+
+    begin(60, 4);
+    cds_sync_write_many_poll(&group);
+    cds_servo_action(&bus, &urgent, CDS_BROADCAST_ID);
+    assert_next(&urgent, CDS_ACTION);
+    cds_sync_write_many_poll(&group);
+    assert_next(&request, CDS_SYNC_WRITE);
+    assert_packet(50, 4);
+}
+
+/* A transmitter that is dead, a bus that is opened anew: the rest stays unsent. */
+void test_a_packet_that_never_leaves_ends_it(void)
+{
+    begin(120, 4);
+    cds_sync_write_many_poll(&group);
+    assert_packet(0, 4);
+    cds_bus_poll(&bus);
+    cds_sync_write_many_poll(&group);
+    port_fake.now_us += 10000;
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_UINT8(50, group.next);
+    TEST_ASSERT_EQUAL_UINT8(1, group.packets);
+    TEST_ASSERT_NULL(bus.request);
+    begin(120, 4);
+    cds_sync_write_many_poll(&group);
+    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
+    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_UINT8(0, group.next);
+    TEST_ASSERT_NULL(bus.request);
+}
