@@ -481,14 +481,16 @@ static uint8_t found_cut(uint8_t cut, uint8_t error, uint8_t twin)
 void test_answers_whole_but_for_their_first_bytes_come_too_soon(void)
 {
     for (uint8_t cut = 1; cut <= 4; cut++) {
-        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found_cut(cut, 0, 0));
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_REPLIES_TOO_EARLY, found_cut(cut, 0, 0));
         TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.cut);
         TEST_ASSERT_EQUAL_UINT16(QUESTIONS, diagnose.exchanges);
         TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
     }
-    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found_cut(1, CDS_ERROR_OVERLOAD, 0));
-    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found_cut(1, CDS_ERROR_VOLTAGE, 0)); // no echo
-    TEST_ASSERT_NOT_EQUAL(CDS_FINDING_TOO_QUICK, found_cut(5, 0, 0)); // no ERROR: who can tell?
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_REPLIES_TOO_EARLY, found_cut(1, CDS_ERROR_OVERLOAD, 0));
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_REPLIES_TOO_EARLY,
+                            found_cut(1, CDS_ERROR_VOLTAGE, 0)); // no echo
+    TEST_ASSERT_NOT_EQUAL(CDS_FINDING_REPLIES_TOO_EARLY,
+                          found_cut(5, 0, 0)); // no ERROR: who can tell?
 }
 
 void test_twins_that_both_come_too_soon_differ_in_what_they_measure(void)
@@ -504,7 +506,8 @@ void test_a_quarter_of_the_answers_coming_too_soon_is_enough(void)
         put(0, ID, 1);
         world.cut = 1;
         world.whole = questions(0, (uint8_t)(QUESTIONS - cut));
-        TEST_ASSERT_EQUAL_UINT8(cut > 3 ? CDS_FINDING_TOO_QUICK : CDS_FINDING_NOISE, found());
+        TEST_ASSERT_EQUAL_UINT8(cut > 3 ? CDS_FINDING_REPLIES_TOO_EARLY : CDS_FINDING_NOISE,
+                                found());
     }
 }
 
@@ -516,7 +519,8 @@ void test_answers_that_come_too_soon_among_damaged_ones_are_noise(void)
         world.cut = 1;
         world.spoilt = questions(0, damaged);
         world.whole = questions(damaged, 8);
-        TEST_ASSERT_EQUAL_UINT8(damaged < 3 ? CDS_FINDING_TOO_QUICK : CDS_FINDING_NOISE, found());
+        TEST_ASSERT_EQUAL_UINT8(damaged < 3 ? CDS_FINDING_REPLIES_TOO_EARLY : CDS_FINDING_NOISE,
+                                found());
     }
 }
 
@@ -534,7 +538,7 @@ void test_one_that_answers_PING_only_and_too_soon(void)
     put(0, ID, 1);
     world.cut = 1;
     world.mute = true;
-    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_TOO_QUICK, found());
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_REPLIES_TOO_EARLY, found());
 }
 
 /* ---- what a servo says of itself ---- */

@@ -74,7 +74,7 @@ extern "C" {
       "take off torque and load until it is cool")                                                 \
     X(CDS_FINDING_OVERLOADED, 17, "its load exceeds its torque",                                   \
       "look what blocks it, and lessen the load")                                                  \
-    X(CDS_FINDING_TOO_QUICK, 18, "it answers before this controller listens",                      \
+    X(CDS_FINDING_REPLIES_TOO_EARLY, 18, "it answers before this controller listens",              \
       "write RETURN_DELAY 1 or more: it hears that; 0 is for tied pins")
 
 /* CDS_FINDING_OK, ...: what each one means stands in the list. */

@@ -56,7 +56,7 @@ class Layering(unittest.TestCase):
     def test_a_lower_layer_includes_no_higher_one(self):
         self.breach("src/core/wire/parser.c", '#include "cds55xx/bus.h"')
         self.breach("include/cds55xx/bus.h", '#include "cds55xx/servos.h"')
-        self.breach("src/core/safety/servos.c", '#include "cds55xx/cycle.h"')
+        self.breach("src/core/safety/servos.c", '#include "cds55xx/scan.h"')
 
     def test_simulator_includes_nothing_of_the_library(self):
         self.breach("sim/codec.c", '#include "cds55xx/packet.h"')
@@ -409,8 +409,8 @@ class Build(unittest.TestCase):
         texts = int(re.search(r"(\d+) t texts$",
                               run("avr-nm", "--print-size", "--radix=d", elf)[1], re.M)[1])
         self.assertTrue(texts < tables["writer.c"] < flash["writer.c"], output)
-        self.assertNotIn("roster.c", tables)
-        self.assertTrue({"bus.c", "roster.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
+        self.assertNotIn("servos.c", tables)
+        self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
 
 

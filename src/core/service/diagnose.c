@@ -462,7 +462,7 @@ static void read_the_same(struct cds_diagnose *diagnose)
     if (series->silent < series->asked || diagnose->ping.silent >= FEW)
         enter(diagnose, DIFFERING);
     else if (is_too_quick(&diagnose->ping))
-        find(diagnose, CDS_FINDING_TOO_QUICK);
+        find(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
     else if (!look_again(diagnose))
         find(diagnose, CDS_FINDING_NO_REPLY_BY_LEVEL);
 }
@@ -478,7 +478,7 @@ static void read_what_differs(struct cds_diagnose *diagnose)
     if (bad < FEW) {
         enter(diagnose, LIMITS);
     } else if (is_too_quick(total)) {
-        find(diagnose, CDS_FINDING_TOO_QUICK);
+        find(diagnose, CDS_FINDING_REPLIES_TOO_EARLY);
     } else if (same <= FEW && (uint8_t)(of_them + 1) >= series->asked) {
         find(diagnose, CDS_FINDING_DUPLICATE_ID);
     } else if (total->damaged >= total->asked / 2) {
