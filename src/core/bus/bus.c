@@ -1,755 +1,649 @@
-/* The exchange in flight; see bus.h. */
+/* The transaction in flight; see bus.h. */
 #include "cds55xx/bus.h"
 
 #include <stddef.h>
 #include <string.h>
 
-#include "compiler.h" // NOINLINE
+#include "bus/bus_internal.h" // cds_stats_add_link()
+#include "compiler.h"         // NOINLINE
 
-#define RING_MASK (CDS_RING_SIZE - 1)
+/* Bits of `gate`: why a packet may not leave at once. */
+enum {
+    GATE_SUSPECT = 1, // the line was used or low within two byte times
+    GATE_FAULT = 2,   // it was low when they were over
+    GATE_STALE = 4,   // a stale reply may come: packets that expect a reply wait
+    GATE_LOCKED = 8,  // an operation holds the bus
+    GATE_LINE = GATE_SUSPECT | GATE_FAULT,
+};
 
-/* Kept out of the way of what runs for every byte and every exchange. */
-#define COLD __attribute__((noinline, noclone, cold))
+/* How far the wait for a quiet line is: `wait`. */
+enum {
+    WAIT_BEGINS,    // the next poll sets the timer
+    WAIT_TIMED,     // until the timer expires
+    WAIT_LAST_LOOK, // two byte times more, for a poll that comes late
+};
 
-/* Not copied for a bus that is known when the program is linked: by a pointer, an AVR reaches the
- * fields in half as many words. What is only NOINLINE may be copied so: a pointer less, where the
- * time for a byte counts. */
-#define NOCLONE __attribute__((noclone, noinline))
+/* ---- time ---- */
 
-/* Part of the one or two that call it, whichever bus that is. */
-#define ALWAYS_INLINE static inline __attribute__((always_inline))
-
-/* What a program does not use: account.c, asked.c, queue.c and repeat.c have those that do
- * something. Here, so that the linker looks for none of those. */
-#define UNUSED __attribute__((weak))
-
-UNUSED bool cds_bus_is_watched_(const struct cds_bus *bus)
-{
-    (void)bus;
-    return false;
-}
-
-UNUSED uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request)
-{
-    (void)bus, (void)request;
-    return CDS_OK;
-}
-
-UNUSED void cds_bus_note_sent_(struct cds_bus *bus)
-{
-    (void)bus;
-}
-
-UNUSED void cds_bus_note_packet_(struct cds_bus *bus)
-{
-    (void)bus;
-}
-
-UNUSED void cds_bus_note_end_(struct cds_bus *bus, uint8_t result)
-{
-    (void)bus, (void)result;
-}
-
-UNUSED void cds_bus_note_break_(struct cds_bus *bus)
-{
-    (void)bus;
-}
-
-UNUSED void cds_bus_note_undue_(struct cds_bus *bus)
-{
-    (void)bus;
-}
-
-UNUSED void cds_bus_count_(uint16_t *counter)
-{
-    (void)counter;
-}
-
-UNUSED bool cds_bus_repeat_(struct cds_bus *bus)
-{
-    (void)bus;
-    return false;
-}
-
-UNUSED struct cds_request *cds_bus_next_of_(const struct cds_request *request)
-{
-    (void)request;
-    return NULL;
-}
-
-UNUSED bool cds_bus_queues_(const struct cds_bus *bus)
-{
-    (void)bus;
-    return false;
-}
-
-UNUSED bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
-{
-    (void)urgent;
-    bus->request = request;
-    request->next = NULL;
-    return true;
-}
-
-UNUSED void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
-{
-    (void)bus, (void)result;
-}
-
-static void cancel_all(struct cds_bus *bus)
-{
-    for (; bus->request; bus->request = cds_bus_next_of_(bus->request))
-        bus->request->result = CDS_CANCELLED;
-}
-
-/* Times are 32 bits wide: a main loop may turn less often than 16 bits of cds_port_ticks() wrap. */
-static NOCLONE void set_time(uint32_t *time_us, uint16_t from_now_us)
-{
-    *time_us = cds_port_now_us() + from_now_us;
-}
-
-/* Is that time still to come? A time more than 65 ms ahead is over, also where the bus was not
- * polled for half an hour: nothing waits that long. */
-static NOCLONE bool is_to_come(const uint32_t *time_us)
-{
-    return (uint16_t)((uint32_t)(*time_us - cds_port_now_us() - 1u) >> 16) == 0;
-}
-
-/* The rest begins. The reply that was given up had `waited_us` to begin, besides the time its bytes
- * take. */
-ALWAYS_INLINE void begin_rest(struct cds_bus *bus, uint16_t waited_us)
-{
-    if (waited_us >= CDS_STALE_REPLY_US)
-        return;
-    bus->rests = true;
-    set_time(&bus->rest_until_us, CDS_STALE_REPLY_US - waited_us);
-}
-
-/* A byte is ten bits of (baud + 1) / 2 us. */
-static uint16_t byte_time_us(uint8_t baud)
-{
-    return (uint16_t)(5u * (baud + 1u));
-}
-
-static void set_rate(struct cds_bus *bus, uint8_t baud)
-{
-    bus->baud = baud;
-    bus->byte_time_us = byte_time_us(baud);
-}
-
-/* The line is used, or was not free of doubt. From here on it must be quiet for two byte times. */
-static NOCLONE void doubt(struct cds_bus *bus, uint8_t line)
-{
-    bus->line = line;
-    set_time(&bus->quiet_from_us, 2u * bus->byte_time_us);
-}
-
-void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud)
-{
-    bool again = bus->flight != CDS_BUS_CLOSED;
-
-    cds_port_open(port, baud); // first: no handler may run while the struct is cleared
-    cancel_all(bus);
-    memset(bus, 0, offsetof(struct cds_bus, observer));
-    bus->port = port;
-    set_rate(bus, baud);
-    bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
-    bus->flight = CDS_BUS_IDLE;
-    if (again) { // what was asked before may be answered yet
-        doubt(bus, CDS_BUS_BUSY);
-        begin_rest(bus, 0);
-    }
-    cds_link_open(&bus->link, port);
-}
-
-enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud)
-{
-    if (bus->flight == CDS_BUS_CLOSED || baud > CDS_BAUD_MAX)
-        return CDS_BAD_ARGUMENT;
-    if (bus->request)
-        return CDS_BUSY;
-    if (bus->baud == baud)
-        return CDS_OK;
-    cds_port_open(bus->port, baud);
-    set_rate(bus, baud);
-    bus->line = CDS_BUS_OK;
-    bus->has_ended = false; // what was asked at the old rate is not answered at this one
-    cds_link_open(&bus->link, bus->port);
-    return CDS_OK;
-}
-
-static bool reply_is_due(const struct cds_request *request)
-{
-    return request->reply_parameters != CDS_REPLY_NONE;
-}
-
-/* Is the packet whose head was found the reply that is due? A servo that refuses sends its error
- * bits and no parameters. */
-ALWAYS_INLINE bool is_due(const struct cds_bus *bus)
-{
-    const struct cds_request *request = bus->request;
-    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN), id = bus->parser.id;
-
-    if (bus->asked == CDS_BROADCAST_ID ? id > CDS_ID_MAX : id != bus->asked)
-        return false;
-    if (bus->parser.error & CDS_ERROR_NONE_SUCH)
-        return false;
-    if (parameters == request->reply_parameters || request->any_length)
-        return true;
-    if (parameters != 0)
-        return false;
-    return bus->parser.error & CDS_ERRORS_OF_PACKET;
-}
-
-/* The reply that is due is taken from here on, whether all of it is there or not. */
-ALWAYS_INLINE void begin_taking(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-    uint8_t tail = bus->link.rx.tail, id = bus->parser.id, length = bus->parser.length,
-            error = bus->parser.error;
-
-    bus->at = (uint8_t)(tail + CDS_AT_PARAMETERS);
-    bus->last = (uint8_t)(tail + length + CDS_AT_LENGTH);
-    bus->sum = (uint8_t)(id + length + error);
-    bus->flight = CDS_BUS_TAKES;
-    request->id = id;
-    request->length = (uint8_t)(length - CDS_LENGTH_MIN);
-    request->error = error;
-}
-
-/* Bytes were damaged or lost: what stands on both sides of one must never be joined. All from the
- * first to the last of them goes, and the search begins anew behind it. */
-ALWAYS_INLINE void drop_broken(struct cds_bus *bus)
-{
-    struct cds_link *link = &bus->link;
-
-    do {
-        cds_bus_note_break_(bus);
-        link->broken = CDS_LINK_WHOLE;
-        link->rx.tail = link->whole_from;
-    } while (link->broken); // broken again meanwhile: then its first mark is not the first
-    bus->parser.is_clean = false;
-}
-
-/* A packet begins at the ring's tail; what comes behind `end` is none of it if it is `cut` there.
- * If it is the reply that is due, it is taken from here on; another one is noted when it is whole.
- * False: it depends on bytes that are not there. */
-ALWAYS_INLINE bool meet(struct cds_bus *bus, uint8_t end, uint8_t cut)
-{
-    bool whole = cds_parser_is_whole(&bus->parser, &bus->link.rx, end);
-
-    if (cut && !whole)
-        return false;
-    if (bus->flight == CDS_BUS_ASKS && is_due(bus)) {
-        begin_taking(bus);
-        return true;
-    }
-    if (!whole)
-        return false;
-    if (cds_parser_take(&bus->parser, &bus->link.rx))
-        cds_bus_note_undue_(bus);
-    else
-        cds_bus_count_(&bus->counters.refuted);
-    bus->looked_to = bus->link.rx.tail;
-    return true;
-}
-
-/* Is there anything in the ring that was not looked at yet? */
-ALWAYS_INLINE uint8_t heard(const struct cds_bus *bus)
-{
-    return (uint8_t)(bus->link.broken | (bus->looked_to ^ bus->link.rx.head));
-}
-
-/* Searches what has been heard by now, or by the deadline if that is over, for a packet, up to the
- * damage there may be; but no more than a poll may: neither a long reply nor a babbling line holds
- * up the caller. */
-static NOCLONE void search(struct cds_bus *bus)
-{
-    struct cds_link *link = &bus->link;
-    // in this order: what breaks meanwhile lies behind the end
-    uint8_t end = bus->closing ? bus->close_at : link->rx.head;
-    uint8_t broken = link->broken, at = link->broken_at, parsed;
-
-    if ((uint8_t)(end - at) > CDS_RING_SIZE) // before it
-        broken = CDS_LINK_WHOLE;             // as far as is looked at
-    if (broken)
-        end = at;
-    parsed = cds_parser_step(&bus->parser, &link->rx, end);
-    bus->looked_to = link->rx.tail;
-    if (parsed == CDS_PARSED_REFUTED)
-        cds_bus_count_(&bus->counters.refuted);
-    if (parsed >= CDS_PARSED_SKIPPED)
-        return;
-    if (parsed == CDS_PARSED_HEAD && meet(bus, end, (uint8_t)(broken | bus->closing)))
-        return;
-    bus->looked_to = end; // what stands there depends on bytes that have not come
-    if (broken)
-        drop_broken(bus);
-}
-
-/* The time in units of 2^16 us, two laps of the alarm. */
 static uint16_t now_65ms(void)
 {
     return (uint16_t)(cds_port_now_us() >> 16);
 }
 
-/* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
-static NOCLONE void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
-                          uint16_t return_delay_us)
+/* Sets the timer to the longest time `bytes` bytes and `more_us` may take after `from`. */
+static NOCLONE void set_deadline(struct cds_bus *bus, uint16_t from, uint16_t bytes,
+                                 uint16_t more_us)
 {
-    bus->laps = cds_port_set_timer(bus->port, from, bytes, bus->byte_time_us,
-                                   (uint16_t)(return_delay_us + CDS_REPLY_MARGIN_US));
-    if (bus->laps)
-        bus->over_at = (uint16_t)(now_65ms() + bus->laps + 1u);
+    bus->timer_wraps = cds_port_set_timer(bus->port, from, bytes, bus->byte_time_us, more_us);
+    if (bus->timer_wraps)
+        bus->deadline_65ms = (uint16_t)(now_65ms() + bus->timer_wraps + 1u);
 }
 
-/* The alarm rings: is that time over? Polls that are more than a lap apart see only one ring of
- * several: for them the clock tells. */
-static NOCLONE bool is_over(struct cds_bus *bus)
+/* The timer has expired: true if it was for the last time. A poll that comes more than a wrap late
+ * sees one expiry of several: then the clock decides. */
+static NOCLONE bool is_last_expiry(struct cds_bus *bus)
 {
-    if (bus->laps == 0 || (int16_t)(now_65ms() - bus->over_at) >= 0)
+    if (bus->timer_wraps == 0 || (int16_t)(now_65ms() - bus->deadline_65ms) >= 0)
         return true;
-    bus->laps--;
+    bus->timer_wraps--;
     cds_port_restart_timer(bus->port);
     return false;
 }
 
-/* The packet of the first request goes on from its header, which is on the wire. No more than must
- * be: the caller waits, and there is time while the packet is sent. CDS_OK. */
-static NOCLONE uint8_t send_rest(struct cds_bus *bus, const struct cds_request *request,
-                                 uint8_t begun)
+ALWAYS_INLINE bool deadline_is_over(struct cds_bus *bus)
 {
-    const struct cds_packet *packet = &request->packet;
+    return cds_port_timer_expired(bus->port) && is_last_expiry(bus);
+}
 
-    cds_link_follow(&bus->link, bus->port, packet->bytes, packet->size, begun);
-    bus->flight = CDS_BUS_BEGUN;
-    bus->begun_at = cds_port_ticks(); // the deadline is counted from here
-    cds_bus_note_sent_(bus);
+/* ---- the line ---- */
+
+static uint16_t two_byte_times_us(const struct cds_bus *bus)
+{
+    return (uint16_t)(2u * bus->byte_time_us);
+}
+
+/* The line was used, or a reply failed: from now on every packet waits for two byte times, and one
+ * that expects a reply for `stale_us`, if that is longer. A longer wait under way goes on. */
+static NOCLONE void rest(struct cds_bus *bus, uint16_t stale_us)
+{
+    uint32_t now_us = cds_port_now_us(), elapsed_us = now_us - bus->rest_from_us;
+
+    if (bus->gate & GATE_STALE && elapsed_us < bus->rest_us) {
+        uint16_t left_us = (uint16_t)(bus->rest_us - (uint16_t)elapsed_us);
+
+        if (left_us > stale_us)
+            stale_us = left_us;
+    }
+    bus->rest_from_us = now_us;
+    bus->rest_us = stale_us;
+    bus->gate |= GATE_SUSPECT;
+    if (stale_us)
+        bus->gate |= GATE_STALE;
+}
+
+/* True if the receiver has stored or damaged bytes since the last search. */
+ALWAYS_INLINE uint8_t has_unread_bytes(const struct cds_bus *bus)
+{
+    return (uint8_t)(bus->link.broken | (bus->parser.position ^ cds_ring_end(&bus->link.rx)));
+}
+
+/* A good packet that is not the reply due. */
+static COLD void note_unexpected(struct cds_bus *bus)
+{
+    uint16_t *counter = &bus->stats.unexpected_packets;
+    enum cds_bus_event event = CDS_EVENT_UNEXPECTED_PACKET;
+    uint8_t id = bus->parser.id;
+
+    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
+        event = CDS_EVENT_STALE_REPLY;
+        counter = &bus->stats.stale_replies;
+        if (bus->last_result == CDS_OK) {
+            event = CDS_EVENT_DUPLICATE_REPLY;
+            counter = &bus->stats.duplicate_replies;
+        }
+    }
+    ++*counter;
+    if (bus->hooks && bus->hooks->on_packet)
+        bus->hooks->on_packet(bus->hooks->context, event, id, bus->parser.error);
+}
+
+/* Bytes were damaged or lost: what stands on both sides of them must never be joined. All up to the
+ * last of them goes, and the search begins anew behind it. */
+static COLD void drop_damage(struct cds_bus *bus)
+{
+    struct cds_link *link = &bus->link;
+
+    do {
+        cds_stats_add_link(bus);
+        link->broken = CDS_LINK_WHOLE;
+        cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
+    } while (link->broken); // broken again meanwhile: its first mark is not the first
+}
+
+/* Gives the parser the bytes up to damage or deadline, if there is any. */
+static NOCLONE enum cds_parsed examine(struct cds_bus *bus)
+{
+    struct cds_link *link = &bus->link;
+    // in this order: what breaks meanwhile lies behind the end
+    uint8_t end = bus->is_closing ? bus->closing_end : cds_ring_end(&link->rx);
+    uint8_t broken = link->broken;
+    enum cds_parsed parsed;
+
+    if (broken) {
+        if (cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
+            broken = CDS_LINK_WHOLE; // as far as the end
+        else
+            end = link->broken_at;
+    }
+    if (bus->parser.is_in_packet)
+        parsed = cds_parser_take(&bus->parser, &link->rx, end);
+    else
+        parsed = cds_parser_find(&bus->parser, &link->rx, end);
+    if (parsed == CDS_PARSED_MALFORMED)
+        bus->stats.malformed++;
+    if (parsed == CDS_PARSED_MORE && broken) {
+        drop_damage(bus);
+        parsed = CDS_PARSED_MALFORMED;
+    }
+    return parsed;
+}
+
+/* Bytes came that no request asked for. */
+static COLD void examine_unasked(struct cds_bus *bus)
+{
+    bus->parser.longest = CDS_PARSER_LENGTH_MAX;
+    bus->is_closing = false;
+    if (examine(bus) == CDS_PARSED_PACKET)
+        note_unexpected(bus);
+    rest(bus, 0);
+}
+
+/* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
+static COLD void check_rest(struct cds_bus *bus)
+{
+    uint32_t elapsed_us = cds_port_now_us() - bus->rest_from_us;
+    bool is_high = cds_port_line_is_high(bus->port);
+
+    if (bus->gate & GATE_FAULT && !is_high) {
+        rest(bus, 0);
+    } else if (bus->gate & GATE_LINE && elapsed_us > two_byte_times_us(bus)) {
+        bus->gate &= (uint8_t)~GATE_LINE;
+        if (!is_high) {
+            rest(bus, 0);
+            bus->gate |= GATE_FAULT;
+        }
+    }
+    if (elapsed_us > bus->rest_us)
+        bus->gate &= (uint8_t)~GATE_STALE;
+}
+
+/* Looks at the line while no packet of ours is on it. */
+static NOCLONE void watch_line(struct cds_bus *bus)
+{
+    if (has_unread_bytes(bus))
+        examine_unasked(bus);
+    else if (bus->gate & (GATE_LINE | GATE_STALE))
+        check_rest(bus);
+    else if (!cds_port_line_is_high(bus->port))
+        rest(bus, 0);
+}
+
+/* ---- open, rate, settings ---- */
+
+static void cancel_all(struct cds_bus *bus)
+{
+    if (bus->request)
+        bus->request->result = CDS_CANCELLED;
+    if (bus->hooks && bus->hooks->cancel)
+        bus->hooks->cancel(bus->hooks->context, NULL);
+}
+
+static void set_rate(struct cds_bus *bus, uint8_t baud_reg)
+{
+    cds_port_open(bus->port, baud_reg);
+    bus->baud_reg = baud_reg;
+    bus->byte_time_us = (uint16_t)(5u * (baud_reg + 1u)); // ten bits of (baud_reg + 1) / 2 us
+    bus->last_id = CDS_NO_ID; // what was asked before is not answered at this rate
+}
+
+void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg)
+{
+    bool again = bus->state != CDS_BUS_CLOSED;
+
+    cds_port_open(port, baud_reg); // first: no handler may run while the struct is cleared
+    cancel_all(bus);
+    memset(bus, 0, offsetof(struct cds_bus, hooks));
+    memset(&bus->lock, 0, sizeof *bus - offsetof(struct cds_bus, lock));
+    bus->port = port;
+    set_rate(bus, baud_reg);
+    bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
+    bus->state = CDS_BUS_IDLE;
+    if (again)
+        rest(bus, CDS_STALE_REPLY_US); // what was asked before may be answered yet
+    cds_link_open(&bus->link, port);
+}
+
+enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud_reg)
+{
+    if (bus->state == CDS_BUS_CLOSED || baud_reg > CDS_BAUD_MAX)
+        return CDS_BAD_ARGUMENT;
+    if (bus->request)
+        return CDS_BUSY;
+    if (bus->baud_reg == baud_reg)
+        return CDS_OK;
+    set_rate(bus, baud_reg);
+    bus->gate &= (uint8_t)~GATE_LINE;
+    cds_link_open(&bus->link, bus->port);
     return CDS_OK;
 }
 
-/* A reply is due, and nothing of it was taken: all that has come is looked at, from the next poll
- * on. True. */
-static COLD bool look(struct cds_bus *bus)
+enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *hooks)
 {
-    struct cds_request *request = bus->request;
-
-    bus->flight = CDS_BUS_ASKS;
-    bus->to = request->packet.bytes;
-    request->id = bus->asked;
-    request->length = 0;
-    request->error = 0;
-    return true;
+    if (bus->request || (bus->hooks && bus->hooks != hooks))
+        return CDS_BUSY;
+    bus->hooks = hooks;
+    return CDS_OK;
 }
 
-/* By when the reply must be here, if one is due, and how long it may be. */
-ALWAYS_INLINE void set_deadline(struct cds_bus *bus, struct cds_request *request)
+enum cds_result cds_bus_lock(struct cds_bus *bus, const struct cds_bus_lock *lock)
 {
-    uint16_t size = request->packet.size, return_delay_us = bus->return_delay_us;
-    uint8_t due = request->reply_parameters;
+    if (bus->state == CDS_BUS_CLOSED)
+        return CDS_BAD_ARGUMENT;
+    if (bus->lock && bus->lock != lock)
+        return CDS_BUSY;
+    bus->lock = lock;
+    bus->gate |= GATE_LOCKED;
+    return CDS_OK;
+}
 
-    if (cds_bus_is_watched_(bus))
-        return_delay_us = request->return_delay_us; // the observer was asked
-    request->return_delay_us = return_delay_us;
-    if (due == CDS_REPLY_NONE) {
-        bus->flight = CDS_BUS_TELLS;
-        return_delay_us = 0;
-    } else { // no servo sends more than it was asked for
-        bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN);
-        if (request->any_length)
-            bus->parser.longest = CDS_PARSER_LENGTH_MAX;
-        size = (uint16_t)(size + CDS_PACKET_SIZE(due));
+void cds_bus_unlock(struct cds_bus *bus, const struct cds_bus_lock *lock)
+{
+    if (bus->lock != lock)
+        return;
+    bus->lock = NULL;
+    bus->gate &= (uint8_t)~GATE_LOCKED;
+}
+
+bool cds_bus_is_resting(const struct cds_bus *bus)
+{
+    return bus->gate & GATE_STALE;
+}
+
+enum cds_bus_line cds_bus_line(const struct cds_bus *bus)
+{
+    if (bus->gate & GATE_FAULT)
+        return CDS_BUS_LINE_FAULT;
+    return bus->gate & GATE_SUSPECT ? CDS_BUS_LINE_SUSPECT : CDS_BUS_LINE_QUIET;
+}
+
+/* ---- a packet begins ---- */
+
+static bool reply_is_due(const struct cds_request *request)
+{
+    return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
+}
+
+/* CDS_OK, CDS_PENDING, or why the packet may not leave. */
+static NOCLONE uint8_t ask_permit(const struct cds_bus *bus, struct cds_request *request)
+{
+    const struct cds_bus_hooks *hooks = bus->hooks;
+
+    if (!hooks || !hooks->permit)
+        return CDS_OK;
+    request->return_delay_us = bus->return_delay_us;
+    return (uint8_t)hooks->permit(hooks->context, request);
+}
+
+/* The one function that begins a packet. CDS_OK: it is on its way; CDS_LINE_BUSY, CDS_PENDING: not
+ * now; else the permit refuses it. */
+static NOCLONE uint8_t begin_packet(struct cds_bus *bus, struct cds_request *request)
+{
+    if (bus->hooks) {
+        uint8_t result = ask_permit(bus, request);
+
+        if (result != CDS_OK)
+            return result;
     }
-    allow(bus, bus->begun_at, size, return_delay_us);
+    if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
+        return CDS_LINE_BUSY;
+    cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
+    bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
+    bus->request = request;
+    bus->state = CDS_BUS_SENDING;
+    bus->stats.sent++;
+    return CDS_OK;
 }
 
-/* What is due for the packet that has begun. */
-NOCLONE void cds_bus_expect_(struct cds_bus *bus)
+/* The request waits until line and permit agree. */
+static void wait_for_line(struct cds_bus *bus, struct cds_request *request)
 {
-    bus->asked = bus->request->packet.bytes[CDS_AT_ID];
-    cds_bus_note_packet_(bus);
-    look(bus);
-    bus->parser.is_clean = true;
-    bus->closing = false;
-    bus->looked_to = bus->link.rx.tail;
-    set_deadline(bus, bus->request);
+    bus->request = request;
+    bus->state = CDS_BUS_WAITING_FOR_LINE;
+    bus->wait = WAIT_BEGINS;
 }
 
-/* Looks at the line while nothing of ours is on it. After a byte, or when low, it must be high for
- * two byte times; low for so long without a byte is no use of it but a fault. */
-static NOCLONE uint8_t is_quiet(struct cds_bus *bus)
+void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t line = bus->line;
-
-    if (bus->rests)
-        bus->rests = is_to_come(&bus->rest_until_us);
-    if (heard(bus)) {
-        bus->parser.longest = CDS_PARSER_LENGTH_MAX; // a candidate begun stays one: it may be late
-        bus->closing = false;
-        search(bus);
-        line = CDS_BUS_BUSY;
-    } else if (line == CDS_BUS_OK) {
-        if (cds_port_line_is_high(bus->port))
-            return true;
-        line = CDS_BUS_BUSY;
-    } else if (cds_port_line_is_high(bus->port) || line != CDS_BUS_FAULT) {
-        if (is_to_come(&bus->quiet_from_us))
-            return false;
-        if (cds_port_line_is_high(bus->port)) {
-            bus->line = CDS_BUS_OK;
-            return true;
-        }
-        line = CDS_BUS_FAULT;
-    }
-    doubt(bus, line);
-    return false;
+    if (bus->gate & (GATE_LINE | GATE_STALE) || begin_packet(bus, request) != CDS_OK)
+        wait_for_line(bus, request);
 }
 
-/* Puts the header of a packet on the wire; 0: the line or the rest may make it wait. */
-ALWAYS_INLINE uint8_t begin_if_quiet(const struct cds_bus *bus)
+/* The packet cannot leave at once. */
+static COLD uint8_t submit_later(struct cds_bus *bus, struct cds_request *request)
 {
-    if ((uint8_t)(bus->line | bus->rests) || heard(bus) || !cds_port_line_is_high(bus->port))
-        return 0;
-    return cds_link_begin(bus->port, CDS_HEADER);
-}
+    const struct cds_bus_hooks *hooks = bus->hooks;
+    uint8_t result;
 
-/* Must the first request wait for the end of the rest? */
-ALWAYS_INLINE bool must_rest(const struct cds_bus *bus)
-{
-    return bus->rests && reply_is_due(bus->request) && !bus->request->skips_rest;
-}
-
-/* The first request waits for a quiet line, for as long as the longest transaction may take: all
- * but two byte times of it, and then the last look. */
-NOCLONE void cds_bus_wait_for_turn_(struct cds_bus *bus)
-{
-    bus->flight = CDS_BUS_WAITS; // and nobody begins before it, not even on a free line
-    bus->last_look = false;
-    allow(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u, CDS_RETURN_DELAY_MAX_US);
-}
-
-/* The time to wait is over, and this poll did not find the line quiet. What it found may be old, if
- * the poll before was long ago: so the line has two byte times more. False: it had them already. */
-ALWAYS_INLINE bool look_once_more(struct cds_bus *bus)
-{
-    if (bus->last_look)
-        return false;
-    bus->last_look = true;
-    allow(bus, cds_port_ticks(), 2, (uint16_t)-CDS_REPLY_MARGIN_US); // no margin
-    return true;
-}
-
-/* The first request, which was found good, is sent or waits for that. False: it has waited for too
- * long. In a rest the time to wait for a quiet line begins anew with each poll. */
-NOCLONE bool cds_bus_begin_turn_(struct cds_bus *bus)
-{
-    if (is_quiet(bus)) {
-        if (must_rest(bus))
-            cds_bus_wait_for_turn_(bus);
-        else
-            send_rest(bus, bus->request, cds_link_begin(bus->port, CDS_HEADER));
-        return true;
-    }
-    if (bus->flight == CDS_BUS_IDLE)
-        cds_bus_wait_for_turn_(bus);
-    else if (cds_port_timer_expired(bus->port) && is_over(bus))
-        return look_once_more(bus);
-    return true;
-}
-
-/* It is not its turn yet, as far as is known: it waits behind others, for a quiet line or for the
- * end of a rest, if not only for what the observer says. */
-static COLD uint8_t enqueue(struct cds_bus *bus, struct cds_request *request)
-{
-    uint8_t result = CDS_BAD_ARGUMENT;
-
-    if (bus->flight != CDS_BUS_CLOSED) {
-        result = CDS_BUSY;
-        if (!bus->request || cds_bus_queues_(bus))
-            result = cds_bus_judge_(bus, request);
-    }
-    request->result = result; // of old, there is no value where the packet was built anew
-    if (result != CDS_OK)
+    if (bus->state == CDS_BUS_CLOSED)
+        return CDS_BAD_ARGUMENT;
+    if ((bus->gate & GATE_LOCKED && !request->passes_lock) ||
+        (bus->request && (!hooks || !hooks->submit)))
+        return CDS_BUSY;
+    result = ask_permit(bus, request);
+    if (result != CDS_OK && result != CDS_PENDING)
         return result;
     request->result = CDS_PENDING;
-    if (cds_bus_insert_(bus, request, request->urgent))
-        cds_bus_begin_turn_(bus);
+    if (bus->request)
+        return (uint8_t)hooks->submit(hooks->context, request);
+    cds_bus_start(bus, request);
     return CDS_OK;
 }
 
-/* Is there room for a reply of so many parameters, or of any length? */
-static bool has_room(const struct cds_request *request, uint8_t parameters)
-{
-    return (request->any_length ? CDS_REPLY_ANY : parameters) <= request->packet.room;
-}
-
-ALWAYS_INLINE uint8_t begin_if_free(struct cds_bus *bus)
-{
-    return bus->flight == CDS_BUS_IDLE ? begin_if_quiet(bus) : 0;
-}
-
-NOCLONE uint8_t cds_bus_begin_(struct cds_bus *bus)
-{
-    return cds_bus_is_watched_(bus) ? 0 : begin_if_free(bus);
-}
-
-NOCLONE uint8_t cds_bus_begin_judged_(struct cds_bus *bus)
-{
-    return begin_if_free(bus);
-}
-
-NOCLONE uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
-{
-    if (!begun)
-        return enqueue(bus, request);
-    bus->request = request;
-    request->result = CDS_PENDING;
-    request->next = NULL;
-    return send_rest(bus, request, begun);
-}
-
-enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
+/* CDS_OK, or what is wrong with the request. */
+ALWAYS_INLINE uint8_t check(const struct cds_request *request)
 {
     uint8_t due = request->reply_parameters;
 
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
     if ((uint16_t)(request->packet.size - CDS_PACKET_SIZE(0)) > CDS_LENGTH_MAX - CDS_LENGTH_MIN)
         return CDS_BAD_ARGUMENT;
     if (due != CDS_REPLY_NONE) {
         if (due > CDS_REPLY_MAX)
             return CDS_BAD_ARGUMENT;
-        if (!has_room(request, due))
+        if ((request->any_length ? CDS_REPLY_ANY : due) > request->reply_capacity)
             return CDS_NO_ROOM;
-    }
-    return (enum cds_result)cds_bus_follow_(bus, request, cds_bus_begin_(bus));
-}
-
-enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
-{
-    struct cds_request **place = &bus->request;
-
-    while (*place && *place != request)
-        place = &(*place)->next;
-    if (!*place)
-        return CDS_BAD_ARGUMENT;
-    if (cds_bus_is_in_flight_(bus) && *place == bus->request)
-        return CDS_BUSY;
-    *place = request->next;
-    request->result = CDS_CANCELLED;
-    if (place == &bus->request) {
-        bus->flight = CDS_BUS_IDLE;
-        cds_bus_begin_next_(bus, CDS_OK); // it has waited for nothing yet
     }
     return CDS_OK;
 }
 
-/* A request is over, and who has submitted it may be told: once the next one has begun, so that
- * what on_end submits takes its turn like any other. */
-NOINLINE static bool tell_end(struct cds_bus *bus, struct cds_request *ended)
+enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
-    if (ended->on_end)
-        ended->on_end(ended);
-    return bus->request;
+    uint8_t result;
+
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
+    result = check(request);
+    if (result == CDS_OK) {
+        result = CDS_LINE_BUSY;
+        request->retries = 0;
+        if (bus->state == CDS_BUS_IDLE && bus->gate == 0)
+            result = begin_packet(bus, request);
+        if (result == CDS_LINE_BUSY || result == CDS_PENDING)
+            result = submit_later(bus, request);
+        else if (result == CDS_OK)
+            request->result = CDS_PENDING;
+    }
+    if (result != CDS_OK && result != CDS_BUSY)
+        request->result = result;
+    return (enum cds_result)result;
 }
 
-/* The first request is over. Returns whether there is more to do, as all below. */
+struct cds_request *cds_bus_take_back(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+
+    if (bus->state != CDS_BUS_WAITING_FOR_LINE)
+        return NULL;
+    bus->request = NULL;
+    bus->state = CDS_BUS_IDLE;
+    return request;
+}
+
+static void free_bus(struct cds_bus *bus)
+{
+    if (bus->hooks && bus->hooks->on_free)
+        bus->hooks->on_free(bus->hooks->context);
+}
+
+enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
+{
+    const struct cds_bus_hooks *hooks = bus->hooks;
+
+    if (bus->request != request)
+        return hooks && hooks->cancel && hooks->cancel(hooks->context, request) ? CDS_OK
+                                                                                : CDS_BAD_ARGUMENT;
+    if (!cds_bus_take_back(bus))
+        return CDS_BUSY;
+    request->result = CDS_CANCELLED;
+    free_bus(bus);
+    return CDS_OK;
+}
+
+/* The packet is on the wire: what is due for it, and by when. */
+static NOCLONE void expect_reply(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    uint16_t bytes = request->packet.size, more_us = CDS_REPLY_MARGIN_US;
+    uint8_t due = request->reply_parameters;
+
+    if (!bus->hooks || !bus->hooks->permit) {
+        request->return_delay_us = bus->return_delay_us;
+        request->is_muted = false;
+    }
+    bus->asked_id = request->packet.bytes[CDS_AT_ID];
+    request->id = bus->asked_id;
+    request->length = 0;
+    request->error = 0;
+    bus->state = CDS_BUS_SENDING_ONLY;
+    if (reply_is_due(request)) {
+        bus->state = CDS_BUS_AWAITING_REPLY;
+        bytes = (uint16_t)(bytes + CDS_PACKET_SIZE(due));
+        more_us = (uint16_t)(more_us + request->return_delay_us);
+    }
+    bus->is_closing = false;
+    bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN); // no servo sends more than it was asked
+    if (request->any_length)
+        bus->parser.longest = CDS_PARSER_LENGTH_MAX;
+    bus->parser.is_clean = true;
+    cds_parser_reset(&bus->parser, &bus->link.rx);
+    set_deadline(bus, bus->begun_ticks, bytes, more_us);
+}
+
+void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
+{
+    if (bus->state == CDS_BUS_SENDING)
+        expect_reply(bus); // its delay is the one it has begun with
+    bus->return_delay_us = return_delay_us;
+}
+
+/* ---- a transaction ends ---- */
+
+/* The request has ended without having been sent, or for good. True while there is more to do. */
 static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
 
-    bus->flight = CDS_BUS_IDLE;
-    bus->request = cds_bus_next_of_(request);
+    bus->request = NULL;
+    bus->state = CDS_BUS_IDLE;
     request->result = result;
-    cds_bus_begin_next_(bus, result);
-    return tell_end(bus, request);
+    free_bus(bus); // first: what on_end submits takes its turn like any other
+    if (request->on_end)
+        request->on_end(request);
+    return bus->request;
 }
 
-/* The exchange in flight has ended without a good reply: it is sent again, if it may be. */
-ALWAYS_INLINE bool fail(struct cds_bus *bus)
+/* The transaction has ended as `result`. */
+static NOCLONE bool end(struct cds_bus *bus, uint8_t result)
 {
-    uint8_t result = CDS_TIMEOUT;
+    const struct cds_bus_hooks *hooks = bus->hooks;
 
-    if (bus->flight != CDS_BUS_TELLS)
-        begin_rest(bus, (uint16_t)(bus->request->return_delay_us + CDS_REPLY_MARGIN_US));
-    if (!bus->parser.is_clean) {
-        result = CDS_CORRUPT;
-        doubt(bus, CDS_BUS_BUSY); // it may be so still
+    if (bus->state != CDS_BUS_SENDING_ONLY) {
+        bus->last_id = bus->asked_id;
+        bus->last_result = result;
     }
-    cds_bus_note_end_(bus, result);
-    return cds_bus_repeat_(bus) ? true : finish(bus, result);
-}
-
-/* ... well: `next` is the first now. */
-ALWAYS_INLINE void note_good(struct cds_bus *bus, struct cds_request *request,
-                             struct cds_request *next)
-{
-    cds_bus_note_end_(bus, CDS_OK);
-    bus->flight = CDS_BUS_IDLE;
-    bus->request = next;
-    request->result = CDS_OK;
-}
-
-/* Another one waits. Unless somebody must be told first, its header is on the wire before anything
- * else is done; if the line does not let it, this poll has done enough, and the next one looks. */
-NOINLINE static bool end_before(struct cds_bus *bus, struct cds_request *request,
-                                struct cds_request *next)
-{
-    bool watched = cds_bus_is_watched_(bus);
-    uint8_t begun = watched ? 0 : begin_if_quiet(bus);
-
-    note_good(bus, request, next);
-    if (watched)
-        cds_bus_begin_next_(bus, CDS_OK);
-    else if (begun)
-        send_rest(bus, next, begun);
-    else
-        cds_bus_wait_for_turn_(bus);
-    return tell_end(bus, request);
-}
-
-NOINLINE static bool end_well(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request, *next = cds_bus_next_of_(request);
-
-    if (next)
-        return end_before(bus, request, next);
-    note_good(bus, request, NULL);
-    return request->on_end ? tell_end(bus, request) : false;
-}
-
-/* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and
- * nothing behind it, or a line never quiet would let the deadline slip. */
-static COLD bool look_at_deadline(struct cds_bus *bus)
-{
-    if (bus->laps && !is_over(bus))
-        return true;
-    if (bus->link.state != CDS_LINK_LISTENING) {
-        cds_link_abort(&bus->link, bus->port);
-    } else {
-        if (bus->flight == CDS_BUS_TELLS)
-            return true; // it has left just now, and the next poll finds it so
-        if (!bus->closing) {
-            bus->closing = true;
-            bus->close_at = bus->link.rx.head;
-            look(bus); // what is taken is all there by now, or it is none
-        }
-        if (bus->flight == CDS_BUS_ASKS && heard(bus))
-            search(bus);
-        if (bus->flight != CDS_BUS_ASKS || bus->looked_to != bus->close_at)
-            return true;
-    }
-    return fail(bus);
-}
-
-/* Nothing has ended: but is there still time? Asked after the search: what came by then is not
- * late. */
-ALWAYS_INLINE bool go_on(struct cds_bus *bus)
-{
-    return cds_port_timer_expired(bus->port) ? look_at_deadline(bus) : true;
-}
-
-/* The first request waits for its turn. */
-ALWAYS_INLINE bool wait_on(struct cds_bus *bus)
-{
-    uint8_t result = cds_bus_judge_(bus, bus->request);
-
-    if (result == CDS_OK) {
-        if (cds_bus_begin_turn_(bus))
-            return true;
-        cds_bus_count_(&bus->counters.unsent);
-        result = CDS_LINE_BUSY;
-    }
-    return finish(bus, result);
-}
-
-/* Nothing is in flight. */
-static COLD bool poll_idle(struct cds_bus *bus)
-{
-    if (bus->request)
-        return wait_on(bus);
-    if (bus->flight != CDS_BUS_CLOSED)
-        is_quiet(bus);
-    return false;
-}
-
-/* All of a reply has come, and its checksum makes the sum wrong. True. */
-static COLD bool refute(struct cds_bus *bus)
-{
-    cds_bus_count_(&bus->counters.refuted);
-    cds_parser_refute(&bus->parser, &bus->link.rx);
-    return look(bus);
-}
-
-/* No reply is taken yet. Of one that may be due the first four bytes say nothing. */
-NOINLINE static bool poll_other(struct cds_bus *bus)
-{
-    uint8_t flight = bus->flight;
-
-    if (flight < CDS_BUS_BEGUN)
-        return poll_idle(bus);
-    if (flight == CDS_BUS_BEGUN) {
-        cds_bus_expect_(bus);
-        flight = bus->flight;
-    }
-    if (flight == CDS_BUS_TELLS && bus->link.state == CDS_LINK_LISTENING)
-        return end_well(bus);
-    if (cds_port_timer_expired(bus->port))
-        return look_at_deadline(bus);
-    if ((bus->link.broken || cds_ring_count(&bus->link.rx) > CDS_AT_ERROR) &&
-        bus->link.state == CDS_LINK_LISTENING)
-        search(bus);
+    if (!hooks || !hooks->on_end(hooks->context, bus->request, (enum cds_result)result))
+        return finish(bus, result);
+    bus->stats.retried++;
+    bus->request = NULL;
+    bus->state = CDS_BUS_IDLE;
+    free_bus(bus);
     return true;
 }
 
-/* Takes the reply that is due as far as it is there. */
-ALWAYS_INLINE bool take(struct cds_bus *bus)
+static NOCLONE bool end_well(struct cds_bus *bus)
 {
-    uint8_t at, last = bus->last;
+    bus->stats.ok++;
+    return end(bus, CDS_OK);
+}
 
-    do {
-        uint8_t sum = bus->sum, *to = bus->to, count;
+/* The deadline is over. */
+static COLD bool fail(struct cds_bus *bus)
+{
+    uint16_t waited_us = (uint16_t)(bus->request->return_delay_us + CDS_REPLY_MARGIN_US);
+    uint16_t stale_us = 0;
+    uint8_t result = CDS_TIMEOUT;
 
-        at = bus->at;
-        count = (uint8_t)(bus->link.rx.head - at); // before `broken`, as in search()
-        if (count == 0)
-            break;
-        if (bus->link.broken && (uint8_t)(bus->link.broken_at - at) <= (uint8_t)(last - at))
-            return look(bus); // but what stands before damaged bytes may be all of it
-        if (count > CDS_BUS_BYTES_PER_POLL)
-            count = CDS_BUS_BYTES_PER_POLL;
-        do {
-            uint8_t byte = bus->link.rx.bytes[at & RING_MASK];
+    bus->parser.to = NULL; // a late reply must not be stored
+    if (bus->state != CDS_BUS_SENDING_ONLY && waited_us < CDS_STALE_REPLY_US)
+        stale_us = (uint16_t)(CDS_STALE_REPLY_US - waited_us);
+    rest(bus, stale_us);
+    if (bus->parser.is_clean) {
+        bus->stats.timeouts++;
+    } else {
+        result = CDS_CORRUPT;
+        bus->stats.corrupt++;
+    }
+    return end(bus, result);
+}
 
-            sum = (uint8_t)(sum + byte);
-            if (at == last) {
-                if (sum != UINT8_MAX) // the checksum is ~ of the rest
-                    return refute(bus);
-                at++;
-                bus->link.rx.tail = at;
-                bus->looked_to = at;
-                return end_well(bus);
-            }
-            at++;
-            *to++ = byte;
-        } while (--count);
-        bus->sum = sum;
-        bus->at = at;
-        bus->to = to;
-    } while (at == last); // the last byte may have come meanwhile
-    return go_on(bus);
+/* The deadline is over, and what came by then is not examined yet. */
+static COLD bool close_reception(struct cds_bus *bus)
+{
+    if (bus->link.state != CDS_LINK_LISTENING) {
+        cds_link_abort(&bus->link, bus->port);
+        return fail(bus);
+    }
+    if (bus->state == CDS_BUS_SENDING_ONLY)
+        return true; // it has left just now, and the next poll finds it so
+    bus->is_closing = true;
+    bus->closing_end = cds_ring_end(&bus->link.rx);
+    return true;
+}
+
+/* ---- polls ---- */
+
+/* True if the packet whose head was found is the reply due. A servo that refuses sends its error
+ * bits and no parameters. */
+ALWAYS_INLINE bool is_due(const struct cds_bus *bus)
+{
+    const struct cds_parser *parser = &bus->parser;
+    const struct cds_request *request = bus->request;
+    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
+
+    if (bus->asked_id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != bus->asked_id)
+        return false;
+    if (parser->error & CDS_ERROR_NONE_SUCH)
+        return false;
+    if (parameters == request->reply_parameters || request->any_length)
+        return true;
+    return parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET;
+}
+
+static void begin_reply(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+
+    if (!is_due(bus))
+        return;
+    cds_parser_keep(&bus->parser, request->reply);
+    request->id = bus->parser.id;
+    request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+    request->error = bus->parser.error;
+    bus->state = CDS_BUS_RECEIVING;
+}
+
+/* Examines what has come. The deadline is judged after that: what came by then is not late. */
+static bool receive(struct cds_bus *bus)
+{
+    switch (examine(bus)) {
+    case CDS_PARSED_HEAD: begin_reply(bus); break;
+    case CDS_PARSED_PACKET:
+        if (bus->state == CDS_BUS_RECEIVING)
+            return end_well(bus);
+        note_unexpected(bus);
+        break;
+    case CDS_PARSED_MALFORMED:
+        bus->state = CDS_BUS_AWAITING_REPLY;
+        bus->request->length = bus->request->error = 0;
+        break;
+    case CDS_PARSED_MORE:
+        if (bus->is_closing)
+            return fail(bus);
+        break;
+    default: break;
+    }
+    if (!bus->is_closing && deadline_is_over(bus))
+        return close_reception(bus);
+    return true;
+}
+
+/* The packet of the waiting request leaves, if line and permit agree, or it has waited too long. */
+static COLD bool wait_on(struct cds_bus *bus)
+{
+    struct cds_request *request = bus->request;
+    uint8_t result = CDS_PENDING;
+
+    if (bus->wait == WAIT_BEGINS) {
+        bus->wait = WAIT_TIMED;
+        set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
+                     CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + CDS_STALE_REPLY_US);
+    }
+    watch_line(bus);
+    if (!(bus->gate & GATE_LINE) &&
+        (!(bus->gate & GATE_STALE) || request->ignores_stale || !reply_is_due(request)))
+        result = begin_packet(bus, request);
+    if (result != CDS_PENDING && result != CDS_LINE_BUSY)
+        return result == CDS_OK ? true : finish(bus, result);
+    if (!deadline_is_over(bus))
+        return true;
+    if (bus->wait == WAIT_TIMED) { // what this poll saw may be old
+        bus->wait = WAIT_LAST_LOOK;
+        set_deadline(bus, cds_port_ticks(), 2, 0);
+        return true;
+    }
+    bus->stats.line_busy++;
+    return finish(bus, CDS_LINE_BUSY);
+}
+
+static bool poll_sending_only(struct cds_bus *bus)
+{
+    const struct cds_bus_hooks *hooks = bus->hooks;
+
+    if (hooks && hooks->on_sending && hooks->on_sending(hooks->context, bus->request))
+        return true;
+    if (bus->link.state == CDS_LINK_LISTENING)
+        return end_well(bus);
+    return deadline_is_over(bus) ? close_reception(bus) : true;
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    if (bus->flight != CDS_BUS_TAKES) {
-        bool busy = poll_other(bus);
+    uint8_t state = bus->state;
 
-        if (bus->flight != CDS_BUS_TAKES)
-            return busy;
+    if (state >= CDS_BUS_AWAITING_REPLY) {
+        if (!has_unread_bytes(bus) && !bus->is_closing && !cds_port_timer_expired(bus->port))
+            return true;
+        return receive(bus);
     }
-    return take(bus);
+    switch (state) {
+    case CDS_BUS_SENDING_ONLY: return poll_sending_only(bus);
+    case CDS_BUS_SENDING: expect_reply(bus); return true;
+    case CDS_BUS_WAITING_FOR_LINE: return wait_on(bus);
+    case CDS_BUS_IDLE: watch_line(bus); return bus->request;
+    default: return false;
+    }
 }
+
+/* ---- the reply ---- */
 
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
 {
@@ -757,7 +651,7 @@ enum cds_result cds_request_byte(const struct cds_request *request, uint8_t inde
         return (enum cds_result)request->result;
     if (index >= request->length)
         return CDS_REFUSED;
-    *out = request->packet.bytes[index];
+    *out = request->reply[index];
     return CDS_OK;
 }
 
@@ -769,7 +663,7 @@ enum cds_result cds_request_word(const struct cds_request *request, uint8_t inde
         return (enum cds_result)request->result;
     if (index + 1u >= request->length)
         return CDS_REFUSED;
-    at = request->packet.bytes + index;
+    at = request->reply + index;
     *out = (uint16_t)(at[0] | (uint16_t)at[1] << 8);
     return CDS_OK;
 }

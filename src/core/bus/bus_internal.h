@@ -5,14 +5,17 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/result.h" // enum cds_result
+#include "cds55xx/bus.h" // struct cds_bus
 
 /* True if a request with this result ended before its packet left. CDS_CANCELLED is not among them:
  * only the caller of cds_bus_cancel() knows. */
-static inline bool cds_operation_not_sent(uint8_t result)
+static inline bool cds_was_not_sent(uint8_t result)
 {
     return result == CDS_LINE_BUSY || result == CDS_NO_REPLY_DUE || result == CDS_LIMIT ||
            result == CDS_INHIBITED || result == CDS_TOO_EARLY;
 }
+
+/* Adds what the handlers have counted to the stats: before `broken` of the link is cleared. */
+void cds_stats_add_link(struct cds_bus *bus);
 
 #endif

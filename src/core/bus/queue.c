@@ -1,46 +1,123 @@
-/* Requests that wait behind the one in flight: for programs that have a queue. In all others bus.c
- * has nothing in the place of these. */
-#include "cds55xx/bus.h"
+/* Priority and retries; see queue.h. */
+#include "cds55xx/queue.h"
 
-void cds_bus_set_queue(struct cds_bus *bus, bool on)
+#include "cds55xx/control_table.h" // CDS_REG_*
+
+/* Puts the request before all of a lower priority than `priority`. */
+static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t priority)
 {
-    bus->has_queue = on;
-}
+    struct cds_request **place = &queue->first;
 
-bool cds_bus_queues_(const struct cds_bus *bus)
-{
-    return bus->has_queue;
-}
-
-struct cds_request *cds_bus_next_of_(const struct cds_request *request)
-{
-    return request->next;
-}
-
-/* Puts the request before those that are less urgent than `urgent`, but never before one in flight,
- * which is the first. */
-bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
-{
-    struct cds_request **place = cds_bus_is_in_flight_(bus) ? &bus->request->next : &bus->request;
-
-    while (*place && (*place)->urgent >= urgent)
+    while (*place && (*place)->priority >= priority)
         place = &(*place)->next;
     request->next = *place;
     *place = request;
-    if (place != &bus->request)
+}
+
+static void start_first(struct cds_queue *queue)
+{
+    struct cds_request *request = queue->first;
+
+    queue->first = request->next;
+    cds_bus_start(queue->bus, request);
+}
+
+/* A request of a higher priority also goes before the one that waits for the line. */
+static enum cds_result submit(void *context, struct cds_request *request)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+    struct cds_request *waiting = queue->bus->request;
+
+    if (waiting && request->priority > waiting->priority && cds_bus_take_back(queue->bus)) {
+        insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
+        cds_bus_start(queue->bus, request);
+    } else {
+        insert(queue, request, request->priority);
+    }
+    return CDS_OK;
+}
+
+static bool cancel(void *context, struct cds_request *request)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+    struct cds_request **place = &queue->first;
+
+    while (*place && *place != request && request)
+        place = &(*place)->next;
+    if (!*place)
         return false;
-    bus->flight = CDS_BUS_IDLE; // what time is left is of the one that has waited so far
+    do {
+        (*place)->result = CDS_CANCELLED;
+        *place = (*place)->next;
+    } while (*place && !request);
     return true;
 }
 
-/* Behind a bad end a poll has done enough, and the next one looks whether the line is quiet. If the
- * observer has changed its mind, the next poll sees, too. */
-void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
+static bool is_among(uint8_t address, uint8_t first, uint8_t last)
 {
-    if (!bus->request)
-        return;
-    if (result == CDS_OK && cds_bus_judge_(bus, bus->request) == CDS_OK)
-        cds_bus_begin_turn_(bus);
-    else
-        cds_bus_wait_for_turn_(bus);
+    return first <= address && address <= last;
+}
+
+/* True if the packet may be sent again when nobody knows whether it was carried out. False if that
+ * does something twice, if the servo may answer under another ID or at another rate by then, or if
+ * it refuses the second one: a lock is set once (R6). */
+static bool is_idempotent(const uint8_t *bytes)
+{
+    uint8_t first = bytes[CDS_AT_PARAMETERS];
+    uint8_t last = (uint8_t)(first + bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 2);
+
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_PING:
+    case CDS_READ: return true;
+    case CDS_WRITE:
+        return !is_among(CDS_REG_ID, first, last) && !is_among(CDS_REG_BAUD_RATE, first, last) &&
+               !is_among(CDS_REG_LOCK, first, last);
+    default: return false;
+    }
+}
+
+/* A failed request waits again, before all of its own priority. */
+static bool on_end(void *context, struct cds_request *request, enum cds_result result)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+
+    if (result == CDS_OK || request->retries >= queue->retries || request->no_retry ||
+        !is_idempotent(request->packet.bytes))
+        return false;
+    request->retries++;
+    insert(queue, request, (uint8_t)(request->priority + 1u));
+    return true;
+}
+
+static void on_free(void *context)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+
+    if (queue->first)
+        start_first(queue);
+}
+
+void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
+{
+    *queue = (struct cds_queue){
+        .hooks = {.context = queue,
+                  .submit = submit,
+                  .cancel = cancel,
+                  .on_end = on_end,
+                  .on_free = on_free},
+        .bus = bus,
+    };
+}
+
+enum cds_result cds_queue_attach(struct cds_queue *queue, struct cds_bus *bus)
+{
+    if (bus->hooks && bus->hooks != &queue->hooks)
+        return CDS_BUSY;
+    cds_queue_begin(queue, bus);
+    return cds_bus_attach(bus, &queue->hooks);
+}
+
+void cds_queue_set_retries(struct cds_queue *queue, uint8_t retries)
+{
+    queue->retries = retries;
 }

@@ -1,86 +1,118 @@
-/* Finding packets in a ring; see parser.h. */
+/* Finds and checks status packets in a ring; see parser.h. */
 #include "cds55xx/parser.h"
+
+#include <stddef.h>
 
 #include "compiler.h" // NOINLINE
 
-#define SUM_OF_ALL                                                                                 \
-    UINT8_MAX // of a packet from the ID on, with its checksum, which is ~ of the rest
+#define SUM_OF_PACKET UINT8_MAX // from the ID on, with the checksum, which is ~ of the rest
 
-static inline __attribute__((always_inline)) uint8_t peek(const struct cds_ring *ring, uint8_t at)
+/* The candidate at the ring's tail is no packet. */
+static enum cds_parsed reject(struct cds_parser *parser, struct cds_ring *ring)
 {
-    return ring->bytes[at & (CDS_RING_SIZE - 1)];
-}
+    uint8_t next = cds_ring_after(cds_ring_begin(ring), 1);
 
-/* Instead of that of account.c, where nothing is counted. */
-__attribute__((weak)) void cds_parser_note_stray_(struct cds_parser *parser)
-{
-    (void)parser;
-}
-
-NOINLINE void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring)
-{
-    ring->tail++;
+    cds_ring_release(ring, next);
+    parser->position = next;
+    parser->is_in_packet = false;
     parser->is_clean = false;
+    return CDS_PARSED_MALFORMED;
 }
 
-NOINLINE uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+/* All five bytes of a head stand in the ring from position `at` on. */
+static inline enum cds_parsed take_head(struct cds_parser *parser, struct cds_ring *ring,
+                                        uint8_t at)
 {
-    uint8_t tail = ring->tail, steps = CDS_PARSER_SKIPPED_MAX + 1, id, length;
+    uint8_t id = cds_ring_at(ring, cds_ring_after(at, CDS_AT_ID));
+    uint8_t length = cds_ring_at(ring, cds_ring_after(at, CDS_AT_LENGTH));
+    uint8_t error = cds_ring_at(ring, cds_ring_after(at, CDS_AT_ERROR));
+
+    parser->id = id;
+    parser->length = length;
+    parser->error = error;
+    parser->sum = (uint8_t)(id + length + error);
+    parser->end = cds_ring_after(at, (uint8_t)(length + CDS_AT_LENGTH));
+    parser->position = cds_ring_after(at, CDS_AT_PARAMETERS);
+    parser->to = NULL;
+    parser->is_in_packet = true;
+    return CDS_PARSED_HEAD;
+}
+
+NOINLINE enum cds_parsed cds_parser_find(struct cds_parser *parser, struct cds_ring *ring,
+                                         uint8_t end)
+{
+    uint8_t at = cds_ring_begin(ring), skipped = 0;
 
     for (;;) {
-        int8_t more = (int8_t)(end - tail - 1); // bytes, behind the first
+        uint8_t count = cds_ring_distance(at, end), length;
 
-        if (more < 0)
+        parser->position = end; // unless something is found before it
+        if (count == 0)
             return CDS_PARSED_MORE;
-        if (--steps == 0)
-            return CDS_PARSED_SKIPPED;
-        if (peek(ring, tail) != CDS_HEADER)
-            goto stray;
-        if (more == 0)
+        if (cds_ring_at(ring, at) != CDS_HEADER) {
+            parser->noise_bytes++;
+        } else if (count == 1) {
             return CDS_PARSED_MORE;
-        if (peek(ring, (uint8_t)(tail + 1)) != CDS_HEADER) {
-            tail++;
-            goto stray;
+        } else if (cds_ring_at(ring, cds_ring_after(at, 1)) != CDS_HEADER) {
+            at = cds_ring_after(at, 1);
+            parser->noise_bytes++;
+        } else if (count == CDS_AT_ID) {
+            return CDS_PARSED_MORE;
+        } else if (cds_ring_at(ring, cds_ring_after(at, CDS_AT_ID)) != CDS_HEADER) {
+            if (count == CDS_AT_LENGTH)
+                return CDS_PARSED_MORE;
+            length = cds_ring_at(ring, cds_ring_after(at, CDS_AT_LENGTH));
+            if (length < CDS_LENGTH_MIN || length > parser->longest)
+                return reject(parser, ring);
+            return count > CDS_AT_ERROR ? take_head(parser, ring, at) : CDS_PARSED_MORE;
+        } // else R27: an FF before the header
+        at = cds_ring_after(at, 1);
+        cds_ring_release(ring, at);
+        if (++skipped == CDS_PARSER_SKIPPED_MAX) {
+            parser->position = at;
+            return CDS_PARSED_SOME;
         }
-        if (more == CDS_AT_ID - 1)
-            return CDS_PARSED_MORE;
-        id = peek(ring, (uint8_t)(tail + CDS_AT_ID));
-        if (id == CDS_HEADER) // R27: still header; the last two count
-            goto drop;
-        if (more == CDS_AT_LENGTH - 1)
-            return CDS_PARSED_MORE;
-        parser->id = id;
-        length = peek(ring, (uint8_t)(tail + CDS_AT_LENGTH));
-        parser->length = length;
-        if (length < CDS_LENGTH_MIN || length > parser->longest) {
-            cds_parser_refute(parser, ring);
-            return CDS_PARSED_REFUTED;
-        }
-        if (more == CDS_AT_ERROR - 1)
-            return CDS_PARSED_MORE;
-        if (steps != CDS_PARSER_SKIPPED_MAX)
-            return CDS_PARSED_SKIPPED; // enough for one step
-        parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
-        return CDS_PARSED_HEAD;
-    stray:
-        cds_parser_note_stray_(parser);
-    drop:
-        ring->tail = ++tail;
     }
 }
 
-NOINLINE bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring)
+NOINLINE enum cds_parsed cds_parser_take(struct cds_parser *parser, struct cds_ring *ring,
+                                         uint8_t end)
 {
-    uint8_t at = (uint8_t)(ring->tail + CDS_AT_ID), sum = 0;
-    uint8_t end = (uint8_t)(ring->tail + parser->length + CDS_AT_LENGTH + 1);
+    uint8_t at = parser->position, last = parser->end, sum = parser->sum;
+    uint8_t count = cds_ring_distance(at, end);
+    uint8_t *to = parser->to;
 
+    if (count == 0)
+        return CDS_PARSED_MORE;
+    if (count > CDS_PARSER_TAKEN_MAX)
+        count = CDS_PARSER_TAKEN_MAX;
     do {
-        sum = (uint8_t)(sum + peek(ring, at++));
-    } while (at != end);
-    if (sum != SUM_OF_ALL) {
-        cds_parser_refute(parser, ring);
-        return false;
-    }
-    ring->tail = end;
-    return true;
+        uint8_t byte = cds_ring_at(ring, at);
+
+        sum = (uint8_t)(sum + byte);
+        if (at == last) {
+            if (sum != SUM_OF_PACKET)
+                return reject(parser, ring);
+            at = cds_ring_after(at, 1);
+            parser->position = at;
+            parser->is_in_packet = false;
+            cds_ring_release(ring, at);
+            return CDS_PARSED_PACKET;
+        }
+        at = cds_ring_after(at, 1);
+        if (to)
+            *to++ = byte;
+    } while (--count);
+    parser->sum = sum;
+    parser->position = at;
+    parser->to = to;
+    return CDS_PARSED_SOME;
+}
+
+void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring, uint8_t position)
+{
+    cds_ring_release(ring, position);
+    parser->position = position;
+    parser->is_in_packet = false;
+    parser->is_clean = false;
 }
