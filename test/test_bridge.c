@@ -210,9 +210,9 @@ void test_a_reply_of_any_length_must_fit(void)
 
     request.any_length = true;
     cds_packet_ping(&request.packet, 1);
-    request.packet.room--;
+    request.packet.capacity--;
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
-    request.packet.room++;
+    request.packet.capacity++;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
     TEST_ASSERT_TRUE(sent());
     answer(1, 0, data, CDS_REPLY_ANY);

@@ -318,7 +318,7 @@ void test_more_reply_than_there_can_be_is_refused(void)
 
 void test_reply_that_would_not_fit_the_buffer_is_refused(void)
 {
-    request.packet.room = 8;
+    request.packet.capacity = 8;
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_read(&request.packet, 1, 0, 9));
     request.reply_parameters = 9;
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
@@ -358,7 +358,7 @@ void test_of_any_length_more_may_come_than_is_counted_on(void)
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     TEST_ASSERT_EQUAL_UINT8(sizeof most, request.length);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(most, room, sizeof most);
-    request.packet.room--; // a byte of the longest would stand behind it
+    request.packet.capacity--; // a byte of the longest would stand behind it
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&request.packet, 5));
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
 }
@@ -818,7 +818,7 @@ void test_nothing_is_stored_past_the_buffer(void)
 
     memset(data, 0x5A, sizeof data);
     memset(buffer, 0xA5, sizeof buffer);
-    request.packet.room = 10;
+    request.packet.capacity = 10;
     submit_read(5, 10);
     transmit();
     port_fake_answer(&bus.link, 5, 0, data, 10);
@@ -1138,7 +1138,7 @@ static void assert_not_sent_again(void)
     request.repeats = 1;
     request.reply_parameters = 2;
     request.any_length = true;
-    request.packet.room = CDS_REPLY_ANY;
+    request.packet.capacity = CDS_REPLY_ANY;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
     transmit();
     for (uint8_t i = 0; i < 7; i++) {

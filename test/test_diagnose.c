@@ -165,7 +165,7 @@ void test_nonsense_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &closed, &request, ID));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &bus, &request, 255));
     TEST_ASSERT_EQUAL(CDS_OK, cds_diagnose_begin(&diagnose, &bus, &request, 254));
-    request.packet.room--;
+    request.packet.capacity--;
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_diagnose_begin(&diagnose, &bus, &request, ID));
     request.result = CDS_PENDING;
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_diagnose_begin(&diagnose, &bus, &request, ID));

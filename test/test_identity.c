@@ -357,7 +357,7 @@ void test_nonsense_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
                       cds_identity_change_id_begin(&identity, &closed, &request, 5, 9));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_identity_look_again(&identity));
-    request.packet.room--;
+    request.packet.capacity--;
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_identity_reset_begin(&identity, &bus, &request, 5));
     request.result = CDS_PENDING;
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_identity_reset_begin(&identity, &bus, &request, 5));

@@ -33,7 +33,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    assert_nothing_past(packet.room);
+    assert_nothing_past(packet.capacity);
 }
 
 static const uint8_t blocks[] = {
@@ -126,7 +126,7 @@ void test_buffer_one_byte_short_is_refused_for_every_instruction(void)
             continue;
         lend((uint16_t)(manual_packets[i].size - 1));
         TEST_ASSERT_EQUAL(CDS_NO_ROOM, build(&calls[made++]));
-        assert_nothing_past(packet.room);
+        assert_nothing_past(packet.capacity);
     }
 }
 

@@ -476,14 +476,14 @@ void test_move_with_a_bad_goal_anywhere_sends_nothing(void)
 
 void test_move_in_too_small_a_buffer_is_refused(void)
 {
-    request.packet.room = CDS_REGISTERED_MOVE_SIZE - 1;
+    request.packet.capacity = CDS_REGISTERED_MOVE_SIZE - 1;
     begin(2);
     assert_nothing_sent(CDS_NO_ROOM);
-    request.packet.room = CDS_GROUP_VERIFY_SIZE - 1;
+    request.packet.capacity = CDS_GROUP_VERIFY_SIZE - 1;
     begin(2);
     cds_registered_move_set_verify(&move);
     assert_nothing_sent(CDS_NO_ROOM);
-    request.packet.room = CDS_REGISTERED_MOVE_SIZE;
+    request.packet.capacity = CDS_REGISTERED_MOVE_SIZE;
     begin(2);
     SENDS(arm_0);
 }

@@ -245,7 +245,7 @@ void test_nonsense_is_refused(void)
     cds_scan_set_bauds(&scan, NULL, 5);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, run());
     setUp();
-    request.packet.room--;
+    request.packet.capacity--;
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, run());
     setUp();
     cds_scan_begin(&scan, &closed, &request, found, 4);

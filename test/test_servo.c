@@ -225,18 +225,18 @@ void test_addresses_and_lengths_outside_the_table_are_refused(void)
 
 void test_buffer_too_small_for_the_packet_is_refused(void)
 {
-    request.packet.room = 9;
+    request.packet.capacity = 9;
     assert_refused(CDS_NO_ROOM, cds_servo_write(&bus, &request, 1, 0x18, data, 3));
     assert_refused(CDS_NO_ROOM, cds_servo_reg_write(&bus, &request, 1, 0x18, data, 3));
-    request.packet.room = 5;
+    request.packet.capacity = 5;
     assert_refused(CDS_NO_ROOM, cds_servo_ping(&bus, &request, 1));
 }
 
 void test_buffer_too_small_for_the_reply_is_refused(void)
 {
-    request.packet.room = 49;
+    request.packet.capacity = 49;
     assert_refused(CDS_NO_ROOM, cds_servo_read(&bus, &request, 1, 0, 50));
-    request.packet.room = 50;
+    request.packet.capacity = 50;
     transmit(cds_servo_read(&bus, &request, 1, 0, 50));
     assert_waits_for(1, 50);
 }
@@ -244,7 +244,7 @@ void test_buffer_too_small_for_the_reply_is_refused(void)
 /* It would need more room than is looked at: the calls know how long the reply is. */
 void test_reply_of_any_length_is_none_of_a_typed_call(void)
 {
-    request.packet.room = 8;
+    request.packet.capacity = 8;
     request.any_length = true;
     transmit(cds_servo_read(&bus, &request, 1, 0, 8));
     TEST_ASSERT_FALSE(request.any_length);

@@ -1297,7 +1297,7 @@ void test_parameters_that_are_not_there_are_not_read(void)
     uint8_t exact[CDS_PACKET_SIZE(0)]; // on the stack: AddressSanitizer watches its end
 
     request.packet.bytes = exact;
-    request.packet.room = sizeof exact;
+    request.packet.capacity = sizeof exact;
     for (uint8_t i = 0; i < sizeof instructions; i++) {
         cds_packet_begin(&request.packet, CDS_BROADCAST_ID, instructions[i]);
         TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));

@@ -412,7 +412,7 @@ void setUp(void)
         struct cds_request *request = &jobs[i].request;
 
         request->packet.bytes = jobs[i].buffer;
-        request->packet.room = sizeof jobs[i].buffer;
+        request->packet.capacity = sizeof jobs[i].buffer;
         request->on_end = on_end;
         request->owner = &jobs[i];
     }

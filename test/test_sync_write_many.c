@@ -147,10 +147,10 @@ void test_a_servo_with_a_short_buffer_sets_the_limit(void)
 
 void test_the_buffer_sets_the_limit_too(void)
 {
-    request.packet.room = CDS_SYNC_WRITE_SIZE(3, 4) + 4;
+    request.packet.capacity = CDS_SYNC_WRITE_SIZE(3, 4) + 4;
     begin(7, 4);
     cds_sync_write_many_set_longest(&group, 143);
-    assert_written(7, 4, 3, request.packet.room);
+    assert_written(7, 4, 3, request.packet.capacity);
 }
 
 /* LENGTH does, whatever is asked for and however large the buffer. */
@@ -207,11 +207,11 @@ void test_no_room_for_even_one_servo(void)
     cds_sync_write_many_set_longest(&group, CDS_SYNC_WRITE_SIZE(1, 4) - 1);
     assert_refused(CDS_NO_ROOM);
     for (uint8_t room = 0; room < CDS_SYNC_WRITE_SIZE(1, 4); room++) {
-        request.packet.room = room;
+        request.packet.capacity = room;
         begin(2, 4);
         assert_refused(CDS_NO_ROOM);
     }
-    request.packet.room = CDS_SYNC_WRITE_SIZE(1, 4);
+    request.packet.capacity = CDS_SYNC_WRITE_SIZE(1, 4);
     begin(2, 4);
     assert_written(2, 4, 2, 13);
 }

@@ -120,7 +120,7 @@ struct cds_request {
     uint8_t retries;          // retries used
     bool is_muted;            // the servo's status return level lets it answer nothing
     uint16_t return_delay_us; // the longest time this servo waits before it answers
-    uint16_t check;           // the permit's: what its last answer rests on
+    uint16_t check;           // epoch of the permit in which the packet was found good; 0: never
     struct cds_request *next; // the queue's
 };
 
@@ -193,6 +193,15 @@ struct cds_bus_hooks {
     /* A transaction has ended as `result`; request->result is still CDS_PENDING. True: the request
      * is kept, to be sent again. */
     bool (*on_end)(void *context, struct cds_request *request, enum cds_result result);
+
+    /* For goals of a cycle (cycle.h), which are checked when they are set. May servo `id` be sent
+     * the goal and speed `goal` (4 bytes, as registers 0x1E to 0x21)? `*index`: hint, index of the
+     * servo; set to the index found. */
+    enum cds_result (*permit_goal)(void *context, uint8_t id, uint8_t *index, const uint8_t *goal);
+
+    /* Which servo's answers of the permit may have changed since `*epoch`: CDS_NO_ID, none; its ID;
+     * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. */
+    uint8_t (*changed_since)(void *context, uint16_t *epoch);
 
     /* A good packet that was not due came from servo `id` with `error` bits. */
     void (*on_packet)(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);

@@ -41,15 +41,15 @@ struct cds_group_read {
     uint8_t count;
     uint8_t address;
     uint8_t length;
-    uint8_t next;  // servo being read
-    uint8_t state; // its READ is still to be sent, or on its way
+    uint8_t next; // servo being read
+    bool is_sent; // its READ is on its way
     uint8_t result;
 };
 
 /* Prepares a READ of `length` bytes (1 to 50) from `address` on of each of the `count` (1 or more)
  * servos `ids` (0 to 253); nothing is sent before the first poll. `data` is `count` times `length`
- * bytes: those of servo i begin at data[i * length]. `answers`: `count` of them. The request's
- * buffer must be `length` bytes and at least CDS_PACKET_SIZE(2). */
+ * bytes: those of servo i begin at data[i * length]. `answers`: `count` of them. The
+ * request's packet must have a capacity of CDS_PACKET_SIZE(2), its reply one of `length`. */
 void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
                           struct cds_request *request, const uint8_t *ids, uint8_t count,
                           uint8_t address, uint8_t length, uint8_t *data,

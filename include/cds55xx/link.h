@@ -56,28 +56,10 @@ struct cds_link {
 /* Starts listening. Main context. */
 void cds_link_open(struct cds_link *link, uint8_t port);
 
-/* Begins to send a packet whose first two bytes are `header`, any byte: one of them, or both, are
- * on their way when this returns. How many: 1 or 2. The rest must follow within as many byte times,
- * or the line idles meanwhile. Whatever was heard and not yet taken will be thrown away. Main
- * context; only while LISTENING. */
-static inline uint8_t cds_link_begin(uint8_t port, uint8_t header)
-{
-    return cds_port_talk(port, header); // the receiver is off: nothing stale can follow
-}
-
-/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 3) at `packet`, but for
- * the first `begun` (1 or 2). They must stay as they are until the link listens again. Main
- * context. */
-void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
-                     uint8_t begun);
-
-/* Both at once: sends the `size` bytes (at least 3) at `packet`, which begins with two equal ones.
- * Main context; only while LISTENING. */
-static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
-                                 uint16_t size)
-{
-    cds_link_follow(link, port, packet, size, cds_link_begin(port, packet[0]));
-}
+/* Sends the `size` bytes (at least 3) at `packet`, which begins with two equal bytes. They must
+ * stay as they are until the link listens again. What was received and not yet taken is thrown
+ * away. Main context; only while LISTENING. */
+void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
 
 /* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */
 void cds_link_abort(struct cds_link *link, uint8_t port);
@@ -87,7 +69,7 @@ uint16_t cds_link_count(const volatile uint16_t *counter);
 
 /* Notes where a damaged or lost byte broke the stream. True if it was broken already. From on_rx
  * only. */
-static inline bool cds_link_break_(struct cds_link *link, uint8_t why)
+static inline bool cds_link_note_break(struct cds_link *link, uint8_t why)
 {
     bool again = link->broken;
 
@@ -104,7 +86,7 @@ static inline bool cds_link_break_(struct cds_link *link, uint8_t why)
 static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t line_errors)
 {
     if (line_errors) {
-        cds_link_break_(link, CDS_LINK_DAMAGED);
+        cds_link_note_break(link, CDS_LINK_DAMAGED);
         if (line_errors == CDS_LINE_FRAMING)
             link->framing_errors = (uint8_t)(link->framing_errors + 1);
         else if (line_errors == CDS_LINE_OVERRUN)
@@ -113,7 +95,7 @@ static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t l
             link->both_errors = (uint8_t)(link->both_errors + 1);
         return;
     }
-    if (!cds_ring_put(&link->rx, byte) && cds_link_break_(link, CDS_LINK_FULL))
+    if (!cds_ring_put(&link->rx, byte) && cds_link_note_break(link, CDS_LINK_FULL))
         link->ring_overflows = (uint8_t)(link->ring_overflows + 1);
 }
 

@@ -33,24 +33,8 @@ enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request,
 enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                uint8_t address, uint8_t length);
 
-/* The same in steps, for the library's own calls: may it be sent? If CDS_OK, cds_bus_begin_() says
- * whether its header is on the wire, and the rest must follow at once. Between the two there is
- * time to copy a short answer out of the buffer. */
-uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8_t address,
-                            uint8_t length);
-uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
-                               uint8_t id, uint8_t address, uint8_t length);
-
-/* For the library's own calls. Begins a packet as cds_packet_start_() does, but nothing is touched
- * while the request is on its way. Then ends and sends what was put together: `begun` as
- * cds_bus_begin_() has said of its header, or 0; results as above. */
-void cds_servo_start_(struct cds_request *request, const uint8_t *data, uint8_t count, uint8_t id,
-                      uint8_t instruction);
-uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
-
 /* Writes `length` bytes (1 to 50) of `data` from `address` on, or one byte, or one word. Broadcast
- * too (2.4.1). `data` must not lie in the request's buffer, where the packet is built: what a READ
- * has brought there must be copied first. */
+ * too (2.4.1). `data` must not lie in the packet's buffer, where the packet is built. */
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                 uint8_t address, const uint8_t *data, uint8_t length);
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,

@@ -9,7 +9,7 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
 {
     *bridge = (struct bridge){.host = host};
     bridge->request.packet.bytes = bytes;
-    bridge->request.packet.room = HOST_PACKET_MAX;
+    bridge->request.packet.capacity = HOST_PACKET_MAX;
     bridge->request.any_length = true;
     gather_open(&bridge->gather, bus, device, output);
 }

@@ -200,7 +200,7 @@ void gather_open(struct gather *gather, struct cds_bus *bus, struct device *devi
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
         gather->read[i].packet.bytes = gather->bytes[i];
-        gather->read[i].packet.room = CDS_REPLY_MAX;
+        gather->read[i].packet.capacity = CDS_REPLY_MAX;
         gather->read[i].on_end = on_end;
         gather->read[i].owner = gather;
     }

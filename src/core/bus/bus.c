@@ -367,6 +367,12 @@ ALWAYS_INLINE uint8_t check(const struct cds_request *request)
 
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
+    return cds_bus_submit_checked(bus, request, 0);
+}
+
+enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
+                                       uint16_t check_epoch)
+{
     uint8_t result;
 
     if (request->result == CDS_PENDING)
@@ -375,6 +381,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     if (result == CDS_OK) {
         result = CDS_LINE_BUSY;
         request->retries = 0;
+        request->check = check_epoch;
         if (bus->state == CDS_BUS_IDLE && bus->gate == 0)
             result = begin_packet(bus, request);
         if (result == CDS_LINE_BUSY || result == CDS_PENDING)

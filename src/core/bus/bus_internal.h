@@ -18,4 +18,9 @@ static inline bool cds_was_not_sent(uint8_t result)
 /* Adds what the handlers have counted to the stats: before `broken` of the link is cleared. */
 void cds_stats_add_link(struct cds_bus *bus);
 
+/* As cds_bus_submit(), for the cycle only: its packet was found good, goal by goal, in the permit's
+ * epoch `check`; 0: it was not. The permit skips its check while that epoch lasts. */
+enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
+                                       uint16_t check);
+
 #endif

@@ -27,7 +27,7 @@ enum cds_result cds_health_begin(struct cds_health *watch, struct cds_servos *ro
         .epoch = (uint16_t)(roster->observer.epoch - 1u), // who is back is looked for first
     };
     watch->request.packet.bytes = watch->buffer;
-    watch->request.packet.room = sizeof watch->buffer;
+    watch->request.packet.capacity = sizeof watch->buffer;
     return CDS_OK;
 }
 

@@ -58,7 +58,7 @@ enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose, struct cds_bus
         return CDS_BUSY;
     if (bus->byte_time_us == 0 || id > CDS_BROADCAST_ID)
         return CDS_BAD_ARGUMENT;
-    if (request->packet.room < CDS_DIAGNOSE_SIZE)
+    if (request->packet.capacity < CDS_DIAGNOSE_SIZE)
         return CDS_NO_ROOM;
     *diagnose = (struct cds_diagnose){
         .bus = bus,

@@ -63,7 +63,7 @@ static enum cds_result begin(struct cds_identity *identity, struct cds_bus *bus,
         return CDS_BUSY;
     if (bus->byte_time_us == 0 || to.id > CDS_ID_MAX || to.baud > CDS_BAUD_MAX)
         return CDS_BAD_ARGUMENT;
-    if (request->packet.room < CDS_PACKET_SIZE(2))
+    if (request->packet.capacity < CDS_PACKET_SIZE(2))
         return CDS_NO_ROOM;
     *identity = (struct cds_identity){
         .bus = bus,
@@ -221,7 +221,7 @@ static void changed(struct cds_identity *identity)
     const struct cds_request *request = identity->request;
 
     identity->reason = request->result;
-    identity->written = !cds_operation_not_sent(request->result);
+    identity->written = !cds_was_not_sent(request->result);
     if (request->result == CDS_OK)
         identity->error = request->error;
     if (identity->error & CDS_ERRORS_OF_PACKET)

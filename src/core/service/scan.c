@@ -85,7 +85,7 @@ static enum cds_result check(const struct cds_scan *scan)
     for (uint8_t i = 0; i < scan->baud_count; i++)
         if (baud_of(scan, i) > CDS_BAUD_MAX)
             return CDS_BAD_ARGUMENT;
-    return scan->request->packet.room < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_PENDING;
+    return scan->request->packet.capacity < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_PENDING;
 }
 
 static void start(struct cds_scan *scan)

@@ -6,7 +6,7 @@
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
 #include "servo/goal.h"            // cds_goal_put(), CDS_GOAL_SIZE
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
-#include "bus/bus_internal.h"      // cds_operation_not_sent()
+#include "bus/bus_internal.h"      // cds_was_not_sent()
 
 #define BLOCK_SIZE  (1u + CDS_GOAL_SIZE)     // ID, goal
 #define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
@@ -35,7 +35,7 @@ static NOINLINE bool on_its_way(const struct cds_cycle *cycle)
 /* Goals refused go out again from cds_cycle_poll(): the bus is not called out of itself. */
 static void goals_ended(struct cds_request *request)
 {
-    struct cds_cycle *cycle = (struct cds_cycle *)request->owner;
+    struct cds_cycle *cycle = (struct cds_cycle *)request->context;
 
     cycle->refused = false;
     if (request->result == CDS_INHIBITED || request->result == CDS_LIMIT)
@@ -51,11 +51,11 @@ static void build_goals(struct cds_cycle *cycle, uint16_t size)
     uint8_t *none = cycle->back; // for now
 
     request->packet.bytes = cycle->front;
-    request->packet.room = size;
+    request->packet.capacity = size;
     request->reply_parameters = CDS_REPLY_NONE;
-    request->urgent = true;
+    request->priority = CDS_PRIORITY_HIGH;
     request->on_end = goals_ended;
-    request->owner = cycle;
+    request->context = cycle;
     memset(none, NO_GOAL, CDS_GOAL_SIZE);
     cds_packet_sync_begin(&request->packet, CDS_REG_GOAL_POSITION, CDS_GOAL_SIZE);
     for (uint8_t i = 0; i < cycle->count; i++)
@@ -108,7 +108,7 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, co
     cycle->filled_epoch = cycle->epoch;
     build_goals(cycle, size);
     cycle->read.packet.bytes = cycle->buffer;
-    cycle->read.packet.room = sizeof cycle->buffer;
+    cycle->read.packet.capacity = sizeof cycle->buffer;
     return CDS_OK;
 }
 
@@ -407,7 +407,6 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us)
     }
     if (result != CDS_OK)
         return;
-    cycle->read.repeats = 0; // there is no time for it; the servo's next turn will do
     cycle->read_at_us = now_us;
     cycle->read_us = us;
     cycle->reading = true;
@@ -432,7 +431,7 @@ static NOINLINE void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
         if (known && between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
-        if (!cds_operation_not_sent(cycle->read.result))
+        if (!cds_was_not_sent(cycle->read.result))
             add(&cycle->wire_us, (uint16_t)taken_us);
         count(&cycle->counters.failed);
     }

@@ -53,7 +53,7 @@ static void check(struct cds_registered_move *move)
     uint8_t room = move->verified ? CDS_GROUP_VERIFY_SIZE : CDS_REGISTERED_MOVE_SIZE;
 
     enter(move, ARM);
-    if (move->request->packet.room < room)
+    if (move->request->packet.capacity < room)
         move->result = CDS_NO_ROOM;
     if (move->count == 0)
         move->result = CDS_BAD_ARGUMENT;

@@ -1,9 +1,10 @@
 /* Many servos in one packet; see sync_write.h. */
 #include "cds55xx/sync_write.h"
 
-#include "cds55xx/servo.h" // cds_servo_send_()
-#include "servo/goal.h"    // cds_goal_put()
-#include "compiler.h"      // OPTIMIZER_BARRIER()
+#include "servo/servo_internal.h" // cds_servo_send()
+#include "wire/packet_internal.h" // cds_packet_append()
+#include "servo/goal.h"           // cds_goal_put()
+#include "compiler.h"             // OPTIMIZER_BARRIER()
 
 enum cds_result cds_sync_write_begin(struct cds_request *request, uint8_t address, uint8_t length)
 {
@@ -11,11 +12,11 @@ enum cds_result cds_sync_write_begin(struct cds_request *request, uint8_t addres
     enum cds_result result = CDS_OK;
     uint8_t id = CDS_BROADCAST_ID;
 
-    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length)) {
-        id = cds_packet_refused_id_(&request->packet, id);
+    if (!cds_packet_is_length(length) || !cds_packet_is_within(address, length)) {
+        id = cds_packet_refused_id(&request->packet, id);
         result = CDS_BAD_ARGUMENT;
     }
-    cds_servo_start_(request, where, 2, id, CDS_SYNC_WRITE);
+    cds_servo_start(request, where, 2, id, CDS_SYNC_WRITE);
     if (request->result == CDS_PENDING)
         return CDS_BUSY; // its packet is to be sent as it is
     return result;
@@ -41,7 +42,7 @@ void cds_sync_write_add_goal(struct cds_request *request, uint8_t id, uint16_t p
     high = (uint8_t)(high | speed >> 8);
     block[0] = id;
     cds_goal_put(block + 1, position, speed);
-    bytes = cds_packet_append_(packet, block, sizeof block);
+    bytes = cds_packet_append(packet, block, sizeof block);
     if (!bytes)
         return; // refused: perhaps no byte in the buffer says how long a block is
     if (id > CDS_ID_MAX || high > CDS_VALUE_MAX >> 8 || // all its bits are 1
@@ -49,12 +50,7 @@ void cds_sync_write_add_goal(struct cds_request *request, uint8_t id, uint16_t p
         packet->size = CDS_PACKET_REFUSED;
 }
 
-/* Goals may be many, and late: so the header is first. */
 enum cds_result cds_sync_write_send(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t begun = 0;
-
-    if (cds_packet_grows_(&request->packet)) // else it is on its way, sent once more, or refused
-        begun = cds_bus_begin_(bus);
-    return (enum cds_result)cds_servo_send_(bus, request, begun);
+    return (enum cds_result)cds_servo_send(bus, request);
 }

@@ -3,6 +3,8 @@
 
 #include "cds55xx/sync_write.h" // cds_sync_write_begin() and its like
 
+#include "wire/packet_internal.h" // CDS_PACKET_BUILDING
+
 #define CHECKSUM_SIZE 1 // bytes that cds_sync_write_send() adds
 
 void cds_sync_write_many_begin(struct cds_sync_write_many *write, struct cds_bus *bus,
@@ -38,8 +40,8 @@ static enum cds_result check(struct cds_sync_write_many *write)
             return CDS_BAD_ARGUMENT;
     if (write->longest > CDS_SYNC_WRITE_MANY_LONGEST)
         write->longest = CDS_SYNC_WRITE_MANY_LONGEST;
-    if (write->longest > write->request->packet.room)
-        write->longest = write->request->packet.room;
+    if (write->longest > write->request->packet.capacity)
+        write->longest = write->request->packet.capacity;
     return CDS_PENDING;
 }
 
@@ -50,7 +52,7 @@ static void fill(struct cds_sync_write_many *write)
     uint8_t length = write->length, end = write->next;
     const uint8_t *data = write->data + (uint16_t)end * length;
     // where the last block that fits begins
-    uint16_t last = (uint16_t)(CDS_PACKET_GROWS + write->longest - CHECKSUM_SIZE - 1u - length);
+    uint16_t last = (uint16_t)(CDS_PACKET_BUILDING + write->longest - CHECKSUM_SIZE - 1u - length);
 
     for (; end < write->count && packet->size <= last; end++) {
         cds_packet_sync_add(packet, write->ids[end], data);
