@@ -210,10 +210,14 @@ struct cds_bus_hooks {
     void (*on_free)(void *context);
 };
 
-/* Who holds the bus, and how to make him give it back: cds_bus_lock(). */
+/* Of the operation that holds the bus: cds_bus_lock(). After abort() the operation sends nothing
+ * more. It has restored rate and return delay and ended the lock, or does so from within
+ * cds_bus_poll() when its packet on the wire has been answered. Until then a request for the
+ * servos' own rate can be submitted only if baud_reg is the rate of the bus. */
 struct cds_bus_lock {
-    void (*abort)(void *context); // ends the operation at once; it restores the rate
+    void (*abort)(void *context);
     void *context;
+    uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
