@@ -1,0 +1,269 @@
+/* The registered move, step by step; see registered_move.h. */
+#include "cds55xx/registered_move.h"
+
+#include "bus/steps_internal.h"    // cds_steps_poll()
+#include "cds55xx/control_table.h" // CDS_REG_*
+#include "cds55xx/servo.h"         // cds_servo_reg_write()
+#include "compiler.h"              // NOINLINE
+#include "servo/goal.h"            // cds_goal_put()
+
+/* Steps. Each is done for goal after goal, but ACTION, and CLEAR and READ_BACK go by turns. */
+enum phase {
+    REGISTER,  // REG WRITE
+    INSPECT,   // READ of 0x2C: 1?
+    ACTION,    // to all
+    CONFIRM,   // READ of goal to 0x2C
+    CLEAR,     // 0x2C = 0, unless the servo has nothing registered
+    READ_BACK, // READ of 0x2C: 0?
+};
+
+static bool is_in_range(const struct cds_goal *goal)
+{
+    return goal->id <= CDS_ID_MAX && goal->position <= CDS_VALUE_MAX &&
+           goal->speed <= CDS_VALUE_MAX;
+}
+
+/* Sets what became of each goal to `result`, or to CDS_BAD_ARGUMENT if it is out of range. */
+static enum cds_result reset_goals(struct cds_goal *goals, uint8_t count)
+{
+    enum cds_result result = count ? CDS_OK : CDS_BAD_ARGUMENT;
+
+    for (; count; count--, goals++) {
+        goals->error = 0;
+        goals->registered = CDS_REGISTERED_NO;
+        goals->result = CDS_PENDING;
+        if (!is_in_range(goals))
+            goals->result = result = CDS_BAD_ARGUMENT;
+    }
+    return result;
+}
+
+enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
+                                          const struct cds_registered_move_config *config)
+{
+    uint8_t reply = config->verify ? CDS_REGISTERED_MOVE_VERIFY_REPLY : CDS_REGISTERED_MOVE_REPLY;
+    enum cds_result result =
+        cds_steps_check(config->bus, config->request, CDS_REGISTERED_MOVE_SIZE, reply);
+
+    if (result == CDS_OK)
+        result = reset_goals(config->goals, config->count);
+    if (result != CDS_OK)
+        return result;
+    *move = (struct cds_registered_move){
+        .goals = config->goals,
+        .count = config->count,
+        .verifies = config->verify,
+        .phase = REGISTER,
+    };
+    cds_steps_begin(&move->steps, config->bus, config->request);
+    return CDS_OK;
+}
+
+/* Goal `next`; not to be used when next == count. */
+static NOINLINE struct cds_goal *current(const struct cds_registered_move *move)
+{
+    return &move->goals[move->next];
+}
+
+static void enter(struct cds_registered_move *move, enum phase phase)
+{
+    move->phase = (uint8_t)phase;
+    move->next = 0;
+    move->retries = 0;
+}
+
+/* Goal `next` is done; after the last goal comes `phase`. */
+static NOINLINE void advance(struct cds_registered_move *move, enum phase phase)
+{
+    move->next++;
+    if (move->next == move->count)
+        enter(move, phase);
+}
+
+/* The first reason stays. */
+static void note_reason(struct cds_registered_move *move, uint8_t reason)
+{
+    if (move->reason == CDS_OK)
+        move->reason = reason;
+}
+
+/* Goal `next` is the next one to clear, or one after it; after the last one the move ends. */
+static void skip_cleared(struct cds_registered_move *move)
+{
+    while (move->next < move->count && current(move)->registered == CDS_REGISTERED_NO)
+        move->next++;
+    if (move->next == move->count)
+        cds_steps_end(&move->steps, (enum cds_result)move->reason);
+}
+
+/* ---- a step is sent ---- */
+
+static enum cds_result send_goal(struct cds_registered_move *move, struct cds_goal *goal)
+{
+    uint8_t data[CDS_GOAL_SIZE];
+    enum cds_result result;
+
+    cds_goal_put(data, goal->position, goal->speed);
+    result = cds_servo_reg_write(move->steps.bus, move->steps.request, goal->id,
+                                 CDS_REG_GOAL_POSITION, data, sizeof data);
+    if (result == CDS_OK)
+        goal->registered = CDS_REGISTERED_IN_DOUBT; // a servo that refuses keeps an earlier write
+    return result;
+}
+
+static enum cds_result send(void *operation)
+{
+    struct cds_registered_move *move = (struct cds_registered_move *)operation;
+    struct cds_bus *bus = move->steps.bus;
+    struct cds_request *request = move->steps.request;
+    struct cds_goal *goal = current(move);
+
+    switch (move->phase) {
+    case REGISTER: return send_goal(move, goal);
+    case ACTION: return cds_servo_action(bus, request, CDS_BROADCAST_ID);
+    case CONFIRM:
+        return cds_servo_read(bus, request, goal->id, CDS_REG_GOAL_POSITION,
+                              CDS_REGISTERED_MOVE_VERIFY_REPLY);
+    case CLEAR:
+        return cds_servo_write_byte(bus, request, goal->id, CDS_REG_REGISTERED_INSTRUCTION, 0);
+    default: return cds_servo_read(bus, request, goal->id, CDS_REG_REGISTERED_INSTRUCTION, 1);
+    }
+}
+
+/* ---- a step has ended ---- */
+
+/* A step before ACTION has ended for goal `next`: after the last goal comes `phase`; after a
+ * failure, the end. */
+static void go_on(struct cds_registered_move *move, uint8_t result, enum phase phase)
+{
+    if (result == CDS_OK) {
+        advance(move, phase);
+    } else {
+        current(move)->result = result;
+        note_reason(move, result);
+        enter(move, CLEAR);
+    }
+}
+
+static void on_registered(struct cds_registered_move *move, uint8_t result)
+{
+    struct cds_goal *goal = current(move);
+
+    goal->result = result;
+    if (result == CDS_OK)
+        goal->registered = CDS_REGISTERED_YES;
+    go_on(move, result, move->verifies ? INSPECT : ACTION);
+}
+
+/* Takes 0x2C, byte `index` of the reply, for goal `next`. Returns `result`, or CDS_REFUSED unless
+ * it is `expected`. */
+static uint8_t take_registered(struct cds_registered_move *move, uint8_t result, uint8_t index,
+                               enum cds_registered expected)
+{
+    struct cds_goal *goal = current(move);
+    uint8_t registered = 0;
+
+    if (result == CDS_OK)
+        result = (uint8_t)cds_request_byte(move->steps.request, index, &registered);
+    goal->registered = registered ? CDS_REGISTERED_YES : CDS_REGISTERED_NO;
+    if (result != CDS_OK)
+        goal->registered = CDS_REGISTERED_IN_DOUBT;
+    else if (goal->registered != expected)
+        result = CDS_REFUSED;
+    return result;
+}
+
+static void on_action(struct cds_registered_move *move, uint8_t result)
+{
+    move->acted = !cds_was_not_sent(result) && result != CDS_BAD_ARGUMENT;
+    note_reason(move, result);
+    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
+        goal->result = result;
+        if (result == CDS_OK && !move->verifies)
+            goal->registered = CDS_REGISTERED_NO;
+    }
+    enter(move, result == CDS_OK && move->verifies ? CONFIRM : CLEAR);
+}
+
+/* True if the reply has the goal that was registered. */
+static bool is_at_goal(const struct cds_registered_move *move)
+{
+    const struct cds_goal *goal = current(move);
+    const uint8_t *reply = move->steps.request->reply;
+
+    return reply[0] == (uint8_t)goal->position && reply[1] == goal->position >> 8 &&
+           reply[2] == (uint8_t)goal->speed && reply[3] == goal->speed >> 8;
+}
+
+static void on_confirmed(struct cds_registered_move *move, uint8_t result)
+{
+    result = take_registered(move, result, CDS_REGISTERED_MOVE_VERIFY_REPLY - 1, CDS_REGISTERED_NO);
+    if (result == CDS_OK && !is_at_goal(move))
+        result = CDS_REFUSED;
+    current(move)->result = result;
+    note_reason(move, result);
+    advance(move, CLEAR);
+}
+
+/* Goal `next` was cleared and read: again, or the next one. */
+static void on_read_back(struct cds_registered_move *move, uint8_t result)
+{
+    take_registered(move, result, 0, CDS_REGISTERED_NO);
+    move->phase = CLEAR;
+    if (current(move)->registered != CDS_REGISTERED_NO &&
+        move->retries < CDS_REGISTERED_MOVE_RETRIES) {
+        move->retries++;
+    } else {
+        move->retries = 0;
+        move->next++;
+    }
+}
+
+static void ended(void *operation, enum cds_result result)
+{
+    struct cds_registered_move *move = (struct cds_registered_move *)operation;
+    const struct cds_request *request = move->steps.request;
+
+    if (move->steps.is_sent && request->result == CDS_OK && move->phase < CLEAR &&
+        move->phase != ACTION)
+        current(move)->error = request->error;
+    switch (move->phase) {
+    case REGISTER: on_registered(move, (uint8_t)result); break;
+    case INSPECT:
+        go_on(move, take_registered(move, (uint8_t)result, 0, CDS_REGISTERED_YES), ACTION);
+        break;
+    case ACTION: on_action(move, (uint8_t)result); break;
+    case CONFIRM: on_confirmed(move, (uint8_t)result); break;
+    case CLEAR: move->phase = READ_BACK; break; // whatever the answer was, it may be cleared
+    default: on_read_back(move, (uint8_t)result); break;
+    }
+    if (move->is_called_off && move->phase < CLEAR)
+        enter(move, CLEAR);
+    if (move->phase == CLEAR)
+        skip_cleared(move);
+}
+
+/* ---- */
+
+enum cds_result cds_registered_move_poll(struct cds_registered_move *move)
+{
+    return cds_steps_poll(&move->steps, move, send, ended);
+}
+
+void cds_registered_move_abort(struct cds_registered_move *move)
+{
+    struct cds_steps *steps = &move->steps;
+
+    if (steps->result != CDS_PENDING || move->phase >= CLEAR)
+        return;
+    note_reason(move, CDS_CANCELLED);
+    if (steps->is_sent) {
+        if (cds_bus_cancel(steps->bus, steps->request) != CDS_OK) {
+            move->is_called_off = true; // when the transaction has ended
+            return;
+        }
+        steps->is_sent = false;
+    }
+    enter(move, CLEAR);
+    skip_cleared(move);
+}
