@@ -203,6 +203,11 @@ struct cds_bus_hooks {
      * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. */
     uint8_t (*changed_since)(void *context, uint16_t *epoch);
 
+    /* For registered_move.c: `request` carries the registered move that begins; NULL: the move has
+     * ended. The permit lets REG WRITE and ACTION of this request reach servos with limits, as far
+     * as its rules for a move allow (docs/permit.md). */
+    void (*set_move)(void *context, const struct cds_request *request);
+
     /* A good packet that was not due came from servo `id` with `error` bits. */
     void (*on_packet)(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
 
