@@ -25,7 +25,7 @@ void setUp(void)
     request = (struct cds_request)CDS_REQUEST(buffer);
     other = (struct cds_request)CDS_REQUEST(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
     port_fake_forget();
 }
 
@@ -34,11 +34,11 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
-static struct cds_counters counters(void)
+static struct cds_stats stats(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     return count;
 }
 
@@ -82,12 +82,12 @@ void test_a_line_heard_from_is_busy_until_two_byte_times_are_silent(void)
 {
     noise();
     poll_at(0);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     poll_at(QUIET_US - 1);
     TEST_ASSERT_FALSE(is_sent());
     poll_at(1);
-    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     assert_answered(&request, 5);
 }
 
@@ -97,9 +97,9 @@ void test_part_of_a_packet_does_not_keep_the_line_busy(void)
 
     port_fake_hear(&bus.link, part, sizeof part);
     poll_at(0);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     poll_at(QUIET_US);
-    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
 void test_every_byte_begins_the_silence_anew(void)
@@ -130,9 +130,9 @@ void test_a_line_that_babbles_on_ends_the_request_unsent(void)
     noise();
     poll_at(10);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
-    TEST_ASSERT_EQUAL_UINT16(1, counters().unsent);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
+    TEST_ASSERT_EQUAL_UINT16(1, stats().line_busy);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().sent);
     TEST_ASSERT_FALSE(is_sent());
     poll_at(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -165,9 +165,9 @@ void test_a_damaged_byte_makes_the_line_busy_too(void)
 {
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
     poll_at(0);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     poll_at(QUIET_US);
-    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
 void test_nothing_is_sent_while_the_line_is_low(void)
@@ -188,15 +188,15 @@ void test_a_line_low_for_longer_than_a_byte_is_a_fault(void)
     port_fake.low = true;
     poll_at(0);
     poll_at(QUIET_US - 1);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     poll_at(1);
-    TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     poll_at(WAIT_US - QUIET_US);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     poll_at(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
-    TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
 }
 
 void test_a_released_line_recovers_by_itself(void)
@@ -204,14 +204,14 @@ void test_a_released_line_recovers_by_itself(void)
     port_fake.low = true;
     poll_at(0);
     poll_at(QUIET_US);
-    TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
     poll_at(100000);
-    TEST_ASSERT_EQUAL(CDS_BUS_FAULT, cds_bus_state(&bus)); // as long as it lasts
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus)); // as long as it lasts
     port_fake.low = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_FALSE(is_sent());
     poll_at(QUIET_US);
-    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     assert_answered(&request, 5);
 }
 
@@ -223,7 +223,7 @@ void test_babble_after_a_fault_is_busy(void)
     port_fake.low = false;
     noise();
     poll_at(1);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
 }
 
 void test_silence_is_measured_across_the_clocks_wrap(void)
@@ -232,21 +232,21 @@ void test_silence_is_measured_across_the_clocks_wrap(void)
     noise();
     poll_at(0);
     poll_at(QUIET_US - 1);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     poll_at(1);
-    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
 void test_two_byte_times_are_the_bus_s_own(void)
 {
     cds_bus_open(&bus, PORT, 103);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
     noise();
     poll_at(0);
     poll_at(1039);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     poll_at(1);
-    TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
 void test_damage_must_be_followed_by_silence_before_the_next_packet(void)
@@ -271,7 +271,7 @@ void test_an_urgent_request_overtakes_one_that_waits_for_silence(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    other.urgent = true;
+    other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     poll_at(QUIET_US);
     assert_answered(&other, 6);
@@ -285,7 +285,7 @@ void test_an_urgent_request_that_overtakes_one_has_all_its_time_to_wait(void)
     port_fake.low = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     port_fake.now_us += WAIT_US;
-    other.urgent = true;
+    other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     poll_at(WAIT_US - QUIET_US);
     poll_at(QUIET_US - 1);
@@ -303,7 +303,7 @@ void test_a_late_poll_that_finds_silence_sends(void)
     TEST_ASSERT_TRUE(is_sent());
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     assert_answered(&request, 5);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().unsent);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().line_busy);
 }
 
 void test_one_that_waits_for_silence_can_be_taken_back(void)
@@ -312,10 +312,10 @@ void test_one_that_waits_for_silence_can_be_taken_back(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
-    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.state);
     poll_at(QUIET_US);
     TEST_ASSERT_FALSE(is_sent());
-    TEST_ASSERT_EQUAL_UINT16(0, counters().sent);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().sent);
 }
 
 void test_the_answer_of_a_servo_given_up_is_late(void)
@@ -323,9 +323,9 @@ void test_the_answer_of_a_servo_given_up_is_late(void)
     give_up(5);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     poll_at(0);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().late);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().extra);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().foreign);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
 }
 
 void test_half_an_answer_by_the_deadline_and_the_rest_of_it_are_late(void)
@@ -339,7 +339,7 @@ void test_half_an_answer_by_the_deadline_and_the_rest_of_it_are_late(void)
     port_fake_hear(&bus.link, pong + 4, 2);
     poll_at(1);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().late);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
 }
 
 void test_a_packet_longer_than_the_last_reply_due_is_found_all_the_same(void)
@@ -350,8 +350,8 @@ void test_a_packet_longer_than_the_last_reply_due_is_found_all_the_same(void)
     assert_answered(&request, 5);
     port_fake_answer(&bus.link, 6, 0, data, sizeof data);
     cds_bus_poll(&bus);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().refuted);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
 }
 
 void test_a_second_answer_is_extra(void)
@@ -360,9 +360,9 @@ void test_a_second_answer_is_extra(void)
     assert_answered(&request, 5);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     poll_at(1);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().extra);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().late);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().foreign);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
 }
 
 void test_a_second_answer_before_the_next_packet_is_extra_too(void)
@@ -377,7 +377,7 @@ void test_a_second_answer_before_the_next_packet_is_extra_too(void)
     TEST_ASSERT_FALSE(is_sent());
     cds_bus_poll(&bus); // a poll for each
     TEST_ASSERT_FALSE(is_sent());
-    TEST_ASSERT_EQUAL_UINT16(1, counters().extra);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
     poll_at(QUIET_US);
     assert_answered(&other, 6);
 }
@@ -389,11 +389,11 @@ void test_a_second_answer_without_its_header_is_stray(void)
 
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     assert_answered(&request, 5);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().stray);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().noise_bytes);
     port_fake_hear(&bus.link, rest, sizeof rest);
     poll_at(1);
-    TEST_ASSERT_EQUAL_UINT16(4, counters().stray);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().extra);
+    TEST_ASSERT_EQUAL_UINT16(4, stats().noise_bytes);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies);
 }
 
 void test_who_answers_a_broadcast_ping_second_is_extra(void)
@@ -402,7 +402,7 @@ void test_who_answers_a_broadcast_ping_second_is_extra(void)
     assert_answered(&request, 7);
     port_fake_answer(&bus.link, 9, 0, NULL, 0);
     poll_at(1);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().extra);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
 }
 
 void test_a_packet_of_another_servo_is_foreign(void)
@@ -410,11 +410,11 @@ void test_a_packet_of_another_servo_is_foreign(void)
     give_up(5);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
     poll_at(1);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().foreign);
-    TEST_ASSERT_EQUAL_UINT16(0, counters().late);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().stale_replies);
 }
 
-void test_a_late_answer_amid_another_exchange_is_late(void)
+void test_a_late_answer_amid_another_transaction_is_late(void)
 {
     give_up(5);
     poll_at(LONGEST_REST_US);
@@ -425,7 +425,7 @@ void test_a_late_answer_amid_another_exchange_is_late(void)
     port_fake_look(&bus);
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().late);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
 }
 
 static void read_word(struct cds_request *asked, uint8_t id, uint8_t address)
@@ -461,7 +461,7 @@ static void assert_stale_word_is_not_taken(uint16_t begins_us)
     }
     run_until(port_fake.now_us + 30);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
-    TEST_ASSERT_EQUAL_UINT16(1, counters().late + counters().foreign);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies + stats().unexpected_packets);
 }
 
 void test_stale_reply_of_an_earlier_servo_is_not_taken(void)
@@ -562,7 +562,7 @@ void test_packets_without_reply_are_sent_in_the_rest(void)
 {
     give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    other.urgent = true;
+    other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
     TEST_ASSERT_TRUE(is_sent());
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
@@ -577,10 +577,10 @@ void test_packets_without_reply_are_sent_in_the_rest(void)
 void test_request_that_skips_the_rest_is_sent_at_once(void)
 {
     give_up_early(2);
-    request.skips_rest = true;
+    request.ignores_stale = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
     assert_answered(&request, 6);
-    request.skips_rest = false;
+    request.ignores_stale = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
     TEST_ASSERT_FALSE(is_sent());
 }
@@ -679,7 +679,7 @@ void test_a_corrupt_reply_is_followed_by_silence_of_two_byte_times(void)
 static void open_again(void)
 {
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
 }
 
 /* What was asked before may be answered yet. */
@@ -718,7 +718,7 @@ void test_rest_goes_on_at_another_rate(void)
     assert_answered(&request, 5);
 }
 
-void test_opening_again_amid_an_exchange_waits_for_its_answer(void)
+void test_opening_again_amid_an_transaction_waits_for_its_answer(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
@@ -759,7 +759,7 @@ static void assert_sent_on_a_silent_line(uint32_t us, uint8_t polls)
     }
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     TEST_ASSERT_TRUE(is_sent());
-    TEST_ASSERT_EQUAL_UINT16(0, counters().unsent);
+    TEST_ASSERT_EQUAL_UINT16(0, stats().line_busy);
 }
 
 void test_late_polls_send_after_the_bus_is_opened_again(void)
@@ -817,7 +817,7 @@ void test_late_polls_find_a_silent_line_quiet(void)
         noise();
         poll_at(0);
         poll_at(gap_us(i));
-        TEST_ASSERT_EQUAL(CDS_BUS_OK, cds_bus_state(&bus));
+        TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     }
 }
 

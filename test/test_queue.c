@@ -20,7 +20,7 @@ static uint8_t ended_count;
 static void note_end(struct cds_request *request)
 {
     TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request->result);
-    TEST_ASSERT_EQUAL_PTR(&bus, request->owner);
+    TEST_ASSERT_EQUAL_PTR(&bus, request->context);
     ended[ended_count++] = (uint8_t)(request - requests);
 }
 
@@ -29,21 +29,21 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
     for (uint8_t i = 0; i < REQUESTS; i++)
         requests[i] = (struct cds_request){
-            .packet = {.bytes = buffers[i], .room = sizeof buffers[i]},
+            .packet = {.bytes = buffers[i], .capacity = sizeof buffers[i]},
             .on_end = note_end,
-            .owner = &bus,
+            .context = &bus,
         };
     ended_count = 0;
 }
 
 void tearDown(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
     TEST_ASSERT_EQUAL_UINT16((uint16_t)(count.sent - (bus.request ? 1 : 0)),
                              (uint16_t)(count.ok + count.timeouts + count.corrupt));
@@ -88,7 +88,7 @@ void test_requests_go_out_in_the_order_they_were_submitted(void)
 
     for (uint8_t i = 0; i < REQUESTS; i++)
         ping(i);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.sent);
     for (uint8_t i = 0; i < REQUESTS; i++) {
         TEST_ASSERT_TRUE(cds_bus_poll(&bus));
         answer((uint8_t)(i + 1));
@@ -102,7 +102,7 @@ void test_urgent_ones_go_before_the_others_but_not_before_the_one_in_flight(void
 {
     static const uint8_t order[] = {0, 2, 4, 1, 3};
 
-    requests[2].urgent = requests[4].urgent = true;
+    requests[2].urgent = requests[4].priority = CDS_PRIORITY_HIGH;
     for (uint8_t i = 0; i < REQUESTS; i++)
         ping(i);
     for (uint8_t i = 0; i < REQUESTS; i++)
@@ -126,7 +126,7 @@ static void assert_waits_behind_a_reply_and(uint8_t line_errors, bool low)
     TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[0]);
-    TEST_ASSERT_EQUAL(CDS_BUS_BUSY, cds_bus_state(&bus));
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     port_fake.low = false;
     port_fake_settle(&bus);
     answer(2);
@@ -149,7 +149,7 @@ void test_behind_a_good_end_too_a_servo_given_up_early_is_not_asked_again(void)
     port_fake.now_us += 12 * 10 + 2 + CDS_REPLY_MARGIN_US;
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
-    requests[1].skips_rest = true;
+    requests[1].ignores_stale = true;
     ping(1);
     ping(0);
     answer(2);
@@ -188,7 +188,7 @@ void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
     ping(2);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.sent);
     cds_bus_poll(&bus);
     answer(2);
     answer(3);
@@ -199,14 +199,14 @@ void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
 /* ... nor one that is to be sent once more. A poll says that there is work. */
 void test_what_is_submitted_behind_a_failed_try_waits_behind_the_repeat(void)
 {
-    cds_bus_set_repeats(&bus, 1);
+    cds_queue_set_retries(&queue, 1);
     ping(0);
     cds_bus_poll(&bus);
     port_fake.now_us += 10000; // the transmitter has stopped
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     port_fake.now_us += CDS_STALE_REPLY_US; // the rest is over
     ping(1);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.sent);
     port_fake.low = true;
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     port_fake.low = false;
@@ -266,7 +266,7 @@ void test_on_end_may_submit_again_and_takes_its_turn(void)
     assert_ended_in_order(order, sizeof order);
 }
 
-void test_a_poll_ends_at_most_one_exchange(void)
+void test_a_poll_ends_at_most_one_transaction(void)
 {
     for (uint8_t i = 0; i < 3; i++) {
         requests[i].reply_parameters = CDS_REPLY_NONE;
@@ -312,8 +312,8 @@ void test_what_is_admitted_no_more_when_its_turn_comes_is_not_sent(void)
     TEST_ASSERT_EQUAL_UINT8(0, cds_bus_begin_judged_(&bus)); // it is still first
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, requests[1].result);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
-    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.state);
     cds_bus_set_observer(&bus, NULL);
 }
 
@@ -326,7 +326,7 @@ void test_what_is_still_admitted_begins_in_the_poll_that_ends_the_one_before(voi
     ping(0);
     ping(1);
     answer(1);
-    TEST_ASSERT_EQUAL_UINT16(2, bus.counters.sent);
+    TEST_ASSERT_EQUAL_UINT16(2, bus.stats.sent);
     cds_bus_set_observer(&bus, NULL);
 }
 
@@ -337,13 +337,13 @@ void test_nothing_is_repeated_unless_asked_for(void)
     ping(0);
     stay_silent();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.sent);
-    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.flight);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.sent);
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.state);
 }
 
 void test_a_request_is_repeated_at_most_the_number_set(void)
 {
-    cds_bus_set_repeats(&bus, 2);
+    cds_queue_set_retries(&queue, 2);
     ping(0);
     ping(1);
     stay_silent();
@@ -353,8 +353,8 @@ void test_a_request_is_repeated_at_most_the_number_set(void)
     stay_silent();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
     TEST_ASSERT_EQUAL_UINT8(1, ended_count);
-    TEST_ASSERT_EQUAL_UINT16(2, bus.counters.repeated);
-    TEST_ASSERT_EQUAL_UINT16(3, bus.counters.timeouts);
+    TEST_ASSERT_EQUAL_UINT16(2, bus.stats.retried);
+    TEST_ASSERT_EQUAL_UINT16(3, bus.stats.timeouts);
     answer(2);
 }
 
@@ -363,7 +363,7 @@ void test_a_good_reply_to_a_repeat_ends_it_well(void)
     static const uint8_t data[2] = {0x34, 0x02};
     uint16_t value = 0;
 
-    cds_bus_set_repeats(&bus, 2);
+    cds_queue_set_retries(&queue, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, 2));
     stay_silent();
     port_fake_settle(&bus);
@@ -377,13 +377,13 @@ void test_a_good_reply_to_a_repeat_ends_it_well(void)
 
 void test_what_a_servo_refused_is_not_repeated(void)
 {
-    cds_bus_set_repeats(&bus, 2);
+    cds_queue_set_retries(&queue, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[0], 1, CDS_REG_LED, 1));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake_answer(&bus.link, 1, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
-    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.repeated);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.stats.retried);
 }
 
 /* Repeats that a request has been given by its typed call. */
@@ -402,7 +402,7 @@ void test_only_what_may_be_done_twice_is_repeated(void)
     struct cds_request *request = &requests[0];
     uint8_t data[6] = {0};
 
-    cds_bus_set_repeats(&bus, 2);
+    cds_queue_set_retries(&queue, 2);
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_ping(&bus, request, 1)));
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_read(&bus, request, 1, 0, 5)));
     TEST_ASSERT_EQUAL_UINT8(2, repeats_of(cds_servo_write(&bus, request, 1, 5, data, 6)));
@@ -423,9 +423,9 @@ void test_urgent_ones_do_not_wait_for_repeats(void)
 {
     static const uint8_t order[] = {3, 2, 0, 1};
 
-    cds_bus_set_repeats(&bus, 2);
-    requests[2].urgent = true;
-    requests[3].urgent = CDS_URGENT_FIRST;
+    cds_queue_set_retries(&queue, 2);
+    requests[2].priority = CDS_PRIORITY_HIGH;
+    requests[3].priority = CDS_PRIORITY_TORQUE_OFF;
     ping(0);
     ping(1);
     ping(2);
@@ -442,9 +442,9 @@ void test_a_repeat_that_waits_for_the_line_is_passed_by_urgent_ones_in_their_ord
 {
     static const uint8_t order[] = {3, 2, 0};
 
-    cds_bus_set_repeats(&bus, 2);
-    requests[2].urgent = true;
-    requests[3].urgent = CDS_URGENT_FIRST;
+    cds_queue_set_retries(&queue, 2);
+    requests[2].priority = CDS_PRIORITY_HIGH;
+    requests[3].priority = CDS_PRIORITY_TORQUE_OFF;
     ping(0);
     stay_silent();
     port_fake_settle(&bus);
@@ -510,7 +510,7 @@ void test_opening_again_cancels_all(void)
     ping(0);
     ping(1);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[0].result);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, requests[1].result);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
@@ -519,7 +519,7 @@ void test_opening_again_cancels_all(void)
 
 /* ---- waiting ---- */
 
-/* The clock runs while the caller waits: that is what ends an exchange nobody answers. */
+/* The clock runs while the caller waits: that is what ends an transaction nobody answers. */
 void test_waiting_for_an_absent_servo_ends(void)
 {
     uint16_t value = 0x1234;

@@ -120,7 +120,7 @@ void test_conversations_of_the_manual(void)
             TEST_ASSERT_EQUAL_HEX8(said->bytes[4], request.error);
         }
     }
-    TEST_ASSERT_EQUAL_UINT16(21, bus.counters.ok); // 19 replies, 2 broadcasts
+    TEST_ASSERT_EQUAL_UINT16(21, bus.stats.ok); // 19 replies, 2 broadcasts
 }
 
 void test_temperature_of_example_2(void)
@@ -138,7 +138,7 @@ void test_refusal_of_example_20_keeps_the_two_worlds_apart(void)
 {
     transmit(cds_servo_write_word(&bus, &request, 0, CDS_REG_PUNCH, 0x40));
     port_fake_answer(&bus.link, 0, CDS_ERROR_RANGE, NULL, 0);
-    assert_ended(CDS_OK); // the exchange went well
+    assert_ended(CDS_OK); // the transaction went well
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, request.error);
 }
 
@@ -278,5 +278,5 @@ void test_same_request_serves_again_and_again(void)
         transmit(cds_servo_read(&bus, &request, id, 0x24, 8));
         assert_waits_for(id, 8);
     }
-    TEST_ASSERT_EQUAL_UINT16(20, bus.counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(20, bus.stats.ok);
 }
