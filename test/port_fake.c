@@ -174,25 +174,26 @@ void port_fake_settle(struct cds_bus *bus)
     }
 }
 
-/* What a poll that does something changes of a transaction in flight. */
+/* What a poll that does something changes of a transaction in flight, but for the poll that sees
+ * the deadline pass. */
 static uint32_t progress(const struct cds_bus *bus)
 {
-    return (uint32_t)bus->state << 24 | (uint32_t)bus->is_closing << 17 |
-           (uint32_t)(bus->link.broken != 0) << 16 | (uint32_t)bus->parser.position << 8 |
-           bus->link.rx.tail;
+    return (uint32_t)bus->state << 24 | (uint32_t)(bus->link.broken != 0) << 16 |
+           (uint32_t)bus->parser.position << 8 | bus->link.rx.tail;
 }
 
 void port_fake_look(struct cds_bus *bus)
 {
     uint16_t sent = bus->stats.sent;
-    uint32_t before;
 
-    if (!port_fake_is_in_flight(bus))
-        return;
-    do {
-        before = progress(bus);
+    for (uint8_t idle = 0; idle < 2;) {
+        uint32_t before = progress(bus);
+
+        if (!port_fake_is_in_flight(bus) || bus->stats.sent != sent)
+            return;
         cds_bus_poll(bus);
-    } while (port_fake_is_in_flight(bus) && bus->stats.sent == sent && progress(bus) != before);
+        idle = progress(bus) == before ? (uint8_t)(idle + 1) : 0;
+    }
 }
 
 bool port_fake_drain(struct cds_link *link, uint8_t port)

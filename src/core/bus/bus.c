@@ -119,6 +119,8 @@ static COLD void drop_damage(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
     } while (link->broken); // broken again meanwhile: its first mark is not the first
+    if (cds_ring_distance(cds_ring_begin(&link->rx), bus->closing_end) > CDS_RING_SIZE)
+        bus->closing_end = cds_ring_begin(&link->rx); // the damage reached beyond it
 }
 
 /* Gives the parser the bytes up to damage or deadline, if there is any. */
