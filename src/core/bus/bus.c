@@ -381,7 +381,7 @@ enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *
         else if (result == CDS_OK)
             request->result = CDS_PENDING;
     }
-    if (result != CDS_OK && result != CDS_BUSY)
+    if (result != CDS_OK)
         request->result = result;
     return (enum cds_result)result;
 }
