@@ -553,6 +553,8 @@ static void begin_reply(struct cds_bus *bus)
 /* Examines what has come. The deadline is judged after that: what came by then is not late. */
 static bool receive(struct cds_bus *bus)
 {
+    if (bus->link.state != CDS_LINK_LISTENING)
+        return deadline_is_over(bus) ? close_reception(bus) : true;
     switch (examine(bus)) {
     case CDS_PARSED_HEAD: begin_reply(bus); break;
     case CDS_PARSED_PACKET:
