@@ -300,8 +300,12 @@ static NOCLONE uint8_t begin_packet(struct cds_bus *bus, struct cds_request *req
         if (result != CDS_OK)
             return result;
     }
-    if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
+    if (has_unread_bytes(bus))
         return CDS_LINE_BUSY;
+    if (!cds_port_line_is_high(bus->port)) {
+        rest(bus, 0); // amid a byte, which may be high at the next look
+        return CDS_LINE_BUSY;
+    }
     cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
     bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
     bus->request = request;
