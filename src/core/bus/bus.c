@@ -171,14 +171,15 @@ static COLD void check_rest(struct cds_bus *bus)
         bus->rest_us = 0;
         gate &= (uint8_t)~GATE_STALE;
     }
-    if (gate & GATE_LINE) {
-        if (cds_port_line_is_high(bus->port)) {
-            if (elapsed_us > two_byte_times_us(bus))
-                gate &= (uint8_t)~GATE_LINE;
-        } else if (gate & GATE_FAULT || elapsed_us > two_byte_times_us(bus)) {
-            rest(bus, 0);
-            gate = bus->gate | GATE_FAULT;
-        }
+    if (cds_port_line_is_high(bus->port)) {
+        if (elapsed_us > two_byte_times_us(bus))
+            gate &= (uint8_t)~GATE_LINE;
+    } else if (!(gate & GATE_LINE)) {
+        rest(bus, 0);
+        gate = bus->gate;
+    } else if (gate & GATE_FAULT || elapsed_us > two_byte_times_us(bus)) {
+        rest(bus, 0);
+        gate = bus->gate | GATE_FAULT;
     }
     bus->gate = gate;
 }
