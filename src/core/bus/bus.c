@@ -591,7 +591,7 @@ static COLD bool wait_on(struct cds_bus *bus)
     if (bus->wait == WAIT_BEGINS) {
         bus->wait = WAIT_TIMED;
         set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-                     CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + CDS_STALE_REPLY_US);
+                     (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
     }
     watch_line(bus);
     if (!(bus->gate & GATE_LINE) &&
