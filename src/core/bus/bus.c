@@ -167,17 +167,17 @@ static COLD void check_rest(struct cds_bus *bus)
     uint16_t elapsed_us = rested_us(bus);
     uint8_t gate = bus->gate;
 
-    if (elapsed_us > bus->rest_us) {
+    if (elapsed_us >= bus->rest_us) {
         bus->rest_us = 0;
         gate &= (uint8_t)~GATE_STALE;
     }
     if (cds_port_line_is_high(bus->port)) {
-        if (elapsed_us > two_byte_times_us(bus))
+        if (elapsed_us >= two_byte_times_us(bus))
             gate &= (uint8_t)~GATE_LINE;
     } else if (!(gate & GATE_LINE)) {
         rest(bus, 0);
         gate = bus->gate;
-    } else if (gate & GATE_FAULT || elapsed_us > two_byte_times_us(bus)) {
+    } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
         rest(bus, 0);
         gate = bus->gate | GATE_FAULT;
     }
