@@ -159,6 +159,7 @@ static COLD void examine_unasked(struct cds_bus *bus)
     if (examine(bus) == CDS_PARSED_PACKET)
         note_unexpected(bus);
     rest(bus, 0);
+    bus->gate &= (uint8_t)~GATE_FAULT;
 }
 
 /* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
