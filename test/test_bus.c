@@ -653,7 +653,7 @@ void test_a_broadcast_asks_nobody(void)
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     poll_idle();
     TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets); // 7
-    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);   // 5
+    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);  // 5
 }
 
 void test_half_a_late_reply_is_gone_before_the_next(void)
@@ -753,7 +753,7 @@ void test_long_read_reply_is_no_reply(void)
     port_fake_answer(&bus.link, 5, 0, data, 3);
     assert_pending();
     TEST_ASSERT_EQUAL_UINT16(1, stats().malformed); // as soon as its LENGTH is seen
-    TEST_ASSERT_EQUAL_HEX8(0, reply[0]);              // nothing of it was stored
+    TEST_ASSERT_EQUAL_HEX8(0, reply[0]);            // nothing of it was stored
 }
 
 void test_reply_with_bit_7_of_error_is_foreign(void)
