@@ -11,7 +11,8 @@
 
 static struct cds_bus bus;
 static uint8_t buffer[CDS_PACKET_SIZE(CDS_TABLE_SIZE + 1)]; // WRITE of the whole table: an address
-static struct cds_request request = CDS_REQUEST(buffer);
+static uint8_t reply[CDS_REPLY_MAX];
+static struct cds_request request = CDS_REQUEST(buffer, reply);
 
 static const uint8_t data[CDS_TABLE_SIZE] = {0x11, 0x22, 0x33, 0x44};
 
@@ -20,7 +21,7 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     memset(buffer, 0, sizeof buffer);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST(buffer, reply);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     port_fake_forget();
 }
@@ -234,9 +235,9 @@ void test_buffer_too_small_for_the_packet_is_refused(void)
 
 void test_buffer_too_small_for_the_reply_is_refused(void)
 {
-    request.packet.capacity = 49;
+    request.reply_capacity = 49;
     assert_refused(CDS_NO_ROOM, cds_servo_read(&bus, &request, 1, 0, 50));
-    request.packet.capacity = 50;
+    request.reply_capacity = 50;
     transmit(cds_servo_read(&bus, &request, 1, 0, 50));
     assert_waits_for(1, 50);
 }
@@ -244,7 +245,7 @@ void test_buffer_too_small_for_the_reply_is_refused(void)
 /* It would need more room than is looked at: the calls know how long the reply is. */
 void test_reply_of_any_length_is_none_of_a_typed_call(void)
 {
-    request.packet.capacity = 8;
+    request.reply_capacity = 8;
     request.any_length = true;
     transmit(cds_servo_read(&bus, &request, 1, 0, 8));
     TEST_ASSERT_FALSE(request.any_length);
