@@ -283,8 +283,8 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  *   CDS_NO_ROOM       the reply would not fit reply_capacity
  *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit refuses it (permit.h)
  *
- * With any result but CDS_OK nothing was sent, and request->result is that result, but with
- * CDS_BUSY. How it ends (request->result):
+ * With any result but CDS_OK nothing was sent, and request->result is that result, unless the
+ * request is on its way. How it ends (request->result):
  *
  *   CDS_OK            the reply is in request->reply, or none was due
  *   CDS_TIMEOUT       no good reply by the deadline: the time of packet and reply, the return

@@ -119,6 +119,8 @@ static COLD void drop_damage(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
     } while (link->broken); // broken again meanwhile: its first mark is not the first
+    if (cds_ring_distance(cds_ring_begin(&link->rx), bus->closing_end) > CDS_RING_SIZE)
+        bus->closing_end = cds_ring_begin(&link->rx); // the damage reached beyond it
 }
 
 /* Gives the parser the bytes up to damage or deadline, if there is any. */
@@ -157,6 +159,7 @@ static COLD void examine_unasked(struct cds_bus *bus)
     if (examine(bus) == CDS_PARSED_PACKET)
         note_unexpected(bus);
     rest(bus, 0);
+    bus->gate &= (uint8_t)~GATE_FAULT;
 }
 
 /* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
@@ -165,18 +168,19 @@ static COLD void check_rest(struct cds_bus *bus)
     uint16_t elapsed_us = rested_us(bus);
     uint8_t gate = bus->gate;
 
-    if (elapsed_us > bus->rest_us) {
+    if (elapsed_us >= bus->rest_us) {
         bus->rest_us = 0;
         gate &= (uint8_t)~GATE_STALE;
     }
-    if (gate & GATE_LINE) {
-        if (cds_port_line_is_high(bus->port)) {
-            if (elapsed_us > two_byte_times_us(bus))
-                gate &= (uint8_t)~GATE_LINE;
-        } else if (gate & GATE_FAULT || elapsed_us > two_byte_times_us(bus)) {
-            rest(bus, 0);
-            gate = bus->gate | GATE_FAULT;
-        }
+    if (cds_port_line_is_high(bus->port)) {
+        if (elapsed_us >= two_byte_times_us(bus))
+            gate &= (uint8_t)~GATE_LINE;
+    } else if (!(gate & GATE_LINE)) {
+        rest(bus, 0);
+        gate = bus->gate;
+    } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
+        rest(bus, 0);
+        gate = bus->gate | GATE_FAULT;
     }
     bus->gate = gate;
 }
@@ -298,8 +302,12 @@ static NOCLONE uint8_t begin_packet(struct cds_bus *bus, struct cds_request *req
         if (result != CDS_OK)
             return result;
     }
-    if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
+    if (has_unread_bytes(bus))
         return CDS_LINE_BUSY;
+    if (!cds_port_line_is_high(bus->port)) {
+        rest(bus, 0); // amid a byte, which may be high at the next look
+        return CDS_LINE_BUSY;
+    }
     cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
     bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
     bus->request = request;
@@ -379,7 +387,7 @@ enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *
         else if (result == CDS_OK)
             request->result = CDS_PENDING;
     }
-    if (result != CDS_OK && result != CDS_BUSY)
+    if (result != CDS_OK)
         request->result = result;
     return (enum cds_result)result;
 }
@@ -551,6 +559,8 @@ static void begin_reply(struct cds_bus *bus)
 /* Examines what has come. The deadline is judged after that: what came by then is not late. */
 static bool receive(struct cds_bus *bus)
 {
+    if (bus->link.state != CDS_LINK_LISTENING)
+        return deadline_is_over(bus) ? close_reception(bus) : true;
     switch (examine(bus)) {
     case CDS_PARSED_HEAD: begin_reply(bus); break;
     case CDS_PARSED_PACKET:
@@ -582,7 +592,7 @@ static COLD bool wait_on(struct cds_bus *bus)
     if (bus->wait == WAIT_BEGINS) {
         bus->wait = WAIT_TIMED;
         set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-                     CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + CDS_STALE_REPLY_US);
+                     (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
     }
     watch_line(bus);
     if (!(bus->gate & GATE_LINE) &&

@@ -132,10 +132,11 @@ void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
 
 enum cds_result cds_queue_attach(struct cds_queue *queue, struct cds_bus *bus)
 {
-    if (bus->hooks && bus->hooks != &queue->hooks)
-        return CDS_BUSY;
-    cds_queue_begin(queue, bus);
-    return cds_bus_attach(bus, &queue->hooks);
+    enum cds_result result = cds_bus_attach(bus, &queue->hooks);
+
+    if (result == CDS_OK)
+        cds_queue_begin(queue, bus);
+    return result;
 }
 
 void cds_queue_set_retries(struct cds_queue *queue, uint8_t retries)
