@@ -187,11 +187,10 @@ static void assert_sent(const uint8_t *bytes, uint8_t size)
 
 static enum cds_result begin_move(uint8_t count, bool verify)
 {
-    return cds_registered_move_begin(&move, &(struct cds_registered_move_config){.bus = &bus,
-                                                                                 .request = &request,
-                                                                                 .goals = goals,
-                                                                                 .count = count,
-                                                                                 .verify = verify});
+    return cds_registered_move_begin(
+        &move,
+        &(struct cds_registered_move_config){
+            .bus = &bus, .request = &request, .goals = goals, .count = count, .verify = verify});
 }
 
 static void begin(uint8_t count)
@@ -311,7 +310,8 @@ void test_move_of_example_19_keeps_the_manuals_order(void)
 
 void test_move_of_one_servo(void)
 {
-    static const uint8_t register_253[] = {0xFF, 0xFF, 253, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD8};
+    static const uint8_t register_253[] = {0xFF, 0xFF, 253,  7,    4,   0x1E,
+                                           0x00, 0x00, 0x00, 0x01, 0xD8};
 
     goals[0].id = CDS_ID_MAX; // the last there is
     begin(1);

@@ -1,6 +1,8 @@
 /* The registered move, step by step; see registered_move.h. */
 #include "cds55xx/registered_move.h"
 
+#include <string.h>
+
 #include "bus/steps_internal.h"    // cds_steps_poll()
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_reg_write()
@@ -38,6 +40,15 @@ static enum cds_result reset_goals(struct cds_goal *goals, uint8_t count)
     return result;
 }
 
+/* Tells the permit of the bus which request carries a registered move; NULL: none any more. */
+static void set_move(const struct cds_bus *bus, const struct cds_request *request)
+{
+    const struct cds_bus_hooks *hooks = bus->hooks;
+
+    if (hooks && hooks->set_move)
+        hooks->set_move(hooks->context, request);
+}
+
 enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
                                           const struct cds_registered_move_config *config)
 {
@@ -56,6 +67,7 @@ enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
         .phase = REGISTER,
     };
     cds_steps_begin(&move->steps, config->bus, config->request);
+    set_move(config->bus, config->request);
     return CDS_OK;
 }
 
@@ -70,10 +82,12 @@ static void enter(struct cds_registered_move *move, enum phase phase)
     move->phase = (uint8_t)phase;
     move->next = 0;
     move->retries = 0;
+    if (phase == CLEAR)
+        set_move(move->steps.bus, NULL);
 }
 
 /* Goal `next` is done; after the last goal comes `phase`. */
-static NOINLINE void advance(struct cds_registered_move *move, enum phase phase)
+static void advance(struct cds_registered_move *move, enum phase phase)
 {
     move->next++;
     if (move->next == move->count)
@@ -87,7 +101,7 @@ static void note_reason(struct cds_registered_move *move, uint8_t reason)
         move->reason = reason;
 }
 
-/* Goal `next` is the next one to clear, or one after it; after the last one the move ends. */
+/* Moves `next` to a goal that is to be cleared; after the last one the move ends. */
 static void skip_cleared(struct cds_registered_move *move)
 {
     while (move->next < move->count && current(move)->registered == CDS_REGISTERED_NO)
@@ -132,33 +146,10 @@ static enum cds_result send(void *operation)
 
 /* ---- a step has ended ---- */
 
-/* A step before ACTION has ended for goal `next`: after the last goal comes `phase`; after a
- * failure, the end. */
-static void go_on(struct cds_registered_move *move, uint8_t result, enum phase phase)
-{
-    if (result == CDS_OK) {
-        advance(move, phase);
-    } else {
-        current(move)->result = result;
-        note_reason(move, result);
-        enter(move, CLEAR);
-    }
-}
-
-static void on_registered(struct cds_registered_move *move, uint8_t result)
-{
-    struct cds_goal *goal = current(move);
-
-    goal->result = result;
-    if (result == CDS_OK)
-        goal->registered = CDS_REGISTERED_YES;
-    go_on(move, result, move->verifies ? INSPECT : ACTION);
-}
-
-/* Takes 0x2C, byte `index` of the reply, for goal `next`. Returns `result`, or CDS_REFUSED unless
- * it is `expected`. */
-static uint8_t take_registered(struct cds_registered_move *move, uint8_t result, uint8_t index,
-                               enum cds_registered expected)
+/* Takes 0x2C, byte `index` of the reply. Returns `result`, or CDS_REFUSED if it is not `expected`.
+ */
+static uint8_t take_registered(const struct cds_registered_move *move, uint8_t result,
+                               uint8_t index, enum cds_registered expected)
 {
     struct cds_goal *goal = current(move);
     uint8_t registered = 0;
@@ -173,6 +164,23 @@ static uint8_t take_registered(struct cds_registered_move *move, uint8_t result,
     return result;
 }
 
+/* A step before ACTION has ended for goal `next`. */
+static void on_prepared(struct cds_registered_move *move, uint8_t result)
+{
+    struct cds_goal *goal = current(move);
+
+    if (move->phase == INSPECT)
+        result = take_registered(move, result, 0, CDS_REGISTERED_YES);
+    else if (result == CDS_OK)
+        goal->registered = CDS_REGISTERED_YES;
+    goal->result = result;
+    note_reason(move, result);
+    if (result != CDS_OK)
+        enter(move, CLEAR);
+    else
+        advance(move, move->verifies && move->phase == REGISTER ? INSPECT : ACTION);
+}
+
 static void on_action(struct cds_registered_move *move, uint8_t result)
 {
     move->acted = !cds_was_not_sent(result) && result != CDS_BAD_ARGUMENT;
@@ -185,27 +193,21 @@ static void on_action(struct cds_registered_move *move, uint8_t result)
     enter(move, result == CDS_OK && move->verifies ? CONFIRM : CLEAR);
 }
 
-/* True if the reply has the goal that was registered. */
-static bool is_at_goal(const struct cds_registered_move *move)
-{
-    const struct cds_goal *goal = current(move);
-    const uint8_t *reply = move->steps.request->reply;
-
-    return reply[0] == (uint8_t)goal->position && reply[1] == goal->position >> 8 &&
-           reply[2] == (uint8_t)goal->speed && reply[3] == goal->speed >> 8;
-}
-
 static void on_confirmed(struct cds_registered_move *move, uint8_t result)
 {
+    struct cds_goal *goal = current(move);
+    uint8_t data[CDS_GOAL_SIZE];
+
+    cds_goal_put(data, goal->position, goal->speed);
     result = take_registered(move, result, CDS_REGISTERED_MOVE_VERIFY_REPLY - 1, CDS_REGISTERED_NO);
-    if (result == CDS_OK && !is_at_goal(move))
+    if (result == CDS_OK && memcmp(move->steps.request->reply, data, sizeof data) != 0)
         result = CDS_REFUSED;
-    current(move)->result = result;
+    goal->result = result;
     note_reason(move, result);
     advance(move, CLEAR);
 }
 
-/* Goal `next` was cleared and read: again, or the next one. */
+/* Goal `next` was cleared and read: once more, or the next goal. */
 static void on_read_back(struct cds_registered_move *move, uint8_t result)
 {
     take_registered(move, result, 0, CDS_REGISTERED_NO);
@@ -219,23 +221,22 @@ static void on_read_back(struct cds_registered_move *move, uint8_t result)
     }
 }
 
-static void ended(void *operation, enum cds_result result)
+static void ended(void *operation, enum cds_result ended_as)
 {
     struct cds_registered_move *move = (struct cds_registered_move *)operation;
     const struct cds_request *request = move->steps.request;
+    uint8_t result = (uint8_t)ended_as;
 
     if (move->steps.is_sent && request->result == CDS_OK && move->phase < CLEAR &&
         move->phase != ACTION)
         current(move)->error = request->error;
     switch (move->phase) {
-    case REGISTER: on_registered(move, (uint8_t)result); break;
-    case INSPECT:
-        go_on(move, take_registered(move, (uint8_t)result, 0, CDS_REGISTERED_YES), ACTION);
-        break;
-    case ACTION: on_action(move, (uint8_t)result); break;
-    case CONFIRM: on_confirmed(move, (uint8_t)result); break;
+    case REGISTER:
+    case INSPECT: on_prepared(move, result); break;
+    case ACTION: on_action(move, result); break;
+    case CONFIRM: on_confirmed(move, result); break;
     case CLEAR: move->phase = READ_BACK; break; // whatever the answer was, it may be cleared
-    default: on_read_back(move, (uint8_t)result); break;
+    default: on_read_back(move, result); break;
     }
     if (move->is_called_off && move->phase < CLEAR)
         enter(move, CLEAR);
