@@ -942,6 +942,9 @@ void test_abort_between_two_steps_sends_no_action(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // ACTION waits
     cds_registered_move_abort(&move);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // clearing waits
+    cds_registered_move_abort(&move);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result); // and goes on
     free_bus();
     SENDS(clear_0);
     answered(0, 0);
