@@ -106,13 +106,13 @@ static enum cds_result check_id(const struct check *check, const struct cds_serv
 
 /* ---- many servos, some each call ---- */
 
-/* The check of this request begins, unless it goes on: nothing has changed since the last call. */
+/* The check of this request begins, unless it goes on: nothing has changed since the last call.
+ * When a request ends, `checked_request` is cleared. */
 static void begin_many(const struct check *check)
 {
     struct cds_servos *servos = check->servos;
 
-    if (check->request->result == CDS_PENDING && servos->checked_request == check->request &&
-        servos->checked_epoch == servos->epoch)
+    if (servos->checked_request == check->request && servos->checked_epoch == servos->epoch)
         return;
     servos->checked_request = check->request;
     servos->checked_epoch = servos->epoch;
@@ -309,9 +309,12 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);
+    if (result == CDS_PENDING)
+        return result;
+    servos->checked_request = NULL;
     if (result == CDS_OK)
         request->check = servos->epoch;
-    else if (result != CDS_PENDING)
+    else
         servos->refused_id = check.refused_id;
     if (result == CDS_TOO_EARLY)
         servos->too_early++;
@@ -325,6 +328,7 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
     struct cds_servo_state *servo = NULL;
     uint8_t instruction = bytes[CDS_AT_INSTRUCTION];
 
+    request->return_delay_us = servos->bus->return_delay_us;
     request->is_muted = false;
     if (bytes[CDS_AT_ID] <= CDS_ID_MAX)
         servo = cds_servos_at(servos, bytes[CDS_AT_ID], &request->servo_index);

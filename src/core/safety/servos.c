@@ -566,13 +566,17 @@ static bool on_sending(void *context, struct cds_request *request)
 static bool on_end(void *context, struct cds_request *request, enum cds_result result)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
-    const struct cds_queue *queue = servos->queue;
+    struct cds_queue *queue = servos->queue;
 
+    servos->checked_request = NULL;
     servos->learnt = 0;
-    learn_end(servos, request, result);
-    if (!queue || (queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF))
-        return false; // torque off goes before every retry
-    return queue->hooks.on_end(queue->hooks.context, request, result);
+    if (result == CDS_OK || result == CDS_TIMEOUT || result == CDS_CORRUPT)
+        learn_end(servos, request, result);
+    if (!queue)
+        return false;
+    if (queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
+        result = CDS_CANCELLED; // torque off waits: no retry
+    return queue->hooks.on_end(queue, request, result);
 }
 
 static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
@@ -602,28 +606,34 @@ static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8
     }
 }
 
+/* The permit is asked now, unless the bus has just asked it. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
-    const struct cds_bus_hooks *hooks = &((struct cds_servos *)context)->queue->hooks;
+    struct cds_servos *servos = (struct cds_servos *)context;
+    struct cds_bus *bus = servos->bus;
+    enum cds_result result = CDS_PENDING;
 
-    return hooks->submit(hooks->context, request);
+    if (!servos->queue && bus->request)
+        return CDS_BUSY;
+    if (servos->checked_request != request)
+        result = cds_servos_permit(servos, request);
+    if (result != CDS_OK && result != CDS_PENDING)
+        return result;
+    if (servos->queue)
+        return servos->queue->hooks.submit(servos->queue, request);
+    request->result = CDS_PENDING;
+    cds_bus_start(bus, request);
+    return CDS_OK;
 }
 
 static bool cancel(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
 
+    servos->checked_request = NULL;
     if (!request)
         servos->learnt = 0; // the bus is opened again, perhaps amid a packet
-    return servos->queue && servos->queue->hooks.cancel(servos->queue->hooks.context, request);
-}
-
-static void on_free(void *context)
-{
-    const struct cds_queue *queue = ((struct cds_servos *)context)->queue;
-
-    if (queue)
-        queue->hooks.on_free(queue->hooks.context);
+    return servos->queue && servos->queue->hooks.cancel(servos->queue, request);
 }
 
 static uint8_t changed_since(void *context, uint16_t *epoch)
@@ -694,15 +704,14 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     *servos = (struct cds_servos){
         .hooks = {.context = servos,
                   .permit = cds_servos_permit,
-                  .submit = config->queue ? submit : NULL,
+                  .submit = submit,
                   .cancel = cancel,
                   .on_sending = on_sending,
                   .on_end = on_end,
                   .permit_goal = cds_servos_permit_goal,
                   .changed_since = changed_since,
                   .set_move = set_move,
-                  .on_packet = on_packet,
-                  .on_free = on_free},
+                  .on_packet = on_packet},
         .bus = bus,
         .queue = config->queue,
         .states = config->states,
