@@ -949,7 +949,7 @@ void test_a_goal_is_judged_by_whose_the_id_is_at_its_turn(void)
 void test_torque_on_is_judged_by_the_goal_written_before_it(void)
 {
     in_position_mode(1);
-    wrote_word(1, CDS_REG_GOAL_POSITION, 500);
+    holds(1, 500, 100);
     byte_waits(0, 2, CDS_REG_LED, 1);
     byte_waits(1, 1, CDS_REG_TORQUE_ENABLE, 1);
     cds_servos_set_limits(&servos, one, 501, 1023, 1023);
