@@ -211,7 +211,7 @@ struct cds_bus_hooks {
 
     /* For registered_move.c: `request` carries the registered move that begins; NULL: the move has
      * ended. The permit lets REG WRITE and ACTION of this request reach servos with limits, as far
-     * as its rules for a move allow (docs/permit.md). NULL: no permit. */
+     * as its rules for a move allow (docs/permit.md). NULL: it lets all pass. */
     void (*set_move)(void *context, const struct cds_request *request);
 };
 
