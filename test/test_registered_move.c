@@ -661,7 +661,7 @@ void test_action_that_is_lost_on_servos_at_their_goals(void)
 }
 
 /* Only one of them does not hear it: the others are under way, and it does not follow later. */
-void test_one_that_is_deaf_to_action(void)
+void test_a_servo_that_misses_action_is_cleared(void)
 {
     for (plan.victim = 0; plan.victim < SERVOS; plan.victim++) {
         run_with(true, CUT_BEFORE, 7, 7);
@@ -676,7 +676,7 @@ void test_one_that_is_deaf_to_action(void)
     }
 }
 
-void test_any_fault_after_action_is_told_of_that_servo(void)
+void test_any_fault_after_action_is_told_of_its_servo(void)
 {
     for (uint8_t fault = LOSE_PACKET; fault < FAULTS; fault++) {
         for (uint8_t at = 8; at <= 10; at++) {
@@ -692,7 +692,7 @@ void test_any_fault_after_action_is_told_of_that_servo(void)
     }
 }
 
-void test_of_two_that_fail_after_action_the_first_is_the_reason(void)
+void test_of_two_faults_after_action_the_first_counts(void)
 {
     plan.first = 8;
     plan.first_fault = LOSE_REPLY;
@@ -761,7 +761,7 @@ void test_clearing_without_answers_is_tried_three_times(void)
 }
 
 /* At `at` a servo's power fails for good: it stays in doubt if it was asked, and only it. */
-void test_a_servo_that_is_gone_for_good_is_in_doubt(void)
+void test_a_servo_without_power_stays_in_doubt(void)
 {
     plan.for_good = true;
     for (uint8_t at = 1; at <= 2 * SERVOS; at++) {

@@ -183,7 +183,7 @@ void test_all_are_told_if_only_the_bus_is_polled(void)
     TEST_ASSERT_EQUAL(CDS_OK, run());
 }
 
-/* Its first try got no answer; it must not drive a second time behind the inhibit. */
+/* It got no answer. While torque off waits nothing is retried. */
 void test_a_driving_packet_in_flight_is_not_retried(void)
 {
     wire.servo[1].dead = true;
@@ -193,8 +193,8 @@ void test_a_driving_packet_in_flight_is_not_retried(void)
     run_for(20);
     begin();
     run();
-    run_for(3000); // the bus rests behind the first try
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, requests[0].result);
+    run_for(3000);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
     TEST_ASSERT_EQUAL_HEX8(0x1E, wire.log[0].address);
     assert_all_told(1);
     for (uint8_t i = 1 + TOLD; i < wire.count; i++)
