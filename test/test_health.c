@@ -238,6 +238,73 @@ void test_a_servo_whose_first_reads_are_lost_keeps_its_level(void)
     TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
 }
 
+/* A servo that answers PING only has returned, and has missed three READs. */
+static void return_mute(uint8_t index)
+{
+    torque_on();
+    lose(index);
+    wire.servo[index].torque = 1;
+    wire.servo[index].dead = false;
+    wire.servo[index].mute = true;
+    while (states[index].presence != CDS_PRESENCE_RETURNED ||
+           states[index].misses < CDS_SERVOS_MISSES)
+        run_for(1);
+}
+
+void test_a_damaged_reply_to_ping_tells_nothing(void)
+{
+    return_mute(1);
+    wire.servo[1].garbled = true;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    wire.servo[1].garbled = false;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
+}
+
+/* Between the PING and the next poll a READ of the application was answered. */
+void test_a_read_of_others_tells_more_than_the_ping(void)
+{
+    uint8_t reply[1];
+    struct cds_request read = CDS_REQUEST(buffer, reply);
+
+    return_mute(1);
+    while (!health.asked_returned || health.request.packet.bytes[4] != CDS_PING)
+        run_for(1);
+    while (health.request.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, health.request.result);
+    wire.servo[1].mute = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &read, 2, CDS_REG_TORQUE_ENABLE, 1));
+    while (read.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    run_for(100);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+}
+
+/* All servos were ONLINE for 40 min, more than half a wrap of the clock. */
+void test_the_first_offline_servo_is_sought_at_once(void)
+{
+    run_for(PERIOD_US + 500);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
+    run_for(500);
+    health.seek_us = port_fake.now_us - 2400000000u;
+    wire.servo[0].dead = true;
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++) {
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+        run_for(3000);
+    }
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[0].presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES + 1, torque_packets(0, 1, CDS_PING));
+}
+
 /* It is gone again before it could be read. */
 void test_a_returned_servo_that_is_gone_again_is_offline(void)
 {
