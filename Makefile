@@ -256,7 +256,7 @@ sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 # ---- the bench -------------------------------------------------------------------------------------
 
 BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) build/atmega644p/bench/min.elf \
-	$(patsubst %,build/atmega128/bench/%.elf,read sync group absent handlers polls two_mbps cycle8) \
+	$(patsubst %,build/atmega128/bench/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8) \
 	$(patsubst %,build/%/bench/handlers.elf,arduino-mega arbotix) \
 	$(patsubst %,build/atmega128/program/%.elf,cycle50 flood) build/arduino-mega/program/three_buses.elf
 

@@ -143,18 +143,43 @@ def worst(rows):
 
 # ---- jobs: each returns rows ------------------------------------------------------------------------
 
+READ_SIZES = (1, 2, 8, 50)  # bytes, of test/bench/read.c
+DELAYS = 16  # return delays 2, 4, ... 32 us, each once
+
+
+def overhead(size, spans):
+    """The worst of 16 READs of so many bytes: what is not bytes or return delay."""
+    return max(cycles - (8 + 6 + size) * BYTE - RETURN_DELAY * n
+               for n, (cycles, _, _) in enumerate(spans, 1))
+
+
 def read():
     run = Run("bench/read", "--stamp", "B", "--seconds", "2")
-    run.check(run.figure["good"] == 16 + 2 * 4 + 64, "not all were good")
-    run.check(run.figure["us"] < 32768, "the clock has overflowed: another handler has run")
+    run.check(run.figure["good"] == 4 * DELAYS + 2 * 4 + 64, "not all were good")
+    run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
     wholes = run.spans(WHOLE)
-    run.check(len(wholes) == 16, "not 16 READs")
+    run.check(len(wholes) == 4 * DELAYS, "not 16 READs of each size")
+    by_size = {size: wholes[DELAYS * i:DELAYS * (i + 1)] for i, size in enumerate(READ_SIZES)}
     return {**run.everywhere(),
-            "read_overhead": max(cycles - 16 * BYTE - RETURN_DELAY * n
-                                 for n, (cycles, _, _) in enumerate(wholes, 1)),
-            "read_cpu": max(handlers for _, handlers, _ in wholes),
+            **{f"read_overhead_{size}": overhead(size, spans) for size, spans in by_size.items()},
+            "read_cpu": max(handlers for _, handlers, _ in by_size[2]),
             "enqueue": run.net(CALL),
             "turnaround": max(turned for *_, turned in run.sent)}
+
+
+def prepared():
+    run = Run("bench/prepared", "--stamp", "B", "--seconds", "2")
+    run.check(run.figure["good"] == DELAYS, "not all were good")
+    run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
+    run.check(len(run.spans(WHOLE)) == DELAYS, "not 16 READs")
+    return {**run.everywhere(), "read_prepared": overhead(2, run.spans(WHOLE))}
+
+
+def noisy():
+    run = Run("bench/noisy", "--stamp", "B", "--seconds", "60")
+    run.check(run.figure["submits"] == 2 * 4 * 7 * 64, "not all cases")
+    run.check(run.figure["ok"] == run.figure["submits"], "not all READs were good")
+    return {**run.everywhere(), "enqueue_noisy": run.net(CALL)}
 
 
 def sync(servos):
@@ -208,6 +233,7 @@ def polls():
         run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
                   servos="1-50")
         run.check(run.figure["polls"] > 1000, "hardly any poll")
+        run.check(run.figure["agains"] > 100, "on_end hardly ever submitted again")
         rows.append({"poll_max": run.net(POLL), **run.everywhere()})
     return worst(rows)
 
@@ -425,6 +451,8 @@ JOBS = {
     "handlers_2560": lambda: handlers("arduino-mega", "_2560"),
     "handlers_tied": lambda: handlers("arbotix", "_tied"),
     "read": read,
+    "prepared": prepared,
+    "noisy": noisy,
     "sync18": sync18,
     "group18": group18,
     "absent": absent,

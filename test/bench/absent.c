@@ -66,7 +66,7 @@ BENCH_NOINLINE static void slow(uint8_t id, uint8_t from, uint8_t count)
 
 int main(void)
 {
-    bench_open(&bus);
+    bench_open_bare(&bus);
     cds_bus_set_return_delay(&bus, 2);
     whole(servo, address, length);
     settle();
