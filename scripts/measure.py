@@ -21,6 +21,7 @@ from size import sizes
 MHZ = 16  # cycles in a microsecond
 BYTE = 160  # cycles, at 1 Mbps
 RETURN_DELAY = 32  # cycles, a unit of register 0x05; the factory's is 1
+SYNC_WRITE = 0x83
 DEVICE, HOST_BAUD, REG_RETURN_DELAY = 253, 0x04, 0x05
 STOP = 0x18  # Ctrl-X to the console, which would stop the robot, and rightly
 ANSWERED_US = 620  # 8 bytes one way, then 56 back, and what the controller needs
@@ -115,6 +116,12 @@ class Run:
         for match in map(PACKET.match, self.transcript.splitlines()):
             if match:
                 yield match[2], bytes.fromhex(match[3])
+
+    def wire(self):
+        """(first start bit, is ours, bytes) of each packet on bus 0."""
+        for match in map(PACKET.match, self.transcript.splitlines()):
+            if match:
+                yield int(match[1]), match[2] == "->in", bytes.fromhex(match[3])
 
     def broken(self, *rules):
         """How often these were."""
@@ -230,7 +237,7 @@ def polls():
                    ["babble headers"], ["babble random"], [HEADER] * 11,
                    [HEADER] * 20 + ["flip out every 10 9"], ["insert out every 14 0xFF"] * 12]:
         options = [word for fault in faults for word in ("--fault", fault)]
-        run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
+        run = Run("bench/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn", *options,
                   servos="1-50")
         run.check(run.figure["polls"] > 1000, "hardly any poll")
         run.check(run.figure["agains"] > 100, "on_end hardly ever submitted again")
@@ -365,7 +372,9 @@ def shares(run, name, seconds):
     """Rows of a cycle that has run for so long."""
     run.check(run.figure["periods"] + run.figure["missed"] == 250 * seconds, "not all periods")
     time = seconds * MHZ * 1000000
-    wire = BYTE * sum(len(raw) for _, raw in run.packets())
+    packets = list(run.wire())
+    begun = next(at for at, _, raw in packets if raw[4] == SYNC_WRITE)  # what came before prepares
+    wire = BYTE * sum(len(raw) for at, _, raw in packets if at >= begun)
     calls = int(re.search(r"^mark: .* (\d+) in all$", run.output, re.M)[1])
     return {**run.everywhere(), f"{name}_missed": run.figure["missed"],
             f"{name}_bus": fractions.Fraction(100 * wire, time),
@@ -386,6 +395,87 @@ def cycle50(seconds=60):
 def cycle50_11(seconds=60):
     n, _ = return_delay_needed()
     return shares(cycle(50, seconds, n), "cycle50_11", seconds)
+
+
+# ---- with 50 servos and their limits, as examples/robot.c uses them ----
+
+SAFE = "1-50"
+
+
+def safe_read():
+    run = Run("bench/safe_read", "--stamp", "B", "--seconds", "5", servos=SAFE)
+    run.check(run.figure["good"] == 1 + DELAYS, "not all were good")
+    run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
+    run.check(len(run.spans(WHOLE)) == DELAYS, "not 16 READs")
+    return {**run.everywhere(), "safe_read_overhead": overhead(2, run.spans(WHOLE))}
+
+
+def safe_calls():
+    run = Run("bench/safe_calls", "--stamp", "B", "--seconds", "60", servos=SAFE)
+    run.check(run.figure["good"] == 1 and run.figure["wrong"] == 0, "not all ended as they should")
+    sent = [raw for _, ours, raw in run.wire() if ours and raw[4] == SYNC_WRITE]
+    run.check(run.figure["refused"] == 12, "goals beyond the limits were not refused")
+    run.check(len(sent) == run.figure["left"] == 48, "a SYNC WRITE left that was refused, or none left")
+    return {**run.everywhere(), "safe_poll_max": run.net(POLL), "safe_submit_max": run.net(CALL)}
+
+
+def safe_cycle50(seconds=60):
+    n, _ = return_delay_needed()
+    run = Run("program/cycle50_safe", "--mark", "B0", "--seconds", str(seconds + 10), servos=SAFE,
+              eeprom=[seconds, 0, 50, n])
+    for name in ["refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "overruns", "alarms"]:
+        run.check(run.figure[name] == 0, name)
+    run.check(run.figure["prepared"] == 50, "not all servos were prepared")
+    looks = sum(ours and raw[4] == READ and raw[5] == 0x18 for _, ours, raw in run.wire())
+    run.check(looks >= 49 * seconds, "the health check did not look at each servo once a second")
+    rows = shares(run, "safe_cycle50", seconds)
+    rows["safe_cycle50_reads"] = fractions.Fraction(run.figure["reads"], run.figure["periods"])
+    run.check(rows.pop("safe_cycle50_missed") == 0, "periods were missed")
+    return rows
+
+
+TORQUE_OFF = packet(BROADCAST, WRITE, [0x18, 0])
+SAFE_MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
+FAILED = 100 * MHZ  # behind the deadline, a call may still find the transaction, or a line to be quiet
+DAMAGED_ID = 60  # test/bench/safe_torque_off.c
+
+
+def ends(wire):
+    """(first start bit, end, it failed) of each transaction of ours but torque off. One that gets no
+    good reply ends at its deadline."""
+    for i, (begun, ours, raw) in enumerate(wire):
+        if not ours or raw == TORQUE_OFF:
+            continue
+        last = begun + BYTE * len(raw)
+        if raw[2] == BROADCAST:
+            yield begun, last, False
+        elif i + 1 < len(wire) and not wire[i + 1][1] and raw[2] != DAMAGED_ID:
+            yield begun, wire[i + 1][0] + BYTE * len(wire[i + 1][2]), False
+        else:
+            due = 6 + (raw[6] if raw[4] == READ else 0)
+            yield begun, last + BYTE * due + RETURN_DELAY + SAFE_MARGIN, True
+
+
+def safe_torque_off():
+    run = Run("bench/safe_torque_off", "--stamp", "B", "--seconds", "60", "--allow-duplicates",
+              "--fault", f"turnaround {DAMAGED_ID} 25", servos=f"{SAFE},{DAMAGED_ID},{DAMAGED_ID}")
+    run.check(run.figure["good"] == 1, "not all servos were prepared")
+    run.check(run.figure["stops"] == run.figure["over"] == 7 * 40, "torque off did not end well")
+    wire = list(run.wire())
+    offs = [begun for begun, ours, raw in wire if ours and raw == TORQUE_OFF]
+    transactions = list(ends(wire))
+    longest = {False: 0, True: 0}
+    met = {False: 0, True: 0}
+    for _, _, call in run.spans(CALL):
+        first = next(begun for begun in offs if begun >= call)
+        begun, end, failed = max(one for one in transactions if one[0] < first)
+        run.check(begun < call or end <= call, "another packet left before torque off")
+        failed &= call < end + FAILED
+        met[failed] += end > call
+        longest[failed] = max(longest[failed], first - max(call, end))
+    run.check(min(met.values()) >= 40, f"hardly any call during a transaction: {met}")
+    return {**run.everywhere(), "safe_torque_off_us": fractions.Fraction(longest[False], MHZ),
+            "safe_torque_off_failed_us": fractions.Fraction(longest[True], MHZ)}
 
 
 def bulk():
@@ -442,6 +532,8 @@ JOBS = {
     "three_2us": lambda: {"three_buses_lost_2us": three(1)},
     "cycle50": cycle50,
     "cycle50_11": cycle50_11,
+    "safe_cycle50": safe_cycle50,
+    "safe_torque_off": safe_torque_off,
     "two_mbps": two_mbps,
     "polls": polls,
     "bulk": bulk,
@@ -453,6 +545,8 @@ JOBS = {
     "read": read,
     "prepared": prepared,
     "noisy": noisy,
+    "safe_read": safe_read,
+    "safe_calls": safe_calls,
     "sync18": sync18,
     "group18": group18,
     "absent": absent,
