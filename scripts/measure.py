@@ -2,6 +2,7 @@
 Each of JOBS returns rows, {name: value}."""
 import fractions
 import functools
+import itertools
 import pathlib
 import random
 import re
@@ -328,9 +329,12 @@ def omitted(board):
     return found[1].split() if found else []
 
 
+EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.c"))
+
+
 def shipped(name, *boards):
-    """The longest time with interrupts off in each firmware that is shipped: commands, pauses, and two
-    seconds of a host that never stops."""
+    """The longest time with interrupts off in each firmware and example that is shipped. Of a
+    firmware: commands, pauses, and two seconds of a host that never stops."""
     longest = 0
     for board in boards:
         if board == "arduino-uno":  # no host link: its firmware is an example
@@ -343,10 +347,91 @@ def shipped(name, *boards):
                 told = Run("controller", "--script", script.name, board=board, servos="1-18")
             told.check(len(told.sent) > 300, "not all commands were carried out")
             runs = [told, flooded(10, 2, "controller", board)]
+        for example in EXAMPLES:
+            runs.append(Run(f"examples/{example}", "--seconds", "3", board=board, servos="1-12",
+                            talks=board != "arduino-uno"))
         for run in runs:
             run.check(run.sent, "nothing was sent")
             longest = max(longest, run.off)
     return {name: longest}
+
+
+# ---- the constructed worst case of a turnaround, test/bench/turnaround.c ----
+
+LOOPS, CALLS, FRAMES, WRITES_EEPROM = range(4)
+NOTHING_SENT, ZERO = 255, 128
+# What test/bench/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
+# prologue or an epilogue), or EEMPE is set. Others: the functions in which no packet can be on its way.
+CLI_STACK, CLI_EEPROM = r"out\s+0x3e,", r"sbi\s+0x1c, 2"
+CLI_IDLE = {"main", "_exit", "avr_reset_cause_keep"}  # busy() is true while the bus has a request
+
+
+def check_cli(elf):
+    """Every cli of the firmware is one that the construction knows."""
+    text = subprocess.run(["avr-objdump", "-d", "--no-show-raw-insn", ROOT / elf], text=True,
+                          stdout=subprocess.PIPE, check=True).stdout.splitlines()
+    name = ""
+    for line, behind in zip(text, text[1:] + [""]):
+        if found := re.match(r"[0-9a-f]+ <(.*)>:", line):
+            name = found[1]
+        known = name in CLI_IDLE or name.startswith("__vector_") or \
+            re.search(CLI_STACK, behind) or re.search(CLI_EEPROM, behind)
+        if re.search(r"\tcli\b", line) and not known:
+            raise Wrong(f"{elf}: test/bench/turnaround.c does not construct the cli of {name}")
+
+
+def turnarounds(activity, real, phases, overflows, sends, writes):
+    """[(cycles, moments)] of every combination of these ranges."""
+    ranges = (phases, overflows, sends, writes)
+    options = [activity, real]
+    for one in ranges:
+        options += [one[0] % 256, (one[1] - one[0]) % 256 if len(one) > 1 else 0, len(one)]
+    with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
+        program.write("baud 1000000\nwait 1000\nflood 60000000\n")
+        program.flush()
+        run = Run("bench/turnaround", "--host", program.name, "--seconds", "300", eeprom=options)
+    moments = list(itertools.product(*ranges))
+    run.check(len(run.sent) == len(moments), "not all packets were sent")
+    return sorted(((sent[-1], at) for sent, at in zip(run.sent, moments)), reverse=True), run
+
+
+def about(moment, reach, step=1, low=0, high=255):
+    return range(max(low, moment - reach), min(high, moment + reach) + 1, step)
+
+
+def turnaround_of(activity):
+    """The worst of one activity: a coarse sweep, then about the worst of it until it grows no more."""
+    none = range(NOTHING_SENT, NOTHING_SENT + 1)
+    writes = activity == WRITES_EEPROM
+    if writes:
+        found, run = turnarounds(activity, 0, range(0, 160, 4), range(ZERO - 120, ZERO + 25, 4), none,
+                                 range(20, 200, 6))
+    else:
+        found, run = turnarounds(activity, 0, range(0, 160, 2), range(ZERO - 120, ZERO + 25, 2),
+                                 range(0, 160, 40), range(1))
+    worst_of, before = found[0], -1
+    starts = [at for _, at in found[:1]] if writes else [at for _, at in found[:8:2]]
+    while worst_of[0] > before:
+        before = worst_of[0]
+        for phase, overflow, send, write in starts:
+            if writes:
+                again, _ = turnarounds(activity, 1, about(phase, 4, 2), about(overflow, 6, 2), none,
+                                       about(write, 5))
+            else:
+                again, _ = turnarounds(activity, 0, about(phase, 4), about(overflow, 72, 2),
+                                       about(send, 20, 10, high=200), range(1))
+            worst_of = max(worst_of, again[0])
+        starts = [worst_of[1]]
+    return worst_of[0], run
+
+
+def turnaround():
+    check_cli(Run.programs.get("controller", "build/atmega128/controller.elf"))
+    found = [turnaround_of(activity) for activity in (LOOPS, CALLS, FRAMES, WRITES_EEPROM)]
+    _, flood = return_delay_needed()
+    return worst([*(run.everywhere() for _, run in found),
+                  *({"turnaround_loaded": cycles} for cycles, _ in found),
+                  {"turnaround_loaded": max(turned for *_, turned in flood.sent)}])
 
 
 def return_delay_needed():
@@ -356,8 +441,7 @@ def return_delay_needed():
 
 def loaded():
     n, run = return_delay_needed()
-    return {**run.everywhere(), "return_delay_needed": n,
-            "turnaround_loaded": max(turned for *_, turned in run.sent)}
+    return {**run.everywhere(), "return_delay_needed": n}
 
 
 def cycle(servos, seconds, n):
@@ -528,6 +612,7 @@ def handlers(board, suffix=""):
 
 JOBS = {
     "loaded": loaded,  # the longest first
+    "turnaround": turnaround,
     "three": lambda: {"three_buses_lost": three(5)},
     "three_2us": lambda: {"three_buses_lost_2us": three(1)},
     "cycle50": cycle50,

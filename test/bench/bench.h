@@ -101,6 +101,18 @@ static inline void bench_hear(struct cds_bus *bus, uint8_t byte)
     cds_ring_put(&bus->link.rx, byte);
 }
 
+/* The last byte of a packet is not yet out. */
+static inline bool bench_is_sending(const struct cds_bus *bus)
+{
+    return bus->link.state != CDS_LINK_LISTENING;
+}
+
+/* The last byte of a packet is with the USART, the byte before it begins. */
+static inline bool bench_is_draining(const struct cds_bus *bus)
+{
+    return bus->link.state == CDS_LINK_DRAINING;
+}
+
 /* ---- The same for any API ---------------------------------------------------------------------- */
 
 static inline void bench_wait(struct cds_bus *bus)
