@@ -361,9 +361,11 @@ def shipped(name, *boards):
 LOOPS, CALLS, FRAMES, WRITES_EEPROM = range(4)
 NOTHING_SENT, ZERO = 255, 128
 # What test/bench/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
-# prologue or an epilogue), or EEMPE is set. Others: the functions in which no packet can be on its way.
+# prologue or an epilogue), or EEMPE is set. No packet is on its way in start-up and exit, nor where the
+# firmware is about to sleep: busy() is true while the bus has a request.
 CLI_STACK, CLI_EEPROM = r"out\s+0x3e,", r"sbi\s+0x1c, 2"
-CLI_IDLE = {"main", "_exit", "avr_reset_cause_keep"}  # busy() is true while the bus has a request
+CLI_IDLE = {"_exit", "avr_reset_cause_keep"}
+SLEEP_WITHIN = 60  # instructions behind cli
 
 
 def check_cli(elf):
@@ -371,11 +373,13 @@ def check_cli(elf):
     text = subprocess.run(["avr-objdump", "-d", "--no-show-raw-insn", ROOT / elf], text=True,
                           stdout=subprocess.PIPE, check=True).stdout.splitlines()
     name = ""
-    for line, behind in zip(text, text[1:] + [""]):
+    for i, line in enumerate(text):
+        behind = text[i + 1] if i + 1 < len(text) else ""
         if found := re.match(r"[0-9a-f]+ <(.*)>:", line):
             name = found[1]
         known = name in CLI_IDLE or name.startswith("__vector_") or \
-            re.search(CLI_STACK, behind) or re.search(CLI_EEPROM, behind)
+            re.search(CLI_STACK, behind) or re.search(CLI_EEPROM, behind) or \
+            any(re.search(r"\tsleep\b", later) for later in text[i:i + SLEEP_WITHIN])
         if re.search(r"\tcli\b", line) and not known:
             raise Wrong(f"{elf}: test/bench/turnaround.c does not construct the cli of {name}")
 
