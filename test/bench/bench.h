@@ -113,7 +113,8 @@ static inline bool bench_is_draining(const struct cds_bus *bus)
     return bus->link.state == CDS_LINK_DRAINING;
 }
 
-/* ---- The same for any API ---------------------------------------------------------------------- */
+/* ---- The same for any API ----------------------------------------------------------------------
+ */
 
 static inline void bench_wait(struct cds_bus *bus)
 {
@@ -127,7 +128,8 @@ static inline uint8_t bench_option(uint8_t index)
     return eeprom_read_byte((const uint8_t *)0 + index);
 }
 
-/* Laps of the clock (32.768 ms each). In a new lap no handler of the clock runs for the whole of it. */
+/* Laps of the clock (32.768 ms each). In a new lap no handler of the clock runs for the whole of
+ * it. */
 static inline uint8_t bench_lap(void)
 {
     return (uint8_t)(cds_port_now_us() >> 15);

@@ -1,7 +1,7 @@
 /* What submitting a READ costs while bytes wait in the ring that no servo was asked for: 1 to 64 of
- * them, of each kind that a search treats in its own way, on an idle bus and behind another READ. The
- * program stores the bytes as the receive handler does, while the line is quiet: so each case is
- * there. */
+ * them, of each kind that a search treats in its own way, on an idle bus and behind another READ.
+ * The program stores the bytes as the receive handler does, while the line is quiet: so each case
+ * is there. */
 #include "bench.h"
 
 #define LONGEST 56 // bytes of a reply of 50 parameters

@@ -1,8 +1,8 @@
 /* Every call of cds_bus_poll() marked, in all that may happen in one: READs of all lengths, polled
  * at once and so late that the whole reply is there or the deadline is over; a queue, whose next
  * request begins in the poll that ends one; requests with priority; an on_end that submits again;
- * timeouts and retries; all of it counted. The same again and again while the bench damages replies,
- * puts noise on the line and bytes FF before and behind replies. */
+ * timeouts and retries; all of it counted. The same again and again while the bench damages
+ * replies, puts noise on the line and bytes FF before and behind replies. */
 #include <cds55xx/sync_write.h>
 
 #include "bench.h"
@@ -24,7 +24,7 @@ static struct cds_request *const requests[QUEUE] = {&first, &second, &third};
 BENCH_SYNC_WRITE(goals, SERVOS, 4);
 static struct cds_counters counters; // asked for, so that all is counted
 static uint32_t polls;
-static uint16_t agains;               // submits by on_end
+static uint16_t agains; // submits by on_end
 static uint8_t again_left, again_length;
 
 static bool poll(void)

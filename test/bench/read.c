@@ -1,7 +1,7 @@
 /* READs of 1, 2, 8 and 50 bytes from servo 1, each at the return delays 2, 4, ... 32 us, on a bus
  * without a queue. Then what submitting a READ costs, on an idle bus and behind another READ. Last
- * PINGs, with the main loop at ever other phases when the last stop bit ends. Each part lies between
- * two overflows of the clock: no other handler runs. */
+ * PINGs, with the main loop at ever other phases when the last stop bit ends. Each part lies
+ * between two overflows of the clock: no other handler runs. */
 #include "bench.h"
 
 #define DELAYS 16

@@ -1,5 +1,5 @@
-/* 50 servos with soft limits on a bus with queue and retries, as examples/robot.c has them: what the
- * programs of the safe_ rows share. All that knows the API of the safety layer stands here. */
+/* 50 servos with soft limits on a bus with queue and retries, as examples/robot.c has them: what
+ * the programs of the safe_ rows share. All that knows the API of the safety layer stands here. */
 #ifndef SAFE_H
 #define SAFE_H
 

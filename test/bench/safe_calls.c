@@ -1,7 +1,7 @@
-/* Every submit and every call of cds_bus_poll() marked, with 50 servos and their limits: a SYNC WRITE
- * of 50 goals on an idle bus; the same behind a READ, while all limits change, so that it leaves or
- * is refused; torque on to 50 servos by SYNC WRITE, which is learnt; what else reaches all servos;
- * READs and WRITEs of one. Polled at once, and late. */
+/* Every submit and every call of cds_bus_poll() marked, with 50 servos and their limits: a SYNC
+ * WRITE of 50 goals on an idle bus; the same behind a READ, while all limits change, so that it
+ * leaves or is refused; torque on to 50 servos by SYNC WRITE, which is learnt; what else reaches
+ * all servos; READs and WRITEs of one. Polled at once, and late. */
 #include "safe.h"
 
 #define NARROW_LOWEST (MIDDLE + 1) // limits that refuse the goals
@@ -34,8 +34,8 @@ static void run(uint16_t late_us)
     } while (busy);
 }
 
-static void count(const struct cds_request *which, enum cds_result submitted, enum cds_result expected,
-                  uint16_t *counter)
+static void count(const struct cds_request *which, enum cds_result submitted,
+                  enum cds_result expected, uint16_t *counter)
 {
     enum cds_result result = submitted == CDS_OK ? (enum cds_result)which->result : submitted;
 

@@ -1,7 +1,7 @@
-/* Torque off for all, with the main loop only polling: on a quiet line; and at ever other moments of a
- * READ, of a SYNC WRITE of 50 goals, of torque on to 50 servos, of a READ behind which 50 goals wait,
- * of a READ that gets no reply, and of one that gets a damaged reply: the bench gives ID DAMAGED to two
- * servos that answer at the same time. The mark rises at the call. */
+/* Torque off for all, with the main loop only polling: on a quiet line; and at ever other moments
+ * of a READ, of a SYNC WRITE of 50 goals, of torque on to 50 servos, of a READ behind which 50
+ * goals wait, of a READ that gets no reply, and of one that gets a damaged reply: the bench gives
+ * ID DAMAGED to two servos that answer at the same time. The mark rises at the call. */
 #include "safe.h"
 
 #define ABSENT    99

@@ -1,9 +1,9 @@
-/* A turnaround at its worst, constructed: at the end of a packet's last stop bit interrupts have just
- * been turned off, by the tail of a handler of the host link, by a prologue that moves the stack
- * pointer, or by a write to the EEPROM; behind that the overflow of the clock and a handler of the
- * host link go first, as their vectors stand before that of "transmit complete". The bench floods the
- * host link at 1 Mbps: a byte comes every 160 cycles. Each packet is an ACTION to all, which no servo
- * answers. The handlers are those of the firmware.
+/* A turnaround at its worst, constructed: at the end of a packet's last stop bit interrupts have
+ * just been turned off, by the tail of a handler of the host link, by a prologue that moves the
+ * stack pointer, or by a write to the EEPROM; behind that the overflow of the clock and a handler
+ * of the host link go first, as their vectors stand before that of "transmit complete". The bench
+ * floods the host link at 1 Mbps: a byte comes every 160 cycles. Each packet is an ACTION to all,
+ * which no servo answers. The handlers are those of the firmware.
  *
  * The options (bench_option()) say what the main program does and at which moments the four events
  * come; scripts/measure.py sweeps them, and then searches about the worst ones. */
@@ -13,14 +13,14 @@
 
 #include "bench.h"
 
-#define HOST_1M       1     // divisor of the host link
-#define HOST_BYTE     160   // cycles from one byte of the host to the next
-#define TICK          8     // cycles
-#define TICKS_LEFT    33    // about, from when the last byte waits to the end of the packet
-#define SENT          14    // bytes to the host, from before the packet to behind its end
-#define NOTHING_SENT  UINT8_MAX
-#define EEPROM_SPARE  0x200 // an address that the bench does not use
-#define ZERO          128   // in the options: an overflow 0 cycles from about the end of the packet
+#define HOST_1M      1   // divisor of the host link
+#define HOST_BYTE    160 // cycles from one byte of the host to the next
+#define TICK         8   // cycles
+#define TICKS_LEFT   33  // about, from when the last byte waits to the end of the packet
+#define SENT         14  // bytes to the host, from before the packet to behind its end
+#define NOTHING_SENT UINT8_MAX
+#define EEPROM_SPARE 0x200 // an address that the bench does not use
+#define ZERO         128   // in the options: an overflow 0 cycles from about the end of the packet
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -132,7 +132,7 @@ static void one_case(enum activity activity, const struct moments *at)
     while (!bench_is_draining(&bus)) {
     }
     delay((uint8_t)overflow % TICK);
-    TIMER_COUNT = (uint16_t)-(TICKS_LEFT + overflow / TICK);
+    TIMER_COUNT = (uint16_t) - (TICKS_LEFT + overflow / TICK);
     stay_busy(activity, at->write);
     bench_wait(&bus);
 }
