@@ -363,7 +363,7 @@ NOTHING_SENT, ZERO = 255, 128
 # What test/bench/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
 # prologue or an epilogue), or EEMPE is set. No packet is on its way in start-up and exit, nor where the
 # firmware is about to sleep: busy() is true while the bus has a request. Main switches the watchdog
-# on (wdr) before it opens the bus.
+# on (wdr) before its loop submits anything.
 CLI_STACK, CLI_EEPROM = r"out\s+0x3e,", r"sbi\s+0x1c, 2"
 CLI_IDLE = {"_exit", "avr_reset_cause_keep"}
 SLEEP_WITHIN = 60  # instructions behind cli
