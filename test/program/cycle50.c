@@ -21,6 +21,7 @@
 #define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
 #define TICK          (1000u * TICKS_PER_US)
 #define MARK          (1 << PB0)
+#define MOST          (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 4) // of a reply to the cycle's READs
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
@@ -32,9 +33,18 @@ static uint8_t ids[SERVOS_MAX];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS_MAX)];
 static struct cds_feedback feedback[SERVOS_MAX];
 
+#ifndef SPEED
+#define SPEED 0 // as fast as the servo can
+#endif
+
 #ifdef ROSTER
 static struct cds_servos roster;
 static struct cds_servo_state servos[SERVOS_MAX];
+#endif
+
+#ifdef SAFE
+#include "cycle50_safe.h"
+#elif defined ROSTER
 
 static void begin_roster(void)
 {
@@ -50,6 +60,25 @@ static void begin_roster(void)
 #else
 static void begin_roster(void)
 {
+}
+#endif
+
+#ifndef SAFE
+static void begin_health(void)
+{
+}
+
+static void poll_health(void)
+{
+}
+
+static void say_health(void)
+{
+}
+
+static uint8_t most(void)
+{
+    return MOST;
 }
 #endif
 
@@ -73,8 +102,6 @@ static uint16_t next_tick;
 /* What the handlers of the bus change: there is work when a packet has left, when most of a reply
  * has come, and then with each byte, so that at its end there is the less to do before the next
  * READ. */
-#define MOST (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 4)
-
 static uint8_t seen_state, due; // `due`: head of the ring
 
 static bool anything_new(void)
@@ -83,7 +110,7 @@ static bool anything_new(void)
 
     if (state == seen_state || state != CDS_LINK_LISTENING)
         return (int8_t)(bus.link.rx.head - due) >= 0;
-    due = (uint8_t)(bus.link.rx.head + MOST);
+    due = (uint8_t)(bus.link.rx.head + most());
     return true;
 }
 
@@ -104,6 +131,7 @@ static void poll(void)
     mark();
     cds_bus_poll(&bus);
     cds_cycle_poll(&cycle);
+    poll_health();
     unmark();
     seen_state = bus.link.state; // that of a packet which has just begun, not the one before it
 }
@@ -120,7 +148,7 @@ static bool set_goals(uint16_t period)
             position = 0x3FF - position;
         }
         mark();
-        taken &= cds_cycle_goal(&cycle, i, 256 + position, 0) == CDS_OK;
+        taken &= cds_cycle_goal(&cycle, i, 256 + position, SPEED) == CDS_OK;
         unmark();
     }
     mark();
@@ -204,10 +232,13 @@ int main(void)
     cds_bus_set_return_delay(&bus, (uint16_t)(2 * delay));
     if (delay != RETURN_DELAY_FACTORY)
         set(CDS_REG_RETURN_DELAY, delay);
+#ifndef SAFE // a servo with limits is prepared first
     set(CDS_REG_TORQUE_ENABLE, 1);
+#endif
     begin_roster();
     say("begun", cds_cycle_begin(&cycle, &bus, ids, servo_count, packets, feedback,
                                  CDS_CYCLE_PERIOD_US) == CDS_OK);
+    begin_health();
     refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
@@ -220,5 +251,6 @@ int main(void)
     say("utilisation_permille", cds_cycle_utilisation_permille(&cycle));
     say("return_delay_us", 2ul * delay);
     say_counters();
+    say_health();
     say_end();
 }

@@ -1,0 +1,71 @@
+/* 50 servos with soft limits on a bus with queue and retries, as examples/robot.c has them: what
+ * the programs of the safe_ rows share. All that knows the API of the safety layer stands here. */
+#ifndef SAFE_H
+#define SAFE_H
+
+#include <cds55xx/blocking.h>
+#include <cds55xx/servos.h>
+#include <cds55xx/sync_write.h>
+#include <cds55xx/torque_off.h>
+
+#include "bench.h"
+
+#define SERVOS  50
+#define LOWEST  300 // soft limits, as in examples/robot.c
+#define HIGHEST 724
+#define FASTEST 512
+#define MIDDLE  512
+#define SPEED   300
+#define RETRIES 2
+
+static struct cds_bus bus;
+CDS_AVR_BUS(bus, 0)
+CDS_AVR_CLOCK()
+
+BENCH_REQUEST(request, CDS_REPLY_MAX);
+static struct cds_servos roster;
+static struct cds_servo_state servos[SERVOS];
+
+/* The soft limits of all servos. */
+static inline void safe_set_limits(uint16_t lowest, uint16_t highest)
+{
+    for (uint8_t i = 0; i < SERVOS; i++)
+        cds_servos_set_limits(&roster, &servos[i], lowest, highest, FASTEST);
+}
+
+/* Ends the drive inhibit of a torque off. */
+static inline void safe_release(void)
+{
+    cds_servos_release(&roster, NULL);
+}
+
+/* Mode, goal and speed of servo `id` are known, and within its limits. */
+static inline bool safe_prepare(uint8_t id)
+{
+    return cds_blocking_for(&bus, &request,
+                            cds_servo_read(&bus, &request, id, CDS_REG_CW_ANGLE_LIMIT, 4)) ==
+               CDS_OK &&
+           cds_blocking_write_word(&bus, &request, id, CDS_REG_MOVING_SPEED, SPEED) == CDS_OK &&
+           cds_blocking_write_word(&bus, &request, id, CDS_REG_GOAL_POSITION, MIDDLE) == CDS_OK &&
+           cds_blocking_for(&bus, &request,
+                            cds_servo_read(&bus, &request, id, CDS_REG_GOAL_POSITION, 4)) == CDS_OK;
+}
+
+/* True: the bus is open, and all servos may be driven within their limits. */
+static inline bool safe_open(void)
+{
+    bool good = true;
+
+    bench_open(&bus);
+    bench_set_retries(&bus, RETRIES);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].id = (uint8_t)(i + 1);
+    good &= cds_servos_begin(&roster, &bus, servos, SERVOS) == CDS_OK;
+    cds_bus_set_return_delay(&bus, 2);
+    safe_set_limits(LOWEST, HIGHEST);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        good &= safe_prepare((uint8_t)(i + 1));
+    return good;
+}
+
+#endif
