@@ -440,6 +440,26 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
 	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
 
+# The programs on this machine that run src/core. The scripts build them with flags of their own.
+HOST_TESTS := $(CORE_TESTS:%=build/host/test/%) $(RANDOM_TESTS:%=build/host/test/%)
+.PHONY: host-tests list-host-tests
+host-tests: $(HOST_TESTS)
+list-host-tests:
+	@printf '%s\n' $(HOST_TESTS)
+
+## coverage: branch coverage of src/core by the tests on the host; fails below COVERAGE_LIMIT percent
+COVERAGE_LIMIT ?= 98
+.PHONY: coverage
+coverage: | deps
+	@scripts/coverage.py --limit $(COVERAGE_LIMIT)
+
+## mutation: mutants of src/core that the tests on the host notice; fails below MUTATION_LIMIT percent
+MUTATION_LIMIT ?= 93
+MUTANTS ?= 300
+.PHONY: mutation
+mutation: | deps
+	@scripts/mutation.py --count $(MUTANTS) --limit $(MUTATION_LIMIT)
+
 ## cycle: 60 s of 50 servos at 250 Hz: the figures; fails if a promise is broken
 .PHONY: cycle
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
