@@ -502,6 +502,12 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
 
+## eva: Frama-C Eva proves that ring, parser, packet, link and bus have no run-time error (3 min)
+.PHONY: eva
+eva:
+	@scripts/deps.sh eva
+	@scripts/eva.py
+
 ## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs
 docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
