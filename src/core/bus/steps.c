@@ -17,6 +17,13 @@ enum cds_result cds_steps_check(const struct cds_bus *bus, const struct cds_requ
     return CDS_OK;
 }
 
+enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
+                                          const struct cds_request *request,
+                                          uint16_t packet_capacity, uint8_t reply_capacity)
+{
+    return bus->lock ? CDS_BUSY : cds_steps_check(bus, request, packet_capacity, reply_capacity);
+}
+
 void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_request *request)
 {
     *steps = (struct cds_steps){

@@ -22,13 +22,18 @@
 enum cds_result cds_steps_check(const struct cds_bus *bus, const struct cds_request *request,
                                 uint16_t packet_capacity, uint8_t reply_capacity);
 
+/* The same question for an operation that needs the bus to itself. CDS_BUSY also if an operation,
+ * this one or another one, holds the bus. */
+enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
+                                          const struct cds_request *request,
+                                          uint16_t packet_capacity, uint8_t reply_capacity);
+
 /* Begins an operation after cds_steps_check(); nothing is sent. */
 void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_request *request);
 
-/* Begins an operation that has the bus to itself: takes the lock, and lets the bus wait for the
- * longest return delay. The operation uses on_end, context and passes_lock of the request until it
- * ends, and then clears them. Call it after cds_steps_check() and after bus->lock was found NULL:
- * CDS_BUSY is the answer to a second operation. */
+/* Begins an operation after cds_steps_check_exclusive(): takes the lock, and lets the bus wait for
+ * the longest return delay. The operation uses on_end, context and passes_lock of the request, and
+ * clears them when it ends. */
 void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
                                struct cds_request *request);
 
