@@ -84,10 +84,16 @@ void cds_steps_end(struct cds_steps *steps, enum cds_result result)
 
 void cds_steps_abort(struct cds_steps *steps)
 {
+    enum cds_result taken_back = CDS_BAD_ARGUMENT;
+
     if (steps->result != CDS_PENDING)
         return;
     steps->outcome = CDS_CANCELLED;
-    if (!steps->is_sent || cds_bus_cancel(steps->bus, steps->request) != CDS_BUSY)
+    if (steps->is_sent)
+        taken_back = cds_bus_cancel(steps->bus, steps->request);
+    if (taken_back == CDS_OK)
+        steps->is_sent = false; // for ended(): nothing was sent
+    if (taken_back != CDS_BUSY)
         restore(steps);
 }
 
