@@ -88,7 +88,7 @@ void cds_steps_abort(struct cds_steps *steps)
 
     if (steps->result != CDS_PENDING)
         return;
-    steps->outcome = CDS_CANCELLED;
+    cds_steps_end(steps, CDS_CANCELLED);
     if (steps->is_sent)
         taken_back = cds_bus_cancel(steps->bus, steps->request);
     if (taken_back == CDS_OK)
@@ -106,7 +106,8 @@ static void finish(struct cds_steps *steps)
         restore(steps);
         if (steps->bus->lock == &steps->lock)
             return;
-        request->passes_lock = request->ignores_stale = request->no_retry = false;
+        request->passes_lock = request->no_retry = false;
+        request->ignores_stale = request->ignores_servo_state = false;
         request->on_end = NULL;
         request->context = NULL;
     }

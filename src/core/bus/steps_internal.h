@@ -33,7 +33,7 @@ void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_re
 
 /* Begins an operation after cds_steps_check_exclusive(): takes the lock, and lets the bus wait for
  * the longest return delay. The operation uses on_end, context and passes_lock of the request, and
- * clears them when it ends. */
+ * may set ignores_stale, ignores_servo_state and no_retry; it clears all of them when it ends. */
 void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
                                struct cds_request *request);
 
