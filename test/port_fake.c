@@ -72,7 +72,11 @@ uint8_t cds_port_talk(uint8_t port, uint8_t byte)
     port_fake.sent_size = 0;
     port_fake.followed = false;
     put_on_the_line(byte);
-    return 1;
+    if (!port_fake.takes_two)
+        return 1;
+    record(FAKE_TX, port, byte);
+    put_on_the_line(byte);
+    return 2;
 }
 
 void cds_port_follow(uint8_t port)

@@ -44,6 +44,7 @@ struct port_fake {
     uint16_t us_per_reading; // how far the clock moves on whenever it is asked
     bool low;                // the line is held low
     uint8_t low_looks;       // so many looks at the line find it low, as amid the bits of a byte
+    bool takes_two;          // the transmitter takes two bytes at once
     struct cds_link *eager;  // if set: its packets are on the line before talk returns
     struct cds_link *late;   // if set: its "complete" was held up, until the timer is read
 };

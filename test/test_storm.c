@@ -183,7 +183,7 @@ static void leave(struct job *job)
 
 static struct job *job_of(struct cds_request *request)
 {
-    return request->owner;
+    return request->context;
 }
 
 /* After whatever may have begun a packet, or broken one off. */
@@ -328,7 +328,7 @@ static void submit(struct job *job)
 static void open_again(void)
 {
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
     talking = NULL;
     submitted = ended = ok = sent = unsent = 0;
 }
@@ -371,7 +371,7 @@ static void poll(void)
 /* Everything ends, and adds up. */
 static void come_to_rest(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
     port_fake.low = false;
     for (uint16_t i = 0; bus.request; i++) {
@@ -379,11 +379,11 @@ static void come_to_rest(void)
         pass(20);
         poll();
     }
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     TEST_ASSERT_EQUAL_UINT16(submitted, ended);
     TEST_ASSERT_EQUAL_UINT16(sent, count.sent);
     TEST_ASSERT_EQUAL_UINT16(ok, count.ok);
-    TEST_ASSERT_EQUAL_UINT16(unsent, count.unsent);
+    TEST_ASSERT_EQUAL_UINT16(unsent, count.line_busy);
     TEST_ASSERT_EQUAL_UINT16(count.sent, (uint16_t)(count.ok + count.timeouts + count.corrupt));
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
@@ -414,10 +414,10 @@ void setUp(void)
         request->packet.bytes = jobs[i].buffer;
         request->packet.capacity = sizeof jobs[i].buffer;
         request->on_end = on_end;
-        request->owner = &jobs[i];
+        request->context = &jobs[i];
     }
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&queue, &bus);
     open_again();
 }
 

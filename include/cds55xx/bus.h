@@ -171,18 +171,20 @@ enum cds_bus_event {
     CDS_EVENT_UNEXPECTED_PACKET,
 };
 
-/* What an upper layer adds to a bus: a permit (permit.h) and a queue (queue.h). Each function gets
- * `context`; each may be NULL but `on_end`. Called from cds_bus_submit(), cds_bus_cancel() and
- * cds_bus_poll(). */
+/* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
+ * Every function must be there, but for the last two; each gets `context`. Called from
+ * cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(). */
 struct cds_bus_hooks {
     void *context;
 
     /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
-     * else why not. Asked when a request is submitted, and again right before its packet leaves. It
-     * sets request->return_delay_us and request->is_muted. */
+     * else why not. Asked right before each packet leaves. Sets request->return_delay_us and
+     * request->is_muted. */
     enum cds_result (*permit)(void *context, struct cds_request *request);
 
-    /* The bus is in use: takes the request over. CDS_OK, or why not. */
+    /* The packet cannot leave at once: the bus is in use, or its line is not quiet. Checks the
+     * request, and takes it over, its result then being CDS_PENDING, or gives it to
+     * cds_bus_start(). CDS_OK, or why not. */
     enum cds_result (*submit)(void *context, struct cds_request *request);
 
     /* Takes back a request that was taken over; NULL: all of them. False: it is not here. */
@@ -192,24 +194,22 @@ struct cds_bus_hooks {
      * more to do before the transaction may end. */
     bool (*on_sending)(void *context, struct cds_request *request);
 
-    /* A transaction has ended as `result`; request->result is still CDS_PENDING. True: the request
-     * is kept, to be sent again. */
+    /* A request has ended as `result`, its packet sent or not; request->result is still
+     * CDS_PENDING. The bus is free: the next request may be given to cds_bus_start(). True: the
+     * request is kept, to be sent again. */
     bool (*on_end)(void *context, struct cds_request *request, enum cds_result result);
-
-    /* For goals of a cycle (cycle.h), which are checked when they are set. May servo `id` be sent
-     * the goal and speed `goal` (4 bytes, as registers 0x1E to 0x21)? `*index`: hint, index of the
-     * servo; set to the index found. */
-    enum cds_result (*permit_goal)(void *context, uint8_t id, uint8_t *index, const uint8_t *goal);
-
-    /* Which servo's answers of the permit may have changed since `*epoch`: CDS_NO_ID, none; its ID;
-     * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. */
-    uint8_t (*changed_since)(void *context, uint16_t *epoch);
 
     /* A good packet that was not due came from servo `id` with `error` bits. */
     void (*on_packet)(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
 
-    /* The bus is free: the next request may be given to cds_bus_start(). */
-    void (*on_free)(void *context);
+    /* For goals of a cycle (cycle.h), which are checked when they are set. May servo `id` be sent
+     * the goal and speed `goal` (4 bytes, as registers 0x1E to 0x21)? `*index`: hint, index of the
+     * servo; set to the index found. NULL: it may. */
+    enum cds_result (*permit_goal)(void *context, uint8_t id, uint8_t *index, const uint8_t *goal);
+
+    /* Which servo's answers of the permit may have changed since `*epoch`: CDS_NO_ID, none; its ID;
+     * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. NULL: none. */
+    uint8_t (*changed_since)(void *context, uint16_t *epoch);
 };
 
 /* Of the operation that holds the bus: cds_bus_lock(). After abort() the operation sends nothing
@@ -244,11 +244,10 @@ struct cds_bus {
     uint16_t deadline_65ms;   // when all `timer_wraps` are over, in 2^16 us: for late polls
     uint16_t rest_us;         // packets that expect a reply wait so long after ...
     uint32_t rest_from_us;    // ... the last sign of life of the line
-    struct cds_stats stats;
-    // what follows stays when a bus is opened again:
-    const struct cds_bus_hooks *hooks; // or NULL
+    const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again
     const struct cds_bus_lock *lock;   // of the operation that holds the bus, or NULL
     struct cds_link link;
+    struct cds_stats stats; // behind the ring: an AVR reaches the first 64 bytes with less code
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud_reg + 1)
@@ -281,8 +280,8 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  *   CDS_NO_ROOM       the reply would not fit reply_capacity
  *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit refuses it (permit.h)
  *
- * With any result but CDS_OK nothing was sent, and request->result is that result, but with
- * CDS_BUSY. How it ends (request->result):
+ * With any result but CDS_OK nothing was sent, and request->result is that result, unless the
+ * request is on its way. How it ends (request->result):
  *
  *   CDS_OK            the reply is in request->reply, or none was due
  *   CDS_TIMEOUT       no good reply by the deadline: the time of packet and reply, the return

@@ -72,7 +72,7 @@ static inline bool cds_parser_has_unread(const struct cds_parser *parser,
 
 /* Searches the bytes before position `end` for the head of a packet. MORE, SOME, HEAD, MALFORMED.
  */
-enum cds_parsed cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
 /* Stores the parameters of the packet whose head was found at `to`: parser->length - 2 bytes. */
 static inline void cds_parser_keep(struct cds_parser *parser, uint8_t *to)
@@ -81,7 +81,7 @@ static inline void cds_parser_keep(struct cds_parser *parser, uint8_t *to)
 }
 
 /* Takes the bytes of that packet before position `end`. MORE, SOME, PACKET, MALFORMED. */
-enum cds_parsed cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
 
 /* Gives up all bytes before `position`: damage lies there. */
 void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring, uint8_t position);

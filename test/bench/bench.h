@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -39,6 +40,8 @@ static inline __attribute__((always_inline)) void unmark(uint8_t pin)
 
 #define BENCH_NOINLINE __attribute__((noinline, noclone))
 
+static struct cds_queue bench_queue;
+
 /* Clock, bus and one pair of marks around nothing. */
 static inline void bench_open(struct cds_bus *bus)
 {
@@ -47,7 +50,7 @@ static inline void bench_open(struct cds_bus *bus)
     cds_avr_clock_open();
     sei();
     cds_bus_open(bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(bus, true);
+    cds_queue_attach(&bench_queue, bus);
     mark(MARK_NOTHING);
     unmark(MARK_NOTHING);
 }

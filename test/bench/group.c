@@ -12,7 +12,8 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet_reply[CDS_REPLY_MAX];
+static struct cds_request request = CDS_REQUEST(packet, packet_reply);
 static struct cds_group_read group;
 static struct cds_group_answer answers[SERVOS_MAX];
 static uint8_t ids[SERVOS_MAX], data[SERVOS_MAX * BYTES];

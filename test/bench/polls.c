@@ -17,11 +17,13 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packets[QUEUE][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
-static struct cds_request requests[QUEUE] = {CDS_REQUEST(packets[0]), CDS_REQUEST(packets[1]),
-                                             CDS_REQUEST(packets[2])};
+static uint8_t replies[QUEUE][CDS_REPLY_MAX];
+static struct cds_request requests[QUEUE] = {CDS_REQUEST(packets[0], replies[0]),
+                                             CDS_REQUEST(packets[1], replies[1]),
+                                             CDS_REQUEST(packets[2], replies[2])};
 static uint8_t goals_packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
-static struct cds_request goals = CDS_REQUEST(goals_packet);
-static struct cds_counters counters; // asked for, so that all is counted
+static struct cds_request goals = CDS_REQUEST_WITHOUT_DATA(goals_packet);
+static struct cds_stats counters; // asked for, so that all is counted
 static uint32_t polls;
 
 static bool poll(void)
@@ -73,14 +75,14 @@ int main(void)
     static const uint16_t late_us[] = {0, 40, 1000};
 
     bench_open(&bus);
-    cds_bus_set_repeats(&bus, REPEATS);
+    cds_queue_set_retries(&bench_queue, REPEATS);
     for (uint8_t i = 0; i < ROUNDS; i++) {
         for (uint8_t j = 0; j < sizeof(late_us) / sizeof(late_us[0]); j++) {
             reads(late_us[j], (uint8_t)(i % 7 + 1));
             goals_behind_a_read(late_us[j]);
         }
     }
-    cds_bus_counters(&bus, &counters);
+    cds_bus_stats(&bus, &counters);
     say("polls", polls);
     say("ok", counters.ok);
     say_end();

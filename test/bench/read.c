@@ -12,7 +12,10 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_PACKET_SIZE(2)], other_packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(packet), other = CDS_REQUEST(other_packet);
+static uint8_t other_packet_reply[2];
+static uint8_t packet_reply[2];
+static struct cds_request request = CDS_REQUEST(packet, packet_reply),
+                          other = CDS_REQUEST(other_packet, other_packet_reply);
 static volatile uint8_t servo = 1, address = CDS_REG_PRESENT_POSITION, length = 2;
 static uint8_t good;
 

@@ -62,23 +62,24 @@ static uint16_t two_byte_times_us(const struct cds_bus *bus)
     return (uint16_t)(2u * bus->byte_time_us);
 }
 
+/* Microseconds since the rest began, 65535 at the most. */
+static NOCLONE uint16_t rested_us(const struct cds_bus *bus)
+{
+    uint32_t elapsed_us = cds_port_now_us() - bus->rest_from_us;
+
+    return elapsed_us > UINT16_MAX ? UINT16_MAX : (uint16_t)elapsed_us;
+}
+
 /* The line was used, or a reply failed: from now on every packet waits for two byte times, and one
  * that expects a reply for `stale_us`, if that is longer. A longer wait under way goes on. */
 static NOCLONE void rest(struct cds_bus *bus, uint16_t stale_us)
 {
-    uint32_t now_us = cds_port_now_us(), elapsed_us = now_us - bus->rest_from_us;
+    uint16_t elapsed_us = rested_us(bus), left_us = bus->rest_us;
 
-    if (bus->gate & GATE_STALE && elapsed_us < bus->rest_us) {
-        uint16_t left_us = (uint16_t)(bus->rest_us - (uint16_t)elapsed_us);
-
-        if (left_us > stale_us)
-            stale_us = left_us;
-    }
-    bus->rest_from_us = now_us;
-    bus->rest_us = stale_us;
-    bus->gate |= GATE_SUSPECT;
-    if (stale_us)
-        bus->gate |= GATE_STALE;
+    left_us = left_us > elapsed_us ? (uint16_t)(left_us - elapsed_us) : 0;
+    bus->rest_us = left_us > stale_us ? left_us : stale_us;
+    bus->rest_from_us = cds_port_now_us();
+    bus->gate |= GATE_SUSPECT | GATE_STALE;
 }
 
 /* True if the receiver has stored or damaged bytes since the last search. */
@@ -103,7 +104,7 @@ static COLD void note_unexpected(struct cds_bus *bus)
         }
     }
     ++*counter;
-    if (bus->hooks && bus->hooks->on_packet)
+    if (bus->hooks)
         bus->hooks->on_packet(bus->hooks->context, event, id, bus->parser.error);
 }
 
@@ -118,16 +119,18 @@ static COLD void drop_damage(struct cds_bus *bus)
         link->broken = CDS_LINK_WHOLE;
         cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
     } while (link->broken); // broken again meanwhile: its first mark is not the first
+    if (cds_ring_distance(cds_ring_begin(&link->rx), bus->closing_end) > CDS_RING_SIZE)
+        bus->closing_end = cds_ring_begin(&link->rx); // the damage reached beyond it
 }
 
 /* Gives the parser the bytes up to damage or deadline, if there is any. */
-static NOCLONE enum cds_parsed examine(struct cds_bus *bus)
+static NOCLONE uint8_t examine(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
     // in this order: what breaks meanwhile lies behind the end
     uint8_t end = bus->is_closing ? bus->closing_end : cds_ring_end(&link->rx);
     uint8_t broken = link->broken;
-    enum cds_parsed parsed;
+    uint8_t parsed;
 
     if (broken) {
         if (cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
@@ -156,25 +159,30 @@ static COLD void examine_unasked(struct cds_bus *bus)
     if (examine(bus) == CDS_PARSED_PACKET)
         note_unexpected(bus);
     rest(bus, 0);
+    bus->gate &= (uint8_t)~GATE_FAULT;
 }
 
 /* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
 static COLD void check_rest(struct cds_bus *bus)
 {
-    uint32_t elapsed_us = cds_port_now_us() - bus->rest_from_us;
-    bool is_high = cds_port_line_is_high(bus->port);
+    uint16_t elapsed_us = rested_us(bus);
+    uint8_t gate = bus->gate;
 
-    if (bus->gate & GATE_FAULT && !is_high) {
-        rest(bus, 0);
-    } else if (bus->gate & GATE_LINE && elapsed_us > two_byte_times_us(bus)) {
-        bus->gate &= (uint8_t)~GATE_LINE;
-        if (!is_high) {
-            rest(bus, 0);
-            bus->gate |= GATE_FAULT;
-        }
+    if (elapsed_us >= bus->rest_us) {
+        bus->rest_us = 0;
+        gate &= (uint8_t)~GATE_STALE;
     }
-    if (elapsed_us > bus->rest_us)
-        bus->gate &= (uint8_t)~GATE_STALE;
+    if (cds_port_line_is_high(bus->port)) {
+        if (elapsed_us >= two_byte_times_us(bus))
+            gate &= (uint8_t)~GATE_LINE;
+    } else if (!(gate & GATE_LINE)) {
+        rest(bus, 0);
+        gate = bus->gate;
+    } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
+        rest(bus, 0);
+        gate = bus->gate | GATE_FAULT;
+    }
+    bus->gate = gate;
 }
 
 /* Looks at the line while no packet of ours is on it. */
@@ -194,7 +202,7 @@ static void cancel_all(struct cds_bus *bus)
 {
     if (bus->request)
         bus->request->result = CDS_CANCELLED;
-    if (bus->hooks && bus->hooks->cancel)
+    if (bus->hooks)
         bus->hooks->cancel(bus->hooks->context, NULL);
 }
 
@@ -208,12 +216,13 @@ static void set_rate(struct cds_bus *bus, uint8_t baud_reg)
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg)
 {
+    const struct cds_bus_hooks *hooks = bus->hooks;
     bool again = bus->state != CDS_BUS_CLOSED;
 
     cds_port_open(port, baud_reg); // first: no handler may run while the struct is cleared
     cancel_all(bus);
-    memset(bus, 0, offsetof(struct cds_bus, hooks));
-    memset(&bus->lock, 0, sizeof *bus - offsetof(struct cds_bus, lock));
+    memset(bus, 0, sizeof *bus);
+    bus->hooks = hooks;
     bus->port = port;
     set_rate(bus, baud_reg);
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
@@ -283,29 +292,22 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
 }
 
-/* CDS_OK, CDS_PENDING, or why the packet may not leave. */
-static NOCLONE uint8_t ask_permit(const struct cds_bus *bus, struct cds_request *request)
-{
-    const struct cds_bus_hooks *hooks = bus->hooks;
-
-    if (!hooks || !hooks->permit)
-        return CDS_OK;
-    request->return_delay_us = bus->return_delay_us;
-    return (uint8_t)hooks->permit(hooks->context, request);
-}
-
 /* The one function that begins a packet. CDS_OK: it is on its way; CDS_LINE_BUSY, CDS_PENDING: not
  * now; else the permit refuses it. */
 static NOCLONE uint8_t begin_packet(struct cds_bus *bus, struct cds_request *request)
 {
     if (bus->hooks) {
-        uint8_t result = ask_permit(bus, request);
+        uint8_t result = (uint8_t)bus->hooks->permit(bus->hooks->context, request);
 
         if (result != CDS_OK)
             return result;
     }
-    if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
+    if (has_unread_bytes(bus))
         return CDS_LINE_BUSY;
+    if (!cds_port_line_is_high(bus->port)) {
+        rest(bus, 0); // amid a byte, which may be high at the next look
+        return CDS_LINE_BUSY;
+    }
     cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
     bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
     bus->request = request;
@@ -331,20 +333,15 @@ void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 /* The packet cannot leave at once. */
 static COLD uint8_t submit_later(struct cds_bus *bus, struct cds_request *request)
 {
-    const struct cds_bus_hooks *hooks = bus->hooks;
-    uint8_t result;
-
     if (bus->state == CDS_BUS_CLOSED)
         return CDS_BAD_ARGUMENT;
-    if ((bus->gate & GATE_LOCKED && !request->passes_lock) ||
-        (bus->request && (!hooks || !hooks->submit)))
+    if (bus->gate & GATE_LOCKED && !request->passes_lock)
         return CDS_BUSY;
-    result = ask_permit(bus, request);
-    if (result != CDS_OK && result != CDS_PENDING)
-        return result;
-    request->result = CDS_PENDING;
+    if (bus->hooks)
+        return (uint8_t)bus->hooks->submit(bus->hooks->context, request);
     if (bus->request)
-        return (uint8_t)hooks->submit(hooks->context, request);
+        return CDS_BUSY;
+    request->result = CDS_PENDING;
     cds_bus_start(bus, request);
     return CDS_OK;
 }
@@ -375,6 +372,7 @@ enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *
 {
     uint8_t result;
 
+    OPTIMIZER_BARRIER(bus);
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     result = check(request);
@@ -389,7 +387,7 @@ enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *
         else if (result == CDS_OK)
             request->result = CDS_PENDING;
     }
-    if (result != CDS_OK && result != CDS_BUSY)
+    if (result != CDS_OK)
         request->result = result;
     return (enum cds_result)result;
 }
@@ -405,23 +403,17 @@ struct cds_request *cds_bus_take_back(struct cds_bus *bus)
     return request;
 }
 
-static void free_bus(struct cds_bus *bus)
-{
-    if (bus->hooks && bus->hooks->on_free)
-        bus->hooks->on_free(bus->hooks->context);
-}
-
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
 
     if (bus->request != request)
-        return hooks && hooks->cancel && hooks->cancel(hooks->context, request) ? CDS_OK
-                                                                                : CDS_BAD_ARGUMENT;
+        return hooks && hooks->cancel(hooks->context, request) ? CDS_OK : CDS_BAD_ARGUMENT;
     if (!cds_bus_take_back(bus))
         return CDS_BUSY;
     request->result = CDS_CANCELLED;
-    free_bus(bus);
+    if (hooks)
+        hooks->on_end(hooks->context, request, CDS_CANCELLED);
     return CDS_OK;
 }
 
@@ -432,7 +424,7 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
     uint16_t bytes = request->packet.size, more_us = CDS_REPLY_MARGIN_US;
     uint8_t due = request->reply_parameters;
 
-    if (!bus->hooks || !bus->hooks->permit) {
+    if (!bus->hooks) { // else the permit has set them
         request->return_delay_us = bus->return_delay_us;
         request->is_muted = false;
     }
@@ -464,15 +456,19 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
 
 /* ---- a transaction ends ---- */
 
-/* The request has ended without having been sent, or for good. True while there is more to do. */
+/* The request has ended as `result`, its packet sent or not. True while there is more to do. */
 static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
+    const struct cds_bus_hooks *hooks = bus->hooks;
 
     bus->request = NULL;
     bus->state = CDS_BUS_IDLE;
+    if (hooks && hooks->on_end(hooks->context, request, (enum cds_result)result)) {
+        bus->stats.retried++;
+        return true;
+    }
     request->result = result;
-    free_bus(bus); // first: what on_end submits takes its turn like any other
     if (request->on_end)
         request->on_end(request);
     return bus->request;
@@ -481,19 +477,11 @@ static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
 /* The transaction has ended as `result`. */
 static NOCLONE bool end(struct cds_bus *bus, uint8_t result)
 {
-    const struct cds_bus_hooks *hooks = bus->hooks;
-
     if (bus->state != CDS_BUS_SENDING_ONLY) {
         bus->last_id = bus->asked_id;
         bus->last_result = result;
     }
-    if (!hooks || !hooks->on_end(hooks->context, bus->request, (enum cds_result)result))
-        return finish(bus, result);
-    bus->stats.retried++;
-    bus->request = NULL;
-    bus->state = CDS_BUS_IDLE;
-    free_bus(bus);
-    return true;
+    return finish(bus, result);
 }
 
 static NOCLONE bool end_well(struct cds_bus *bus)
@@ -571,6 +559,8 @@ static void begin_reply(struct cds_bus *bus)
 /* Examines what has come. The deadline is judged after that: what came by then is not late. */
 static bool receive(struct cds_bus *bus)
 {
+    if (bus->link.state != CDS_LINK_LISTENING)
+        return deadline_is_over(bus) ? close_reception(bus) : true;
     switch (examine(bus)) {
     case CDS_PARSED_HEAD: begin_reply(bus); break;
     case CDS_PARSED_PACKET:
@@ -602,7 +592,7 @@ static COLD bool wait_on(struct cds_bus *bus)
     if (bus->wait == WAIT_BEGINS) {
         bus->wait = WAIT_TIMED;
         set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-                     CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + CDS_STALE_REPLY_US);
+                     (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
     }
     watch_line(bus);
     if (!(bus->gate & GATE_LINE) &&
@@ -623,9 +613,7 @@ static COLD bool wait_on(struct cds_bus *bus)
 
 static bool poll_sending_only(struct cds_bus *bus)
 {
-    const struct cds_bus_hooks *hooks = bus->hooks;
-
-    if (hooks && hooks->on_sending && hooks->on_sending(hooks->context, bus->request))
+    if (bus->hooks && bus->hooks->on_sending(bus->hooks->context, bus->request))
         return true;
     if (bus->link.state == CDS_LINK_LISTENING)
         return end_well(bus);
@@ -634,7 +622,10 @@ static bool poll_sending_only(struct cds_bus *bus)
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t state = bus->state;
+    uint8_t state;
+
+    OPTIMIZER_BARRIER(bus);
+    state = bus->state;
 
     if (state >= CDS_BUS_AWAITING_REPLY) {
         if (!has_unread_bytes(bus) && !bus->is_closing && !cds_port_timer_expired(bus->port))

@@ -14,23 +14,19 @@ static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t
     *place = request;
 }
 
-static void start_first(struct cds_queue *queue)
-{
-    struct cds_request *request = queue->first;
-
-    queue->first = request->next;
-    cds_bus_start(queue->bus, request);
-}
-
 /* A request of a higher priority also goes before the one that waits for the line. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
-    struct cds_request *waiting = queue->bus->request;
+    struct cds_bus *bus = queue->bus;
+    struct cds_request *waiting = bus->request;
 
-    if (waiting && request->priority > waiting->priority && cds_bus_take_back(queue->bus)) {
+    request->result = CDS_PENDING;
+    if (!waiting) {
+        cds_bus_start(bus, request);
+    } else if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
         insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
-        cds_bus_start(queue->bus, request);
+        cds_bus_start(bus, request);
     } else {
         insert(queue, request, request->priority);
     }
@@ -76,45 +72,71 @@ static bool is_idempotent(const uint8_t *bytes)
     }
 }
 
-/* A failed request waits again, before all of its own priority. */
-static bool on_end(void *context, struct cds_request *request, enum cds_result result)
+/* True if the request waits again, before all of its own priority. */
+static bool retry(struct cds_queue *queue, struct cds_request *request, enum cds_result result)
 {
-    struct cds_queue *queue = (struct cds_queue *)context;
-
-    if (result == CDS_OK || request->retries >= queue->retries || request->no_retry ||
-        !is_idempotent(request->packet.bytes))
+    if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || request->retries >= queue->retries ||
+        request->no_retry || !is_idempotent(request->packet.bytes))
         return false;
     request->retries++;
     insert(queue, request, (uint8_t)(request->priority + 1u));
     return true;
 }
 
-static void on_free(void *context)
+static bool on_end(void *context, struct cds_request *request, enum cds_result result)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
+    bool is_kept = retry(queue, request, result);
+    struct cds_request *first = queue->first;
 
-    if (queue->first)
-        start_first(queue);
+    if (first) {
+        queue->first = first->next;
+        cds_bus_start(queue->bus, first);
+    }
+    return is_kept;
+}
+
+static enum cds_result permit(void *context, struct cds_request *request)
+{
+    const struct cds_queue *queue = (const struct cds_queue *)context;
+
+    request->return_delay_us = queue->bus->return_delay_us;
+    request->is_muted = false;
+    return CDS_OK;
+}
+
+static bool on_sending(void *context, struct cds_request *request)
+{
+    (void)context, (void)request;
+    return false;
+}
+
+static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
+{
+    (void)context, (void)event, (void)id, (void)error;
 }
 
 void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
 {
     *queue = (struct cds_queue){
         .hooks = {.context = queue,
+                  .permit = permit,
                   .submit = submit,
                   .cancel = cancel,
+                  .on_sending = on_sending,
                   .on_end = on_end,
-                  .on_free = on_free},
+                  .on_packet = on_packet},
         .bus = bus,
     };
 }
 
 enum cds_result cds_queue_attach(struct cds_queue *queue, struct cds_bus *bus)
 {
-    if (bus->hooks && bus->hooks != &queue->hooks)
-        return CDS_BUSY;
-    cds_queue_begin(queue, bus);
-    return cds_bus_attach(bus, &queue->hooks);
+    enum cds_result result = cds_bus_attach(bus, &queue->hooks);
+
+    if (result == CDS_OK)
+        cds_queue_begin(queue, bus);
+    return result;
 }
 
 void cds_queue_set_retries(struct cds_queue *queue, uint8_t retries)

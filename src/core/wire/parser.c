@@ -8,75 +8,62 @@
 #define SUM_OF_PACKET UINT8_MAX // from the ID on, with the checksum, which is ~ of the rest
 
 /* The candidate at the ring's tail is no packet. */
-static enum cds_parsed reject(struct cds_parser *parser, struct cds_ring *ring)
+static uint8_t reject(struct cds_parser *parser, struct cds_ring *ring)
 {
-    uint8_t next = cds_ring_after(cds_ring_begin(ring), 1);
-
-    cds_ring_release(ring, next);
-    parser->position = next;
-    parser->is_in_packet = false;
-    parser->is_clean = false;
+    cds_parser_skip_damage(parser, ring, cds_ring_after(cds_ring_begin(ring), 1));
     return CDS_PARSED_MALFORMED;
 }
 
-/* All five bytes of a head stand in the ring from position `at` on. */
-static inline enum cds_parsed take_head(struct cds_parser *parser, struct cds_ring *ring,
-                                        uint8_t at)
+NOINLINE uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
-    uint8_t id = cds_ring_at(ring, cds_ring_after(at, CDS_AT_ID));
-    uint8_t length = cds_ring_at(ring, cds_ring_after(at, CDS_AT_LENGTH));
-    uint8_t error = cds_ring_at(ring, cds_ring_after(at, CDS_AT_ERROR));
+    uint8_t at = cds_ring_begin(ring), offset = 0, calls = CDS_PARSER_SKIPPED_MAX, byte;
 
-    parser->id = id;
-    parser->length = length;
-    parser->error = error;
-    parser->sum = (uint8_t)(id + length + error);
-    parser->end = cds_ring_after(at, (uint8_t)(length + CDS_AT_LENGTH));
+    for (;;) {
+        uint8_t position = cds_ring_after(at, offset);
+
+        parser->position = position;
+        if (position == end)
+            return CDS_PARSED_MORE;
+        byte = cds_ring_at(ring, position);
+        if (offset < CDS_AT_ID) {
+            offset++;
+            if (byte == CDS_HEADER)
+                continue;
+            parser->noise_bytes++;
+            at = cds_ring_after(at, offset);
+            offset = 0;
+        } else if (offset == CDS_AT_ID) {
+            parser->id = byte;
+            offset++;
+            if (byte != CDS_HEADER)
+                continue;
+            at = cds_ring_after(at, 1); // R27: the last two FF are the header
+            offset = CDS_AT_ID;
+        } else if (offset == CDS_AT_LENGTH) {
+            parser->length = byte;
+            offset++;
+            if (byte < CDS_LENGTH_MIN || byte > parser->longest)
+                return reject(parser, ring);
+            continue;
+        } else {
+            break;
+        }
+        cds_ring_release(ring, at);
+        if (--calls == 0) {
+            parser->position = at;
+            return CDS_PARSED_SOME;
+        }
+    }
+    parser->error = byte;
+    parser->sum = (uint8_t)(parser->id + parser->length + byte);
     parser->position = cds_ring_after(at, CDS_AT_PARAMETERS);
+    parser->end = cds_ring_after(at, (uint8_t)(parser->length + CDS_AT_LENGTH));
     parser->to = NULL;
     parser->is_in_packet = true;
     return CDS_PARSED_HEAD;
 }
 
-NOINLINE enum cds_parsed cds_parser_find(struct cds_parser *parser, struct cds_ring *ring,
-                                         uint8_t end)
-{
-    uint8_t at = cds_ring_begin(ring), skipped = 0;
-
-    for (;;) {
-        uint8_t count = cds_ring_distance(at, end), length;
-
-        parser->position = end; // unless something is found before it
-        if (count == 0)
-            return CDS_PARSED_MORE;
-        if (cds_ring_at(ring, at) != CDS_HEADER) {
-            parser->noise_bytes++;
-        } else if (count == 1) {
-            return CDS_PARSED_MORE;
-        } else if (cds_ring_at(ring, cds_ring_after(at, 1)) != CDS_HEADER) {
-            at = cds_ring_after(at, 1);
-            parser->noise_bytes++;
-        } else if (count == CDS_AT_ID) {
-            return CDS_PARSED_MORE;
-        } else if (cds_ring_at(ring, cds_ring_after(at, CDS_AT_ID)) != CDS_HEADER) {
-            if (count == CDS_AT_LENGTH)
-                return CDS_PARSED_MORE;
-            length = cds_ring_at(ring, cds_ring_after(at, CDS_AT_LENGTH));
-            if (length < CDS_LENGTH_MIN || length > parser->longest)
-                return reject(parser, ring);
-            return count > CDS_AT_ERROR ? take_head(parser, ring, at) : CDS_PARSED_MORE;
-        } // else R27: an FF before the header
-        at = cds_ring_after(at, 1);
-        cds_ring_release(ring, at);
-        if (++skipped == CDS_PARSER_SKIPPED_MAX) {
-            parser->position = at;
-            return CDS_PARSED_SOME;
-        }
-    }
-}
-
-NOINLINE enum cds_parsed cds_parser_take(struct cds_parser *parser, struct cds_ring *ring,
-                                         uint8_t end)
+NOINLINE uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
     uint8_t at = parser->position, last = parser->end, sum = parser->sum;
     uint8_t count = cds_ring_distance(at, end);
@@ -109,7 +96,8 @@ NOINLINE enum cds_parsed cds_parser_take(struct cds_parser *parser, struct cds_r
     return CDS_PARSED_SOME;
 }
 
-void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring, uint8_t position)
+NOINLINE void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring,
+                                     uint8_t position)
 {
     cds_ring_release(ring, position);
     parser->position = position;
