@@ -4,6 +4,7 @@
 
 #include "cds55xx/control_table.h"
 #include "cds55xx/queue.h"
+#include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -314,29 +315,18 @@ void test_one_whose_request_is_cancelled_gives_all_back(void)
     assert_given_back();
 }
 
-static enum cds_result refuse(void *context, struct cds_request *asked)
+static enum cds_result refuse(struct cds_request *asked)
 {
-    (void)context;
-    if (asked->ignores_servo_state) {
-        asked->is_muted = false;
-        return CDS_OK;
-    }
-    asked->is_muted = true;
-    return CDS_NO_REPLY_DUE;
-}
-
-static bool keep_nothing(void *context, struct cds_request *request_, enum cds_result result)
-{
-    (void)context, (void)request_, (void)result;
-    return false;
+    asked->is_muted = !asked->ignores_servo_state;
+    return asked->ignores_servo_state ? CDS_OK : CDS_NO_REPLY_DUE;
 }
 
 void test_what_the_permit_knows_of_servos_is_not_used(void)
 {
-    static const struct cds_bus_hooks hooks = {.permit = refuse, .on_end = keep_nothing};
 
     put(0, ID, 1);
-    bus.hooks = &hooks;
+    bus.hooks = NULL; // instead of the queue's
+    permit_fake_attach(&bus, refuse);
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
 }
 

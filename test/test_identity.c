@@ -2,6 +2,7 @@
  * at every step: what is reported is where the servo is. */
 #include "cds55xx/identity.h"
 
+#include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -337,31 +338,23 @@ void test_an_abort_at_any_poll_gives_the_bus_back_and_tells_what_was_written(voi
 
 static bool at_its_turn; // not when it is submitted
 
-static enum cds_result refuse_writes(void *context, struct cds_request *asked)
+static enum cds_result refuse_writes(struct cds_request *asked)
 {
     bool waits = asked->result == CDS_PENDING;
 
-    (void)context;
     if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
         return CDS_OK;
-    port_fake.low = at_its_turn && !waits; // it must wait for the line
+    port_fake.low_looks = at_its_turn && !waits; // it must wait for the line
     return at_its_turn == waits ? CDS_INHIBITED : CDS_OK;
-}
-
-static bool keep_nothing(void *context, struct cds_request *request_, enum cds_result result)
-{
-    (void)context, (void)request_, (void)result;
-    return false;
 }
 
 void test_a_write_that_is_not_admitted_ends_it_and_nothing_was_written(void)
 {
-    static const struct cds_bus_hooks hooks = {.permit = refuse_writes, .on_end = keep_nothing};
 
     for (uint8_t i = 0; i < 2; i++) {
         begin(NEW_ID);
         at_its_turn = i;
-        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
+        permit_fake_attach(&bus, refuse_writes);
         TEST_ASSERT_EQUAL(CDS_INHIBITED, run());
         TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);

@@ -3,6 +3,7 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
+#include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -214,29 +215,21 @@ void test_details_that_were_not_read_are_no_values(void)
 }
 
 /* A permit that knows servo 9 to answer PING only. */
-static enum cds_result refuse_read_of_9(void *context, struct cds_request *asked)
+static enum cds_result refuse_read_of_9(struct cds_request *asked)
 {
     const uint8_t *bytes = asked->packet.bytes;
 
-    (void)context;
     return bytes[CDS_AT_ID] == 9 && bytes[CDS_AT_INSTRUCTION] == CDS_READ ? CDS_NO_REPLY_DUE
                                                                           : CDS_OK;
 }
 
-static bool keep_nothing(void *context, struct cds_request *ended, enum cds_result result)
-{
-    (void)context, (void)ended, (void)result;
-    return false;
-}
-
 void test_details_that_the_permit_refuses_hold_up_nothing(void)
 {
-    static const struct cds_bus_hooks hooks = {.permit = refuse_read_of_9, .on_end = keep_nothing};
 
     servo_fake_put(0, 9, 1);
     servo_fake_put(1, 10, 1);
     servos.servo[0].table[0x10] = 0;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
+    permit_fake_attach(&bus, refuse_read_of_9);
     set_ids(8, 10);
     set_bauds(&bus.baud_reg, 1);
     config.reads_details = true;

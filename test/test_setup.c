@@ -2,6 +2,7 @@
 #include "cds55xx/setup.h"
 
 #include "cds55xx/queue.h"
+#include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -220,31 +221,23 @@ void test_an_abort_at_any_poll_ends_it_as_cancelled(void)
 
 static bool at_its_turn; // not when it is submitted
 
-static enum cds_result refuse_writes(void *context, struct cds_request *asked)
+static enum cds_result refuse_writes(struct cds_request *asked)
 {
     bool waits = asked->result == CDS_PENDING;
 
-    (void)context;
     if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
         return CDS_OK;
-    port_fake.low = at_its_turn && !waits; // it must wait for the line
+    port_fake.low_looks = at_its_turn && !waits; // it must wait for the line
     return at_its_turn == waits ? CDS_LIMIT : CDS_OK;
-}
-
-static bool keep_nothing(void *context, struct cds_request *ended, enum cds_result result)
-{
-    (void)context, (void)ended, (void)result;
-    return false;
 }
 
 void test_what_is_not_admitted_was_not_written(void)
 {
-    static const struct cds_bus_hooks hooks = {.permit = refuse_writes, .on_end = keep_nothing};
 
     for (uint8_t i = 0; i < 2; i++) {
         setUp();
         at_its_turn = i;
-        TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
+        permit_fake_attach(&bus, refuse_writes);
         TEST_ASSERT_EQUAL(CDS_OK, begin_limits());
         TEST_ASSERT_EQUAL(CDS_LIMIT, run());
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
