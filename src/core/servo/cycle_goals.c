@@ -61,6 +61,18 @@ static void leave_out(struct cds_cycle *cycle, uint8_t *packet, uint8_t index)
     put_block(cycle, packet, index, &id, 1);
 }
 
+/* ---- begin ---- */
+
+/* The servo whose answers of the permit have changed since the last call, CDS_BROADCAST_ID: more
+ * than one, or CDS_NO_ID: none. */
+static uint8_t changed_id(struct cds_cycle *cycle)
+{
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+
+    return hooks && hooks->changed_since ? hooks->changed_since(hooks->context, &cycle->epoch)
+                                         : CDS_NO_ID;
+}
+
 void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
 {
     static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
@@ -76,6 +88,7 @@ void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
     cycle->filled = NOT_FILLING;
     cycle->checked = cycle->mended = cycle->count;
     cycle->empty_sum = (uint8_t)(~cycle->front[size - 1] - cycle->count * sum_of(none));
+    changed_id(cycle); // what changed before concerns no goal
 }
 
 /* ---- setting goals ---- */
@@ -286,17 +299,13 @@ static NOINLINE void go_on_checking(struct cds_cycle *cycle)
 
 bool cds_cycle_goals_are_good(struct cds_cycle *cycle)
 {
-    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+    bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached
+    uint8_t id = changed_id(cycle);
 
-    if (hooks && hooks->changed_since) {
-        bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached
-        uint8_t id = hooks->changed_since(hooks->context, &cycle->epoch);
-
-        if (is_first)
-            id = CDS_BROADCAST_ID;
-        if (id != CDS_NO_ID)
-            begin_checks(cycle, id);
-    }
+    if (is_first && cycle->epoch)
+        id = CDS_BROADCAST_ID;
+    if (id != CDS_NO_ID)
+        begin_checks(cycle, id);
     if (!cycle->is_checking)
         return true;
     go_on_checking(cycle);
