@@ -7,7 +7,7 @@
  * high while it runs. What neither that nor the handlers take is left to the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
-#include <cds55xx/servos.h>
+#include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -27,6 +27,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
+static struct cds_queue queue;
 static struct cds_cycle cycle;
 static uint8_t servo_count;
 static uint8_t ids[SERVOS_MAX];
@@ -37,33 +38,14 @@ static struct cds_feedback feedback[SERVOS_MAX];
 #define SPEED 0 // as fast as the servo can
 #endif
 
-#ifdef ROSTER
-static struct cds_servos roster;
-static struct cds_servo_state servos[SERVOS_MAX];
-#endif
-
 #ifdef SAFE
 #include "cycle50_safe.h"
-#elif defined ROSTER
-
-static void begin_roster(void)
-{
-    for (uint8_t i = 0; i < servo_count; i++) {
-        servos[i].id = ids[i];
-    }
-    say("roster", cds_servos_begin(&roster, &bus, servos, servo_count) == CDS_OK);
-    for (uint8_t i = 0; i < servo_count; i++) {
-        servos[i].ccw_limit = CDS_ANGLE_SET; // at their factory values: position mode
-        cds_servos_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
-    }
-}
 #else
-static void begin_roster(void)
+static void begin_servos(void)
 {
+    say("queue", cds_queue_attach(&queue, &bus) == CDS_OK);
 }
-#endif
 
-#ifndef SAFE
 static void begin_health(void)
 {
 }
@@ -108,6 +90,8 @@ static bool anything_new(void)
 {
     uint8_t state = bus.link.state;
 
+    if (bus.state == CDS_BUS_SENDING) // the deadline of the packet that has begun is not set yet
+        return true;
     if (state == seen_state || state != CDS_LINK_LISTENING)
         return (int8_t)(bus.link.rx.head - due) >= 0;
     due = (uint8_t)(bus.link.rx.head + most());
@@ -159,15 +143,15 @@ static bool set_goals(uint16_t period)
 
 static void say_counters(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("sent", count.sent);
     say("ok", count.ok);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);
-    say("refuted", count.refuted);
-    say("foreign", count.foreign);
+    say("malformed", count.malformed);
+    say("unexpected_packets", count.unexpected_packets);
     say("framing_errors", count.framing_errors);
     say("overruns", count.overruns);
     say("ring_overflows", count.ring_overflows);
@@ -191,7 +175,7 @@ static uint16_t run(uint32_t periods)
         }
         wait();
     }
-    cds_cycle_stop(&cycle);
+    cds_cycle_abort(&cycle);
     while (cds_cycle_poll(&cycle) == CDS_PENDING)
         cds_bus_poll(&bus);
     return refused;
@@ -200,7 +184,7 @@ static uint16_t run(uint32_t periods)
 static void set(uint8_t address, uint8_t value)
 {
     static uint8_t packet[CDS_PACKET_SIZE(3)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, address, value);
     while (cds_bus_poll(&bus)) {
@@ -216,10 +200,15 @@ static uint8_t option(uint8_t index, uint8_t otherwise)
 
 int main(void)
 {
+    struct cds_cycle_config config = {.bus = &bus,
+                                      .ids = ids,
+                                      .packets = packets,
+                                      .feedback = feedback,
+                                      .period_us = CDS_CYCLE_PERIOD_US};
     uint8_t delay = option(3, RETURN_DELAY_FACTORY);
     uint16_t refused;
 
-    servo_count = option(2, SERVOS_MAX);
+    servo_count = config.count = option(2, SERVOS_MAX);
 
     for (uint8_t i = 0; i < servo_count; i++) {
         ids[i] = (uint8_t)(i + 1);
@@ -235,9 +224,8 @@ int main(void)
 #ifndef SAFE // a servo with limits is prepared first
     set(CDS_REG_TORQUE_ENABLE, 1);
 #endif
-    begin_roster();
-    say("begun", cds_cycle_begin(&cycle, &bus, ids, servo_count, packets, feedback,
-                                 CDS_CYCLE_PERIOD_US) == CDS_OK);
+    begin_servos();
+    say("begun", cds_cycle_begin(&cycle, &config) == CDS_OK);
     begin_health();
     refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));
     say("periods", cycle.counters.periods);
