@@ -17,6 +17,13 @@ enum cds_result cds_steps_check(const struct cds_bus *bus, const struct cds_requ
     return CDS_OK;
 }
 
+enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
+                                          const struct cds_request *request,
+                                          uint16_t packet_capacity, uint8_t reply_capacity)
+{
+    return bus->lock ? CDS_BUSY : cds_steps_check(bus, request, packet_capacity, reply_capacity);
+}
+
 void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_request *request)
 {
     *steps = (struct cds_steps){
@@ -77,10 +84,16 @@ void cds_steps_end(struct cds_steps *steps, enum cds_result result)
 
 void cds_steps_abort(struct cds_steps *steps)
 {
+    enum cds_result taken_back = CDS_BAD_ARGUMENT;
+
     if (steps->result != CDS_PENDING)
         return;
-    steps->outcome = CDS_CANCELLED;
-    if (!steps->is_sent || cds_bus_cancel(steps->bus, steps->request) != CDS_BUSY)
+    cds_steps_end(steps, CDS_CANCELLED);
+    if (steps->is_sent)
+        taken_back = cds_bus_cancel(steps->bus, steps->request);
+    if (taken_back == CDS_OK)
+        steps->is_sent = false; // for ended(): nothing was sent
+    if (taken_back != CDS_BUSY)
         restore(steps);
 }
 
@@ -93,7 +106,8 @@ static void finish(struct cds_steps *steps)
         restore(steps);
         if (steps->bus->lock == &steps->lock)
             return;
-        request->passes_lock = request->ignores_stale = request->no_retry = false;
+        request->passes_lock = request->no_retry = false;
+        request->ignores_stale = request->ignores_servo_state = false;
         request->on_end = NULL;
         request->context = NULL;
     }

@@ -22,13 +22,18 @@
 enum cds_result cds_steps_check(const struct cds_bus *bus, const struct cds_request *request,
                                 uint16_t packet_capacity, uint8_t reply_capacity);
 
+/* The same question for an operation that needs the bus to itself. CDS_BUSY also if an operation,
+ * this one or another one, holds the bus. */
+enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
+                                          const struct cds_request *request,
+                                          uint16_t packet_capacity, uint8_t reply_capacity);
+
 /* Begins an operation after cds_steps_check(); nothing is sent. */
 void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_request *request);
 
-/* Begins an operation that has the bus to itself: takes the lock, and lets the bus wait for the
- * longest return delay. The operation uses on_end, context and passes_lock of the request until it
- * ends, and then clears them. Call it after cds_steps_check() and after bus->lock was found NULL:
- * CDS_BUSY is the answer to a second operation. */
+/* Begins an operation after cds_steps_check_exclusive(): takes the lock, and lets the bus wait for
+ * the longest return delay. The operation uses on_end, context and passes_lock of the request, and
+ * may set ignores_stale, ignores_servo_state and no_retry; it clears all of them when it ends. */
 void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
                                struct cds_request *request);
 
@@ -40,7 +45,7 @@ void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
  * ended(): the step has ended as `result`: request->result, or CDS_REFUSED if the servo answered
  * with an error of the packet. If steps->is_sent is false, the submit was refused and nothing was
  * sent. ended() chooses the next step, or calls cds_steps_end(). It is called once for each request
- * that was submitted, also after an abort. */
+ * that was submitted, also after an abort, unless the abort has taken the request back unsent. */
 enum cds_result cds_steps_poll(struct cds_steps *steps, void *operation,
                                enum cds_result (*send)(void *operation),
                                void (*ended)(void *operation, enum cds_result result));
