@@ -194,9 +194,16 @@ static bool model_commit(void)
 
 static void poll(void)
 {
+    uint8_t before[SIZE], written = 0;
+
+    memcpy(before, cycle.front, SIZE);
     checks_in_poll = 0;
     cds_cycle_poll(&cycle);
     TEST_ASSERT_LESS_OR_EQUAL_UINT8(8, checks_in_poll);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        if (memcmp(before + 7 + 5 * i, cycle.front + 7 + 5 * i, 5) != 0)
+            written++;
+    TEST_ASSERT_LESS_OR_EQUAL_UINT8(8, written);
     port_fake.now_us += random_below(200);
     cds_bus_poll(&bus);
     if (cycle.is_checking || cycle.epoch != epoch)
@@ -344,6 +351,7 @@ void test_goals_set_in_any_order_copy_no_block(void)
     commit();
     for (uint8_t i = SERVOS; i--;)
         set_goal(i);
+    TEST_ASSERT_EQUAL_UINT8(0, cycle.skipped); // the commit looks at no block
     cycle.front[8] ^= 1;
     commit();
     for (uint8_t i = 0; i < SERVOS; i++)
