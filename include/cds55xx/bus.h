@@ -172,7 +172,7 @@ enum cds_bus_event {
 };
 
 /* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
- * Every function must be there, but for the last two; each gets `context`. Called from
+ * Every function must be there, but for the last three; each gets `context`. Called from
  * cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(). */
 struct cds_bus_hooks {
     void *context;
@@ -210,6 +210,11 @@ struct cds_bus_hooks {
     /* Which servo's answers of the permit may have changed since `*epoch`: CDS_NO_ID, none; its ID;
      * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. NULL: none. */
     uint8_t (*changed_since)(void *context, uint16_t *epoch);
+
+    /* For registered_move.c: `request` carries the registered move that begins; NULL: the move has
+     * ended. The permit lets REG WRITE and ACTION of this request reach servos with limits, as far
+     * as its rules for a move allow (docs/permit.md). NULL: no permit. */
+    void (*set_move)(void *context, const struct cds_request *request);
 };
 
 /* Of the operation that holds the bus: cds_bus_lock(). After abort() the operation sends nothing
