@@ -246,7 +246,13 @@ static void cycle(void)
     enum cds_result committed;
     bool young;
 
-    say("begun", cds_cycle_begin(&at_250_Hz, &bus, ids, 4, packets, told, CDS_CYCLE_PERIOD_US));
+    say("begun",
+        cds_cycle_begin(&at_250_Hz, &(struct cds_cycle_config){.bus = &bus,
+                                                               .ids = ids,
+                                                               .packets = packets,
+                                                               .feedback = told,
+                                                               .count = 4,
+                                                               .period_us = CDS_CYCLE_PERIOD_US}));
     for (uint8_t i = 0; i < 4; i++)
         cds_cycle_goal(&at_250_Hz, i, 500u + i, 0);
     committed = cds_cycle_commit(&at_250_Hz);
@@ -255,7 +261,7 @@ static void cycle(void)
         cds_cycle_poll(&at_250_Hz);
     }
     young = cds_cycle_oldest_us(&at_250_Hz) < 4000;
-    cds_cycle_stop(&at_250_Hz);
+    cds_cycle_abort(&at_250_Hz);
     while (cds_cycle_poll(&at_250_Hz) == CDS_PENDING)
         cds_bus_poll(&bus);
     say("commit", committed);
