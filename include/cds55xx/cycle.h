@@ -77,6 +77,7 @@ struct cds_cycle {
     uint8_t mended;        // blocks that were looked at since a servo was left out of `front`
     uint8_t turn;          // servo whose feedback is read, or is read next
     bool has_permit : 1;   // goals are checked when they are set
+    bool is_checking : 1;  // goals are checked again, or blocks written, before the next ones leave
     bool has_left_out : 1; // a goal set in `back` was refused later
     bool is_committed : 1; // there are goals to send
     bool is_refused : 1;   // the permit refused the goals while they waited on the bus
@@ -85,13 +86,13 @@ struct cds_cycle {
     bool is_aborted : 1;   // cds_cycle_abort() was called
     uint16_t epoch;        // of the permit, when its changes were asked for; 0: never
     uint16_t period_us;
-    uint16_t goals_us;   // time of the goals on the wire
-    uint16_t latest_us;  // goals that begin later in a period would hold up the next ones
-    uint16_t read_us;    // longest time of the READ in flight
-    uint32_t read_at_us; // when the READ in flight was begun
-    uint32_t next_us;    // when the next period begins
-    uint32_t wire_us;    // part of `elapsed_us` with a transaction of the cycle on the wire
-    uint32_t elapsed_us; // periods that are over
+    uint16_t goals_us;      // time of the goals on the wire
+    uint16_t latest_us;     // goals that begin later in a period would hold up the next ones
+    uint16_t read_bytes_us; // time of packet and reply of a READ on the wire
+    uint32_t read_until_us; // when the READ in flight ends at the latest
+    uint32_t next_us;       // when the next period begins
+    uint32_t wire_us;       // part of `elapsed_us` with a transaction of the cycle on the wire
+    uint32_t elapsed_us;    // periods that are over
     struct cds_cycle_counters counters;
     struct cds_request goals;
     struct cds_request read;

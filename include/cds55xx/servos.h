@@ -125,8 +125,8 @@ struct cds_servos {
     // the caller may set these four at any time:
     uint8_t grows;          // enum cds_servos_growth
     uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
-    bool is_paused;         // nothing is learnt but changes of ID, and delays and levels are not
-                            // used: for an operation that looks for servos at other rates
+    bool is_paused;         // nothing is learnt from replies and their absence, and delays and
+                            // levels are not used: for an operation that tries other rates
     bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
     // to be read:
     bool inhibited;     // driving is inhibited at all: every packet that can drive is refused
@@ -141,6 +141,7 @@ struct cds_servos {
     uint16_t echo_errors;   // of the bus, when the last transaction ended
     uint8_t changed_id;     // the servo of the last change, or CDS_BROADCAST_ID
     bool move_is_valid;     // no limit and no inhibit has changed since the move began
+    bool move_is_answered;  // every REG WRITE of the move was answered
     uint8_t learnt;         // entries or blocks learnt of the packet on the wire
     uint8_t learnt_index;   // entry of the last block learnt
     uint8_t checked;        // entries or blocks of `checked_request` found good

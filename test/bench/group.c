@@ -11,9 +11,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(2)];
-static uint8_t reply[BYTES];
-static struct cds_request request = CDS_REQUEST(packet, reply);
+BENCH_REQUEST(request, BYTES);
 static struct cds_group_read group;
 static struct cds_group_answer answers[SERVOS_MAX];
 static uint8_t ids[SERVOS_MAX], data[SERVOS_MAX * BYTES];
@@ -21,14 +19,14 @@ static volatile uint8_t address = CDS_REG_PRESENT_POSITION, bytes = BYTES;
 
 BENCH_NOINLINE static enum cds_result read(uint8_t servos, uint8_t from, uint8_t length)
 {
-    struct cds_group_read_config config = {.bus = &bus,
-                                           .request = &request,
-                                           .ids = ids,
-                                           .data = data,
-                                           .answers = answers,
-                                           .count = servos,
-                                           .address = from,
-                                           .length = length};
+    const struct cds_group_read_config config = {.bus = &bus,
+                                                 .request = &request,
+                                                 .ids = ids,
+                                                 .data = data,
+                                                 .answers = answers,
+                                                 .count = servos,
+                                                 .address = from,
+                                                 .length = length};
     enum cds_result result;
 
     mark(MARK_WHOLE);

@@ -1,4 +1,5 @@
-/* The one door: may this packet leave? docs/permit.md states the rules; not installed. Main context.
+/* The one door: may this packet leave? docs/permit.md states the rules; not installed. Main
+ * context.
  *
  * For registered_move.c, which lies below and calls this through bus->hooks->set_move:
  *   - set_move(context, request) when the move begins: the request that carries its packets.
@@ -8,5 +9,19 @@
  *   - A change of any limit or inhibit ends that: REG WRITE and ACTION of the move are refused from
  *     then on (CDS_LIMIT or CDS_INHIBITED). The move then clears 0x2C of each servo: always passes.
  *   - set_move(context, NULL) when the move has ended or was aborted.
- * The permit learns by itself which REG WRITE was answered: nothing the move says is trusted. Without
- * hooks, or if set_move is NULL, the move sends as before. */
+ * The permit learns by itself which REG WRITE was answered: nothing the move says is trusted.
+ * Without hooks, or if set_move is NULL, the move sends as before. */
+#ifndef CDS_PERMIT_H
+#define CDS_PERMIT_H
+
+#include "cds55xx/servos.h" // struct cds_servos
+
+/* The permit of the servos' hooks; `context` is a struct cds_servos. CDS_OK; CDS_PENDING: the check
+ * of a long packet goes on; else why the packet must not leave. */
+enum cds_result cds_servos_permit(void *context, struct cds_request *request);
+
+/* The permit_goal of the servos' hooks. */
+enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index,
+                                       const uint8_t *goal);
+
+#endif
