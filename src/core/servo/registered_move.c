@@ -6,10 +6,9 @@
 #include "bus/steps_internal.h"    // cds_steps_poll()
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_reg_write()
-#include "compiler.h"              // NOINLINE
 #include "servo/goal.h"            // cds_goal_put()
 
-/* Steps. Each is done for goal after goal, but ACTION, and CLEAR and READ_BACK go by turns. */
+/* Steps. All but ACTION are done for one goal after the other; READ_BACK follows each CLEAR. */
 enum phase {
     REGISTER,  // REG WRITE
     INSPECT,   // READ of 0x2C: 1?
@@ -71,8 +70,8 @@ enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
     return CDS_OK;
 }
 
-/* Goal `next`; not to be used when next == count. */
-static NOINLINE struct cds_goal *current(const struct cds_registered_move *move)
+/* The goal of the step. */
+static struct cds_goal *current(const struct cds_registered_move *move)
 {
     return &move->goals[move->next];
 }
