@@ -189,14 +189,14 @@ static bool is_cut(const struct cds_diagnose *diagnose, const uint8_t *heard, ui
     uint8_t id = id_of(diagnose);
     uint8_t length = (uint8_t)(diagnose->steps.request->reply_parameters + CDS_LENGTH_MIN);
     uint8_t head[CDS_AT_ERROR] = {CDS_HEADER, CDS_HEADER, id, length};
-    uint8_t size = (uint8_t)(CDS_AT_ERROR + length);
-    uint8_t lost = (uint8_t)(size - count);
+    uint8_t lost = (uint8_t)(CDS_AT_ERROR + length - count);
+    uint8_t left = (uint8_t)(CDS_AT_ERROR - lost); // bytes of the head that were heard
     uint8_t sum = (uint8_t)(id + length);
 
-    if (count >= size || lost > CDS_AT_ERROR ||
-        memcmp(heard, head + lost, CDS_AT_ERROR - lost) != 0)
+    if (count >= CDS_AT_ERROR + length || lost > CDS_AT_ERROR ||
+        memcmp(heard, head + lost, left) != 0)
         return false;
-    for (uint8_t i = (uint8_t)(CDS_AT_ERROR - lost); i < count; i++)
+    for (uint8_t i = left; i < count; i++)
         sum = (uint8_t)(sum + heard[i]);
     return sum == UINT8_MAX; // a checksum is the complement of the sum
 }
@@ -234,7 +234,8 @@ static struct cds_diagnose_tally tally_of(const struct cds_diagnose *diagnose,
     tally.cut = is_cut(diagnose, heard, count);
     if (!tally.cut || diagnose->phase != PROBE)
         tally.echoed = is_echo(diagnose, heard, count);
-    tally.cut &= !tally.echoed;
+    if (tally.echoed)
+        tally.cut = 0;
     if (result == CDS_LINE_BUSY)
         tally.busy = 1;
     else if (result == CDS_OK)
