@@ -9,7 +9,7 @@
 
 #define READ_BYTES  (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE))
 #define SUBMIT_US   20          // from reading the clock to the first start bit, at 16 MHz
-#define CATCH_UP    32          // periods passed over in one poll, however late it is
+#define CATCH_UP    8           // periods passed over in one poll, however late it is
 #define HALVE_AT_US (1ul << 30) // both times of the utilisation, so that neither wraps
 
 static NOINLINE void count(uint32_t *counter)
