@@ -1,7 +1,7 @@
 /* Engine and model: a bus with its queue, random requests, servos and line, on this machine under
  * the sanitizers. The model decides for each request which outcomes are allowed.
  *
- * usage: engine_random TRANSACTIONS [SEED]
+ * usage: engine_random TRANSACTIONS [SEED [TRACE_FROM]]
  *
  * Every reply carries the tag of the packet it answers, so that a stale reply taken for a new one
  * is noticed. Replies are in time, late, damaged, cut, doubled or missing; other bytes come before
@@ -96,8 +96,8 @@ static uint8_t last_id;
 static enum cds_result last_result;
 
 static struct cds_stats count; // what the stats must be
-static uint32_t first_seed, state, tags, transactions, rounds;
-static uint32_t outcomes[16], sure[3];
+static uint32_t first_seed, trace_from = UINT32_MAX, state, tags, transactions, rounds;
+static uint32_t outcomes[16], ends, sure[3];
 
 /* ---- chance and failure ---- */
 
@@ -115,7 +115,7 @@ static bool one_in(uint32_t limit)
 }
 
 __attribute__((format(printf, 2, 3), noreturn)) static void broken(const struct job *job,
-                                                                     const char *text, ...)
+                                                                   const char *text, ...)
 {
     va_list list;
 
@@ -125,11 +125,20 @@ __attribute__((format(printf, 2, 3), noreturn)) static void broken(const struct 
     vprintf(text, list);
     va_end(list);
     if (job)
-        printf(" (request %d: instruction %u of servo %u, tag %u, begun %u us)",
-               (int)(job - jobs), job->sent[4], job->sent[2], job->tag, job->begun_us);
+        printf(" (request %d: instruction %u of servo %u, tag %u, begun %u us)", (int)(job - jobs),
+               job->sent[4], job->sent[2], job->tag, job->begun_us);
     puts("");
     exit(1);
 }
+
+/* Tells what happens, from that transaction on. */
+#define TRACE(...)                                                                                 \
+    do {                                                                                           \
+        if (transactions >= trace_from) {                                                          \
+            printf("%10u us: ", port_fake.now_us);                                                 \
+            printf(__VA_ARGS__);                                                                   \
+        }                                                                                          \
+    } while (0)
 
 #define RULE(condition, job, ...)                                                                  \
     do {                                                                                           \
@@ -262,7 +271,7 @@ static void push_packet(uint32_t *at_us, const struct emission *what)
 /* Bytes that begin no packet. */
 static void push_noise(uint32_t *at_us)
 {
-    uint8_t bytes = (uint8_t)(1 + any(one_in(20) ? 90 : 6)), last = 0;
+    uint8_t bytes = (uint8_t)(1 + any(one_in(20) ? 90 : 6)), last = 0xFF;
 
     for (uint8_t i = 0; i < bytes; i++) {
         uint8_t byte = (uint8_t)(last != 0xFF && one_in(4) ? 0xFF : 0x80 + any(0x7F));
@@ -358,8 +367,10 @@ static void answer(struct job *job)
     push_packet(&at_us, &reply);
     if (reply.harm == WHOLE && one_in(12)) { // two servos have the ID
         reply.is_reply = false;
-        if (job->sent[2] == CDS_BROADCAST_ID)
+        if (job->sent[2] == CDS_BROADCAST_ID) {
             reply.id = STRANGER;
+            reply.length = 1; // if the first one is lost, this one is no reply
+        }
         at_us += any(2u * byte_us(bus.baud_reg));
         push_packet(&at_us, &reply);
     }
@@ -368,7 +379,7 @@ static void answer(struct job *job)
 /* Out of nowhere. */
 static void disturb(void)
 {
-    struct emission stranger = {.tag = any(1000), .id = STRANGER, .length = (uint8_t)any(9)};
+    struct emission stranger = {.tag = any(1000), .id = STRANGER, .length = (uint8_t)(1 + any(9))};
     uint32_t at_us = free_from(port_fake.now_us + any(3u * byte_us(bus.baud_reg)));
 
     if (is_harmed || event_count > EVENTS / 2)
@@ -506,6 +517,11 @@ static void deliver(const struct event *event)
         (flying && flying->has_left && (int32_t)(start_us - left_at_us(flying)) < 0))
         errors = CDS_LINE_FRAMING;
     is_heard = errors == 0 && !is_full;
+    TRACE("byte %02X, %s, packet %u, its byte %u\n", event->byte,
+          errors    ? "damaged"
+          : is_full ? "no room"
+                    : "heard",
+          event->emission, event->index);
     cds_link_on_rx(&bus.link, event->byte, errors);
     count_damage(errors);
     count.ring_overflows = (uint16_t)(count.ring_overflows + (!errors && is_full));
@@ -559,6 +575,10 @@ static void pass(uint32_t us)
     port_fake.now_us = until_us;
     if (flying && us > 30000)
         flying->is_sloppy = true;
+    if (us > 900000) { // all of it is long ago, and the clock may come round
+        is_rx_exempt = true;
+        is_low_known = is_failure_known = is_stale = is_active = was_low = false;
+    }
 }
 
 /* ---- the model's queue ---- */
@@ -622,6 +642,8 @@ static void note_begin(void)
     job->is_stuck = one_in(60);
     wire_is_clean = true;
     is_harmed = event_next != event_count;
+    TRACE("request %d begins, tag %u, to servo %u, deadline at %u us\n", (int)(job - jobs),
+          job->tag, job->sent[2], deadline_us(job));
     owed_count = 0;
     holds = false;
     transactions++;
@@ -708,7 +730,8 @@ static void judge_attempt(struct job *job, enum cds_result result)
             if (reply_is_due(job) && owed[i].tag == job->tag)
                 owe_no_more(i--);
         sure[0] += job->must_be_ok;
-        is_rx_exempt = reply_is_due(job) && job->good_us == last_rx_us;
+        if (reply_is_due(job) && job->good_us == last_rx_us)
+            is_rx_exempt = true;
         count.ok++;
     } else {
         RULE(result == CDS_TIMEOUT || result == CDS_CORRUPT, job, "ended as %u", result);
@@ -755,6 +778,8 @@ static bool is_sent_again(struct job *job, enum cds_result result)
 static void judge(struct job *job, enum cds_result result)
 {
     outcomes[result]++;
+    ends++;
+    TRACE("request %d ends as %u\n", (int)(job - jobs), result);
     note_low();
     if (flying == job)
         judge_attempt(job, result);
@@ -994,8 +1019,8 @@ static void check_poison(const struct job *job)
 static void prepare(struct job *job)
 {
     check_poison(job);
-    if (job->request.packet.size == 0 || !one_in(4)) // else it is submitted as it stands
-        build(job);
+    if (job->request.packet.size == 0 || job->request.ignores_stale || !one_in(4))
+        build(job); // else it is submitted as it stands
     lend_reply(job);
     job->retries = 0;
     job->request.priority = (uint8_t)(one_in(2) ? 0 : any(3));
@@ -1069,8 +1094,8 @@ static void open_bus(void)
 
     cds_bus_open(&bus, PORT, any_rate());
     for (uint8_t i = 0; i < JOBS; i++) {
-        RULE(jobs[i].request.result == (jobs[i].is_submitted ? CDS_CANCELLED
-                                                              : jobs[i].request.result),
+        RULE(jobs[i].request.result ==
+                 (jobs[i].is_submitted ? CDS_CANCELLED : jobs[i].request.result),
              &jobs[i], "not cancelled by open");
         jobs[i].is_submitted = jobs[i].waits = false;
         memset(jobs[i].reply, POISON, CDS_REPLY_ANY);
@@ -1093,7 +1118,8 @@ static void change_rate(void)
     uint8_t baud_reg = any_rate(), old = bus.baud_reg;
     enum cds_result result = cds_bus_set_baud(&bus, baud_reg);
 
-    RULE(result == (flying || waiting_count ? CDS_BUSY : CDS_OK), NULL, "set_baud gives %u", result);
+    RULE(result == (flying || waiting_count ? CDS_BUSY : CDS_OK), NULL, "set_baud gives %u",
+         result);
     if (result != CDS_OK || baud_reg == old)
         return;
     last_id = CDS_NO_ID;
@@ -1107,6 +1133,7 @@ static void change_delay(void)
 
     bus_delay_us = delays[any(sizeof delays / sizeof *delays)];
     cds_bus_set_return_delay(&bus, bus_delay_us);
+    TRACE("return delay %u us\n", bus_delay_us);
 }
 
 static void change_lock(void)
@@ -1152,6 +1179,8 @@ static void check_deadline(void)
 {
     uint32_t limit_us;
 
+    if (bus.state == CDS_BUS_SENDING)
+        return; // the next poll sets the deadline
     if (!flying->is_polled) {
         flying->is_polled = true;
         flying->first_poll_us = port_fake.now_us;
@@ -1172,8 +1201,8 @@ static int32_t wait_limit_us(void)
 /* `job` waited for the line before a poll, and waits still. */
 static void check_wait(const struct job *job)
 {
-    bool rests = is_stale && reply_is_due(job) && !job->request.ignores_stale &&
-                 since(stale_until_us) < 0;
+    bool rests =
+        is_stale && reply_is_due(job) && !job->request.ignores_stale && since(stale_until_us) < 0;
     int32_t limit_us = wait_limit_us() + CDS_STALE_REPLY_US;
 
     RULE((is_active && since(active_us) < quiet_us()) || rests || permit_pending, job,
@@ -1182,7 +1211,7 @@ static void check_wait(const struct job *job)
         limit_us = 2 * limit_us + LATE_US;
     if (since(wait_from_us) > limit_us)
         wait_overdue++;
-    RULE(wait_overdue <= 4, job, "waits for ever");
+    RULE(wait_overdue <= OVERDUE, job, "waits for ever");
 }
 
 static void note_wait(struct job *job)
@@ -1199,6 +1228,7 @@ static void poll(void)
 {
     bool is_unread = bus.link.broken || bus.parser.position != cds_ring_end(&bus.link.rx), busy;
     struct job *head = NULL;
+    uint32_t ends_before = ends;
 
     if (bus.state == CDS_BUS_WAITING_FOR_LINE)
         head = (struct job *)bus.request->context;
@@ -1207,17 +1237,20 @@ static void poll(void)
         is_active = true;
         active_us = port_fake.now_us;
     }
-    if (was_low && since(active_us) >= quiet_us())
-        active_us = port_fake.now_us; // two byte times more, from the first poll that finds it high
-    was_low = false;
+    if (was_low && since(low_us) >= quiet_us()) {
+        active_us = port_fake.now_us; // two byte times more, from a poll that finds it high
+        was_low = false;
+    }
     permit_pending = sending_goes_on = false;
     port_fake.low = level_is_low();
     busy = cds_bus_poll(&bus);
     look();
+    TRACE("poll: state %u, gate %u, searched to %u\n", bus.state, bus.gate, bus.parser.position);
     RULE(busy == (flying || waiting_count), NULL, "poll returns %d", busy);
     if (flying)
         check_deadline();
-    if (head && bus.state == CDS_BUS_WAITING_FOR_LINE && bus.request == &head->request)
+    if (head && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
+        bus.request == &head->request)
         check_wait(head);
 }
 
@@ -1225,7 +1258,7 @@ static uint32_t next_gap_us(void)
 {
     uint32_t byte = byte_us(bus.baud_reg);
 
-    if (one_in(100000))
+    if (one_in(50000))
         return 1000000 + any(2000000000);
     if (one_in(300))
         return 1000 * (1 + any(one_in(10) ? 400 : 40));
@@ -1343,20 +1376,23 @@ int main(int argc, char **argv)
     uint32_t wanted;
 
     if (argc < 2) {
-        fprintf(stderr, "usage: engine_random TRANSACTIONS [SEED]\n");
+        fprintf(stderr, "usage: engine_random TRANSACTIONS [SEED [TRACE_FROM]]\n");
         return 2;
     }
     wanted = (uint32_t)strtoul(argv[1], NULL, 0);
     first_seed = argc > 2 ? (uint32_t)strtoul(argv[2], NULL, 0) : 1;
+    if (argc > 3)
+        trace_from = (uint32_t)strtoul(argv[3], NULL, 0);
     state = first_seed * 2654435761u | 1;
     for (uint8_t i = 0; i < JOBS; i++)
         jobs[i].reply = malloc(CDS_REPLY_ANY);
     while (transactions < wanted)
         run_round();
-    printf("%u transactions in %u rounds: %u ok, %u without a reply, %u corrupt; %u requests found no "
-           "quiet line; sure of %u replies, %u other packets, %u damaged ones\n",
-           transactions, rounds, outcomes[CDS_OK], outcomes[CDS_TIMEOUT], outcomes[CDS_CORRUPT],
-           outcomes[CDS_LINE_BUSY], sure[0], sure[1], sure[2]);
+    printf(
+        "%u transactions in %u rounds: %u ok, %u without a reply, %u corrupt; %u requests found no "
+        "quiet line; sure of %u replies, %u other packets, %u damaged ones\n",
+        transactions, rounds, outcomes[CDS_OK], outcomes[CDS_TIMEOUT], outcomes[CDS_CORRUPT],
+        outcomes[CDS_LINE_BUSY], sure[0], sure[1], sure[2]);
     for (uint8_t i = 0; i < JOBS; i++)
         free(jobs[i].reply);
     puts("ok");

@@ -13,7 +13,7 @@ enum {
     GATE_FAULT = 2,   // it was low when they were over
     GATE_STALE = 4,   // a stale reply may come: packets that expect a reply wait
     GATE_LOCKED = 8,  // an operation holds the bus
-    GATE_LOW = 16,   // it was low since these two byte times began
+    GATE_LOW = 16,    // it was low since these two byte times began
     GATE_LINE = GATE_SUSPECT | GATE_FAULT | GATE_LOW,
 };
 
