@@ -366,8 +366,8 @@ static void answer(struct job *job)
         return;
     push_packet(&at_us, &reply);
     if (reply.harm == WHOLE && one_in(12)) { // two servos have the ID
-        reply.is_reply = false;
         if (job->sent[2] == CDS_BROADCAST_ID) {
+            reply.is_reply = false;
             reply.id = STRANGER;
             reply.length = 1; // if the first one is lost, this one is no reply
         }
@@ -434,11 +434,11 @@ static bool awaits_reply(void)
     return flying && flying->has_left && reply_is_due(flying);
 }
 
-static void owe(const struct emission *emission)
+static void owe(const struct emission *emission, uint32_t tag)
 {
     if (!wire_is_clean || owed_count == OWED)
         return;
-    owed[owed_count].tag = emission->is_reply ? emission->tag : 0;
+    owed[owed_count].tag = tag;
     owed[owed_count].id = emission->id;
     owed[owed_count++].error = emission->error;
 }
@@ -459,13 +459,15 @@ static void check_length(const struct emission *emission)
 
 static void complete(struct emission *emission)
 {
-    if (emission->is_reply && awaits_reply() && emission->tag == flying->tag) {
+    bool is_due = emission->is_reply && awaits_reply() && emission->tag == flying->tag;
+
+    if (is_due && !flying->is_good) {
         flying->is_good = true;
         flying->good_us = port_fake.now_us;
         flying->must_be_ok = emission->is_first && is_in_time(flying);
-        owe(emission);
+        owe(emission, emission->tag);
     } else {
-        owe(emission);
+        owe(emission, 0);
     }
 }
 
@@ -577,7 +579,8 @@ static void pass(uint32_t us)
         flying->is_sloppy = true;
     if (us > 900000) { // all of it is long ago, and the clock may come round
         is_rx_exempt = true;
-        is_low_known = is_failure_known = is_stale = is_active = was_low = false;
+        is_low_known = is_failure_known = is_stale = is_active = false;
+        low_us = port_fake.now_us - 900000;
     }
 }
 
@@ -1238,6 +1241,7 @@ static void poll(void)
         active_us = port_fake.now_us;
     }
     if (was_low && since(low_us) >= quiet_us()) {
+        is_active = true;
         active_us = port_fake.now_us; // two byte times more, from a poll that finds it high
         was_low = false;
     }
