@@ -397,6 +397,18 @@ void test_feedback_taken_late_has_the_age_of_its_reply(void)
                              cds_feedback_age_us(&feedback[0]));
 }
 
+/* 372 us: the wait until its deadline and the time to begin it. */
+void test_read_unanswered_found_late_counts_until_its_deadline(void)
+{
+    dead = 4;
+    begin_with_goals();
+    run_to(GOALS_US + 10);
+    be_away(1500);
+    poll();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(GOALS_US + ROOM_US, cycle.wire_us);
+}
+
 /* ---- goals ---- */
 
 void test_goals_before_every_servo_has_one_are_not_sent(void)

@@ -1,5 +1,4 @@
-/* The two packets of goals of a cycle: goals are set in one while the other is sent; see cycle.h.
- */
+/* The two packets of goals of a cycle; see cycle.h. */
 #include <string.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
@@ -66,19 +65,10 @@ static void leave_out(struct cds_cycle *cycle, uint8_t *packet, uint8_t index)
 
 /* ---- begin ---- */
 
-/* The servo whose answers of the permit have changed since the last call, CDS_BROADCAST_ID: more
- * than one, or CDS_NO_ID: none. */
-static uint8_t changed_id(struct cds_cycle *cycle)
-{
-    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
-
-    return hooks && hooks->changed_since ? hooks->changed_since(hooks->context, &cycle->epoch)
-                                         : CDS_NO_ID;
-}
-
 void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
 {
     static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
     struct cds_packet *packet = &cycle->goals.packet;
 
     packet->bytes = cycle->front;
@@ -91,7 +81,8 @@ void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
     cycle->filled = NOT_FILLING;
     cycle->checked = cycle->mended = cycle->count;
     cycle->empty_sum = (uint8_t)(~cycle->front[size - 1] - cycle->count * sum_of(none));
-    changed_id(cycle); // what changed before concerns no goal
+    if (hooks && hooks->changed_since)
+        hooks->changed_since(hooks->context, &cycle->epoch); // changes so far concern no goal
 }
 
 /* ---- setting goals ---- */
@@ -148,7 +139,7 @@ static NOINLINE enum cds_result append_goal(struct cds_cycle *cycle, uint8_t ind
 
     cds_goal_put(goal, position, speed);
     cycle->sum = (uint8_t)(cycle->sum + sum_of(goal));
-    cycle->filled++;
+    cycle->filled = (uint8_t)(index + 1u);
     return cycle->has_permit ? check_appended(cycle, index, goal) : CDS_OK;
 }
 
@@ -213,9 +204,9 @@ static bool is_set(const struct cds_cycle *cycle, uint8_t index)
 
 /* ---- servos that are left out ---- */
 
-/* The packet keeps its size: each block of a servo that is left out becomes equal to the first
- * block of a servo that is not; of blocks with one ID the last counts (R22). Writes at most
- * `blocks`. */
+/* The packet keeps its size: the block of each servo that is left out becomes equal to the first
+ * block of a servo that is not. Of blocks with one ID the last counts (R22). Goes on at `mended`,
+ * and ends after `work`. */
 static void mend(struct cds_cycle *cycle, int16_t work)
 {
     uint8_t i = cycle->mended, count = cycle->count;
@@ -283,10 +274,16 @@ static void check_some(struct cds_cycle *cycle)
     cycle->checked = i;
 }
 
-/* A round of checks under way begins anew. */
-static void begin_checks(struct cds_cycle *cycle, uint8_t id)
+/* Asks which servos a change concerns. A round of checks under way begins anew. */
+static NOINLINE void note_changes(struct cds_cycle *cycle)
 {
-    if (cycle->is_checking && cycle->changed_id != id)
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+    bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached
+    uint8_t id = hooks->changed_since(hooks->context, &cycle->epoch);
+
+    if (id == CDS_NO_ID && !is_first)
+        return;
+    if (is_first || (cycle->is_checking && cycle->changed_id != id))
         id = CDS_BROADCAST_ID;
     cycle->changed_id = id;
     cycle->checked = 0;
@@ -308,13 +305,10 @@ static NOINLINE void go_on_checking(struct cds_cycle *cycle)
 
 bool cds_cycle_goals_are_good(struct cds_cycle *cycle)
 {
-    bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached
-    uint8_t id = changed_id(cycle);
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
 
-    if (is_first && cycle->epoch)
-        id = CDS_BROADCAST_ID;
-    if (id != CDS_NO_ID)
-        begin_checks(cycle, id);
+    if (hooks && hooks->changed_since)
+        note_changes(cycle);
     if (!cycle->is_checking)
         return true;
     go_on_checking(cycle);
