@@ -337,25 +337,39 @@ static void count_echo_errors(struct cds_servos *servos, struct cds_servo_state 
     servos->echo_errors = echo_errors;
 }
 
-/* True for a READ of feedback that its servo has answered as ever: it tells nothing new. */
-static inline bool is_routine(const struct cds_servos *servos, const struct cds_servo_state *servo,
-                              const struct cds_request *request, enum cds_result result)
+bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
+                           uint8_t result)
 {
     const uint8_t *bytes = request->packet.bytes;
+    uint8_t index = request->servo_index;
+    struct cds_servo_state *servo;
 
-    return result == CDS_OK && bytes[CDS_AT_INSTRUCTION] == CDS_READ && request->error == 0 &&
-           is_feedback(bytes) && servo->presence == CDS_PRESENCE_ONLINE && servo->misses == 0 &&
-           servo->second == CDS_NO_ID && servo->baud_reg == servos->bus->baud_reg &&
-           (uint8_t)servos->echo_errors == (uint8_t)servos->bus->link.echo_errors;
+    if (result != CDS_OK || bytes[CDS_AT_INSTRUCTION] != CDS_READ || request->error ||
+        index >= servos->count)
+        return false;
+    servo = &servos->states[index];
+    if (servo->id != bytes[CDS_AT_ID] || !is_feedback(bytes) ||
+        servo->presence != CDS_PRESENCE_ONLINE || servo->misses || servo->second != CDS_NO_ID ||
+        servo->baud_reg != servos->bus->baud_reg || servos->is_paused ||
+        (uint8_t)servos->echo_errors != (uint8_t)servos->bus->link.echo_errors)
+        return false;
+    servo->counters.ok++;
+    return true;
 }
 
-static NOINLINE void learn_end(struct cds_servos *servos, struct cds_servo_state *servo,
-                               struct cds_request *request, enum cds_result result)
+NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
+                                   enum cds_result result)
 {
+    uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
     bool is_due = request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
     enum cds_source source = CDS_SOURCE_LOST;
+    struct cds_servo_state *servo = NULL;
 
+    if (id == CDS_BROADCAST_ID)
+        id = result == CDS_OK ? request->id : CDS_NO_ID; // of a PING: the servo that has answered
+    if (id <= CDS_ID_MAX)
+        servo = cds_servos_at(servos, id, &request->servo_index);
     if (result == CDS_OK) {
         source = is_due ? CDS_SOURCE_ANSWERED : CDS_SOURCE_SENT;
         error = is_due ? request->error : 0;
@@ -382,22 +396,6 @@ static NOINLINE void learn_end(struct cds_servos *servos, struct cds_servo_state
             learn_read(servos, servo, request);
     }
     settle_id(servos, servo);
-}
-
-void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
-                          enum cds_result result)
-{
-    uint8_t id = request->packet.bytes[CDS_AT_ID];
-    struct cds_servo_state *servo = NULL;
-
-    if (id == CDS_BROADCAST_ID)
-        id = result == CDS_OK ? request->id : CDS_NO_ID; // of a PING: the servo that has answered
-    if (id <= CDS_ID_MAX)
-        servo = cds_servos_at(servos, id, &request->servo_index);
-    if (servo && !servos->is_paused && is_routine(servos, servo, request, result))
-        servo->counters.ok++;
-    else
-        learn_end(servos, servo, request, result);
 }
 
 void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)

@@ -79,30 +79,30 @@ bool cds_written_is_torque_off(const uint8_t *bytes)
 
 enum mode { MODE_UNKNOWN, MODE_POSITION, MODE_TURN };
 
-static inline uint8_t mode_of(uint8_t cw_limit, uint8_t ccw_limit)
+ALWAYS_INLINE uint8_t mode_of(uint8_t cw_limit, uint8_t ccw_limit)
 {
     if ((cw_limit | ccw_limit) & CDS_ANGLE_SET)
         return MODE_POSITION;
     return cw_limit & ccw_limit ? MODE_TURN : MODE_UNKNOWN;
 }
 
-static inline uint16_t word_at(const uint8_t *data)
+ALWAYS_INLINE uint16_t word_at(const uint8_t *data)
 {
     return (uint16_t)(data[0] | (uint16_t)data[1] << 8);
 }
 
-static inline uint16_t magnitude_at(const uint8_t *data)
+ALWAYS_INLINE uint16_t magnitude_at(const uint8_t *data)
 {
     return word_at(data) & CDS_VALUE_MAX;
 }
 
-static bool has_goal_limit(const struct cds_servo_state *servo)
+ALWAYS_INLINE bool has_goal_limit(const struct cds_servo_state *servo)
 {
     return servo->lowest > 0 || servo->highest < CDS_VALUE_MAX;
 }
 
 /* A goal above 1023 is refused by the servo itself if the limit does not refuse it. */
-static inline bool is_within(const struct cds_servo_state *servo, const uint8_t *goal)
+ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, const uint8_t *goal)
 {
     return word_at(goal) >= servo->lowest &&
            (word_at(goal) <= servo->highest || servo->highest == CDS_VALUE_MAX);
@@ -125,11 +125,12 @@ static NOINLINE uint8_t angle_limit(uint8_t known, const struct cds_written *wri
  * goes as fast as it can at speed 0. */
 NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
 {
-    uint16_t magnitude = magnitude_at(data + 2);
+    uint16_t magnitude;
     uint8_t mode;
 
     if (!servo->has_limits)
         return CDS_OK;
+    magnitude = magnitude_at(data + 2);
     if (!is_within(servo, data) || magnitude > servo->fastest)
         return CDS_LIMIT;
     mode = mode_of(servo->cw_limit, servo->ccw_limit);
@@ -141,18 +142,28 @@ NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, co
     return CDS_OK;
 }
 
+/* Torque on alone, which a SYNC WRITE may bring to 50 servos. */
+static enum cds_result check_held(const struct cds_servo_state *servo)
+{
+    uint8_t mode = mode_of(servo->cw_limit, servo->ccw_limit);
+
+    if (mode == MODE_UNKNOWN || !servo->goal_known || !servo->speed_known)
+        return CDS_LIMIT; // not read
+    if (mode == MODE_TURN)
+        return has_goal_limit(servo) ? CDS_LIMIT : CDS_OK;
+    return servo->speed_0 && servo->fastest < CDS_VALUE_MAX ? CDS_LIMIT : CDS_OK;
+}
+
 /* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
  */
-NOINLINE enum cds_result cds_limits_check(struct cds_servo_state *servo,
-                                          const struct cds_written *written)
+static NOINLINE enum cds_result check_held_after(struct cds_servo_state *servo,
+                                                 const struct cds_written *written)
 {
     uint8_t sets = written->sets, cw = servo->cw_limit, ccw = servo->ccw_limit;
     uint8_t before = mode_of(cw, ccw), mode = before;
     bool goal = servo->goal_known, speed = servo->speed_known, is_0 = servo->speed_0, on;
     const uint8_t *word;
 
-    if (!servo->has_limits || !(sets & CDS_SETS_DRIVE))
-        return CDS_OK;
     on = sets & CDS_SETS_TORQUE && cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0);
     if (on && (before == MODE_UNKNOWN || !goal || !speed))
         return CDS_LIMIT; // not read
@@ -185,6 +196,17 @@ NOINLINE enum cds_result cds_limits_check(struct cds_servo_state *servo,
     if (sets & CDS_SETS_SPEED && is_0)
         servo->speed_0 = true;
     return CDS_OK;
+}
+
+enum cds_result cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
+{
+    uint8_t sets = written->sets & CDS_SETS_DRIVE;
+
+    if (!servo->has_limits || !sets)
+        return CDS_OK;
+    if (sets == CDS_SETS_TORQUE)
+        return *cds_written_byte(written, CDS_REG_TORQUE_ENABLE) ? check_held(servo) : CDS_OK;
+    return check_held_after(servo, written);
 }
 
 /* ---- what the servo holds ---- */

@@ -111,7 +111,7 @@ static enum cds_result check_id(const struct check *check, const struct cds_serv
 
 /* The check begins, unless it goes on: nothing has changed since the last call. When a request
  * ends, `checked_request` is cleared. */
-static void begin_many(const struct check *check, struct cds_walk *walk)
+static NOINLINE void begin_many(const struct check *check)
 {
     struct cds_servos *servos = check->servos;
 
@@ -121,18 +121,19 @@ static void begin_many(const struct check *check, struct cds_walk *walk)
         servos->checked = 0;
         servos->checked_index = 0;
     }
-    cds_walk_begin(walk, servos, servos->checked_index);
 }
 
 static NOINLINE enum cds_result check_all(struct check *check)
 {
+    uint8_t cost = check->written.sets == CDS_SETS_TORQUE ? 1 : 3;
     struct cds_servos *servos = check->servos;
     enum cds_result result;
     struct cds_walk walk;
 
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(check->written.sets & CDS_SETS_DRIVE))
         return CDS_OK;
-    begin_many(check, &walk);
+    begin_many(check);
+    cds_walk_begin(&walk, servos, servos->checked_index);
     for (; walk.index < servos->count; walk.index++, walk.servo++) {
         if (walk.budget == 0) {
             servos->checked_index = walk.index;
@@ -143,7 +144,7 @@ static NOINLINE enum cds_result check_all(struct check *check)
             check->refused_id = walk.servo->id;
             return result;
         }
-        cds_walk_pay(&walk, 2);
+        cds_walk_pay(&walk, cost);
     }
     return CDS_OK;
 }
@@ -173,10 +174,46 @@ static inline enum cds_result check_block(struct check *check, struct cds_walk *
     return check_servo(check, servo);
 }
 
+/* Goals and speeds, as a cycle sends them, while driving is allowed: check_sync_write() the short
+ * way. */
+static NOINLINE enum cds_result check_goals(struct check *check)
+{
+    const uint8_t *bytes = check->bytes, *block;
+    struct cds_servos *servos = check->servos;
+    struct cds_servo_state *servo;
+    struct cds_walk walk;
+    uint8_t left, checked;
+
+    begin_many(check);
+    cds_walk_begin(&walk, servos, servos->checked_index);
+    checked = servos->checked;
+    block = bytes + CDS_AT_PARAMETERS + 2 + (uint16_t)(checked * (CDS_GOAL_SIZE + 1u));
+    left = (uint8_t)(bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH - block);
+    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1u)) {
+        if (walk.budget == 0) {
+            servos->checked = checked;
+            servos->checked_index = walk.index;
+            return CDS_PENDING;
+        }
+        servo = cds_walk_to(&walk, servos, *block);
+        check->refused_id = *block++;
+        if (servo && cds_servo_is_inhibited(servo))
+            return CDS_INHIBITED;
+        if (servo && cds_limits_check_goal(servo, block) != CDS_OK)
+            return CDS_LIMIT;
+        if (!servo && check->refused_id > CDS_ID_MAX && servos->count)
+            return CDS_LIMIT; // it may reach every servo, or none
+        block += CDS_GOAL_SIZE;
+        checked++;
+        cds_walk_pay(&walk, 1);
+    }
+    return CDS_OK;
+}
+
 static NOINLINE enum cds_result check_sync_write(struct check *check)
 {
     uint8_t sets = check->written.sets;
-    uint8_t cost = is_goal_and_speed(&check->written) || sets == CDS_SETS_TORQUE ? 1 : 2;
+    uint8_t cost = sets == CDS_SETS_TORQUE ? 2 : 4;
     struct cds_servos *servos = check->servos;
     enum cds_result result;
     struct cds_walk walk;
@@ -184,7 +221,11 @@ static NOINLINE enum cds_result check_sync_write(struct check *check)
     if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
         !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
         return CDS_OK;
-    begin_many(check, &walk);
+    if (is_goal_and_speed(&check->written) && !check->is_inhibited &&
+        servos->grows != CDS_GROWS_ALWAYS)
+        return check_goals(check);
+    begin_many(check);
+    cds_walk_begin(&walk, servos, servos->checked_index);
     cds_written_by(check->bytes, servos->checked, &check->written);
     for (;;) {
         if (walk.budget == 0) {
@@ -276,6 +317,10 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     struct check check;
     enum cds_result result;
 
+    if (servos->was_asked && servos->checked_request == request) {
+        servos->was_asked = false; // by the bus, in this very call of cds_bus_submit()
+        return CDS_PENDING;
+    }
     if (!servo &&
         (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
         servo = cds_servos_meet(servos, bytes[CDS_AT_ID],
@@ -284,6 +329,7 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     check.request = request;
     check.bytes = bytes;
     check.refused_id = bytes[CDS_AT_ID];
+    check.written.sets = 0;
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);

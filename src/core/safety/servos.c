@@ -111,16 +111,23 @@ void cds_servos_forget(struct cds_servos *servos)
 
 /* ---- hooks ---- */
 
-static bool on_end(void *context, struct cds_request *request, enum cds_result result)
+static NOINLINE void take_end(struct cds_servos *servos, struct cds_request *request,
+                              enum cds_result result)
 {
-    struct cds_servos *servos = (struct cds_servos *)context;
-    struct cds_queue *queue = servos->queue;
-
     if (servos->checked_request == request)
         servos->checked_request = NULL;
     servos->learnt = servos->learnt_index = 0;
     if (result <= CDS_CORRUPT) // it was sent
         cds_servos_learn_end(servos, request, result);
+}
+
+static bool on_end(void *context, struct cds_request *request, enum cds_result result)
+{
+    struct cds_servos *servos = (struct cds_servos *)context;
+    struct cds_queue *queue = servos->queue;
+
+    if (!cds_servos_is_routine(servos, request, (uint8_t)result))
+        take_end(servos, request, result);
     if (!queue)
         return false;
     if (queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
@@ -128,24 +135,28 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     return queue->hooks.on_end(queue, request, result);
 }
 
-/* The permit is asked now, unless the bus has just asked it. */
+/* The permit is asked now, unless the bus has just asked it; and not once more in this call. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
-    struct cds_bus *bus = servos->bus;
     enum cds_result result = CDS_PENDING;
 
-    if (!servos->queue && bus->request)
+    if (!servos->queue && servos->bus->request)
         return CDS_BUSY;
     if (servos->checked_request != request)
         result = cds_servos_permit(servos, request);
     if (result != CDS_OK && result != CDS_PENDING)
         return result;
-    if (servos->queue)
-        return servos->queue->hooks.submit(servos->queue, request);
-    request->result = CDS_PENDING;
-    cds_bus_start(bus, request);
-    return CDS_OK;
+    servos->was_asked = result == CDS_PENDING;
+    if (servos->queue) {
+        result = servos->queue->hooks.submit(servos->queue, request);
+    } else {
+        request->result = CDS_PENDING;
+        cds_bus_start(servos->bus, request);
+        result = CDS_OK;
+    }
+    servos->was_asked = false;
+    return result;
 }
 
 static bool cancel(void *context, struct cds_request *request)

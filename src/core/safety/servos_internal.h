@@ -3,6 +3,7 @@
 #define CDS_SERVOS_INTERNAL_H
 
 #include "cds55xx/servos.h" // struct cds_servos
+#include "compiler.h"       // ALWAYS_INLINE
 
 /* Status return levels (R3). */
 #define CDS_LEVEL_PING 0 // only PING is answered
@@ -11,16 +12,16 @@
 
 #define CDS_FACTORY_ID 1 // what RESET leaves (R11, R25)
 
-/* What one call may check or learn: a goal or torque counts 1, another block or entry 2, a search
- * 1 + count / 16. On an AVR 1 stands for about 130 cycles. */
-#define CDS_SERVOS_PER_CALL 7
+/* What one call may check or learn, in units of about 200 cycles of an AVR: a goal counts 1, torque
+ * 1 or 2, another block or entry 3 or 4, a search 1 + count / 16. */
+#define CDS_SERVOS_PER_CALL 4
 
 /* Returns the entry of servo `id` and sets *index, or NULL. */
 struct cds_servo_state *cds_servos_search(const struct cds_servos *servos, uint8_t id,
                                           uint8_t *index);
 
 /* As cds_servos_search(); *index is tried first. */
-static inline struct cds_servo_state *cds_servos_at(const struct cds_servos *servos, uint8_t id,
+ALWAYS_INLINE struct cds_servo_state *cds_servos_at(const struct cds_servos *servos, uint8_t id,
                                                     uint8_t *index)
 {
     if (*index < servos->count && servos->states[*index].id == id)
@@ -35,7 +36,7 @@ struct cds_walk {
     uint8_t budget;
 };
 
-static inline void cds_walk_begin(struct cds_walk *walk, const struct cds_servos *servos,
+ALWAYS_INLINE void cds_walk_begin(struct cds_walk *walk, const struct cds_servos *servos,
                                   uint8_t index)
 {
     walk->index = index;
@@ -43,16 +44,17 @@ static inline void cds_walk_begin(struct cds_walk *walk, const struct cds_servos
     walk->budget = CDS_SERVOS_PER_CALL;
 }
 
-static inline void cds_walk_pay(struct cds_walk *walk, uint8_t cost)
+ALWAYS_INLINE void cds_walk_pay(struct cds_walk *walk, uint8_t cost)
 {
     walk->budget = walk->budget > cost ? (uint8_t)(walk->budget - cost) : 0;
 }
 
 /* Returns the entry of servo `id`, or NULL. */
-static inline struct cds_servo_state *cds_walk_to(struct cds_walk *walk,
+ALWAYS_INLINE struct cds_servo_state *cds_walk_to(struct cds_walk *walk,
                                                   const struct cds_servos *servos, uint8_t id)
 {
     struct cds_servo_state *servo;
+    uint8_t found;
 
     if (walk->index >= servos->count) {
         if (servos->count == 0)
@@ -63,9 +65,10 @@ static inline struct cds_servo_state *cds_walk_to(struct cds_walk *walk,
     servo = walk->servo;
     if (servo->id != id) {
         cds_walk_pay(walk, (uint8_t)(1u + (servos->count >> 4)));
-        servo = cds_servos_search(servos, id, &walk->index);
+        servo = cds_servos_search(servos, id, &found); // not &walk->index: walk is in registers
         if (!servo)
             return NULL;
+        walk->index = found;
     }
     walk->index++;
     walk->servo = servo + 1;
@@ -73,7 +76,7 @@ static inline struct cds_servo_state *cds_walk_to(struct cds_walk *walk,
 }
 
 /* True if the servo is inhibited itself, or its state is not known since it returned. */
-static inline bool cds_servo_is_inhibited(const struct cds_servo_state *servo)
+ALWAYS_INLINE bool cds_servo_is_inhibited(const struct cds_servo_state *servo)
 {
     return servo->inhibited || servo->presence == CDS_PRESENCE_RETURNED;
 }
@@ -93,9 +96,15 @@ bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_ser
 /* Adds servo `id` if the list grows by it. Returns its entry, or NULL. */
 struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, bool is_setting);
 
-/* Hooks of learn.c: see bus.h. A transaction has ended. */
+/* Hooks of learn.c: see bus.h. */
 bool cds_servos_on_sending(void *context, struct cds_request *request);
 void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
+
+/* True for a READ of feedback that its servo has answered as ever: counted, and nothing new. */
+bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
+                           uint8_t result);
+
+/* Learns from a transaction that has ended. */
 void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
                           enum cds_result result);
 
