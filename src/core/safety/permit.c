@@ -162,6 +162,8 @@ static inline enum cds_result check_block(struct check *check, struct cds_walk *
         return CDS_LIMIT;
     if (written->id > CDS_ID_MAX) // it may reach every servo, or none
         return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
+    if (!(written->sets & CDS_SETS_DRIVE) && servos->grows != CDS_GROWS_ALWAYS)
+        return CDS_OK;
     servo = cds_walk_to(walk, servos, written->id);
     if (!servo) {
         if (cds_servos_meet(servos, written->id, false))
@@ -213,7 +215,7 @@ static NOINLINE enum cds_result check_goals(struct check *check)
 static NOINLINE enum cds_result check_sync_write(struct check *check)
 {
     uint8_t sets = check->written.sets;
-    uint8_t cost = sets == CDS_SETS_TORQUE ? 2 : 4;
+    uint8_t cost = sets & CDS_SETS_DRIVE ? (sets == CDS_SETS_TORQUE ? 2 : 4) : 1;
     struct cds_servos *servos = check->servos;
     enum cds_result result;
     struct cds_walk walk;
