@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "cds55xx/queue.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -31,7 +32,7 @@ enum storm {
 /* A request, and what the servo has sent in answer to its last try, or will send. */
 struct job {
     struct cds_request request;
-    uint8_t buffer[CDS_REPLY_ANY], packet[8];
+    uint8_t buffer[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_ANY], packet[CDS_PACKET_SIZE(2)];
     uint8_t token, id, error, length;
     bool good; // whole, and nothing before it that could hide it
     uint32_t begun_us, good_us;
@@ -44,6 +45,7 @@ struct arrival {
 };
 
 static struct cds_bus bus;
+static struct cds_queue queue;
 static struct job jobs[JOBS];
 static struct arrival line[LINE_SIZE];
 static uint8_t arrivals, arrived;
@@ -222,7 +224,7 @@ static void pass(uint16_t us)
     if (arrived == arrivals)
         arrived = arrivals = 0;
     port_fake.now_us = until_us;
-    if (cds_bus_is_in_flight_(&bus) && job_of(bus.request)->longest_gap_us < us)
+    if (port_fake_is_in_flight(&bus) && job_of(bus.request)->longest_gap_us < us)
         job_of(bus.request)->longest_gap_us = us;
 }
 
@@ -244,7 +246,7 @@ static void check_value(const struct job *job)
     TEST_ASSERT_EQUAL_HEX8(job->error, request->error);
     TEST_ASSERT_EQUAL_UINT8(job->length, request->length);
     for (uint8_t i = 0; i < job->length; i++)
-        TEST_ASSERT_EQUAL_HEX8(parameter(job->token, i), request->packet.bytes[i]);
+        TEST_ASSERT_EQUAL_HEX8(parameter(job->token, i), request->reply[i]);
 }
 
 static void check_failure(const struct job *job)
@@ -318,8 +320,8 @@ static void submit(struct job *job)
         return;
     build(request);
     memcpy(job->packet, job->buffer, request->packet.size);
-    request->repeats = (uint8_t)random_below(3);
-    request->urgent = (uint8_t)random_below(3);
+    cds_queue_set_retries(&queue, (uint8_t)random_below(3));
+    request->priority = (uint8_t)random_below(3);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, request));
     submitted++;
     look();
@@ -328,7 +330,6 @@ static void submit(struct job *job)
 static void open_again(void)
 {
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_queue_attach(&queue, &bus);
     talking = NULL;
     submitted = ended = ok = sent = unsent = 0;
 }
@@ -413,11 +414,13 @@ void setUp(void)
 
         request->packet.bytes = jobs[i].buffer;
         request->packet.capacity = sizeof jobs[i].buffer;
+        request->reply = jobs[i].reply;
+        request->reply_capacity = sizeof jobs[i].reply;
         request->on_end = on_end;
         request->context = &jobs[i];
     }
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_queue_attach(&queue, &bus);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     open_again();
 }
 

@@ -1,0 +1,376 @@
+/* The two packets of goals of a cycle; see cycle.h. */
+#include <string.h>
+
+#include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
+#include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
+#include "servo/cycle_internal.h"
+#include "servo/goal.h" // cds_goal_put(), CDS_GOAL_SIZE
+
+#define BLOCK_SIZE    (1u + CDS_GOAL_SIZE)     // ID, goal
+#define BLOCKS_AT     (CDS_AT_PARAMETERS + 2u) // behind address and length
+#define NO_GOAL       UINT8_MAX                // high byte of a position that is not set
+#define LEFT_OUT      CDS_BROADCAST_ID         // ID in the block of a servo that is left out
+#define NOT_FILLING   UINT8_MAX                // `filled`: no goal was set since the last commit
+#define WORK_PER_POLL 32 // a block looked at is 1, written 5 more, checked 8 more: 1200 cycles
+
+/* True while this packet is on the wire or waits for it. */
+static bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
+{
+    return cycle->goals.result == CDS_PENDING && cycle->goals.packet.bytes == packet;
+}
+
+static uint8_t *block_of(uint8_t *packet, uint8_t index)
+{
+    return packet + BLOCKS_AT + (uint8_t)(index * BLOCK_SIZE);
+}
+
+ALWAYS_INLINE uint8_t sum_of(const uint8_t *goal)
+{
+    return (uint8_t)(goal[0] + goal[1] + goal[2] + goal[3]);
+}
+
+/* The block of a servo that is left out has another ID. */
+static bool is_own(const struct cds_cycle *cycle, uint8_t *packet, uint8_t index)
+{
+    return *block_of(packet, index) == cycle->ids[index];
+}
+
+bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index)
+{
+    return index < cycle->count && !is_own(cycle, cycle->front, index);
+}
+
+/* Writes `from` to a block of `packet`; the checksum of the packet follows. */
+static NOINLINE void put_block(struct cds_cycle *cycle, uint8_t *packet, uint8_t *block,
+                               const uint8_t *from)
+{
+    uint8_t *checksum = packet + cycle->goals.packet.size - 1;
+    uint8_t difference = 0;
+
+    for (uint8_t i = BLOCK_SIZE; i; i--) {
+        difference = (uint8_t)(difference + *block - *from);
+        *block++ = *from++;
+    }
+    *checksum = (uint8_t)(*checksum + difference);
+}
+
+static void leave_out(struct cds_cycle *cycle, uint8_t *packet, uint8_t index)
+{
+    uint8_t *block = block_of(packet, index);
+    uint8_t *checksum = packet + cycle->goals.packet.size - 1;
+
+    *checksum = (uint8_t)(*checksum + *block - LEFT_OUT);
+    *block = LEFT_OUT;
+}
+
+/* ---- begin ---- */
+
+void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
+{
+    static const uint8_t none[CDS_GOAL_SIZE] = {NO_GOAL, NO_GOAL, NO_GOAL, NO_GOAL};
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+    struct cds_packet *packet = &cycle->goals.packet;
+
+    packet->bytes = cycle->front;
+    packet->capacity = size;
+    cds_packet_sync_begin(packet, CDS_REG_GOAL_POSITION, CDS_GOAL_SIZE);
+    for (uint8_t i = 0; i < cycle->count; i++)
+        cds_packet_sync_add(packet, cycle->ids[i], none);
+    cds_packet_end(packet);
+    memcpy(cycle->back, cycle->front, size);
+    cycle->filled = NOT_FILLING;
+    cycle->checked = cycle->mended = cycle->count;
+    cycle->empty_sum = (uint8_t)(~cycle->front[size - 1] - cycle->count * sum_of(none));
+    if (hooks && hooks->changed_since)
+        hooks->changed_since(hooks->context, &cycle->epoch); // changes so far concern no goal
+}
+
+/* ---- setting goals ---- */
+
+/* Asks the permit whether servo `index` may be sent `goal`. Before the first commit a servo that is
+ * refused is left out, so that the others need not wait for it. */
+ALWAYS_INLINE enum cds_result ask_permit(struct cds_cycle *cycle, uint8_t index,
+                                         const uint8_t *goal)
+{
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+    enum cds_result result;
+
+    cycle->index_offset = (uint8_t)(cycle->index_offset + index);
+    result = hooks->permit_goal(hooks->context, cycle->ids[index], &cycle->index_offset, goal);
+    cycle->index_offset = (uint8_t)(cycle->index_offset - index);
+    if (result != CDS_OK && !cycle->is_committed)
+        leave_out(cycle, cycle->front, index);
+    return result;
+}
+
+static bool has_permit(const struct cds_cycle *cycle)
+{
+    return cycle->bus->hooks && cycle->bus->hooks->permit_goal;
+}
+
+static void begin_filling(struct cds_cycle *cycle)
+{
+    cycle->filled = cycle->skipped = 0;
+    cycle->sum = cycle->empty_sum;
+    cycle->has_left_out = false;
+    cycle->has_permit = has_permit(cycle);
+}
+
+/* Takes the goal that was appended last back if the permit refuses it. */
+static NOINLINE enum cds_result check_appended(struct cds_cycle *cycle, uint8_t index,
+                                               uint8_t *goal)
+{
+    enum cds_result result;
+
+    goal[-1] = cycle->ids[index];
+    result = ask_permit(cycle, index, goal);
+    if (result != CDS_OK) {
+        cycle->sum = (uint8_t)(cycle->sum - sum_of(block_of(cycle->back, index) + 1));
+        cycle->filled--;
+    }
+    return result;
+}
+
+/* Sets the goal of the servo at `filled`. */
+static NOINLINE enum cds_result append_goal(struct cds_cycle *cycle, uint8_t index,
+                                            uint16_t position, uint16_t speed)
+{
+    uint8_t *goal = block_of(cycle->back, index) + 1;
+
+    cds_goal_put(goal, position, speed);
+    cycle->sum = (uint8_t)(cycle->sum + sum_of(goal));
+    cycle->filled = (uint8_t)(index + 1u);
+    return cycle->has_permit ? check_appended(cycle, index, goal) : CDS_OK;
+}
+
+/* Sets the goal of a servo before `filled`, which may have one already. */
+static enum cds_result replace_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
+                                    uint16_t speed)
+{
+    uint8_t *block = block_of(cycle->back, index);
+    uint8_t goal[CDS_GOAL_SIZE];
+    enum cds_result result;
+
+    cds_goal_put(goal, position, speed);
+    result = cycle->has_permit ? ask_permit(cycle, index, goal) : CDS_OK;
+    if (result != CDS_OK)
+        return result;
+    if (block[2] == NO_GOAL)
+        cycle->skipped--;
+    else
+        cycle->sum = (uint8_t)(cycle->sum - sum_of(block + 1));
+    cycle->sum = (uint8_t)(cycle->sum + sum_of(goal));
+    *block = cycle->ids[index];
+    memcpy(block + 1, goal, sizeof goal);
+    return CDS_OK;
+}
+
+/* The first goal since a commit, or one that is not set in the order of the servos. */
+static NOINLINE enum cds_result set_out_of_order(struct cds_cycle *cycle, uint8_t index,
+                                                 uint16_t position, uint16_t speed)
+{
+    if (cycle->filled == NOT_FILLING) {
+        if (is_being_sent(cycle, cycle->back))
+            return CDS_BUSY;
+        begin_filling(cycle);
+    }
+    if (index < cycle->filled)
+        return replace_goal(cycle, index, position, speed);
+    for (; cycle->filled != index; cycle->filled++, cycle->skipped++)
+        block_of(cycle->back, cycle->filled)[2] = NO_GOAL;
+    return append_goal(cycle, index, position, speed);
+}
+
+enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
+                               uint16_t speed)
+{
+    uint8_t high = (uint8_t)(position >> 8);
+
+    OPTIMIZER_BARRIER(high); // or gcc compares words: saves 4 cycles
+    high = (uint8_t)(high | speed >> 8);
+    if (index >= cycle->count || high > CDS_VALUE_MAX >> 8) // all bits of CDS_VALUE_MAX are 1
+        return CDS_BAD_ARGUMENT;
+    if (index != cycle->filled)
+        return set_out_of_order(cycle, index, position, speed);
+    return append_goal(cycle, index, position, speed);
+}
+
+/* True if the goal of servo `index` was set since the last commit. */
+static bool is_set(const struct cds_cycle *cycle, uint8_t index)
+{
+    return cycle->filled != NOT_FILLING && index < cycle->filled &&
+           block_of(cycle->back, index)[2] != NO_GOAL;
+}
+
+/* ---- servos that are left out ---- */
+
+/* The packet keeps its size: the block of each servo that is left out becomes equal to the first
+ * block of a servo that is not. Of blocks with one ID the last counts (R22). Goes on at `mended`,
+ * and ends after `work`. */
+static void mend(struct cds_cycle *cycle, int16_t work)
+{
+    uint8_t i = cycle->mended, count = cycle->count;
+    uint8_t *block, *whole = block_of(cycle->front, 0);
+    const uint8_t *id = cycle->ids, *end = id + count;
+
+    for (; *whole != *id; whole += BLOCK_SIZE)
+        if (++id == end) { // cds_cycle_goals_are_empty()
+            leave_out(cycle, cycle->front, 0);
+            cycle->mended = count;
+            return;
+        }
+    block = block_of(cycle->front, i);
+    for (id = cycle->ids + i; i < count && work > 0; i++, work--, block += BLOCK_SIZE) {
+        if (*block == *id++)
+            continue;
+        work -= 5;
+        put_block(cycle, cycle->front, block, whole);
+    }
+    cycle->mended = i;
+}
+
+bool cds_cycle_goals_are_empty(const struct cds_cycle *cycle)
+{
+    return *block_of(cycle->front, 0) == LEFT_OUT;
+}
+
+/* Checks the goal of servo `index` again. True: the servo is left out of `packet` from now on. */
+static NOINLINE bool drop(struct cds_cycle *cycle, uint8_t *packet, uint8_t index,
+                          const uint8_t *goal)
+{
+    if (ask_permit(cycle, index, goal) == CDS_OK)
+        return false;
+    leave_out(cycle, packet, index);
+    return true;
+}
+
+/* Checks the goals again that the last change concerns, as many as a poll may. */
+static void check_some(struct cds_cycle *cycle)
+{
+    uint8_t changed = cycle->changed_id, i = cycle->checked;
+    int16_t work = WORK_PER_POLL;
+    uint8_t *front = block_of(cycle->front, i), *back = block_of(cycle->back, i);
+    const uint8_t *ids = cycle->ids + i;
+
+    for (; i < cycle->count && work > 0; i++, front += BLOCK_SIZE, back += BLOCK_SIZE) {
+        uint8_t id = *ids++;
+
+        work--;
+        if (changed != CDS_BROADCAST_ID && changed != id)
+            continue;
+        if (*front == id && front[2] != NO_GOAL) {
+            work -= 8;
+            if (drop(cycle, cycle->front, i, front + 1)) {
+                cycle->counters.dropped++;
+                cycle->mended = 0;
+            }
+        }
+        if (is_set(cycle, i) && *back == id) {
+            work -= 8;
+            if (drop(cycle, cycle->back, i, back + 1))
+                cycle->has_left_out = true;
+        }
+    }
+    cycle->checked = i;
+}
+
+/* Asks which servos a change concerns. A round of checks under way begins anew. */
+static NOINLINE void note_changes(struct cds_cycle *cycle)
+{
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+    bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached
+    uint8_t id = hooks->changed_since(hooks->context, &cycle->epoch);
+
+    if (id == CDS_NO_ID && !is_first)
+        return;
+    if (is_first || (cycle->is_checking && cycle->changed_id != id))
+        id = CDS_BROADCAST_ID;
+    cycle->changed_id = id;
+    cycle->checked = 0;
+    cycle->is_checking = true;
+}
+
+static NOINLINE void go_on_checking(struct cds_cycle *cycle)
+{
+    if (is_being_sent(cycle, cycle->front))
+        return; // the bus asks the permit before the packet leaves
+    if (!has_permit(cycle))
+        cycle->checked = cycle->count;
+    else if (cycle->checked != cycle->count)
+        check_some(cycle);
+    else
+        mend(cycle, WORK_PER_POLL);
+    cycle->is_checking = cycle->checked != cycle->count || cycle->mended != cycle->count;
+}
+
+bool cds_cycle_goals_are_good(struct cds_cycle *cycle)
+{
+    const struct cds_bus_hooks *hooks = cycle->bus->hooks;
+
+    if (hooks && hooks->changed_since)
+        note_changes(cycle);
+    if (!cycle->is_checking)
+        return true;
+    go_on_checking(cycle);
+    return false;
+}
+
+/* ---- commit ---- */
+
+/* Each servo has a goal, or is left out. */
+static bool have_goals(const struct cds_cycle *cycle)
+{
+    for (uint8_t i = 0; i < cycle->count; i++)
+        if (!is_set(cycle, i) && is_own(cycle, cycle->front, i))
+            return false;
+    return true;
+}
+
+/* Copies the blocks that were not set, from block `i` on, to the packet in back. True: a servo is
+ * left out. */
+static bool copy_blocks(struct cds_cycle *cycle, uint8_t i)
+{
+    uint8_t *block = block_of(cycle->back, i), *old = block_of(cycle->front, i);
+    const uint8_t *id = cycle->ids + i;
+    uint8_t sum = cycle->sum;
+    bool has_holes = false;
+
+    for (; i < cycle->count; i++, block += BLOCK_SIZE, old += BLOCK_SIZE, id++) {
+        if (i >= cycle->filled || block[2] == NO_GOAL) {
+            memcpy(block, old, BLOCK_SIZE);
+            sum = (uint8_t)(sum + sum_of(block + 1));
+        }
+        if (*block == *id)
+            continue;
+        has_holes = true;
+        sum = (uint8_t)(sum + *block - *id);
+        if (*old == *id)
+            cycle->counters.dropped++;
+    }
+    cycle->sum = sum;
+    return has_holes;
+}
+
+enum cds_result cds_cycle_commit(struct cds_cycle *cycle)
+{
+    uint8_t *filled = cycle->back;
+    bool has_holes;
+
+    if (cycle->filled == NOT_FILLING)
+        return CDS_OK;
+    if (!cycle->is_committed && !have_goals(cycle))
+        return CDS_BAD_ARGUMENT;
+    has_holes = copy_blocks(cycle, cycle->skipped || cycle->has_left_out ? 0 : cycle->filled);
+    filled[cycle->goals.packet.size - 1] = (uint8_t)~cycle->sum;
+    if (!cycle->is_committed)
+        cycle->next_us = cds_port_now_us(); // no period before the first commit is missed
+    cycle->back = cycle->front;
+    cycle->front = filled;
+    cycle->filled = NOT_FILLING;
+    cycle->is_committed = true;
+    if (has_holes) {
+        cycle->mended = 0;
+        mend(cycle, INT16_MAX);
+    }
+    return CDS_OK;
+}
