@@ -1381,6 +1381,8 @@ static uint32_t next_gap_us(void)
 
     if (one_in(50000))
         return 1000000 + any(2000000000);
+    if (flying && duration_us(flying) > 32768 && one_in(60))
+        return any(700000); // several wraps of the timer
     if (one_in(300))
         return 1000 * (1 + any(one_in(10) ? 400 : 40));
     return 1 + any(one_in(10) ? 40 * byte : 4 * byte);
