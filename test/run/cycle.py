@@ -18,21 +18,21 @@ MHZ = 16  # cycles in a microsecond
 PERIOD_US = 4000
 BYTE_US = 10
 READS = 3  # in each period; what is left of it has room for no more
-ROSTER_READS = 2  # ... with a roster of all servos: what it learns and judges takes time
+SAFE_READS = 2  # ... with limits of all servos
 SERVOS_REPLY_US = 2  # the factory's return delay, twice register 0x05
 
-NEVER = ["missed", "refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "refuted", "foreign",
+NEVER = ["missed", "refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "malformed", "unexpected_packets",
          "framing_errors", "overruns", "ring_overflows"]
 
 
 class Cycle:
-    """One run of so many seconds, with a roster of all servos or without: .figure as the program
+    """One run of so many seconds, with limits and a health check of all servos or without: .figure as the program
     says them, and what the simulator saw."""
 
-    def __init__(self, seconds, progress=None, roster=False):
+    def __init__(self, seconds, progress=None, safe=False):
         self.seconds = seconds
-        self.reads, self.busy = (ROSTER_READS, 75) if roster else (READS, 80)
-        elf = ELF.with_name("cycle50_roster.elf") if roster else ELF
+        self.reads, self.busy = (SAFE_READS, 75) if safe else (READS, 80)
+        elf = ELF.with_name("cycle50_safe.elf") if safe else ELF
         with tempfile.TemporaryDirectory() as folder:
             folder = pathlib.Path(folder)
             (folder / "eeprom").write_bytes(seconds.to_bytes(2, "little") + b"\xff" * 4094)
