@@ -19,19 +19,21 @@
 #include "cds55xx/queue.h"
 #include "port_fake.h"
 
-#define PORT       0
-#define JOBS       6
-#define SERVOS     5
-#define EVENTS     1024
-#define EMISSIONS  64
-#define OWED       64
-#define NO_INDEX   0xFF
-#define STALE_US   (CDS_STALE_REPLY_US - 10) // the latest a servo of this model begins its reply
-#define STRANGER   77                        // an ID that no request asks
-#define POISON     0xEE
-#define OVERDUE    80 // polls after the deadline: a full ring is examined in pieces
-#define WAIT_BYTES 56
-#define LATE_US    140000 // a deadline seen by polls more than 30 ms apart
+#define PORT         0
+#define JOBS         6
+#define SERVOS       5
+#define EVENTS       1024
+#define EMISSIONS    64
+#define OWED         64
+#define NO_INDEX     0xFF
+#define FALSE_HEADER EMISSIONS       // in place of an emission: a header that may hide a reply
+#define SAFE_HEADER  (EMISSIONS + 1) // one that cannot
+#define STALE_US     (CDS_STALE_REPLY_US - 10) // the latest a servo of this model begins its reply
+#define STRANGER     77                        // an ID that no request asks
+#define POISON       0xEE
+#define OVERDUE      80 // polls after the deadline: a full ring is examined in pieces
+#define WAIT_BYTES   56
+#define LATE_US      140000 // a deadline seen by polls more than 30 ms apart
 
 enum mode { WITHOUT_QUEUE, WITH_QUEUE, WITH_PERMIT };
 enum harm { WHOLE, FLIPPED, LOST, MARKED, SPLICED, CUT };
@@ -59,11 +61,12 @@ struct job {
     bool is_submitted, waits, is_idempotent, mutes;
     uint8_t retries, verdict, verdict_polls; // verdict: enum cds_result of the permit
     // of the packet in flight
-    uint32_t tag, begun_us, first_poll_us, good_us, delay_us;
+    uint32_t tag, begun_us, first_poll_us, complete_us, good_us, delay_us, longest_gap_us;
     uint8_t error, length, id;
-    bool has_left, is_stuck, is_hit, is_polled, is_sloppy;
-    bool is_good, must_be_ok, is_dirty, must_be_corrupt;
-    uint16_t overdue;
+    bool has_left, is_stuck, is_hit, is_polled, is_closed, drains;
+    bool is_good, must_be_ok, is_dirty, is_hidden, must_be_corrupt;
+    uint16_t overdue, idle_overdue;
+    uint32_t closed_us;
 };
 
 static struct cds_bus bus;
@@ -90,7 +93,7 @@ static const struct cds_bus_lock lock;
 /* The line, as far as the engine can know it. */
 static uint32_t last_rx_us, low_us, failed_us, stale_floor_us, stale_until_us, active_us, hold_us;
 static bool is_rx_exempt, is_low_known, is_failure_known, is_stale, is_active, holds;
-static bool was_low, wire_is_clean, is_harmed, permit_pending, sending_goes_on;
+static bool was_low, wire_is_clean, is_harmed, permit_pending, sending_goes_on, sending_was_asked;
 static struct job *permitted;
 static uint8_t last_id;
 static enum cds_result last_result;
@@ -236,18 +239,29 @@ static void push_harmed(uint32_t *at_us, uint8_t byte, uint8_t harm, uint8_t emi
     }
 }
 
-static void push_packet(uint32_t *at_us, const struct emission *what)
+/* The bytes of a packet. Returns how many. */
+static uint8_t fill(uint8_t *bytes, const struct emission *what)
 {
-    uint8_t bytes[256] = {0xFF, 0xFF, what->id, (uint8_t)(what->length + 2), what->error};
-    uint8_t size = (uint8_t)(what->length + 6), sum = 0, harmed = NO_INDEX;
-    uint8_t slot = (uint8_t)(emission_count++ % EMISSIONS);
-    struct emission *emission = &emissions[slot];
+    uint8_t size = (uint8_t)(what->length + 6), sum = 0;
 
+    bytes[0] = bytes[1] = 0xFF;
+    bytes[2] = what->id;
+    bytes[3] = (uint8_t)(what->length + 2);
+    bytes[4] = what->error;
     for (uint8_t i = 0; i < what->length; i++)
         bytes[5 + i] = value(what->tag, i);
     for (uint8_t i = 2; i < size - 1; i++)
         sum = (uint8_t)(sum + bytes[i]);
     bytes[size - 1] = (uint8_t)~sum;
+    return size;
+}
+
+static void push_packet(uint32_t *at_us, const struct emission *what)
+{
+    uint8_t bytes[6 + CDS_REPLY_ANY], size = fill(bytes, what), harmed = NO_INDEX;
+    uint8_t slot = (uint8_t)(emission_count++ % EMISSIONS);
+    struct emission *emission = &emissions[slot];
+
     *emission = *what;
     emission->size = size;
     emission->delivered = 0;
@@ -281,13 +295,36 @@ static void push_noise(uint32_t *at_us)
     }
 }
 
-/* A header cut off, whose LENGTH claims what comes after it. No servo has that ID. */
-static void push_false_header(uint32_t *at_us)
+/* Later than the slowest servo the engine promises to cope with. */
+static bool is_too_late(uint32_t at_us)
 {
-    const uint8_t bytes[] = {0xFF, 0xFF, STRANGER, (uint8_t)(2 + any(70))};
+    return (int32_t)(at_us - port_fake.now_us) > STALE_US;
+}
+
+/* True if a packet of `length` whose head was cut off before `reply` is known to be none when all
+ * of the reply has come. */
+static bool is_refuted_by(const struct emission *reply, uint8_t length)
+{
+    uint8_t bytes[6 + CDS_REPLY_ANY], size = fill(bytes, reply), sum = (uint8_t)(STRANGER + length);
+
+    if (length < 2 || length > size || reply->harm != WHOLE)
+        return false;
+    for (uint8_t i = 0; i < length; i++)
+        sum = (uint8_t)(sum + bytes[i]);
+    return sum != 0xFF;
+}
+
+/* A header cut off, whose LENGTH claims what comes after it. No servo has that ID. */
+static void push_false_header(uint32_t *at_us, const struct emission *reply)
+{
+    uint8_t length = (uint8_t)(one_in(2) ? 2 + any(5) : 2 + any(70));
+    const uint8_t bytes[] = {0xFF, 0xFF, STRANGER, length};
+    bool is_safe =
+        is_refuted_by(reply, length) && !is_too_late(*at_us + 4u * byte_us(bus.baud_reg));
+    uint8_t kind = is_safe ? SAFE_HEADER : FALSE_HEADER;
 
     for (uint8_t i = 0; i < sizeof bytes; i++)
-        push(at_us, bytes[i], 0, EMISSIONS, 0);
+        push(at_us, bytes[i], 0, kind, 0);
 }
 
 /* What may come before the reply: not the reply. */
@@ -302,7 +339,7 @@ static void push_first(uint32_t *at_us, const struct job *job, const struct emis
     case 1: push_noise(at_us); return;
     case 2:
         if (job->sent[2] != CDS_BROADCAST_ID)
-            push_false_header(at_us);
+            push_false_header(at_us, reply);
         return;
     case 3: other.error = CDS_ERROR_NONE_SUCH; break;
     case 4:
@@ -359,10 +396,10 @@ static void answer(struct job *job)
     job->length = reply.length;
     job->id = reply.id;
     at_us = free_from(port_fake.now_us + reply_delay_us(job, (uint8_t)(reply.length + 6)));
-    if (one_in(6))
-        push_first(&at_us, job, &reply);
     reply.harm = one_in(6) ? (uint8_t)(1 + any(CUT)) : WHOLE;
-    if ((int32_t)(at_us - port_fake.now_us) > STALE_US)
+    if (one_in(6) && !is_too_late(at_us))
+        push_first(&at_us, job, &reply);
+    if (is_too_late(at_us))
         return;
     push_packet(&at_us, &reply);
     if (reply.harm == WHOLE && one_in(12)) { // two servos have the ID
@@ -390,7 +427,7 @@ static void disturb(void)
     case 2:
         if (event_next == event_count && !flying) {
             holds = true;
-            hold_us = at_us + any(one_in(8) ? 4000 : 200);
+            hold_us = at_us + any(one_in(8) ? 12000 : 200);
         }
         break;
     default: push(&at_us, 0, CDS_LINE_FRAMING, NO_INDEX, 0); break;
@@ -424,7 +461,7 @@ static void note_harm(bool is_mark)
     owed_count = 0; // what lies between two breaks is dropped
     if (!flying || !flying->has_left)
         return;
-    flying->is_dirty = true;
+    flying->is_dirty = flying->is_hidden = true;
     if (is_mark && is_in_time(flying) && reply_is_due(flying))
         flying->must_be_corrupt = true;
 }
@@ -475,7 +512,7 @@ static void complete(struct emission *emission)
 static void follow(struct emission *emission, const struct event *event, bool is_heard)
 {
     if (event->index == 0)
-        emission->is_first = is_heard && wire_is_clean && !(flying && flying->is_dirty);
+        emission->is_first = is_heard && wire_is_clean && !(flying && flying->is_hidden);
     if (!is_heard || event->index != emission->delivered)
         emission->is_whole = false;
     emission->delivered = (uint8_t)(event->index + 1);
@@ -487,7 +524,7 @@ static void follow(struct emission *emission, const struct event *event, bool is
     if (!emission->is_whole) {
         wire_is_clean = false;
         if (flying)
-            flying->is_dirty = true;
+            flying->is_dirty = flying->is_hidden = true;
     } else if (emission->delivered == emission->size) {
         complete(emission);
     }
@@ -508,7 +545,7 @@ static void deliver(const struct event *event)
     bool is_full = cds_ring_count(&bus.link.rx) == CDS_RING_SIZE, is_heard;
     uint8_t errors = event->errors;
 
-    if (port_fake.lines[PORT] != FAKE_LISTEN) {
+    if (port_fake.lines[PORT] != FAKE_LISTEN && !(flying && flying->drains)) {
         if (flying)
             flying->is_hit = true;
         if (emission)
@@ -531,8 +568,10 @@ static void deliver(const struct event *event)
     is_rx_exempt = false;
     if (emission)
         follow(emission, event, is_heard);
-    else if (event->emission == EMISSIONS)
+    else if (event->emission == FALSE_HEADER)
         note_harm(false);
+    else if (event->emission == SAFE_HEADER && flying)
+        flying->is_dirty = true;
     if (!is_heard)
         note_harm(true);
 }
@@ -542,13 +581,29 @@ static void leave(void)
 {
     struct job *job = flying;
 
-    RULE(port_fake_transmit(&bus.link, PORT), job, "the packet has no end");
+    RULE(port_fake_drain(&bus.link, PORT), job, "the packet has no end");
     RULE(port_fake.sent_size == job->request.packet.size &&
              memcmp(port_fake.sent, job->sent, port_fake.sent_size) == 0,
          job, "other bytes were sent than were submitted");
     job->has_left = true;
+    job->drains = one_in(30);
+    job->complete_us = port_fake.now_us + any(90);
+    if (!job->drains)
+        cds_link_on_tx_complete(&bus.link, PORT);
     if (reply_is_due(job) && !job->is_hit && !one_in(12))
         answer(job);
+}
+
+/* The handler of "transmit complete" runs, late as it is. Of a packet without reply it may run amid
+ * the poll that sees the deadline. */
+static void complete_sending(void)
+{
+    if (!flying || !flying->drains || since(flying->complete_us) < 0)
+        return;
+    if (!reply_is_due(flying) && flying->tag & 1 && flying->longest_gap_us < 10000)
+        return;
+    flying->drains = false;
+    cds_link_on_tx_complete(&bus.link, PORT);
 }
 
 /* Time passes; what happens meanwhile, happens in its order. */
@@ -575,8 +630,9 @@ static void pass(uint32_t us)
     if (event_next == event_count)
         event_next = event_count = 0;
     port_fake.now_us = until_us;
-    if (flying && us > 30000)
-        flying->is_sloppy = true;
+    complete_sending();
+    if (flying && us > flying->longest_gap_us)
+        flying->longest_gap_us = us;
     if (us > 900000) { // all of it is long ago, and the clock may come round
         is_rx_exempt = true;
         is_low_known = is_failure_known = is_stale = is_active = false;
@@ -639,9 +695,11 @@ static void note_begin(void)
     job->tag = ++tags;
     job->begun_us = port_fake.now_us;
     job->delay_us = mode == WITH_PERMIT ? job->request.return_delay_us : bus_delay_us;
-    job->has_left = job->is_hit = job->is_polled = job->is_sloppy = false;
+    job->has_left = job->is_hit = job->is_polled = false;
+    job->longest_gap_us = 0;
     job->is_good = job->must_be_ok = job->is_dirty = job->must_be_corrupt = false;
-    job->overdue = 0;
+    job->overdue = job->idle_overdue = 0;
+    job->is_closed = job->drains = job->is_hidden = false;
     job->is_stuck = one_in(60);
     wire_is_clean = true;
     is_harmed = event_next != event_count;
@@ -675,16 +733,26 @@ static void look(void)
 
 /* ---- a transaction ends ---- */
 
+static struct job *wait_job; // the request that has waited for the line
+static uint32_t wait_from_us, wait_least_us, wait_last_us, wait_overdue_us;
+static uint16_t wait_overdue;
+static bool wait_is_sloppy, wait_is_last;
+
 static void check_value(const struct job *job)
 {
     const struct cds_request *request = &job->request;
 
     if (!reply_is_due(job)) {
         RULE(job->has_left, job, "ended well before it was sent");
+        RULE(mode == WITHOUT_QUEUE || (sending_was_asked && !sending_goes_on), job,
+             "ended while on_sending had more to do");
         RULE(request->length == 0 && request->error == 0, job, "a reply where none was due");
         return;
     }
     RULE(job->is_good, job, "ended well without a whole reply");
+    RULE(!job->is_closed || (int32_t)(job->good_us - job->closed_us) <= 0, job,
+         "took a reply that ended after its deadline");
+    RULE(bus.link.state == CDS_LINK_LISTENING, job, "took a reply while its packet was sent");
     RULE(request->id == job->id, job, "servo %u answered, not %u", job->id, request->id);
     RULE(request->error == job->error, job, "wrong error bits");
     RULE(request->length == job->length, job, "%u parameters, not %u", request->length,
@@ -760,6 +828,8 @@ static void judge_unsent(struct job *job, enum cds_result result)
 
         RULE((is_active && since(active_us) < quiet_us()) || rests || permit_pending, job,
              "given up on a quiet line");
+        RULE(wait_job == job && wait_is_last && since(wait_last_us) >= quiet_us(), job,
+             "given up too early, or without a last look");
         count.line_busy++;
     } else {
         RULE(mode == WITH_PERMIT && job->verdict == result, job, "ended unsent as %u", result);
@@ -788,6 +858,8 @@ static void judge(struct job *job, enum cds_result result)
         judge_attempt(job, result);
     else
         judge_unsent(job, result);
+    if (wait_job == job)
+        wait_job = NULL;
 }
 
 /* ---- hooks ---- */
@@ -827,6 +899,7 @@ static bool cancel_hook(void *context, struct cds_request *request)
 static bool on_sending(void *context, struct cds_request *request)
 {
     (void)context, (void)request;
+    sending_was_asked = true;
     sending_goes_on = one_in(8);
     return sending_goes_on;
 }
@@ -1031,10 +1104,12 @@ static void prepare(struct job *job)
     choose_verdict(job);
 }
 
-static struct job *wait_job; // the request that has waited for the line
-static uint32_t wait_from_us;
-static uint16_t wait_overdue;
-static bool wait_is_sloppy;
+/* Another request may wait for the line now. */
+static void check_waiter(void)
+{
+    if (wait_job && (bus.state != CDS_BUS_WAITING_FOR_LINE || bus.request != &wait_job->request))
+        wait_job = NULL;
+}
 
 static void submit(struct job *job)
 {
@@ -1048,7 +1123,6 @@ static void submit(struct job *job)
         wait_before(job, job->request.priority);
         job->is_submitted = true;
     }
-    wait_job = NULL;
     port_fake.low = level_is_low();
     result = cds_bus_submit(&bus, &job->request);
     RULE(result == expected, job, "submit gives %u, not %u", result, expected);
@@ -1058,6 +1132,7 @@ static void submit(struct job *job)
         job->is_submitted = false;
     }
     look();
+    check_waiter();
 }
 
 static void cancel(struct job *job)
@@ -1070,7 +1145,6 @@ static void cancel(struct job *job)
         expected = CDS_BUSY;
     if (job->waits)
         wait_no_more(job);
-    wait_job = NULL;
     port_fake.low = level_is_low();
     result = cds_bus_cancel(&bus, &job->request);
     RULE(result == expected, job, "cancel gives %u, not %u", result, expected);
@@ -1078,8 +1152,11 @@ static void cancel(struct job *job)
         RULE(job->request.result == CDS_CANCELLED, job, "not cancelled");
         job->is_submitted = false;
         memset(job->reply, POISON, CDS_REPLY_ANY);
+        if (wait_job == job)
+            wait_job = NULL;
     }
     look();
+    check_waiter();
 }
 
 /* ---- the rest of what a program does ---- */
@@ -1178,22 +1255,43 @@ static void meddle(void)
 
 /* ---- polls ---- */
 
-static void check_deadline(void)
+/* The time by which a transaction ends when polls were more than a wrap of the timer apart. */
+static uint32_t late_limit_us(const struct job *job)
 {
-    uint32_t limit_us;
+    return job->first_poll_us + (duration_us(job) / 32768 + 2) * 65536 + 1000;
+}
 
-    if (bus.state == CDS_BUS_SENDING)
-        return; // the next poll sets the deadline
-    if (!flying->is_polled) {
-        flying->is_polled = true;
-        flying->first_poll_us = port_fake.now_us;
+/* True if a poll may have missed one of several expiries of the timer. */
+static bool polls_are_late(const struct job *job)
+{
+    return job->first_poll_us - job->begun_us + job->longest_gap_us > 32000;
+}
+
+/* After a poll that found the packet on the wire, or its reply awaited. */
+static void check_deadline(bool was_unread)
+{
+    bool is_late = polls_are_late(flying);
+    uint32_t limit_us = is_late ? late_limit_us(flying) : deadline_us(flying);
+
+    if (since(limit_us) < 0 || sending_goes_on)
+        return;
+    if (!flying->is_closed && !is_late) {
+        flying->is_closed = true;
+        flying->closed_us = port_fake.now_us;
     }
-    limit_us = deadline_us(flying);
-    if (flying->is_sloppy || flying->first_poll_us - flying->begun_us > 30000)
-        limit_us = flying->first_poll_us + 2 * duration_us(flying) + LATE_US;
-    if (since(limit_us) >= 0 && !sending_goes_on)
-        flying->overdue++;
-    RULE(flying->overdue <= OVERDUE, flying, "does not end by its deadline");
+    flying->overdue++;
+    flying->idle_overdue = (uint16_t)(flying->idle_overdue + !was_unread);
+    RULE(flying->overdue <= OVERDUE && flying->idle_overdue <= 3, flying,
+         "does not end by its deadline");
+}
+
+/* The first poll sets the deadline. */
+static void note_first_poll(void)
+{
+    if (flying->is_polled)
+        return;
+    flying->is_polled = true;
+    flying->first_poll_us = port_fake.now_us;
 }
 
 static int32_t wait_limit_us(void)
@@ -1212,19 +1310,27 @@ static void check_wait(const struct job *job)
          "waits though the line is quiet");
     if (wait_is_sloppy)
         limit_us = 2 * limit_us + LATE_US;
-    if (since(wait_from_us) > limit_us)
-        wait_overdue++;
-    RULE(wait_overdue <= OVERDUE, job, "waits for ever");
+    if (since(wait_from_us) < limit_us)
+        return;
+    if (wait_overdue++ == 0)
+        wait_overdue_us = port_fake.now_us;
+    RULE(wait_overdue <= 3 || since(wait_overdue_us) <= 2 * quiet_us(), job, "waits for ever");
 }
 
 static void note_wait(struct job *job)
 {
-    if (job == wait_job)
-        return;
-    wait_job = job;
-    wait_from_us = port_fake.now_us;
-    wait_overdue = 0;
-    wait_is_sloppy = false;
+    if (job != wait_job) {
+        wait_job = job;
+        wait_from_us = wait_least_us = port_fake.now_us;
+        wait_overdue = 0;
+        wait_is_sloppy = wait_is_last = false;
+        if (is_stale && since(stale_until_us) < 0)
+            wait_least_us = stale_until_us;
+        wait_least_us += (uint32_t)(wait_limit_us() - quiet_us());
+    } else if (!wait_is_last && since(wait_least_us) >= 0) {
+        wait_is_last = true; // the last look begins here, or later
+        wait_last_us = port_fake.now_us;
+    }
 }
 
 static void poll(void)
@@ -1232,6 +1338,7 @@ static void poll(void)
     bool is_unread = bus.link.broken || bus.parser.position != cds_ring_end(&bus.link.rx), busy;
     struct job *head = NULL;
     uint32_t ends_before = ends;
+    bool was_polled = flying && flying->is_polled;
 
     if (bus.state == CDS_BUS_WAITING_FOR_LINE)
         head = (struct job *)bus.request->context;
@@ -1245,14 +1352,24 @@ static void poll(void)
         active_us = port_fake.now_us; // two byte times more, from a poll that finds it high
         was_low = false;
     }
-    permit_pending = sending_goes_on = false;
+    permit_pending = sending_goes_on = sending_was_asked = false;
     port_fake.low = level_is_low();
+    if (port_fake.low && !is_unread && bus.state <= CDS_BUS_WAITING_FOR_LINE)
+        port_fake.low_seen++; // each such poll must look
+    if (flying && flying->drains && bus.state == CDS_BUS_SENDING_ONLY &&
+        since(deadline_us(flying)) >= 0)
+        port_fake.late = &bus.link;
     busy = cds_bus_poll(&bus);
+    port_fake.late = NULL;
     look();
     TRACE("poll: state %u, gate %u, searched to %u\n", bus.state, bus.gate, bus.parser.position);
     RULE(busy == (flying || waiting_count), NULL, "poll returns %d", busy);
-    if (flying)
-        check_deadline();
+    if (flying && was_polled)
+        check_deadline(is_unread);
+    else if (flying && bus.state != CDS_BUS_SENDING)
+        note_first_poll();
+    if (was_polled && ends != ends_before)
+        return;
     if (head && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);
@@ -1264,6 +1381,8 @@ static uint32_t next_gap_us(void)
 
     if (one_in(50000))
         return 1000000 + any(2000000000);
+    if (flying && duration_us(flying) > 32768 && one_in(60))
+        return any(700000); // several wraps of the timer
     if (one_in(300))
         return 1000 * (1 + any(one_in(10) ? 400 : 40));
     return 1 + any(one_in(10) ? 40 * byte : 4 * byte);
