@@ -75,6 +75,7 @@ int main(void)
     static const uint16_t late_us[] = {0, 40, 1000};
 
     bench_open(&bus);
+    cds_queue_attach(&bench_queue, &bus);
     cds_queue_set_retries(&bench_queue, REPEATS);
     for (uint8_t i = 0; i < ROUNDS; i++) {
         for (uint8_t j = 0; j < sizeof(late_us) / sizeof(late_us[0]); j++) {

@@ -71,6 +71,7 @@ int main(void)
         count_good(&request);
     }
     set_return_delay(1);
+    cds_queue_attach(&bench_queue, &bus);
     for (uint8_t i = 0; i < 4; i++) {
         submit(&request, servo, address, length);
         idle(i);
