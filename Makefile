@@ -255,10 +255,11 @@ sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 
 # ---- the bench -------------------------------------------------------------------------------------
 
-BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) build/atmega644p/bench/min.elf \
-	$(patsubst %,build/atmega128/bench/%.elf,read sync group absent handlers polls two_mbps cycle8) \
+BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/bench/min.elf \
+	$(patsubst %,build/atmega128/bench/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 \
+	safe_read safe_calls safe_torque_off turnaround) \
 	$(patsubst %,build/%/bench/handlers.elf,arduino-mega arbotix) \
-	$(patsubst %,build/atmega128/program/%.elf,cycle50 flood) build/arduino-mega/program/three_buses.elf
+	$(patsubst %,build/atmega128/program/%.elf,cycle50 cycle50_safe flood) build/arduino-mega/program/three_buses.elf
 
 ## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
 .PHONY: bench
@@ -439,6 +440,26 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
 	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
 
+# The programs on this machine that run src/core. The scripts build them with flags of their own.
+HOST_TESTS := $(CORE_TESTS:%=build/host/test/%) $(RANDOM_TESTS:%=build/host/test/%)
+.PHONY: host-tests list-host-tests
+host-tests: $(HOST_TESTS)
+list-host-tests:
+	@printf '%s\n' $(HOST_TESTS)
+
+## coverage: branch coverage of src/core by the tests on the host; fails below COVERAGE_LIMIT percent
+COVERAGE_LIMIT ?= 98
+.PHONY: coverage
+coverage: | deps
+	@scripts/coverage.py --limit $(COVERAGE_LIMIT)
+
+## mutation: mutants of src/core that the tests on the host notice; fails below MUTATION_LIMIT percent
+MUTATION_LIMIT ?= 93
+MUTANTS ?= 300
+.PHONY: mutation
+mutation: | deps
+	@scripts/mutation.py --count $(MUTANTS) --limit $(MUTATION_LIMIT)
+
 ## cycle: 60 s of 50 servos at 250 Hz: the figures; fails if a promise is broken
 .PHONY: cycle
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
@@ -480,6 +501,12 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
+
+## eva: Frama-C Eva proves that ring, parser, packet, link and bus have no run-time error (3 min)
+.PHONY: eva
+eva:
+	@scripts/deps.sh eva
+	@scripts/eva.py
 
 ## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs

@@ -52,7 +52,7 @@ def shown(value, unit):
     """Cycles, bytes, ... as they are; shares and ratios to two and four places."""
     if value is None:
         return "-"
-    places = {"ratio": 4, "%": 2, "us": 4, "cycles": 2}.get(unit, 0)
+    places = {"ratio": 4, "%": 2, "us": 4, "cycles": 2, "reads": 2}.get(unit, 0)
     text = f"{float(value):.{places}f}"
     return text.rstrip("0").rstrip(".") if "." in text else text
 
@@ -81,11 +81,11 @@ def write(path, rows, values):
 
 
 def table(rows, values):
-    print(f"  {'':22}{'board':14}{'value':>11} {'unit':10}{'limit':>8}{'goal':>8}{'floor':>8}")
+    print(f"  {'':26}{'board':14}{'value':>11} {'unit':10}{'limit':>8}{'goal':>8}{'floor':>8}")
     for row in rows:
         value = values.get(row["name"])
         sign = "" if row["sense"] == "max" else " at least"
-        print(f"  {row['name']:22}{row['board']:14}{shown(value, row['unit']):>11} {row['unit']:10}"
+        print(f"  {row['name']:26}{row['board']:14}{shown(value, row['unit']):>11} {row['unit']:10}"
               f"{row['limit']:>8}{row['goal']:>8}{row['floor']:>8}{sign}  {verdict(row, value)}"
               .rstrip())
 

@@ -147,7 +147,7 @@ static void servos_hear(struct cds_bus *bus)
  * 200 us if a request waits for the end of a rest. */
 static inline void servos_turn(struct cds_bus *bus)
 {
-    bool rests = bus->rests && bus->request && !cds_bus_is_in_flight_(bus);
+    bool rests = cds_bus_is_resting(bus) && bus->state == CDS_BUS_WAITING_FOR_LINE;
 
     port_fake.now_us += rests ? 200 : 20;
     if (bus->link.state != CDS_LINK_TALKING || !port_fake_transmit(&bus->link, 0))

@@ -3,6 +3,8 @@
 #include "cds55xx/diagnose.h"
 
 #include "cds55xx/control_table.h"
+#include "cds55xx/queue.h"
+#include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -12,7 +14,8 @@
 #define MEASUREMENT 10
 
 static struct cds_bus bus;
-static uint8_t buffer[CDS_DIAGNOSE_SIZE];
+static struct cds_queue queue;
+static uint8_t packet[CDS_DIAGNOSE_PACKET_SIZE], reply[CDS_DIAGNOSE_REPLY_SIZE];
 static struct cds_request request;
 static struct cds_diagnose diagnose;
 static struct {
@@ -37,17 +40,30 @@ static void put(uint8_t index, uint8_t id, uint8_t baud)
     memcpy(&servos.servo[index].table[CDS_REG_PRESENT_VOLTAGE], "\x78\x20", 2);
 }
 
+static enum cds_result try_to_begin(uint8_t id)
+{
+    struct cds_diagnose_config config = {.bus = &bus, .request = &request, .id = id};
+
+    return cds_diagnose_begin(&diagnose, &config);
+}
+
+static void begin(uint8_t id)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, try_to_begin(id));
+}
+
 void setUp(void)
 {
     port_fake_reset();
     memset(&servos, 0, sizeof servos);
     memset(&world, 0, sizeof world);
     memset(&bus, 0, sizeof bus);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST(packet, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 40);
-    cds_bus_set_repeats(&bus, 2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_diagnose_begin(&diagnose, &bus, &request, ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
+    cds_queue_set_retries(&queue, 2);
+    begin(ID);
 }
 
 static void assert_given_back(void)
@@ -55,14 +71,20 @@ static void assert_given_back(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
     TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
     TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[0]);
-    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud_reg);
     TEST_ASSERT_EQUAL_UINT16(40, bus.return_delay_us);
-    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats);
+    TEST_ASSERT_EQUAL_UINT8(2, queue.retries);
+    TEST_ASSERT_NULL(bus.lock);
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_FALSE(request.skips_rest);
+    if (diagnose.steps.result != CDS_PENDING) {
+        TEST_ASSERT_FALSE(request.ignores_stale);
+        TEST_ASSERT_FALSE(request.ignores_servo_state);
+        TEST_ASSERT_FALSE(request.no_retry);
+        TEST_ASSERT_FALSE(request.passes_lock);
+    }
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
@@ -136,8 +158,8 @@ static uint8_t found(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, go_on());
     assert_given_back();
-    TEST_ASSERT_EQUAL_UINT16(bus.counters.sent + bus.counters.unsent, diagnose.exchanges);
-    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.repeated);
+    TEST_ASSERT_EQUAL_UINT16(bus.stats.sent + bus.stats.line_busy, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.stats.retried);
     return diagnose.finding;
 }
 
@@ -161,14 +183,23 @@ static uint32_t questions(uint8_t from, uint8_t count)
 void test_nonsense_is_refused(void)
 {
     struct cds_bus closed = {.port = 0};
+    struct cds_diagnose_config config = {.bus = &closed, .request = &request, .id = ID};
 
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &closed, &request, ID));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &bus, &request, 255));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_diagnose_begin(&diagnose, &bus, &request, 254));
+    TEST_ASSERT_EQUAL(CDS_BUSY, try_to_begin(ID)); // it is under way
+    cds_diagnose_abort(&diagnose);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_diagnose_begin(&diagnose, &config));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, try_to_begin(255));
     request.packet.capacity--;
-    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_diagnose_begin(&diagnose, &bus, &request, ID));
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, try_to_begin(ID));
+    request.packet.capacity++;
+    request.reply_capacity--;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, try_to_begin(ID));
+    request.reply_capacity++;
     request.result = CDS_PENDING;
-    TEST_ASSERT_EQUAL(CDS_BUSY, cds_diagnose_begin(&diagnose, &bus, &request, ID));
+    TEST_ASSERT_EQUAL(CDS_BUSY, try_to_begin(ID));
+    request.result = CDS_OK;
+    begin(254);
 }
 
 void test_a_servo_that_is_well(void)
@@ -177,10 +208,10 @@ void test_a_servo_that_is_well(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
     TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
     TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.answered);
-    TEST_ASSERT_EQUAL_UINT8(4, diagnose.ping.answered);
+    TEST_ASSERT_EQUAL_UINT8(4, diagnose.probe.answered);
     TEST_ASSERT_EQUAL_UINT8(6, diagnose.same.answered);
-    TEST_ASSERT_EQUAL_UINT8(6, diagnose.differing.answered);
-    TEST_ASSERT_EQUAL_UINT16(20, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT8(6, diagnose.varying.answered);
+    TEST_ASSERT_EQUAL_UINT16(20, diagnose.transactions);
     TEST_ASSERT_LESS_THAN_UINT32(100000, port_fake.now_us);
     TEST_ASSERT_GREATER_THAN_UINT32(70000, port_fake.now_us);
 }
@@ -188,21 +219,24 @@ void test_a_servo_that_is_well(void)
 void test_nobody(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SILENCE, found());
-    TEST_ASSERT_EQUAL_UINT16(31, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT16(31, diagnose.transactions);
     TEST_ASSERT_LESS_THAN_UINT32(200000, port_fake.now_us);
-    TEST_ASSERT_EQUAL_UINT8(CDS_DIAGNOSE_NOBODY, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, diagnose.found_id);
 }
 
 void test_it_waits_while_others_use_the_bus_and_until_all_late_answers_are_over(void)
 {
     uint8_t other_buffer[8];
-    struct cds_request other = CDS_REQUEST(other_buffer);
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
 
     put(0, ID, 1);
+    cds_diagnose_abort(&diagnose);
+    go_on();
+    other.no_retry = true;
     cds_packet_ping(&other.packet, 77);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    begin(ID);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_diagnose_poll(&diagnose));
-    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats); // nothing is touched before it is its turn
     while (other.result == CDS_PENDING) {
         turn();
         cds_bus_poll(&bus);
@@ -213,7 +247,7 @@ void test_it_waits_while_others_use_the_bus_and_until_all_late_answers_are_over(
     port_fake_answer(&bus.link, 78, 0, NULL, 0);
     TEST_ASSERT_EQUAL(CDS_OK, go_on());
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, diagnose.finding);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.counters.late);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.stale_replies);
 }
 
 void test_an_abort_at_any_poll_gives_all_back(void)
@@ -226,12 +260,12 @@ void test_an_abort_at_any_poll_gives_all_back(void)
             turn();
             cds_bus_poll(&bus);
         }
-        if (diagnose.result != CDS_PENDING)
+        if (diagnose.steps.result != CDS_PENDING)
             break;
         cds_diagnose_abort(&diagnose);
         go_on();
         TEST_ASSERT_EQUAL(diagnose.finding == CDS_FINDING_NONE ? CDS_CANCELLED : CDS_OK,
-                          diagnose.result);
+                          diagnose.steps.result);
         assert_given_back();
     }
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, diagnose.finding);
@@ -254,15 +288,14 @@ void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
             setUp();
             put(0, polls & 1 ? ID : 9, polls & 1 ? 1 : 103);
             go_on_for(polls);
-            if (diagnose.result != CDS_PENDING)
+            if (diagnose.steps.result != CDS_PENDING)
                 continue;
             cds_bus_open(&bus, 0, 7);
             if (told)
                 cds_bus_set_return_delay(&bus, 20);
             TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
-            TEST_ASSERT_EQUAL_UINT8(7, bus.baud);
+            TEST_ASSERT_EQUAL_UINT8(7, bus.baud_reg);
             TEST_ASSERT_EQUAL_UINT16(told ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
-            TEST_ASSERT_EQUAL_UINT8(0, bus.repeats);
         }
     }
 }
@@ -272,37 +305,28 @@ void test_one_whose_request_is_cancelled_gives_all_back(void)
     put(0, ID, 1);
     do {
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_diagnose_poll(&diagnose));
-        if (diagnose.exchanges == 5)
+        if (diagnose.transactions == 5)
             port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1); // the next one has to wait
         turn();
         cds_bus_poll(&bus);
-    } while (!bus.request || cds_bus_is_in_flight_(&bus));
+    } while (!bus.request || port_fake_is_in_flight(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, go_on());
     assert_given_back();
 }
 
-static enum cds_result refuse(struct cds_bus_observer *observer, struct cds_request *asked)
+static enum cds_result refuse(struct cds_request *asked)
 {
-    (void)observer;
-    if (asked->vetted || asked->result == CDS_PENDING)
-        return CDS_OK;
-    asked->reply_parameters = CDS_REPLY_NONE;
-    return CDS_INHIBITED;
+    asked->is_muted = !asked->ignores_servo_state;
+    return asked->ignores_servo_state ? CDS_OK : CDS_NO_REPLY_DUE;
 }
 
-static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
+void test_what_the_permit_knows_of_servos_is_not_used(void)
 {
-    (void)observer;
-    (void)news;
-}
-
-void test_what_an_observer_knows_is_not_used(void)
-{
-    struct cds_bus_observer observer = {.admit = refuse, .on_news = ignore};
 
     put(0, ID, 1);
-    bus.observer = &observer;
+    bus.hooks = NULL; // instead of the queue's
+    permit_fake_attach(&bus, refuse);
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
 }
 
@@ -329,7 +353,7 @@ void test_up_to_three_bytes_unasked_are_nothing(void)
     setUp();
     listen_to(4, false);
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found());
-    TEST_ASSERT_EQUAL_UINT16(4, diagnose.unasked);
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.unrequested_bytes);
     setUp();
     listen_to(3, false);
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
@@ -340,15 +364,15 @@ void test_a_packet_unasked_is_somebody_else_s(void)
 {
     listen_to(0, true);
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
-    TEST_ASSERT_EQUAL_UINT16(1, diagnose.foreign);
-    TEST_ASSERT_EQUAL_UINT16(0, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT16(1, diagnose.unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.transactions);
 }
 
 void test_a_line_that_is_low(void)
 {
     port_fake.low = true;
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LINE_LOW, found());
-    TEST_ASSERT_EQUAL_UINT16(0, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.transactions);
 }
 
 /* The echo of a PING is a good answer with a voltage error, and a real answer comes behind it. */
@@ -413,7 +437,7 @@ void test_one_bad_examination_is_nothing_if_the_next_one_is_clean(void)
     world.spoilt = questions(2, 5);
     world.once = true;
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
-    TEST_ASSERT_EQUAL_UINT16(QUESTIONS + 20, diagnose.exchanges);
+    TEST_ASSERT_EQUAL_UINT16(QUESTIONS + 20, diagnose.transactions);
     TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.answered);
 }
 
@@ -430,7 +454,7 @@ void test_damage_only_where_two_servos_would_differ(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID,
                             found_for(questions(MEASUREMENT, 6), false, false));
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(QUESTIONS, diagnose.exchanges); // without asking others
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(QUESTIONS, diagnose.transactions); // without asking others
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID,
                             found_for(questions(MEASUREMENT, 5), false, false));
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(MEASUREMENT, 4), false, false));
@@ -452,7 +476,7 @@ void test_much_damage_of_the_only_servo(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_for(questions(0, 11), false, false));
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_for(questions(0, 12), false, false));
-    TEST_ASSERT_LESS_OR_EQUAL_UINT16(300, diagnose.exchanges);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT16(300, diagnose.transactions);
     TEST_ASSERT_LESS_THAN_UINT32(400000, port_fake.now_us);
 }
 
@@ -483,7 +507,7 @@ void test_answers_whole_but_for_their_first_bytes_come_too_soon(void)
     for (uint8_t cut = 1; cut <= 4; cut++) {
         TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_REPLIES_TOO_EARLY, found_cut(cut, 0, 0));
         TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.cut);
-        TEST_ASSERT_EQUAL_UINT16(QUESTIONS, diagnose.exchanges);
+        TEST_ASSERT_EQUAL_UINT16(QUESTIONS, diagnose.transactions);
         TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
     }
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_REPLIES_TOO_EARLY, found_cut(1, CDS_ERROR_OVERLOAD, 0));

@@ -11,11 +11,29 @@
 #define IDLE_US   20
 
 static struct cds_bus bus;
-static struct cds_servos roster;
-static struct cds_servo_state servos[TORQUE_SERVOS];
-static struct cds_health watch;
+static struct cds_queue queue;
+static struct cds_servos servos;
+static struct cds_servo_state states[TORQUE_SERVOS];
+static struct cds_health health;
 static uint8_t buffer[16];
 static struct cds_request request;
+
+static void begin_servos(uint8_t count)
+{
+    bus.hooks = NULL;
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+                                                                      .queue = &queue,
+                                                                      .states = states,
+                                                                      .count = count,
+                                                                      .capacity = TORQUE_SERVOS}));
+}
+
+static enum cds_result begin_health(uint32_t period_us)
+{
+    return cds_health_begin(&health,
+                            &(struct cds_health_config){.servos = &servos, .period_us = period_us});
+}
 
 void setUp(void)
 {
@@ -23,14 +41,14 @@ void setUp(void)
     port_fake.now_us = 0u - 25000u; // the clock wraps
     memset(&wire, 0, sizeof wire);
     memset(&bus, 0, sizeof bus);
-    memset(&watch, 0, sizeof watch);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    memset(&health, 0, sizeof health);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
-        servos[i].id = (uint8_t)(i + 1);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, TORQUE_SERVOS));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, PERIOD_US));
+        states[i].id = (uint8_t)(i + 1);
+    begin_servos(TORQUE_SERVOS);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(PERIOD_US));
 }
 
 void tearDown(void)
@@ -42,7 +60,7 @@ static void turn(void)
 {
     torque_wire(&bus);
     cds_bus_poll(&bus);
-    cds_health_poll(&watch);
+    cds_health_poll(&health);
 }
 
 /* The main loop turns every microsecond, or, while nothing is on its way, every 20: the simulated
@@ -102,14 +120,15 @@ void test_torque_lost_between_two_exchanges_shows_within_a_period(void)
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
     brown_out(1, false);
     run_for(PERIOD_US + 200);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
-    TEST_ASSERT_EQUAL_HEX8(0, servos[0].held | servos[2].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[0].inhibited | states[2].inhibited);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(2));
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
-    cds_servos_release(&roster, &servos[1]);
+    cds_servos_release(&servos, &states[1]);
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
     run_for(2 * PERIOD_US);
-    TEST_ASSERT_EQUAL_HEX8(0, servos[1].held); // torque was not switched on: it is not lost again
+    TEST_ASSERT_EQUAL_HEX8(0,
+                           states[1].inhibited); // torque was not switched on: it is not lost again
 }
 
 /* Until it is given up: three looks, a period apart. */
@@ -117,7 +136,7 @@ static void lose(uint8_t index)
 {
     brown_out(index, true);
     run_for(4 * PERIOD_US);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[index].presence);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[index].presence);
 }
 
 void test_one_that_is_away_is_found_looked_at_and_held(void)
@@ -133,13 +152,13 @@ void test_one_that_is_away_is_found_looked_at_and_held(void)
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 1, CDS_READ));
     wire.servo[0].dead = false;
     first = wire.count;
-    while (servos[0].presence == CDS_PRESENCE_OFFLINE && wire.count < first + 20)
+    while (states[0].presence == CDS_PRESENCE_OFFLINE && wire.count < first + 20)
         run_for(1);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[0].presence);
-    TEST_ASSERT_FALSE(cds_servos_may_drive(&roster, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[0].presence);
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 1));
     run_for(200); // at once
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[0].presence);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(1));
 }
 
@@ -150,8 +169,8 @@ void test_one_that_kept_its_state_is_driven_again_by_itself(void)
     wire.servo[2].torque = 1; // a plug that was loose, with the supply still there
     wire.servo[2].dead = false;
     run_for(CDS_HEALTH_SEEK_US + 2000);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[2].presence);
-    TEST_ASSERT_EQUAL_HEX8(0, servos[2].held);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[2].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[2].inhibited);
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
 }
 
@@ -164,10 +183,10 @@ void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
         wire.servo[i].dead = true;
     run_for(4 * PERIOD_US);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
-        TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[i].presence);
-    while (watch.request.result == CDS_PENDING)
+        TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[i].presence);
+    while (health.request.result == CDS_PENDING)
         run_for(1);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, 100 * PERIOD_US));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
     run_for(5000); // rests, and the first of the looks
     first = wire.count;
     run_for(6 * CDS_HEALTH_SEEK_US);
@@ -181,18 +200,18 @@ void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
 
 void test_one_that_answers_no_read_is_pinged_and_lost_when_back(void)
 {
-    servos[1].status_return_level = 0;
+    states[1].status_return_level = 0;
     wire.servo[1].mute = true;
     torque_on();
     run_for(2 * PERIOD_US);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 2, CDS_PING));
-    TEST_ASSERT_EQUAL_HEX8(0, servos[1].held);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
     lose(1);
     wire.servo[1].dead = false;
     run_for(CDS_HEALTH_SEEK_US + 2000);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[1].presence);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
 }
 
 /* Whatever is submitted goes before it. */
@@ -205,7 +224,7 @@ void test_it_waits_while_the_bus_is_not_free(void)
         cds_bus_poll(&bus);
         if (request.result != CDS_PENDING)
             cds_servo_ping(&bus, &request, 2);
-        cds_health_poll(&watch);
+        cds_health_poll(&health);
     }
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 1, CDS_READ));
     run_for(400);
@@ -220,10 +239,10 @@ void test_one_that_may_answer_late_is_asked_later(void)
         torque_wire(&bus);
         cds_bus_poll(&bus);
     }
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, watch.request.result);
-    watch.turn = 0; // the same one, and due
-    watch.look_us = port_fake.now_us;
-    cds_health_poll(&watch);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, health.request.result);
+    health.turn = 0; // the same one, and due
+    health.look_us = port_fake.now_us;
+    cds_health_poll(&health);
     TEST_ASSERT_NULL(bus.request);
     run_for(1000);
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ)); // the bus rests
@@ -242,17 +261,17 @@ void test_held_up_it_does_not_make_up_for_it(void)
 
 void test_what_cannot_be_is_refused(void)
 {
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_begin(&watch, &roster, 9999));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_begin(&watch, &roster, 1000000001ul));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(9999));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(1000000001ul));
     run_for(20);
-    TEST_ASSERT_EQUAL(CDS_BUSY, cds_health_begin(&watch, &roster, PERIOD_US));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_health(PERIOD_US));
     cds_bus_open(&bus, 0, CDS_BAUD_1M); // what was on its way is over
     wire.talking = false;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, NULL, 0));
-    memset(&watch, 0, sizeof watch);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, PERIOD_US));
+    begin_servos(0);
+    memset(&health, 0, sizeof health);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(PERIOD_US));
     run_for(3 * PERIOD_US);
-    TEST_ASSERT_EQUAL(CDS_OK, watch.request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, health.request.result);
     TEST_ASSERT_NULL(bus.request);
 }
 
@@ -261,18 +280,18 @@ void test_one_that_is_back_before_it_begins_is_looked_at_at_once(void)
     torque_on();
     lose(0);
     wire.servo[0].dead = false;
-    while (watch.request.result == CDS_PENDING)
+    while (health.request.result == CDS_PENDING)
         run_for(1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
     while (request.result == CDS_PENDING) {
         torque_wire(&bus);
         cds_bus_poll(&bus);
     }
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[0].presence);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, 1000 * PERIOD_US));
-    watch.look_us += PERIOD_US; // not by a look that happens to be its own
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[0].presence);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(1000 * PERIOD_US));
+    health.look_us += PERIOD_US; // not by a look that happens to be its own
     run_for(500);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
 }
 
 /* The plug of both is put in again: neither waits because of the other. */
@@ -282,16 +301,16 @@ void test_two_that_are_back_are_both_looked_at_at_once(void)
     lose(0);
     lose(2);
     wire.servo[0].dead = wire.servo[2].dead = false;
-    while (servos[0].presence == CDS_PRESENCE_OFFLINE || servos[2].presence == CDS_PRESENCE_OFFLINE)
+    while (states[0].presence == CDS_PRESENCE_OFFLINE || states[2].presence == CDS_PRESENCE_OFFLINE)
         run_for(1);
     run_for(800);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[2].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[2].inhibited);
 }
 
 void test_a_look_is_not_repeated(void)
 {
-    cds_bus_set_repeats(&bus, 2);
+    cds_queue_set_retries(&queue, 2);
     wire.servo[0].dead = true;
     run_for(5000);
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ));
@@ -311,7 +330,12 @@ static void begin_cycle(uint16_t period_us)
 {
     memset(&cycle, 0, sizeof cycle);
     TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &bus, cycle_ids, 1, packets, feedback, period_us));
+                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
+                                                                         .ids = cycle_ids,
+                                                                         .packets = packets,
+                                                                         .feedback = feedback,
+                                                                         .count = 1,
+                                                                         .period_us = period_us}));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 0, 500, 100));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
 }
@@ -324,15 +348,15 @@ static void run_with_cycle(uint32_t us)
         torque_wire(&bus);
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);
-        cds_health_poll(&watch);
+        cds_health_poll(&health);
     }
 }
 
 void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, LOOKS_US));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(LOOKS_US));
     begin_cycle(CYCLE_US);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
     run_with_cycle(CYCLE_US - 1);
     for (uint8_t period = 0; period < 60; period++) {
         TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + 1, cycle.next_us);
@@ -345,38 +369,38 @@ void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_GREATER_THAN_UINT32(20, cycle.counters.reads); // unanswered: the bus rests
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
-        TEST_ASSERT_INT_WITHIN(1, 6, servos[i].counters.ok);
-        TEST_ASSERT_EQUAL_UINT16(0, servos[i].counters.timeouts);
+        TEST_ASSERT_INT_WITHIN(1, 6, states[i].counters.ok);
+        TEST_ASSERT_EQUAL_UINT16(0, states[i].counters.timeouts);
     }
 }
 
 void test_a_cycle_without_room_is_refused(void)
 {
     begin_cycle(130 + CDS_REPLY_MARGIN_US + 150 + 2 + CDS_REPLY_MARGIN_US + 40);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
-    servos[2].return_delay = 2; // 2 us more
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&watch, &cycle));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, NULL));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
+    states[2].return_delay = 2; // 2 us more
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&health, &cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, NULL));
 }
 
 void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
 {
     uint32_t reads;
 
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, LOOKS_US));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(LOOKS_US));
     begin_cycle(CYCLE_US);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
-    servos[0].return_delay = 254; // 758 us in all, and 650 are left
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
+    states[0].return_delay = 254; // 758 us in all, and 650 are left
     run_with_cycle(30 * CYCLE_US);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(10, cycle.counters.reads); // unanswered: the bus rests
-    TEST_ASSERT_EQUAL_UINT16(0, servos[0].counters.ok);
-    TEST_ASSERT_INT_WITHIN(1, 3, servos[1].counters.ok);
-    TEST_ASSERT_INT_WITHIN(1, 3, servos[2].counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(0, states[0].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, states[1].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, states[2].counters.ok);
     reads = cycle.counters.reads;
     for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does anybody who asks for too much
         run_with_cycle(1);
-        TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, CYCLE_US));
+        TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, CYCLE_US));
     }
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 4, cycle.counters.reads);
 }

@@ -2,6 +2,7 @@
  * at every step: what is reported is where the servo is. */
 #include "cds55xx/identity.h"
 
+#include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
@@ -12,6 +13,7 @@ enum what { NEW_ID, NEW_BAUD, RESET_IT, RESET_IN_PLACE, WHATS };
 static struct cds_bus bus;
 static uint8_t buffer[CDS_PACKET_SIZE(2)];
 static struct cds_request request;
+static struct cds_identity_config config;
 static struct cds_identity identity;
 
 void setUp(void)
@@ -19,12 +21,18 @@ void setUp(void)
     port_fake_reset();
     memset(&servos, 0, sizeof servos);
     memset(&bus, 0, sizeof bus);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
 }
 
 void tearDown(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static enum cds_result begin_change(uint8_t change)
+{
+    config.change = change;
+    return cds_identity_begin(&identity, &config);
 }
 
 /* Servo 0 is at ID 5 and 250 kbps, or already where RESET leaves it; servo 1 stands by. */
@@ -37,11 +45,13 @@ static enum cds_result begin(uint8_t what)
     servo_fake_put(1, 6, in_place ? 1 : 7);
     cds_bus_open(&bus, 0, in_place ? 1 : 7);
     cds_bus_set_return_delay(&bus, 2);
+    config = (struct cds_identity_config){
+        .bus = &bus, .request = &request, .id = 5, .new_id = 9, .new_baud_reg = 1};
     switch (what) {
-    case NEW_ID: return cds_identity_change_id_begin(&identity, &bus, &request, 5, 9);
-    case NEW_BAUD: return cds_identity_change_baud_begin(&identity, &bus, &request, 5, 1);
-    case RESET_IT: return cds_identity_reset_begin(&identity, &bus, &request, 5);
-    default: return cds_identity_reset_begin(&identity, &bus, &request, 1);
+    case NEW_ID: return begin_change(CDS_IDENTITY_ID);
+    case NEW_BAUD: return begin_change(CDS_IDENTITY_BAUD);
+    case RESET_IT: return begin_change(CDS_IDENTITY_RESET);
+    default: config.id = 1; return begin_change(CDS_IDENTITY_RESET);
     }
 }
 
@@ -54,17 +64,20 @@ static enum cds_result run(void)
         cds_bus_poll(&bus);
     }
     TEST_ASSERT_EQUAL_UINT16(2, bus.return_delay_us);
-    TEST_ASSERT_FALSE(request.skips_rest); // the caller's next READ must not
+    TEST_ASSERT_FALSE(request.ignores_stale); // the caller's next READ must not
+    TEST_ASSERT_FALSE(request.passes_lock);
+    TEST_ASSERT_NULL(bus.lock);
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(1, servos.writes);
-    TEST_ASSERT_EQUAL_UINT8(servos.writes, identity.written);
-    TEST_ASSERT_EQUAL_UINT8(bus.baud, port_fake.bauds[0]);
+    TEST_ASSERT_EQUAL_UINT8(servos.writes, identity.is_written);
+    TEST_ASSERT_EQUAL_UINT8(bus.baud_reg, port_fake.bauds[0]);
     TEST_ASSERT_LESS_OR_EQUAL_UINT16(LONGEST, servos.packets);
     return result;
 }
 
 static bool is_at(const struct cds_identity_place *place)
 {
-    return servos.servo[0].table[0x03] == place->id && servos.servo[0].table[0x04] == place->baud;
+    return servos.servo[0].table[0x03] == place->id &&
+           servos.servo[0].table[0x04] == place->baud_reg;
 }
 
 /* The report, held against the servo itself. */
@@ -72,18 +85,18 @@ static void assert_the_truth(void)
 {
     switch (identity.state) {
     case CDS_IDENTITY_CHANGED:
-        TEST_ASSERT_EQUAL(CDS_OK, identity.result);
+        TEST_ASSERT_EQUAL(CDS_OK, identity.steps.result);
         TEST_ASSERT_TRUE(is_at(&identity.to));
-        TEST_ASSERT_EQUAL_UINT8(identity.to.baud, bus.baud);
+        TEST_ASSERT_EQUAL_UINT8(identity.to.baud_reg, bus.baud_reg);
         break;
     case CDS_IDENTITY_UNCHANGED:
-        TEST_ASSERT_NOT_EQUAL(CDS_OK, identity.result);
+        TEST_ASSERT_NOT_EQUAL(CDS_OK, identity.steps.result);
         TEST_ASSERT_TRUE(is_at(&identity.from));
-        TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud_reg, bus.baud_reg);
         break;
     case CDS_IDENTITY_LOST:
-        TEST_ASSERT_NOT_EQUAL(CDS_OK, identity.result);
-        TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+        TEST_ASSERT_NOT_EQUAL(CDS_OK, identity.steps.result);
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud_reg, bus.baud_reg);
         break;
     default: TEST_FAIL_MESSAGE("neither changed, unchanged nor lost");
     }
@@ -114,7 +127,7 @@ void test_what_goes_well(void)
 {
     for (uint8_t what = 0; what < WHATS; what++) {
         TEST_ASSERT_EQUAL(CDS_OK, begin(what));
-        TEST_ASSERT_EQUAL_UINT16(0, bus.counters.sent);
+        TEST_ASSERT_EQUAL_UINT16(0, bus.stats.sent);
         TEST_ASSERT_EQUAL(CDS_OK, run());
         TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
         TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_to);
@@ -166,7 +179,7 @@ void test_a_place_that_is_taken_is_never_written_to_whatever_one_or_two_packets_
         for (uint8_t at = 1; at <= 3; at++)
             for (uint8_t fault = LOSE_PACKET; fault <= SPOIL_REPLY; fault++) {
                 TEST_ASSERT_EQUAL(CDS_OK, begin(what));
-                servo_fake_put(2, identity.to.id, identity.to.baud);
+                servo_fake_put(2, identity.to.id, identity.to.baud_reg);
                 servos.plan[0] = (struct servos_plan){1, fault, 0};
                 servos.plan[1] = (struct servos_plan){at, fault, 0};
                 TEST_ASSERT_EQUAL(CDS_REFUSED, run());
@@ -174,7 +187,7 @@ void test_a_place_that_is_taken_is_never_written_to_whatever_one_or_two_packets_
                 TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
                 TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_from);
                 TEST_ASSERT_TRUE(is_at(&identity.from));
-                TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+                TEST_ASSERT_EQUAL_UINT8(identity.from.baud_reg, bus.baud_reg);
             }
 }
 
@@ -234,23 +247,25 @@ void test_a_servo_that_answers_pings_only_is_changed_too(void)
 void test_reset_of_every_servo_needs_its_own_call(void)
 {
     begin(RESET_IT);
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_reset_begin(&identity, &bus, &request, CDS_BROADCAST_ID));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_identity_reset_all_begin(&identity, &bus, &request));
+    cds_identity_abort(&identity);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+    config.id = CDS_BROADCAST_ID;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_change(CDS_IDENTITY_RESET));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_change(CDS_IDENTITY_RESET_ALL));
     TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
     TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
     TEST_ASSERT_EQUAL_UINT8(1, servos.servo[0].table[0x03]);
     TEST_ASSERT_EQUAL_UINT8(1, servos.servo[1].table[0x03]);
-    TEST_ASSERT_EQUAL_UINT8(1, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(1, bus.baud_reg);
 }
 
 /* ---- whose the bus is ---- */
 
 static void run_until(uint8_t packets, bool in_flight)
 {
-    while (servos.packets < packets || cds_bus_is_in_flight_(&bus) != in_flight) {
+    while (servos.packets < packets || port_fake_is_in_flight(&bus) != in_flight) {
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
-        if (servos.packets == packets && cds_bus_is_in_flight_(&bus) == in_flight)
+        if (servos.packets == packets && port_fake_is_in_flight(&bus) == in_flight)
             break;
         servos_turn(&bus);
         cds_bus_poll(&bus);
@@ -270,9 +285,9 @@ void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
                 servos_turn(&bus);
                 cds_bus_poll(&bus);
             }
-            TEST_ASSERT_EQUAL(CDS_CANCELLED, identity.result);
+            TEST_ASSERT_EQUAL(CDS_CANCELLED, identity.steps.result);
             TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
-            TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
+            TEST_ASSERT_EQUAL_UINT8(34, bus.baud_reg);
             TEST_ASSERT_EQUAL_UINT16(i & 2 ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
         }
 }
@@ -286,7 +301,7 @@ static void run_until_it_waits(uint8_t packets)
         if (servos.packets == packets && !bus.request)
             port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
-    } while (servos.packets < packets || !bus.request || cds_bus_is_in_flight_(&bus));
+    } while (servos.packets < packets || !bus.request || port_fake_is_in_flight(&bus));
 }
 
 void test_one_whose_request_is_cancelled_gives_the_bus_back(void)
@@ -297,44 +312,62 @@ void test_one_whose_request_is_cancelled_gives_the_bus_back(void)
         TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
         TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
         TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
-        TEST_ASSERT_EQUAL_UINT8(identity.from.baud, bus.baud);
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud_reg, bus.baud_reg);
     }
 }
 
-/* ---- an observer's word ---- */
+void test_an_abort_at_any_poll_gives_the_bus_back_and_tells_what_was_written(void)
+{
+    for (uint16_t polls = 0; polls < 3000; polls++) {
+        begin(NEW_BAUD);
+        for (uint16_t i = 0; i < polls && cds_identity_poll(&identity) == CDS_PENDING; i++) {
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
+        }
+        if (identity.steps.result != CDS_PENDING)
+            return;
+        cds_identity_abort(&identity);
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
+        TEST_ASSERT_EQUAL_UINT8(identity.from.baud_reg, bus.baud_reg);
+    }
+    TEST_FAIL_MESSAGE("never ended");
+}
+
+/* ---- the permit's answer ---- */
 
 static bool at_its_turn; // not when it is submitted
 
-static enum cds_result refuse_writes(struct cds_bus_observer *observer, struct cds_request *asked)
+static enum cds_result refuse_writes(struct cds_request *asked)
 {
     bool waits = asked->result == CDS_PENDING;
 
-    (void)observer;
     if (asked->packet.bytes[CDS_AT_INSTRUCTION] != CDS_WRITE)
         return CDS_OK;
-    port_fake.low = at_its_turn && !waits; // it must wait for the line
+    port_fake.low_looks = at_its_turn && !waits; // it must wait for the line
     return at_its_turn == waits ? CDS_INHIBITED : CDS_OK;
-}
-
-static void ignore(struct cds_bus_observer *observer, const struct cds_bus_news *news)
-{
-    (void)observer;
-    (void)news;
 }
 
 void test_a_write_that_is_not_admitted_ends_it_and_nothing_was_written(void)
 {
-    struct cds_bus_observer observer = {.admit = refuse_writes, .on_news = ignore};
 
     for (uint8_t i = 0; i < 2; i++) {
         begin(NEW_ID);
         at_its_turn = i;
-        bus.observer = &observer;
+        permit_fake_attach(&bus, refuse_writes);
         TEST_ASSERT_EQUAL(CDS_INHIBITED, run());
         TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
-        TEST_ASSERT_FALSE(identity.written);
+        TEST_ASSERT_FALSE(identity.is_written);
     }
+}
+
+static void assert_refused(enum cds_result result, uint8_t change, uint8_t id, uint8_t new_value)
+{
+    config.id = id;
+    config.new_id = config.new_baud_reg = new_value;
+    TEST_ASSERT_EQUAL(result, begin_change(change));
+    TEST_ASSERT_NULL(bus.lock);
 }
 
 void test_nonsense_is_refused(void)
@@ -342,23 +375,22 @@ void test_nonsense_is_refused(void)
     struct cds_bus closed = {.port = 0};
 
     begin(NEW_ID);
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_id_begin(&identity, &bus, &request, 5, 5));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_id_begin(&identity, &bus, &request, 5, 254));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_id_begin(&identity, &bus, &request, 254, 5));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_baud_begin(&identity, &bus, &request, 5, 7));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_baud_begin(&identity, &bus, &request, 5, 255));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_baud_begin(&identity, &bus, &request, 254, 1));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_identity_change_id_begin(&identity, &closed, &request, 5, 9));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_change(CDS_IDENTITY_ID)); // it is under way
+    cds_identity_abort(&identity);
+    run();
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_ID, 5, 5);
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_ID, 5, 254);
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_ID, 254, 5);
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_BAUD, 5, 7);
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_BAUD, 5, 255);
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_BAUD, 254, 1);
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_RESET_ALL + 1, 5, 9);
+    config.bus = &closed;
+    assert_refused(CDS_BAD_ARGUMENT, CDS_IDENTITY_ID, 5, 9);
+    config.bus = &bus;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_identity_look_again(&identity));
     request.packet.capacity--;
-    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_identity_reset_begin(&identity, &bus, &request, 5));
+    assert_refused(CDS_NO_ROOM, CDS_IDENTITY_RESET, 5, 9);
     request.result = CDS_PENDING;
-    TEST_ASSERT_EQUAL(CDS_BUSY, cds_identity_reset_begin(&identity, &bus, &request, 5));
+    assert_refused(CDS_BUSY, CDS_IDENTITY_RESET, 5, 9);
 }

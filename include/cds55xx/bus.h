@@ -109,6 +109,8 @@ struct cds_request {
                               // reply cannot be taken for the right one, as of a scan
     bool passes_lock;         // is sent while an operation holds the bus: cds_bus_lock()
     bool no_retry;            // is never sent again by the queue
+    bool ignores_servo_state; // READ or PING: the permit does not use the return delay and status
+                              // return level that are known of the servo. For diagnose.h
     uint8_t priority;         // enum cds_priority
     uint8_t servo_index;      // hint for the permit: index of the servo it is for
 
@@ -129,15 +131,15 @@ struct cds_request {
 #define CDS_REQUEST(packet_buffer, reply_buffer)                                                   \
     {                                                                                              \
         0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, (reply_buffer),                   \
-            sizeof(reply_buffer), 0, false, false, false, false, 0, 0, NULL, NULL, 0, false, 0, 0, \
-            NULL                                                                                   \
+            sizeof(reply_buffer), 0, false, false, false, false, false, 0, 0, NULL, NULL, 0,       \
+            false, 0, 0, NULL                                                                      \
     }
 
 /* A request whose replies have no parameters: PING, WRITE, SYNC WRITE and the like. */
 #define CDS_REQUEST_WITHOUT_DATA(packet_buffer)                                                    \
     {                                                                                              \
         0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, NULL, 0, 0, false, false, false,  \
-            false, 0, 0, NULL, NULL, 0, false, 0, 0, NULL                                          \
+            false, false, 0, 0, NULL, NULL, 0, false, 0, 0, NULL                                   \
     }
 
 /* Counted modulo 65536 from cds_bus_open() on. After the end of each transaction
@@ -170,7 +172,7 @@ enum cds_bus_event {
 };
 
 /* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
- * Every function must be there, but for the last two; each gets `context`. Called from
+ * Every function must be there, but for the last three; each gets `context`. Called from
  * cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(). */
 struct cds_bus_hooks {
     void *context;
@@ -208,12 +210,21 @@ struct cds_bus_hooks {
     /* Which servo's answers of the permit may have changed since `*epoch`: CDS_NO_ID, none; its ID;
      * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. NULL: none. */
     uint8_t (*changed_since)(void *context, uint16_t *epoch);
+
+    /* For registered_move.c: `request` carries the registered move that begins; NULL: the move has
+     * ended. The permit lets REG WRITE and ACTION of this request reach servos with limits, as far
+     * as its rules for a move allow (docs/permit.md). NULL: no permit. */
+    void (*set_move)(void *context, const struct cds_request *request);
 };
 
-/* Who holds the bus, and how to make him give it back: cds_bus_lock(). */
+/* Of the operation that holds the bus: cds_bus_lock(). After abort() the operation sends nothing
+ * more. It has restored rate and return delay and ended the lock, or does so from within
+ * cds_bus_poll() when its packet on the wire has been answered. Until then a request for the
+ * servos' own rate can be submitted only if baud_reg is the rate of the bus. */
 struct cds_bus_lock {
-    void (*abort)(void *context); // ends the operation at once; it restores the rate
+    void (*abort)(void *context);
     void *context;
+    uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */

@@ -17,9 +17,8 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
-static uint8_t packet_reply[CDS_REPLY_MAX];
-static struct cds_request request = CDS_REQUEST(packet, packet_reply);
+static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)], reply[CDS_REPLY_MAX];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 static uint8_t good;
 
 static void exchanges(void)

@@ -38,7 +38,7 @@ int main(void)
 {
     uint8_t servos = bench_option(0), good = 0;
 
-    bench_open(&bus);
+    bench_open_bare(&bus);
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     bench_wait(&bus);
     for (uint8_t turn = 0; turn < 4; turn++) {

@@ -9,9 +9,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(BYTES)];
-static uint8_t packet_reply[CDS_REPLY_MAX];
-static struct cds_request request = CDS_REQUEST(packet, packet_reply);
+BENCH_REQUEST(request, BYTES);
 
 static void set(uint8_t address, uint8_t value)
 {

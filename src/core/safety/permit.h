@@ -1,17 +1,27 @@
-/* The check of every packet before it is sent, for IDs that the roster knows and IDs that it does
- * not. The roster asks it before it looks up a servo. Main context. */
+/* The one door: may this packet leave? docs/permit.md states the rules; not installed. Main
+ * context.
+ *
+ * For registered_move.c, which lies below and calls this through bus->hooks->set_move:
+ *   - set_move(context, request) when the move begins: the request that carries its packets.
+ *   - In that request only, REG WRITE of goal and speed (0x1E, 4 bytes) to a servo with limits is
+ *     permitted if goal and speed are within its limits, and ACTION is permitted if each servo it
+ *     reaches that has limits has answered its REG WRITE of this move, and none is inhibited.
+ *   - A change of any limit or inhibit ends that: REG WRITE and ACTION of the move are refused from
+ *     then on (CDS_LIMIT or CDS_INHIBITED). The move then clears 0x2C of each servo: always passes.
+ *   - set_move(context, NULL) when the move has ended or was aborted.
+ * The permit learns by itself which REG WRITE was answered: nothing the move says is trusted.
+ * Without hooks, or if set_move is NULL, the move sends as before. */
 #ifndef CDS_PERMIT_H
 #define CDS_PERMIT_H
 
 #include "cds55xx/servos.h" // struct cds_servos
 
-/* May the whole packet `bytes` leave? CDS_OK; CDS_INHIBITED: driving is inhibited, and the packet
- * can drive a servo; CDS_TOO_EARLY: it sets a return delay below roster->shortest_delay.
- *
- * PING, READ and writes for which cds_span_may_move() is false cannot drive a servo. Every other
- * instruction can, an unknown one too: a servo may know more than the manual tells. So can a SYNC
- * WRITE whose length is no whole number of blocks, and a PING or READ with more parameters than it
- * has: what a servo makes of the rest is not known. */
-enum cds_result cds_gate_check(const struct cds_servos *roster, const uint8_t *bytes);
+/* The permit of the servos' hooks; `context` is a struct cds_servos. CDS_OK; CDS_PENDING: the check
+ * of a long packet goes on; else why the packet must not leave. */
+enum cds_result cds_servos_permit(void *context, struct cds_request *request);
+
+/* The permit_goal of the servos' hooks. */
+enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index,
+                                       const uint8_t *goal);
 
 #endif

@@ -3,90 +3,79 @@
 
 #include <string.h>
 
-#include "cds55xx/servo.h" // cds_servo_read()
-#include "compiler.h"      // NOINLINE
+#include "bus/steps_internal.h" // cds_steps_poll()
+#include "cds55xx/servo.h"      // cds_servo_read()
 
-void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
-                          struct cds_request *request, const uint8_t *ids, uint8_t count,
-                          uint8_t address, uint8_t length, uint8_t *data,
-                          struct cds_group_answer *answers)
+enum cds_result cds_group_read_begin(struct cds_group_read *read,
+                                     const struct cds_group_read_config *config)
 {
-    *read = (struct cds_group_read){
-        .bus = bus,
-        .request = request,
-        .ids = ids,
-        .data = data,
-        .answers = answers,
-        .count = count,
-        .address = address,
-        .length = length,
-        .next = 0,
-        .result = count ? CDS_OK : CDS_BAD_ARGUMENT,
-    };
-    for (; count; count--)
-        answers++->result = CDS_PENDING;
-}
+    enum cds_result result =
+        cds_steps_check(config->bus, config->request, CDS_PACKET_SIZE(2), config->length);
 
-/* The READ of servo `next` has ended, or was never sent. */
-static void note_result(struct cds_group_read *read, uint8_t result)
-{
-    read->answers[read->next].result = result;
-    if (read->result == CDS_OK)
-        read->result = result;
-    read->next++;
-    read->is_sent = false;
-}
-
-static void send(struct cds_group_read *read)
-{
-    uint8_t result;
-
-    if (read->next == read->count)
-        return;
-    result = (uint8_t)cds_servo_read(read->bus, read->request, read->ids[read->next], read->address,
-                                     read->length);
-    if (result == CDS_OK)
-        read->is_sent = true;
-    else if (result != CDS_BUSY) // nothing was sent to this servo
-        note_result(read, result);
-}
-
-/* The READ has ended. The next one is sent before the data are copied: its reply cannot come before
- * the next poll of the bus. */
-static void take(struct cds_group_read *read)
-{
-    const struct cds_request *request = read->request;
-    struct cds_group_answer *answer = &read->answers[read->next];
-    uint8_t *data = &read->data[(uint16_t)read->next * read->length];
-    uint8_t result = request->result, error = request->error;
-
-    if (result == CDS_OK && request->length != read->length)
-        result = CDS_REFUSED;
-    if (request->result == CDS_OK)
-        answer->error = error;
-    note_result(read, result);
-    send(read);
+    if (config->count == 0)
+        result = CDS_BAD_ARGUMENT;
     if (result != CDS_OK)
-        return;
-    memcpy(data, request->reply, read->length);
+        return result;
+    *read = (struct cds_group_read){.config = *config};
+    for (uint8_t i = 0; i < config->count; i++)
+        config->answers[i].result = CDS_PENDING;
+    cds_steps_begin(&read->steps, config->bus, config->request);
+    return CDS_OK;
+}
+
+void cds_group_read_abort(struct cds_group_read *read)
+{
+    cds_steps_abort(&read->steps);
+}
+
+static enum cds_result send(void *operation)
+{
+    struct cds_group_read *read = (struct cds_group_read *)operation;
+    const struct cds_group_read_config *config = &read->config;
+
+    return cds_servo_read(config->bus, config->request, config->ids[read->next], config->address,
+                          config->length);
+}
+
+/* Copies the reply of the servo before `next`, after the READ of the next servo was sent: that has
+ * its own packet, and its reply cannot come before the next poll of the bus. */
+static void copy(struct cds_group_read *read)
+{
+    uint8_t index = (uint8_t)(read->next - 1u), length = read->config.length;
+    struct cds_group_answer *answer = &read->config.answers[index];
+
+    memcpy(&read->config.data[(uint16_t)index * length], read->config.request->reply, length);
     answer->time_us = cds_port_now_us();
     answer->known = true;
+    read->has_data = false;
 }
 
-NOINLINE static enum cds_result go_on(struct cds_group_read *read)
+static void ended(void *operation, enum cds_result result)
 {
-    if (read->is_sent)
-        take(read);
-    else
-        send(read);
-    return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
+    struct cds_group_read *read = (struct cds_group_read *)operation;
+    const struct cds_request *request = read->config.request;
+    struct cds_group_answer *answer = &read->config.answers[read->next];
+
+    if (read->has_data) // the submit to servo `next` was refused
+        copy(read);
+    answer->result = (uint8_t)result;
+    if (read->steps.is_sent && request->result == CDS_OK)
+        answer->error = request->error;
+    read->has_data = result == CDS_OK;
+    if (read->first_result == CDS_OK)
+        read->first_result = (uint8_t)result;
+    read->next++;
+    if (read->next == read->config.count)
+        cds_steps_end(&read->steps, (enum cds_result)read->first_result);
 }
 
 enum cds_result cds_group_read_poll(struct cds_group_read *read)
 {
-    if (read->is_sent && read->request->result == CDS_PENDING)
-        return CDS_PENDING;
-    return go_on(read);
+    enum cds_result result = cds_steps_poll(&read->steps, read, send, ended);
+
+    if (read->has_data)
+        copy(read);
+    return result;
 }
 
 uint32_t cds_group_read_age_us(const struct cds_group_answer *answer)

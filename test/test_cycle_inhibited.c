@@ -1,35 +1,153 @@
-/* The cycle on a bus with a roster: who is held is left out, and nobody else notices. */
+/* The cycle on a bus with a permit: a servo that is refused is left out, and the others go on. The
+ * permit is a fake that checks every block of a SYNC WRITE, as the real one does. */
 #include <string.h>
 
 #include "cds55xx/cycle.h"
-#include "cds55xx/servos.h"
+#include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "unity.h"
 
-#define SERVOS    3
-#define PERIOD_US 2000
-#define SIZE      (8 + 5 * SERVOS) // of the goals' packet
-#define SPEED     0x123
-#define STEP_US   10
+#define SERVOS         3
+#define PERIOD_US      2000
+#define SIZE           (8 + 5 * SERVOS) // of the goals' packet
+#define SPEED          0x123
+#define STEP_US        10
+#define TURNS_PER_STEP 4 // of the main loop: a poll of the bus does one thing
 
 static struct cds_bus bus;
-static struct cds_servos roster;
-static struct cds_servo_state servos[SERVOS];
+static struct cds_queue queue;
+static struct cds_bus_hooks hooks;
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
 static const uint8_t ids[SERVOS] = {4, 2, 9};
 
+/* What the fake permit knows of each servo, in the order of `ids`. */
+static struct {
+    bool inhibited;
+    uint16_t lowest, highest, fastest; // limits of goal and speed
+} servos[SERVOS];
+static uint16_t epoch;           // counts changes of `servos`
+static uint8_t changed_id;       // servo of the last change, or CDS_BROADCAST_ID
+static uint16_t checks;          // calls of permit_goal()
+static uint16_t hint_misses;     // calls whose hint was wrong
+static bool is_read_muted;       // READ of no servo is answered
+static uint16_t return_delay_us; // of every servo, as the permit knows it
+static bool request_shows_loss;  // the end of `request` shows that servo 1 lost its state
+
 static uint8_t goals[SIZE];    // the last ones on the wire
 static uint16_t goals_sent;    // how many
 static uint8_t dead;           // ID of one that does not answer, 0: none
 static bool all_dead;          // nobody answers a READ
-static uint8_t torque_of_read; // what READ of TORQUE_ENABLE is answered with
 static uint32_t busy_until_us; // a packet is on the wire
 
-static uint8_t buffer[16];
+static uint8_t packet[CDS_PACKET_SIZE(2)];
+static uint8_t reply[2];
 static struct cds_request request;
+
+static void change(uint8_t id)
+{
+    epoch++;
+    changed_id = id;
+}
+
+static void inhibit(uint8_t i)
+{
+    servos[i].inhibited = true;
+    change(ids[i]);
+}
+
+static void release(uint8_t i)
+{
+    servos[i].inhibited = false;
+    change(ids[i]);
+}
+
+static void set_inhibits(bool inhibited)
+{
+    for (uint8_t i = 0; i < SERVOS; i++)
+        servos[i].inhibited = inhibited;
+    change(CDS_BROADCAST_ID);
+}
+
+static void set_limits(uint8_t i, uint16_t lowest, uint16_t highest, uint16_t fastest)
+{
+    servos[i].lowest = lowest;
+    servos[i].highest = highest;
+    servos[i].fastest = fastest;
+    change(ids[i]);
+}
+
+static enum cds_result permit_goal(void *context, uint8_t id, uint8_t *index, const uint8_t *goal)
+{
+    uint16_t position = (uint16_t)(goal[0] | goal[1] << 8),
+             speed = (uint16_t)(goal[2] | goal[3] << 8);
+    uint8_t i = 0;
+
+    TEST_ASSERT_EQUAL_PTR(&queue, context);
+    while (ids[i] != id)
+        TEST_ASSERT_LESS_THAN(SERVOS, ++i);
+    checks++;
+    if (*index != i)
+        hint_misses++;
+    *index = i;
+    if (servos[i].inhibited)
+        return CDS_INHIBITED;
+    if (position < servos[i].lowest || position > servos[i].highest || speed > servos[i].fastest ||
+        (speed == 0 && servos[i].fastest < CDS_VALUE_MAX))
+        return CDS_LIMIT;
+    return CDS_OK;
+}
+
+static uint8_t changed_since(void *context, uint16_t *since)
+{
+    uint16_t changes = (uint16_t)(epoch - *since);
+
+    TEST_ASSERT_EQUAL_PTR(&queue, context);
+    *since = epoch;
+    return changes == 0 ? CDS_NO_ID : changes == 1 ? changed_id : CDS_BROADCAST_ID;
+}
+
+/* As permit.h: a packet that was checked in this epoch passes, of any other each block is checked.
+ */
+static enum cds_result permit(void *context, struct cds_request *asked)
+{
+    const uint8_t *bytes = asked->packet.bytes;
+    enum cds_result result = CDS_OK;
+    uint8_t index = 0;
+
+    queue.hooks.permit(context, asked);
+    asked->return_delay_us = return_delay_us;
+    if (bytes[CDS_AT_INSTRUCTION] == CDS_READ && is_read_muted)
+        return CDS_NO_REPLY_DUE;
+    if (bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE || asked->check == epoch)
+        return CDS_OK;
+    for (uint8_t i = 0; i < SERVOS && result == CDS_OK; i++)
+        result = permit_goal(context, bytes[7 + 5 * i], &index, bytes + 8 + 5 * i);
+    if (result == CDS_OK)
+        asked->check = epoch;
+    return result;
+}
+
+static bool on_end(void *context, struct cds_request *ended, enum cds_result result)
+{
+    if (ended == &request && request_shows_loss)
+        inhibit(1);
+    return queue.hooks.on_end(context, ended, result);
+}
+
+static enum cds_result begin_cycle(void)
+{
+    struct cds_cycle_config config = {.bus = &bus,
+                                      .ids = ids,
+                                      .packets = packets,
+                                      .feedback = feedback,
+                                      .count = SERVOS,
+                                      .period_us = PERIOD_US};
+
+    return cds_cycle_begin(&cycle, &config);
+}
 
 void setUp(void)
 {
@@ -41,18 +159,26 @@ void setUp(void)
     goals_sent = 0;
     dead = 0;
     all_dead = false;
-    torque_of_read = 1;
     busy_until_us = 0;
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST(packet, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
-    for (uint8_t i = 0; i < SERVOS; i++)
-        servos[i].id = ids[i];
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, SERVOS));
-    for (uint8_t i = 0; i < SERVOS; i++)
-        servos[i].ccw_limit = CDS_ANGLE_SET;
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
+    cds_queue_begin(&queue, &bus);
+    hooks = queue.hooks;
+    hooks.permit = permit;
+    hooks.on_end = on_end;
+    hooks.permit_goal = permit_goal;
+    hooks.changed_since = changed_since;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
+    epoch = 1;
+    is_read_muted = request_shows_loss = false;
+    return_delay_us = 2;
+    checks = hint_misses = 0;
+    for (uint8_t i = 0; i < SERVOS; i++) {
+        servos[i].inhibited = false;
+        set_limits(i, 0, CDS_VALUE_MAX, CDS_VALUE_MAX);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, begin_cycle());
 }
 
 void tearDown(void)
@@ -74,10 +200,7 @@ static void hear(void)
     } else if (sent[CDS_AT_ID] == dead || all_dead) {
         return;
     } else if (sent[CDS_AT_INSTRUCTION] == CDS_READ) {
-        if (sent[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE)
-            port_fake_answer(&bus.link, sent[CDS_AT_ID], 0, &torque_of_read, 1);
-        else
-            port_fake_answer(&bus.link, sent[CDS_AT_ID], 0, registers, sizeof registers);
+        port_fake_answer(&bus.link, sent[CDS_AT_ID], 0, registers, sent[CDS_AT_PARAMETERS + 1]);
     } else if (sent[CDS_AT_ID] != CDS_BROADCAST_ID) {
         port_fake_answer(&bus.link, sent[CDS_AT_ID], 0, NULL, 0);
     }
@@ -92,8 +215,10 @@ static void turn(void)
         busy_until_us = 0;
         hear();
     }
-    cds_bus_poll(&bus);
-    cds_cycle_poll(&cycle);
+    for (uint8_t i = 0; i < TURNS_PER_STEP; i++) {
+        cds_bus_poll(&bus);
+        cds_cycle_poll(&cycle);
+    }
 }
 
 static void run_periods(uint8_t count)
@@ -155,17 +280,17 @@ static void assert_told(int16_t first, int16_t second, int16_t third)
         TEST_ASSERT_EQUAL_HEX16(SPEED, goals[10 + 5 * i] | goals[11 + 5 * i] << 8);
 }
 
-void test_one_that_is_held_is_left_out_and_the_others_go_on(void)
+void test_servo_inhibited_is_left_out_and_the_others_go_on(void)
 {
-    for (uint8_t held = 0; held < SERVOS; held++) {
+    for (uint8_t out = 0; out < SERVOS; out++) {
         setUp();
         begin();
         assert_told(500, 501, 502);
-        cds_servos_hold(&roster, &servos[held], CDS_INHIBIT_STOPPED);
+        inhibit(out);
         run_periods(3);
-        assert_told(held == 0 ? -1 : 500, held == 1 ? -1 : 501, held == 2 ? -1 : 502);
+        assert_told(out == 0 ? -1 : 500, out == 1 ? -1 : 501, out == 2 ? -1 : 502);
         for (uint8_t i = 0; i < SERVOS; i++)
-            TEST_ASSERT_EQUAL(i == held, cds_cycle_is_dropped(&cycle, i));
+            TEST_ASSERT_EQUAL(i == out, cds_cycle_is_dropped(&cycle, i));
         TEST_ASSERT_EQUAL_UINT16(5, goals_sent);
         TEST_ASSERT_EQUAL_UINT32(5, cycle.counters.periods);
         TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
@@ -177,7 +302,7 @@ void test_one_that_is_held_is_left_out_and_the_others_go_on(void)
 void test_goals_of_the_others_can_be_set_and_are_whole(void)
 {
     begin();
-    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
+    inhibit(1);
     run_periods(1);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
     TEST_ASSERT_EQUAL(CDS_INHIBITED, set(1, 601));
@@ -188,12 +313,12 @@ void test_goals_of_the_others_can_be_set_and_are_whole(void)
 }
 
 /* Some goals are set, and not committed, when it happens. */
-void test_goals_being_filled_are_left_out_too(void)
+void test_goal_not_committed_is_left_out_too(void)
 {
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(2, 700));
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 701));
-    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
+    inhibit(2);
     run_periods(1);
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -204,20 +329,20 @@ void test_goals_being_filled_are_left_out_too(void)
 }
 
 /* Held after the commit, before the period begins. */
-void test_goals_committed_but_not_sent_yet_are_judged_once_more(void)
+void test_goals_committed_and_not_sent_are_checked_again(void)
 {
     begin();
     set_all(700);
-    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
+    inhibit(0);
     run_periods(1);
     assert_told(-1, 701, 702);
 }
 
 /* Held, and at once the others' goals are set and committed: that judges nobody else. */
-void test_a_commit_right_after_a_hold_does_not_let_it_through(void)
+void test_commit_right_after_an_inhibit_lets_no_goal_pass(void)
 {
     begin();
-    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
+    inhibit(0);
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
@@ -227,12 +352,12 @@ void test_a_commit_right_after_a_hold_does_not_let_it_through(void)
 
 /* Goals are being filled all the time; two servos are held, one after the other and both at once.
  */
-void test_two_that_are_held_are_both_left_out(void)
+void test_two_servos_inhibited_are_both_left_out(void)
 {
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
-    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
-    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
+    inhibit(0);
+    inhibit(2);
     run_periods(1);
     assert_told(-1, 501, -1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -242,9 +367,9 @@ void test_two_that_are_held_are_both_left_out(void)
     setUp();
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 700));
-    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
+    inhibit(2);
     run_periods(1);
-    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
+    inhibit(1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
     assert_told(500, -1, -1);
@@ -252,11 +377,11 @@ void test_two_that_are_held_are_both_left_out(void)
 }
 
 /* The limit is the filled goal's own: the one that is being sent lies within. */
-void test_a_filled_goal_beyond_a_new_limit_is_left_out_when_committed(void)
+void test_goal_not_committed_beyond_a_new_limit_is_left_out(void)
 {
     begin();
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 700));
-    cds_servos_set_limits(&roster, &servos[0], 0, 600, 1023);
+    set_limits(0, 0, 600, 1023);
     run_periods(1);
     assert_told(500, 501, 502);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -264,12 +389,12 @@ void test_a_filled_goal_beyond_a_new_limit_is_left_out_when_committed(void)
     assert_told(-1, 501, 502);
 }
 
-void test_release_alone_brings_none_back_a_goal_does(void)
+void test_release_revives_nothing_and_a_goal_does(void)
 {
     begin();
-    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
+    inhibit(1);
     run_periods(1);
-    cds_servos_release(&roster, &servos[1]);
+    release(1);
     run_periods(2);
     assert_told(500, -1, 502);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
@@ -285,17 +410,17 @@ void test_release_alone_brings_none_back_a_goal_does(void)
     TEST_ASSERT_FALSE(cds_cycle_is_dropped(&cycle, 1));
 }
 
-void test_a_goal_that_was_to_bring_it_back_does_not_outlive_a_second_hold(void)
+void test_goal_not_committed_does_not_outlive_an_inhibit(void)
 {
     begin();
-    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STATE_LOST);
+    inhibit(1);
     run_periods(1);
-    cds_servos_release(&roster, &servos[1]);
+    release(1);
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 610));
     run_periods(1);
-    cds_servos_hold(&roster, &servos[1], CDS_INHIBIT_STOPPED);
+    inhibit(1);
     run_periods(1);
-    cds_servos_release(&roster, &servos[1]);
+    release(1);
     run_periods(1);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 600));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
@@ -305,17 +430,17 @@ void test_a_goal_that_was_to_bring_it_back_does_not_outlive_a_second_hold(void)
     TEST_ASSERT_EQUAL_UINT16(1, cycle.counters.dropped);
 }
 
-void test_when_all_are_held_nothing_is_sent_and_periods_pass(void)
+void test_all_servos_inhibited_nothing_is_sent(void)
 {
     begin();
-    cds_servos_hold(&roster, NULL, CDS_INHIBIT_STOPPED);
+    set_inhibits(true);
     run_periods(3);
     TEST_ASSERT_EQUAL_UINT16(2, goals_sent);
     TEST_ASSERT_EQUAL_UINT32(5, cycle.counters.periods);
     TEST_ASSERT_EQUAL_UINT32(3, cycle.counters.unsent);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT16(SERVOS, cycle.counters.dropped);
-    cds_servos_release(&roster, NULL);
+    set_inhibits(false);
     run_periods(1);
     TEST_ASSERT_EQUAL_UINT16(2, goals_sent);
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 300));
@@ -325,9 +450,9 @@ void test_when_all_are_held_nothing_is_sent_and_periods_pass(void)
     TEST_ASSERT_EQUAL_UINT16(3, goals_sent);
 }
 
-void test_one_held_from_the_beginning_is_not_waited_for(void)
+void test_servo_inhibited_at_first_is_not_waited_for(void)
 {
-    cds_servos_hold(&roster, &servos[2], CDS_INHIBIT_STATE_LOST);
+    inhibit(2);
     TEST_ASSERT_EQUAL(CDS_OK, set(0, 500));
     TEST_ASSERT_EQUAL(CDS_OK, set(1, 501));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_commit(&cycle)); // nothing was said of it
@@ -335,16 +460,16 @@ void test_one_held_from_the_beginning_is_not_waited_for(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_into_the_second();
     assert_told(500, 501, -1);
-    cds_servos_release(&roster, NULL);
+    set_inhibits(false);
     TEST_ASSERT_EQUAL(CDS_OK, set(2, 502));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
     assert_told(500, 501, 502);
 }
 
-void test_a_goal_beyond_a_limit_is_not_taken_and_the_old_one_stays(void)
+void test_goal_beyond_a_limit_is_refused_and_the_old_one_stays(void)
 {
-    cds_servos_set_limits(&roster, &servos[0], 100, 600, 0x200);
+    set_limits(0, 100, 600, 0x200);
     begin();
     TEST_ASSERT_EQUAL(CDS_LIMIT, set(0, 601));
     TEST_ASSERT_EQUAL(CDS_LIMIT, set(0, 99));
@@ -360,10 +485,10 @@ void test_a_goal_beyond_a_limit_is_not_taken_and_the_old_one_stays(void)
     TEST_ASSERT_EQUAL_UINT16(0, cycle.counters.dropped);
 }
 
-void test_one_whose_limit_is_drawn_closer_than_its_goal_is_left_out(void)
+void test_servo_with_a_limit_closer_than_its_goal_is_left_out(void)
 {
     begin();
-    cds_servos_set_limits(&roster, &servos[2], 0, 501, 1023);
+    set_limits(2, 0, 501, 1023);
     run_periods(1);
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL(CDS_LIMIT, set(2, 502));
@@ -373,20 +498,15 @@ void test_one_whose_limit_is_drawn_closer_than_its_goal_is_left_out(void)
     assert_told(500, 501, 400);
 }
 
-/* An exchange of the application's holds up the goals, and shows that a servo lost its state. */
-void test_goals_refused_in_the_queue_go_out_in_the_same_period(void)
+/* A transaction of the application holds up the goals, and shows that a servo lost its state. */
+void test_goals_refused_in_the_queue_leave_in_the_same_period(void)
 {
-    TEST_ASSERT_EQUAL(
-        CDS_OK, cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1));
-    while (bus.request)
-        turn();
-    TEST_ASSERT_TRUE(servos[1].torque);
     begin();
     run_periods(1);
     while ((int32_t)(cycle.next_us - port_fake.now_us) > 50)
         turn();
     TEST_ASSERT_NULL(bus.request);
-    torque_of_read = 0;
+    request_shows_loss = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 2, CDS_REG_TORQUE_ENABLE, 1));
     goals_sent = 0;
     for (uint8_t i = 0; i < 7; i++)
@@ -394,7 +514,7 @@ void test_goals_refused_in_the_queue_go_out_in_the_same_period(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
     run_periods(1);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
+    TEST_ASSERT_TRUE(servos[1].inhibited);
     TEST_ASSERT_EQUAL_UINT16(1, goals_sent);
     assert_told(500, -1, 502);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
@@ -402,13 +522,13 @@ void test_goals_refused_in_the_queue_go_out_in_the_same_period(void)
 }
 
 /* Held while it waits behind something that lasts nearly as long as the period. */
-void test_goals_refused_so_late_that_they_would_hold_up_the_next_ones_are_not_sent(void)
+void test_goals_refused_too_late_in_the_period_are_not_sent(void)
 {
     begin();
     run_periods(1);
     while ((int32_t)(cycle.next_us - port_fake.now_us) > 20)
         turn();
-    while (cycle.reading)
+    while (cycle.is_reading)
         turn();
     goals_sent = 0;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 77));
@@ -417,9 +537,10 @@ void test_goals_refused_so_late_that_they_would_hold_up_the_next_ones_are_not_se
     for (uint8_t i = 0; i < 8; i++)
         turn();
     TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
-    cds_servos_hold(&roster, &servos[0], CDS_INHIBIT_STATE_LOST);
+    inhibit(0);
     port_fake.now_us += PERIOD_US - 250; // the main loop is away
-    turn();
+    while (cycle.goals.result == CDS_PENDING)
+        turn();
     turn();
     TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
     TEST_ASSERT_EQUAL_UINT16(0, goals_sent);
@@ -428,20 +549,17 @@ void test_goals_refused_so_late_that_they_would_hold_up_the_next_ones_are_not_se
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
 }
 
-/* One that is away is not held: what is said to all goes on. */
-void test_one_that_is_away_stays_in_and_is_left_out_when_it_is_back(void)
+/* The permit refuses no servo that is offline. */
+void test_servo_that_does_not_answer_stays_in(void)
 {
     begin();
     dead = 9;
-    for (uint8_t i = 0; i < 40 && servos[2].presence != CDS_PRESENCE_OFFLINE; i++)
-        run_periods(1);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[2].presence);
+    run_periods(40);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, feedback[2].result);
     assert_told(500, 501, 502);
     dead = 0;
-    for (uint8_t i = 0; i < 40 && servos[2].presence == CDS_PRESENCE_OFFLINE; i++)
-        run_periods(1);
-    run_periods(1);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[2].presence);
+    inhibit(2); // it has returned
+    run_periods(2);
     assert_told(500, 501, -1);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
@@ -449,11 +567,10 @@ void test_one_that_is_away_stays_in_and_is_left_out_when_it_is_back(void)
 
 /* The bus waits 508 us, and each of these 0: a READ in vain takes 350 us, and the bus rests for
  * 1900 us behind it: four READs in five periods of 2 ms. */
-void test_a_read_in_vain_is_on_the_wire_for_as_long_as_it_was_waited_for(void)
+void test_read_unanswered_counts_as_wire_time_as_long_as_it_took(void)
 {
     cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
-    for (uint8_t i = 0; i < SERVOS; i++)
-        servos[i].return_delay = 0;
+    return_delay_us = 0;
     all_dead = true;
     begin();
     run_periods(20);
@@ -462,14 +579,62 @@ void test_a_read_in_vain_is_on_the_wire_for_as_long_as_it_was_waited_for(void)
                               cds_cycle_utilisation_permille(&cycle));
 }
 
-void test_goals_of_before_a_roster_begun_anew_are_not_sent(void)
+void test_goals_set_before_the_hooks_are_attached_are_checked(void)
 {
-    begin();
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, SERVOS));
-    for (uint8_t i = 0; i < SERVOS; i++)
-        servos[i].ccw_limit = CDS_ANGLE_SET;
-    for (uint8_t i = 0; i < 5; i++) // as many changes as there were
-        cds_servos_set_limits(&roster, &servos[1], 0, 400, 1023);
+    bus.hooks = NULL;
+    memset(&cycle, 0, sizeof cycle);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_cycle());
+    set_limits(1, 0, 400, CDS_VALUE_MAX);
+    set_all(500);
+    TEST_ASSERT_EQUAL_UINT16(0, checks);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
     run_periods(2);
     assert_told(500, -1, 502);
+    TEST_ASSERT_EQUAL_UINT16(SERVOS, checks);
+}
+
+void test_goals_with_only_a_queue_are_sent_unchecked(void)
+{
+    bus.hooks = &queue.hooks;
+    set_inhibits(true);
+    begin();
+    assert_told(500, 501, 502);
+    TEST_ASSERT_EQUAL_UINT16(0, checks);
+}
+
+/* The goals of a period without a change carry the epoch of their check. */
+void test_goals_unchanged_are_checked_once(void)
+{
+    begin();
+    run_periods(5);
+    TEST_ASSERT_EQUAL_UINT16(SERVOS, checks);
+    TEST_ASSERT_EQUAL_UINT16(epoch, cycle.goals.check);
+    inhibit(1);
+    run_periods(1);
+    TEST_ASSERT_EQUAL_UINT16(SERVOS + 1, checks);
+    change(CDS_BROADCAST_ID);
+    run_periods(1);
+    TEST_ASSERT_EQUAL_UINT16(SERVOS + 1 + 2, checks); // the servo left out has no goal
+}
+
+void test_index_hint_in_the_order_of_the_ids_is_right(void)
+{
+    begin();
+    run_periods(1);
+    for (uint8_t i = SERVOS; i--;)
+        TEST_ASSERT_EQUAL(CDS_OK, set(i, 600));
+    change(CDS_BROADCAST_ID);
+    run_periods(1);
+    TEST_ASSERT_EQUAL_UINT16(0, hint_misses);
+    TEST_ASSERT_EQUAL_UINT8(cycle.turn, cycle.read.servo_index);
+}
+
+void test_read_of_a_muted_servo_lets_the_others_go_on(void)
+{
+    is_read_muted = true;
+    begin();
+    run_periods(1);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_EQUAL(CDS_NO_REPLY_DUE, feedback[i].result);
+    assert_told(500, 501, 502);
 }
