@@ -30,7 +30,7 @@ enum {
     END_IS_TOLD = 2,       // hooks or on_end are called at the end
 };
 
-#define HEAD_SIZE CDS_AT_PARAMETERS // bytes before which a search of a reply is of no use
+#define HEAD_SIZE CDS_AT_ERROR // bytes of a reply before which a search is of no use
 
 /* ---- time ---- */
 
@@ -253,7 +253,7 @@ static NOCLONE enum cds_result send_rest(struct cds_bus *bus, struct cds_request
 
 /* The one function that begins a packet, after the permit. Looks at the line last: 40 cycles before
  * the header. CDS_OK: the packet is on its way, or waits for the line. */
-static NOCLONE enum cds_result send(struct cds_bus *bus, struct cds_request *request)
+NOCLONE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
 {
     OPTIMIZER_BARRIER(bus);
     if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
@@ -271,7 +271,7 @@ static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds
         if (result != CDS_OK)
             return result;
     }
-    return send(bus, request);
+    return cds_bus_send(bus, request);
 }
 
 void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
@@ -336,22 +336,12 @@ NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_
     return result;
 }
 
-/* The fast path: a READ or PING on a bus that is free and asks no permit. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_request *fields = request;
-    uint16_t size;
-    uint8_t due;
 
-    OPTIMIZER_BARRIER(fields); // `request` stays where send() gets it: saves 10 cycles
-    size = fields->packet.size;
-    due = fields->reply_parameters;
-    if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
-        due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING ||
-        bus->state != CDS_BUS_IDLE || bus->gate)
-        return cds_bus_submit_checked(bus, request, 0);
-    fields->retries = 0;
-    return send(bus, request);
+    OPTIMIZER_BARRIER(fields);
+    return cds_bus_submit_inline(bus, request, fields);
 }
 
 struct cds_request *cds_bus_take_back(struct cds_bus *bus)
@@ -552,33 +542,28 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
     }
 }
 
-/* True if the packet whose head was found is the reply due. A servo that refuses sends its error
- * bits and no parameters. */
-ALWAYS_INLINE bool is_due(const struct cds_parser *parser, const struct cds_request *request)
+/* A head was found. Is it that of the reply due? A servo that refuses sends its error bits and no
+ * parameters. */
+ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
 {
-    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
+    uint8_t id = bus->parser.id, error = bus->parser.error, asked_id;
+    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
 
-    if (request->id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != request->id)
-        return false;
-    if (parser->error & CDS_ERROR_NONE_SUCH)
-        return false;
-    if (parameters == request->reply_parameters || request->any_length)
-        return true;
-    return parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET;
-}
-
-static NOINLINE bool begin_reply(struct cds_bus *bus, struct cds_request *request)
-{
-    if (bus->state == CDS_BUS_AWAITING_REPLY && is_due(&bus->parser, request)) {
-        cds_parser_keep(&bus->parser, request->reply);
-        bus->last_id = request->id;
-        bus->last_result = CDS_OK; // unless it proves malformed
-        request->id = bus->parser.id;
-        request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-        request->error = bus->parser.error;
-        bus->state = CDS_BUS_RECEIVING;
-    }
-    return true;
+    if (bus->state != CDS_BUS_AWAITING_REPLY || error & CDS_ERROR_NONE_SUCH)
+        return;
+    asked_id = request->id;
+    if (id > CDS_ID_MAX || (id != asked_id && asked_id != CDS_BROADCAST_ID))
+        return;
+    if (parameters != request->reply_parameters && !request->any_length &&
+        (parameters != 0 || !(error & CDS_ERRORS_OF_PACKET)))
+        return;
+    cds_parser_keep(&bus->parser, request->reply);
+    bus->state = CDS_BUS_RECEIVING;
+    bus->last_id = asked_id;
+    bus->last_result = CDS_OK; // unless it proves malformed
+    request->id = id;
+    request->length = parameters;
+    request->error = error;
 }
 
 /* Examines what has come before position `end`. */
@@ -587,7 +572,7 @@ static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
     if (bus->parser.is_in_packet)
         return take(bus, end);
     switch (cds_parser_find(&bus->parser, &bus->link.rx, end)) {
-    case CDS_PARSED_HEAD: return begin_reply(bus, bus->request);
+    case CDS_PARSED_HEAD: begin_reply(bus, bus->request); return true;
     case CDS_PARSED_MALFORMED: return note_malformed(bus);
     default: return true;
     }
@@ -707,7 +692,7 @@ bool cds_bus_poll(struct cds_bus *bus)
     if (bus->link.broken || cds_port_timer_expired(bus->port))
         return examine_within_limits(bus);
     if (state == CDS_BUS_RECEIVING)
-        return end == bus->parser.position ? true : take(bus, end);
+        return take(bus, end);
     if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) < HEAD_SIZE ||
         bus->link.state != CDS_LINK_LISTENING)
         return true;

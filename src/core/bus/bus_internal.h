@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "cds55xx/bus.h" // struct cds_bus
+#include "compiler.h"    // ALWAYS_INLINE
 
 /* True if a request with this result ended before its packet left. CDS_CANCELLED is not among them:
  * only the caller of cds_bus_cancel() knows. */
@@ -22,5 +23,26 @@ void cds_stats_add_link(struct cds_bus *bus);
  * epoch `check`; 0: it was not. The permit skips its check while that epoch lasts. */
 enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
                                        uint16_t check);
+
+/* The one function that begins a packet, after the permit. CDS_OK: the packet is on its way, or
+ * waits for the line. Only for cds_bus_submit_inline() and bus.c. */
+enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request);
+
+/* cds_bus_submit() itself, inline: a READ whose size is known leaves 25 cycles sooner. The fast
+ * path is for a request that expects a reply, on a bus that is free and asks no permit. `fields` is
+ * `request` behind an OPTIMIZER_BARRIER(): `request` then stays where cds_bus_send() gets it. */
+ALWAYS_INLINE enum cds_result
+cds_bus_submit_inline(struct cds_bus *bus, struct cds_request *request, struct cds_request *fields)
+{
+    uint16_t size = fields->packet.size;
+    uint8_t due = fields->reply_parameters;
+
+    if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
+        due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING ||
+        bus->state != CDS_BUS_IDLE || bus->gate)
+        return cds_bus_submit_checked(bus, request, 0);
+    fields->retries = 0;
+    return cds_bus_send(bus, request);
+}
 
 #endif

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "bus/bus_internal.h"     // cds_bus_submit_inline()
 #include "compiler.h"             // OPTIMIZER_BARRIER()
 #include "servo/servo_internal.h" // cds_servo_send()
 #include "wire/packet_internal.h" // cds_packet_start()
@@ -51,13 +52,13 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
     struct cds_request *fields = request;
     enum cds_result result;
 
-    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_submit() gets it: saves 10 cycles
+    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it: saves 10 cycles
     if (fields->result == CDS_PENDING)
         return CDS_BUSY;
     fields->reply_parameters = length;
     fields->any_length = false;
     result = cds_packet_read(&fields->packet, id, address, length);
-    return result == CDS_OK ? cds_bus_submit(bus, request) : result;
+    return result == CDS_OK ? cds_bus_submit_inline(bus, request, fields) : result;
 }
 
 static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,

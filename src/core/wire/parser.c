@@ -23,12 +23,13 @@ static uint8_t reject(struct cds_parser *parser, struct cds_ring *ring)
     return CDS_PARSED_MALFORMED;
 }
 
-uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+/* Searches for a header, an ID and a LENGTH in range. HEAD: they stand at the ring's tail. */
+ALWAYS_INLINE uint8_t find_head(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
     uint8_t at = cds_ring_begin(ring), left = CDS_PARSER_SKIPPED_MAX;
 
     do { // each turn examines one candidate, and loses it or returns
-        uint8_t count = cds_ring_distance(at, end), id, length, error;
+        uint8_t count = cds_ring_distance(at, end), id, length;
 
         parser->position = end;
         if (count == 0)
@@ -51,23 +52,40 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
             length = byte_at(ring, cds_ring_after(at, CDS_AT_LENGTH));
             if (length < CDS_LENGTH_MIN || length > parser->longest)
                 return reject(parser, ring);
-            if (count == CDS_AT_ERROR)
-                return CDS_PARSED_MORE;
-            error = byte_at(ring, cds_ring_after(at, CDS_AT_ERROR));
             parser->id = id;
             parser->length = length;
-            parser->error = error;
-            parser->sum = (uint8_t)(id + length + error);
-            parser->position = cds_ring_after(at, CDS_AT_PARAMETERS);
-            parser->end = cds_ring_after(at, (uint8_t)(length + CDS_AT_LENGTH));
-            parser->to = NULL;
-            parser->is_in_packet = true;
+            parser->is_in_head = true;
             return CDS_PARSED_HEAD;
         }
         cds_ring_release(ring, at);
     } while (--left);
     parser->position = at;
     return CDS_PARSED_SOME;
+}
+
+/* In two steps, so that less is left to do when ERROR has come: at 1 Mbps and 16 MHz 110 cycles
+ * remain for each byte. */
+uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+{
+    uint8_t at, parsed, error;
+
+    if (!parser->is_in_head) {
+        parsed = find_head(parser, ring, end);
+        if (parsed != CDS_PARSED_HEAD)
+            return parsed;
+    }
+    at = cds_ring_after(cds_ring_begin(ring), CDS_AT_ERROR);
+    if (at == end)
+        return CDS_PARSED_MORE;
+    error = byte_at(ring, at);
+    parser->error = error;
+    parser->sum = (uint8_t)(parser->id + parser->length + error);
+    parser->position = cds_ring_after(at, 1);
+    parser->end = cds_ring_after(at, (uint8_t)(parser->length - 1u));
+    parser->to = NULL;
+    parser->is_in_head = false;
+    parser->is_in_packet = true;
+    return CDS_PARSED_HEAD;
 }
 
 uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
@@ -111,6 +129,6 @@ NOINLINE void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring 
 {
     cds_ring_release(ring, position);
     parser->position = position;
-    parser->is_in_packet = false;
+    parser->is_in_packet = parser->is_in_head = false;
     parser->is_clean = false;
 }
