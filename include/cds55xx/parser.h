@@ -81,8 +81,17 @@ static inline void cds_parser_keep(struct cds_parser *parser, uint8_t *to)
     parser->to = to;
 }
 
+/* Takes the bytes of that packet before position `end`, of which there is one at least. SOME,
+ * PACKET, MALFORMED. */
+uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+
 /* Takes the bytes of that packet before position `end`. MORE, SOME, PACKET, MALFORMED. */
-uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+static inline uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+{
+    if (parser->position == end)
+        return CDS_PARSED_MORE;
+    return cds_parser_take_some(parser, ring, end);
+}
 
 /* Gives up all bytes before `position`: damage lies there. */
 void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring, uint8_t position);

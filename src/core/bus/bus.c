@@ -280,33 +280,40 @@ void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
         wait_for_line(bus, request);
 }
 
-/* The packet may not leave at once, or the permit must be asked. */
-static NOCLONE enum cds_result submit_later(struct cds_bus *bus, struct cds_request *request)
+NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_request *request,
+                                             uint16_t check)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
-    uint8_t gate = bus->gate;
+    enum cds_result result = CDS_PENDING;
+    uint8_t state = bus->state, gate = bus->gate;
 
-    if (bus->state == CDS_BUS_CLOSED)
-        return CDS_BAD_ARGUMENT;
-    if (gate & GATE_LOCKED && !request->passes_lock)
-        return CDS_BUSY;
-    if (bus->state == CDS_BUS_IDLE && !(gate & (GATE_LINE | GATE_STALE))) {
-        enum cds_result result = send_if_permitted(bus, request);
-
-        if (result != CDS_PENDING)
-            return result;
+    request->retries = 0;
+    request->check = check;
+    if (state == CDS_BUS_CLOSED)
+        result = CDS_BAD_ARGUMENT;
+    else if (gate & GATE_LOCKED && !request->passes_lock)
+        result = CDS_BUSY;
+    else if (state == CDS_BUS_IDLE && !(gate & (GATE_LINE | GATE_STALE)))
+        result = send_if_permitted(bus, request);
+    if (result == CDS_PENDING) {
+        if (hooks)
+            result = hooks->submit(hooks->context, request);
+        else
+            result = bus->request ? CDS_BUSY : wait_for_line(bus, request);
     }
-    if (hooks)
-        return hooks->submit(hooks->context, request);
-    return bus->request ? CDS_BUSY : wait_for_line(bus, request);
+    if (result != CDS_OK)
+        request->result = (uint8_t)result;
+    return result;
 }
 
-/* CDS_OK, or what is wrong with packet or reply. */
-static NOCLONE enum cds_result check(const struct cds_request *request)
+/* CDS_OK, or what is wrong with the request. */
+ALWAYS_INLINE enum cds_result check(const struct cds_request *request)
 {
     uint16_t size = request->packet.size;
     uint8_t due = request->reply_parameters;
 
+    if (request->result == CDS_PENDING)
+        return CDS_BUSY;
     if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u)
         return CDS_BAD_ARGUMENT;
     if (due == CDS_REPLY_NONE)
@@ -318,20 +325,9 @@ static NOCLONE enum cds_result check(const struct cds_request *request)
     return due > request->reply_capacity ? CDS_NO_ROOM : CDS_OK;
 }
 
-NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
-                                                uint16_t check_epoch)
+static NOCLONE enum cds_result refuse(struct cds_request *request, enum cds_result result)
 {
-    enum cds_result result;
-
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    result = check(request);
-    if (result == CDS_OK) {
-        request->retries = 0;
-        request->check = check_epoch;
-        result = submit_later(bus, request);
-    }
-    if (result != CDS_OK)
+    if (request->result != CDS_PENDING)
         request->result = (uint8_t)result;
     return result;
 }
@@ -339,9 +335,21 @@ NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_request *fields = request;
+    enum cds_result result;
 
-    OPTIMIZER_BARRIER(fields);
-    return cds_bus_submit_inline(bus, request, fields);
+    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it
+    result = check(fields);
+    return result == CDS_OK ? cds_bus_submit_good(bus, request) : refuse(request, result);
+}
+
+enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
+                                       uint16_t check_epoch)
+{
+    enum cds_result result = check(request);
+
+    if (result != CDS_OK)
+        return refuse(request, result);
+    return cds_bus_submit_later(bus, request, check_epoch);
 }
 
 struct cds_request *cds_bus_take_back(struct cds_bus *bus)
@@ -534,7 +542,7 @@ static COLD bool drop_damage(struct cds_bus *bus)
 /* Takes what has come, before position `end`, of the packet whose head was found. */
 static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
 {
-    switch (cds_parser_take(&bus->parser, &bus->link.rx, end)) {
+    switch (cds_parser_take_some(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_PACKET:
         return bus->state == CDS_BUS_RECEIVING ? finish_well(bus) : note_unexpected(bus);
     case CDS_PARSED_MALFORMED: return note_malformed(bus);
@@ -570,7 +578,7 @@ ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
 static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
 {
     if (bus->parser.is_in_packet)
-        return take(bus, end);
+        return bus->parser.position == end ? true : take(bus, end);
     switch (cds_parser_find(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_HEAD: begin_reply(bus, bus->request); return true;
     case CDS_PARSED_MALFORMED: return note_malformed(bus);
@@ -689,14 +697,17 @@ bool cds_bus_poll(struct cds_bus *bus)
 
     if (state < CDS_BUS_AWAITING_REPLY)
         return poll_other(bus);
+    if (state == CDS_BUS_RECEIVING) {
+        if (end != bus->parser.position && !bus->link.broken && !cds_port_timer_expired(bus->port))
+            return take(bus, end);
+    } else if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) >= HEAD_SIZE &&
+               bus->link.state == CDS_LINK_LISTENING && !bus->link.broken &&
+               !cds_port_timer_expired(bus->port)) {
+        return examine(bus, end);
+    }
     if (bus->link.broken || cds_port_timer_expired(bus->port))
         return examine_within_limits(bus);
-    if (state == CDS_BUS_RECEIVING)
-        return take(bus, end);
-    if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) < HEAD_SIZE ||
-        bus->link.state != CDS_LINK_LISTENING)
-        return true;
-    return examine(bus, end);
+    return true;
 }
 
 /* ---- the reply ---- */

@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#include "bus/bus_internal.h"     // cds_bus_submit_inline()
+#include "bus/bus_internal.h"     // cds_bus_submit_good()
 #include "compiler.h"             // OPTIMIZER_BARRIER()
 #include "servo/servo_internal.h" // cds_servo_send()
 #include "wire/packet_internal.h" // cds_packet_start()
@@ -31,7 +31,7 @@ NOINLINE uint8_t cds_servo_send(struct cds_bus *bus, struct cds_request *request
     if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // only PING is answered (R1)
     request->any_length = false;
-    return cds_bus_submit(bus, request);
+    return (uint8_t)cds_bus_submit(bus, request);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -57,8 +57,12 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
         return CDS_BUSY;
     fields->reply_parameters = length;
     fields->any_length = false;
-    result = cds_packet_read(&fields->packet, id, address, length);
-    return result == CDS_OK ? cds_bus_submit_inline(bus, request, fields) : result;
+    if (length > CDS_TABLE_SIZE || length <= fields->reply_capacity) {
+        result = cds_packet_read(&fields->packet, id, address, length);
+        return result == CDS_OK ? cds_bus_submit_good(bus, request) : result;
+    }
+    fields->result = CDS_NO_ROOM;
+    return CDS_NO_ROOM;
 }
 
 static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,

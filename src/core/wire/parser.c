@@ -88,12 +88,10 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
     return CDS_PARSED_HEAD;
 }
 
-uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
     uint8_t at = parser->position, last = parser->end, sum = parser->sum;
 
-    if (at == end)
-        return CDS_PARSED_MORE;
     if (at != last) {
         uint8_t *to = parser->to;
 
