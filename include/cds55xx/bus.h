@@ -119,7 +119,7 @@ struct cds_request {
     void *context;                        // the caller's, for on_end
 
     // set by bus, queue and permit:
-    uint8_t retries;          // retries used
+    uint8_t retries;          // retries used; 0 while the request is not on its way
     bool is_muted;            // the servo's status return level lets it answer nothing
     uint16_t return_delay_us; // the longest time this servo waits before it answers
     uint16_t check;           // epoch of the permit in which the packet was found good; 0: never

@@ -27,7 +27,8 @@ enum {
 /* Bits of `phase` of a transaction whose packet has left. */
 enum {
     RECEPTION_CLOSING = 1, // the deadline is over; bytes before `closing_end` are still examined
-    END_IS_TOLD = 2,       // hooks or on_end are called at the end
+    END_IS_QUIET = 2,      // neither hooks nor on_end are called at the end
+    REPLY_IS_FOUND = 4,    // the state is RECEIVING
 };
 
 #define HEAD_SIZE CDS_AT_ERROR // bytes of a reply before which a search is of no use
@@ -253,9 +254,8 @@ static NOCLONE enum cds_result send_rest(struct cds_bus *bus, struct cds_request
 
 /* The one function that begins a packet, after the permit. Looks at the line last: 40 cycles before
  * the header. CDS_OK: the packet is on its way, or waits for the line. */
-NOCLONE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
+NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
 {
-    OPTIMIZER_BARRIER(bus);
     if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
         return line_is_in_use(bus, request);
     return send_rest(bus, request, cds_link_begin(bus->port));
@@ -287,7 +287,6 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
     enum cds_result result = CDS_PENDING;
     uint8_t state = bus->state, gate = bus->gate;
 
-    request->retries = 0;
     request->check = check;
     if (state == CDS_BUS_CLOSED)
         result = CDS_BAD_ARGUMENT;
@@ -307,7 +306,7 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
 }
 
 /* CDS_OK, or what is wrong with the request. */
-ALWAYS_INLINE enum cds_result check(const struct cds_request *request)
+static NOCLONE enum cds_result check(const struct cds_request *request)
 {
     uint16_t size = request->packet.size;
     uint8_t due = request->reply_parameters;
@@ -325,31 +324,33 @@ ALWAYS_INLINE enum cds_result check(const struct cds_request *request)
     return due > request->reply_capacity ? CDS_NO_ROOM : CDS_OK;
 }
 
-static NOCLONE enum cds_result refuse(struct cds_request *request, enum cds_result result)
-{
-    if (request->result != CDS_PENDING)
-        request->result = (uint8_t)result;
-    return result;
-}
-
+/* The fast path: a request that expects a reply, on a bus that is free and asks no permit. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_request *fields = request;
-    enum cds_result result;
+    uint16_t size;
+    uint8_t due;
 
     OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it
-    result = check(fields);
-    return result == CDS_OK ? cds_bus_submit_good(bus, request) : refuse(request, result);
+    size = fields->packet.size;
+    due = fields->reply_parameters;
+    if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
+        due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING ||
+        bus->state != CDS_BUS_IDLE || bus->gate)
+        return cds_bus_submit_checked(bus, request, 0);
+    return cds_bus_send(bus, request);
 }
 
-enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
-                                       uint16_t check_epoch)
+NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
+                                                uint16_t check_epoch)
 {
     enum cds_result result = check(request);
 
-    if (result != CDS_OK)
-        return refuse(request, result);
-    return cds_bus_submit_later(bus, request, check_epoch);
+    if (result == CDS_OK)
+        return cds_bus_submit_later(bus, request, check_epoch);
+    if (request->result != CDS_PENDING)
+        request->result = (uint8_t)result;
+    return result;
 }
 
 struct cds_request *cds_bus_take_back(struct cds_bus *bus)
@@ -403,7 +404,7 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
         bytes = (uint16_t)(bytes + CDS_PACKET_SIZE(due));
         more_us = (uint16_t)(more_us + request->return_delay_us);
     }
-    bus->phase = bus->hooks || request->on_end ? END_IS_TOLD : 0;
+    bus->phase = bus->hooks || request->on_end ? 0 : END_IS_QUIET;
     bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN); // no servo sends more than it was asked
     if (request->any_length)
         bus->parser.longest = CDS_PARSER_LENGTH_MAX;
@@ -437,17 +438,6 @@ static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
     if (request->on_end)
         request->on_end(request);
     return bus->request;
-}
-
-/* The reply is whole. */
-ALWAYS_INLINE bool finish_well(struct cds_bus *bus)
-{
-    if (bus->phase & END_IS_TOLD)
-        return finish(bus, CDS_OK);
-    bus->state = CDS_BUS_IDLE;
-    bus->request->result = CDS_OK;
-    bus->request = NULL;
-    return false;
 }
 
 /* The deadline is over. */
@@ -506,11 +496,18 @@ static COLD bool note_unexpected(struct cds_bus *bus)
     return true;
 }
 
+/* A good packet. */
+static NOCLONE bool end_packet(struct cds_bus *bus)
+{
+    return bus->state == CDS_BUS_RECEIVING ? finish(bus, CDS_OK) : note_unexpected(bus);
+}
+
 /* The packet whose head was found is none, or was damaged. */
 static COLD bool await_another(struct cds_bus *bus)
 {
     if (bus->state == CDS_BUS_RECEIVING) {
         bus->state = CDS_BUS_AWAITING_REPLY;
+        bus->phase &= (uint8_t)~REPLY_IS_FOUND;
         bus->last_result = CDS_CORRUPT;
         forget_reply(bus->request);
     }
@@ -544,7 +541,12 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
 {
     switch (cds_parser_take_some(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_PACKET:
-        return bus->state == CDS_BUS_RECEIVING ? finish_well(bus) : note_unexpected(bus);
+        if (bus->phase != (END_IS_QUIET | REPLY_IS_FOUND)) // one comparison for most replies
+            return end_packet(bus);
+        bus->state = CDS_BUS_IDLE;
+        bus->request->result = CDS_OK;
+        bus->request = NULL;
+        return false;
     case CDS_PARSED_MALFORMED: return note_malformed(bus);
     default: return true;
     }
@@ -567,6 +569,7 @@ ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
         return;
     cds_parser_keep(&bus->parser, request->reply);
     bus->state = CDS_BUS_RECEIVING;
+    bus->phase |= REPLY_IS_FOUND;
     bus->last_id = asked_id;
     bus->last_result = CDS_OK; // unless it proves malformed
     request->id = id;
@@ -695,15 +698,16 @@ bool cds_bus_poll(struct cds_bus *bus)
 {
     uint8_t state = bus->state, end = cds_ring_end(&bus->link.rx);
 
-    if (state < CDS_BUS_AWAITING_REPLY)
-        return poll_other(bus);
     if (state == CDS_BUS_RECEIVING) {
         if (end != bus->parser.position && !bus->link.broken && !cds_port_timer_expired(bus->port))
             return take(bus, end);
-    } else if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) >= HEAD_SIZE &&
-               bus->link.state == CDS_LINK_LISTENING && !bus->link.broken &&
-               !cds_port_timer_expired(bus->port)) {
-        return examine(bus, end);
+    } else if (state == CDS_BUS_AWAITING_REPLY) {
+        if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) >= HEAD_SIZE &&
+            bus->link.state == CDS_LINK_LISTENING && !bus->link.broken &&
+            !cds_port_timer_expired(bus->port))
+            return examine(bus, end);
+    } else {
+        return poll_other(bus);
     }
     if (bus->link.broken || cds_port_timer_expired(bus->port))
         return examine_within_limits(bus);

@@ -36,10 +36,6 @@ enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_request *re
  * Inline: a READ leaves 25 cycles sooner. */
 ALWAYS_INLINE enum cds_result cds_bus_submit_good(struct cds_bus *bus, struct cds_request *request)
 {
-    struct cds_request *fields = request;
-
-    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it
-    fields->retries = 0;
     if (bus->state != CDS_BUS_IDLE || bus->gate)
         return cds_bus_submit_later(bus, request, 0);
     return cds_bus_send(bus, request);

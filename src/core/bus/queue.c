@@ -44,6 +44,7 @@ static bool cancel(void *context, struct cds_request *request)
         return false;
     do {
         (*place)->result = CDS_CANCELLED;
+        (*place)->retries = 0;
         *place = (*place)->next;
     } while (*place && !request);
     return true;
@@ -93,6 +94,8 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
         queue->first = first->next;
         cds_bus_start(queue->bus, first);
     }
+    if (!is_kept)
+        request->retries = 0;
     return is_kept;
 }
 
