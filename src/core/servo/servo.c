@@ -31,7 +31,7 @@ NOINLINE uint8_t cds_servo_send(struct cds_bus *bus, struct cds_request *request
     if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // only PING is answered (R1)
     request->any_length = false;
-    return (uint8_t)cds_bus_submit(bus, request);
+    return (uint8_t)cds_bus_submit_good(bus, request);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,

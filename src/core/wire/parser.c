@@ -26,41 +26,41 @@ static uint8_t reject(struct cds_parser *parser, struct cds_ring *ring)
 /* Searches for a header, an ID and a LENGTH in range. HEAD: they stand at the ring's tail. */
 ALWAYS_INLINE uint8_t find_head(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
-    uint8_t at = cds_ring_begin(ring), left = CDS_PARSER_SKIPPED_MAX;
+    uint8_t at = cds_ring_begin(ring), offset = 0, left = CDS_PARSER_SKIPPED_MAX;
 
-    do { // each turn examines one candidate, and loses it or returns
-        uint8_t count = cds_ring_distance(at, end), id, length;
+    for (;;) {
+        uint8_t position = cds_ring_after(at, offset), byte;
 
-        parser->position = end;
-        if (count == 0)
+        parser->position = position;
+        if (position == end)
             return CDS_PARSED_MORE;
-        if (byte_at(ring, at) != CDS_HEADER) {
+        byte = byte_at(ring, position);
+        offset++;
+        if (offset <= CDS_AT_ID) {
+            if (byte == CDS_HEADER)
+                continue;
             parser->noise_bytes++;
-            at = cds_ring_after(at, 1);
-        } else if (count == 1) {
-            return CDS_PARSED_MORE;
-        } else if (byte_at(ring, cds_ring_after(at, 1)) != CDS_HEADER) {
-            parser->noise_bytes++;
-            at = cds_ring_after(at, 2);
-        } else if (count == CDS_AT_ID) {
-            return CDS_PARSED_MORE;
-        } else if ((id = byte_at(ring, cds_ring_after(at, CDS_AT_ID))) == CDS_HEADER) {
+            at = cds_ring_after(at, offset);
+            offset = 0;
+        } else if (offset == CDS_AT_LENGTH) {
+            parser->id = byte;
+            if (byte != CDS_HEADER)
+                continue;
             at = cds_ring_after(at, 1); // R27: the last two FF are the header
-        } else if (count == CDS_AT_LENGTH) {
-            return CDS_PARSED_MORE;
+            offset = CDS_AT_ID;
         } else {
-            length = byte_at(ring, cds_ring_after(at, CDS_AT_LENGTH));
-            if (length < CDS_LENGTH_MIN || length > parser->longest)
+            parser->length = byte;
+            if (byte < CDS_LENGTH_MIN || byte > parser->longest)
                 return reject(parser, ring);
-            parser->id = id;
-            parser->length = length;
             parser->is_in_head = true;
             return CDS_PARSED_HEAD;
         }
         cds_ring_release(ring, at);
-    } while (--left);
-    parser->position = at;
-    return CDS_PARSED_SOME;
+        if (--left == 0) {
+            parser->position = at;
+            return CDS_PARSED_SOME;
+        }
+    }
 }
 
 /* In two steps, so that less is left to do when ERROR has come: at 1 Mbps and 16 MHz 110 cycles
@@ -75,6 +75,7 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
             return parsed;
     }
     at = cds_ring_after(cds_ring_begin(ring), CDS_AT_ERROR);
+    parser->position = at;
     if (at == end)
         return CDS_PARSED_MORE;
     error = byte_at(ring, at);
