@@ -335,8 +335,11 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);
-    if (result == CDS_PENDING)
+    if (result == CDS_PENDING) {
+        if (request->check == 0) // an inhibit from now on refuses it, also if it ends before
+            request->check = (uint16_t)(servos->epoch - 1u);
         return result;
+    }
     if (servos->checked_request == request)
         servos->checked_request = NULL;
     if (result == CDS_OK)
