@@ -231,8 +231,8 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
         result = cds_servos_add(servos, config->states[i].id);
     if (result != CDS_OK)
         servos->count = 0;
-    cds_servos_note_change(servos, CDS_BROADCAST_ID);
     servos->inhibit_epoch = servos->epoch;
+    cds_servos_note_change(servos, CDS_BROADCAST_ID); // later than `inhibit_epoch`
     return result == CDS_OK ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
