@@ -131,8 +131,10 @@ static COLD void check_rest(struct cds_bus *bus)
 
 static void cancel_all(struct cds_bus *bus)
 {
-    if (bus->request)
+    if (bus->request) {
         bus->request->result = CDS_CANCELLED;
+        bus->request->retries = 0;
+    }
     if (bus->hooks)
         bus->hooks->cancel(bus->hooks->context, NULL);
 }
