@@ -166,7 +166,7 @@ void test_open_sets_the_rate_and_listens(void)
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[PORT]);
 }
 
-void test_open_starts_all_counters_at_0(void)
+void test_open_starts_all_stats_at_0(void)
 {
     static const struct cds_stats none;
     struct cds_stats count;
@@ -251,7 +251,7 @@ void test_outcome_stays_after_further_polls(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().ok);
 }
 
-void test_submitting_a_request_that_is_on_its_way_touches_nothing(void)
+void test_submit_of_a_pending_request_changes_nothing(void)
 {
     submit_ping(5);
     port_fake_forget();
@@ -263,7 +263,7 @@ void test_submitting_a_request_that_is_on_its_way_touches_nothing(void)
     assert_ended(CDS_OK);
 }
 
-void test_polling_a_bus_that_was_not_opened_does_nothing(void)
+void test_poll_of_a_closed_bus_does_nothing(void)
 {
     memset(&bus, 0, sizeof bus);
     port_fake_reset();
@@ -272,7 +272,7 @@ void test_polling_a_bus_that_was_not_opened_does_nothing(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
 }
 
-void test_another_rate(void)
+void test_set_baud_changes_rate_deadlines_and_classification(void)
 {
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_set_baud(&bus, 255));
     submit_ping(5);
@@ -298,7 +298,7 @@ void test_another_rate(void)
     assert_pending_for(12 * 1275 + 508 + 99 - 10000);
 }
 
-void test_who_is_heard_before_anybody_was_asked_is_foreign(void)
+void test_packet_before_the_first_transaction_is_unexpected(void)
 {
     port_fake_answer(&bus.link, 0, 0, NULL, 0);
     poll_idle();
@@ -306,7 +306,7 @@ void test_who_is_heard_before_anybody_was_asked_is_foreign(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
 }
 
-void test_bus_that_was_not_opened_is_refused(void)
+void test_submit_to_a_closed_bus_is_refused(void)
 {
     memset(&bus, 0, sizeof bus);
     TEST_ASSERT_EQUAL(CDS_OK, cds_packet_ping(&request.packet, 1));
@@ -335,7 +335,7 @@ void test_reply_that_would_not_fit_the_buffer_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
 }
 
-void test_a_bus_without_a_queue_refuses_what_would_wait(void)
+void test_submit_to_a_busy_bus_without_queue_is_refused(void)
 {
     uint8_t other_buffer[8];
     struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
@@ -352,7 +352,7 @@ void test_a_bus_without_a_queue_refuses_what_would_wait(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().sent);
 }
 
-void test_of_any_length_more_may_come_than_is_counted_on(void)
+void test_any_length_takes_a_reply_longer_than_expected(void)
 {
     uint8_t longest[CDS_REPLY_ANY], most[CDS_REPLY_ANY];
 
@@ -372,7 +372,7 @@ void test_of_any_length_more_may_come_than_is_counted_on(void)
 }
 
 /* A packet that does not fit the ring never gets whole, and a reply like that has no room. */
-void test_what_is_longer_than_the_ring_is_none(void)
+void test_packet_longer_than_the_ring_is_malformed(void)
 {
     static const uint8_t head[] = {0xFF, 0xFF, 5, CDS_PARSER_LENGTH_MAX + 1, 0};
     uint8_t taken[CDS_REPLY_ANY], longest[CDS_REPLY_ANY] = {0};
@@ -586,7 +586,7 @@ void test_only_wrong_ids_time_out(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
 }
 
-void test_wrong_id_is_told_from_damage_while_it_comes(void)
+void test_wrong_id_byte_by_byte_is_unexpected_not_malformed(void)
 {
     static const uint8_t foreign[] = {0xFF, 0xFF, 0x06, 0x02, 0x00, 0xF7};
 
@@ -619,7 +619,7 @@ void test_wrong_id_with_error_bits_is_no_reply(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
 }
 
-void test_late_reply_of_the_previous_transaction_is_gone_before_the_next(void)
+void test_stale_reply_is_dropped_before_the_next_packet(void)
 {
     uint8_t old[2] = {0x11, 0x11};
 
@@ -630,7 +630,7 @@ void test_late_reply_of_the_previous_transaction_is_gone_before_the_next(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
 }
 
-void test_one_that_has_answered_is_asked_at_once_though_another_may_answer_late(void)
+void test_submit_after_ok_is_sent_at_once_despite_an_old_timeout(void)
 {
     cds_bus_set_return_delay(&bus, 2);
     ping(9);
@@ -643,7 +643,7 @@ void test_one_that_has_answered_is_asked_at_once_though_another_may_answer_late(
     assert_ended(CDS_OK);
 }
 
-void test_a_broadcast_asks_nobody(void)
+void test_broadcast_write_does_not_change_classification(void)
 {
     assert_next_is_ok();
     submit_broadcast_action();
@@ -656,7 +656,7 @@ void test_a_broadcast_asks_nobody(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);  // 5
 }
 
-void test_half_a_late_reply_is_gone_before_the_next(void)
+void test_half_a_stale_reply_is_dropped_before_the_next_packet(void)
 {
     read_word();
     hear(word_reply, 5);
@@ -756,7 +756,7 @@ void test_long_read_reply_is_no_reply(void)
     TEST_ASSERT_EQUAL_HEX8(0, reply[0]);            // nothing of it was stored
 }
 
-void test_reply_with_bit_7_of_error_is_foreign(void)
+void test_reply_with_bit_7_of_error_is_unexpected(void)
 {
     uint8_t data[2] = {1, 2};
 
@@ -776,7 +776,7 @@ void test_read_answered_with_a_condition_and_no_data_is_no_reply(void)
     assert_ended(CDS_OK);
 }
 
-void test_truncated_header_with_a_large_length_does_not_swallow_the_reply(void)
+void test_cut_header_with_a_large_length_does_not_hide_the_reply(void)
 {
     static const uint8_t stray[] = {0xFF, 0xFF, 5, 40};
 
@@ -787,7 +787,7 @@ void test_truncated_header_with_a_large_length_does_not_swallow_the_reply(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().malformed);
 }
 
-void test_bytes_between_two_breaks_are_dropped_and_those_behind_are_taken(void)
+void test_bytes_between_two_damaged_ones_are_dropped(void)
 {
     read_word();
     hear(word_reply, 4);
@@ -799,7 +799,7 @@ void test_bytes_between_two_breaks_are_dropped_and_those_behind_are_taken(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
 }
 
-void test_idle_bus_drains_what_nobody_asked_for(void)
+void test_idle_bus_takes_unasked_bytes_out_of_the_ring(void)
 {
     for (uint16_t i = 0; i < 3 * CDS_RING_SIZE; i++) {
         hear(word_reply, 1);
@@ -848,7 +848,7 @@ void test_broadcast_ping_is_answered_by_any_servo(void)
 
 /* No servo has that ID; the packet's own echo, for one, looks like such a reply. */
 /* R27: any number of FF before an ID; nothing of it is taken for an ID. */
-void test_broadcast_ping_is_answered_behind_one_more_FF(void)
+void test_broadcast_ping_takes_a_reply_after_a_third_FF(void)
 {
     static const uint8_t header[] = {0xFF};
 
@@ -914,7 +914,7 @@ void test_no_reply_due_ends_when_the_driver_is_released(void)
 
 /* A handler of the program's own took until the deadline, amid a poll that had seen the driver talk
  * yet. */
-void test_no_reply_due_is_sent_though_its_end_was_seen_at_the_deadline(void)
+void test_no_reply_due_that_completes_at_the_deadline_is_ok(void)
 {
     submit_broadcast_action();
     assert_pending();
@@ -948,7 +948,7 @@ static void assert_stuck_after(uint8_t bytes)
     assert_next_is_ok();
 }
 
-void test_transmission_that_stops_anywhere_releases_the_line_at_the_deadline(void)
+void test_transmitter_that_stops_is_aborted_at_the_deadline(void)
 {
     for (uint8_t bytes = 0; bytes <= 5; bytes++) // behind the first; 5: all given, never complete
         assert_stuck_after(bytes);
@@ -1120,7 +1120,7 @@ void test_a_read_that_failed_amid_its_reply_is_sent_again(void)
     assert_read_is_sent_again(eleven, sizeof eleven, 11);
 }
 
-void test_a_request_that_has_ended_is_submitted_again_as_it_stands(void)
+void test_ended_request_is_submitted_again_as_it_stands(void)
 {
     uint8_t packet[8];
 
@@ -1233,7 +1233,7 @@ static uint16_t values_not_sent_with_extra(uint8_t extra)
     return wrong;
 }
 
-void test_extra_byte_at_every_position_never_gives_a_value_not_sent(void)
+void test_extra_byte_anywhere_never_gives_a_value_not_sent(void)
 {
     TEST_ASSERT_EQUAL_UINT16(0, values_not_sent_with_extra(0x00));
     TEST_ASSERT_EQUAL_UINT16(0, values_not_sent_with_extra(0xFF));
@@ -1244,7 +1244,7 @@ void test_extra_byte_at_every_position_never_gives_a_value_not_sent(void)
 /* What a sum cannot tell: a copy of the checksum, slipped in before a parameter, leaves a packet
  * whose last parameter is the right checksum. (Before ERROR it sets bit 7, which no servo does.)
  * Nothing else of 256 x 9 goes unnoticed. */
-void test_extra_byte_goes_unnoticed_only_as_a_copy_of_the_checksum(void)
+void test_extra_byte_passes_only_as_a_copy_of_the_checksum(void)
 {
     for (uint16_t extra = 0; extra < 256; extra++)
         TEST_ASSERT_EQUAL_UINT16(extra == word_reply[7] ? 2 : 0,
@@ -1321,7 +1321,7 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
 }
 
 /* A poll sets the deadline, one finds the head, one takes the rest. */
-void test_a_reply_of_as_many_bytes_as_a_poll_takes_takes_three_polls(void)
+void test_reply_of_twelve_bytes_after_its_head_takes_three_polls(void)
 {
     static const uint8_t values[CDS_PARSER_TAKEN_MAX - 1] = {0};
 
@@ -1334,7 +1334,7 @@ void test_a_reply_of_as_many_bytes_as_a_poll_takes_takes_three_polls(void)
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
 }
 
-void test_what_comes_after_the_deadline_holds_nothing_up(void)
+void test_bytes_after_the_deadline_do_not_delay_the_end(void)
 {
     ping(5);
     assert_pending();
@@ -1351,7 +1351,7 @@ void test_what_comes_after_the_deadline_holds_nothing_up(void)
 }
 
 /* What was there when the deadline was seen to pass is still looked at, and nothing behind it. */
-void test_what_comes_while_the_transaction_is_closed_is_late(void)
+void test_reply_while_the_transaction_closes_is_stale(void)
 {
     ping(5);
     port_fake.now_us += PING_DEADLINE_US;
@@ -1379,7 +1379,7 @@ void test_ring_full_of_noise_and_late_polls_is_corrupt(void)
 /* As many as there can be: the index of the damaged one lies as far behind the head as it ever
  * does.
  */
-void test_damage_before_a_full_ring_does_not_close_the_bus_for_ever(void)
+void test_damage_before_a_full_ring_is_dropped(void)
 {
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
     for (uint8_t i = 0; i < CDS_RING_SIZE; i++)
@@ -1433,7 +1433,7 @@ void test_a_word_is_found_by_its_index(void)
     TEST_ASSERT_EQUAL_HEX16(0x0403, word);
 }
 
-void test_counters_of_one_transaction_of_each_kind(void)
+void test_stats_of_one_transaction_of_each_kind(void)
 {
     struct cds_stats count;
 
@@ -1567,7 +1567,7 @@ static void suffer(uint8_t fault)
     }
 }
 
-void test_counters_reconcile_over_a_storm_of_faults(void)
+void test_stats_add_up_over_a_storm_of_faults(void)
 {
     struct cds_stats count;
     uint16_t ok = 0, timeouts = 0, corrupt = 0;
@@ -1622,7 +1622,7 @@ static void ping_with_late_echo(uint8_t id, const uint8_t *reply, uint8_t late)
     TEST_ASSERT_EQUAL_UINT8(id, request.id);
 }
 
-void test_an_echo_that_comes_late_does_not_cost_the_reply(void)
+void test_late_echo_does_not_cost_the_reply(void)
 {
     static const uint8_t pong_253[] = {0xFF, 0xFF, 0xFD, 0x02, 0x00, 0x00};
 

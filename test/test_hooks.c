@@ -225,7 +225,7 @@ void test_permit_that_refuses_at_submit_sends_nothing(void)
 }
 
 /* Refused behind a request in flight, too. */
-void test_permit_that_refuses_a_request_behind_another_queues_nothing(void)
+void test_permit_that_refuses_behind_another_queues_nothing(void)
 {
     ping(0);
     answer = CDS_LIMIT;

@@ -89,7 +89,7 @@ static void give_up(uint8_t id)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
 }
 
-void test_a_line_heard_from_is_busy_until_two_byte_times_are_silent(void)
+void test_line_is_suspect_for_two_byte_times_after_a_byte(void)
 {
     noise();
     poll_at(0);
@@ -102,7 +102,7 @@ void test_a_line_heard_from_is_busy_until_two_byte_times_are_silent(void)
     assert_answered(&request, 5);
 }
 
-void test_part_of_a_packet_does_not_keep_the_line_busy(void)
+void test_part_of_a_packet_does_not_keep_the_line_suspect(void)
 {
     static const uint8_t part[] = {0xFF, 0xFF, 9, 4, 0, 1};
 
@@ -127,7 +127,7 @@ void test_every_byte_begins_the_silence_anew(void)
     assert_answered(&request, 5);
 }
 
-void test_a_line_that_babbles_on_ends_the_request_unsent(void)
+void test_babbling_line_ends_the_request_unsent(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     assert_answered(&other, 6);
@@ -174,7 +174,7 @@ void test_each_of_several_requests_waits_for_itself(void)
     TEST_ASSERT_NULL(bus.request);
 }
 
-void test_a_damaged_byte_makes_the_line_busy_too(void)
+void test_damaged_byte_makes_the_line_suspect(void)
 {
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
     poll_at(0);
@@ -273,7 +273,7 @@ void test_a_released_line_recovers_by_itself(void)
     assert_answered(&request, 5);
 }
 
-void test_babble_after_a_fault_is_busy(void)
+void test_bytes_after_a_fault_make_the_line_suspect(void)
 {
     port_fake.low = true;
     poll_at(0);
@@ -306,7 +306,7 @@ void test_two_byte_times_are_the_bus_s_own(void)
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
-void test_damage_must_be_followed_by_silence_before_the_next_packet(void)
+void test_damaged_reply_delays_the_next_packet(void)
 {
     static const uint8_t half[] = {0xFF, 0xFF, 0x05, 0x02, 0x00, 0x00};
 
@@ -324,7 +324,7 @@ void test_damage_must_be_followed_by_silence_before_the_next_packet(void)
     assert_answered(&other, 6);
 }
 
-void test_an_urgent_request_overtakes_one_that_waits_for_silence(void)
+void test_priority_overtakes_a_request_that_waits_for_silence(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -338,7 +338,7 @@ void test_an_urgent_request_overtakes_one_that_waits_for_silence(void)
 }
 
 /* What another has waited so far is not taken from its time. */
-void test_an_urgent_request_that_overtakes_one_has_all_its_time_to_wait(void)
+void test_priority_request_that_overtakes_waits_its_full_time(void)
 {
     port_fake.low = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -367,7 +367,7 @@ void test_a_late_poll_that_finds_silence_sends(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().line_busy);
 }
 
-void test_one_that_waits_for_silence_can_be_taken_back(void)
+void test_cancel_of_a_request_that_waits_for_silence(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
@@ -379,7 +379,7 @@ void test_one_that_waits_for_silence_can_be_taken_back(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().sent);
 }
 
-void test_the_answer_of_a_servo_given_up_is_late(void)
+void test_reply_after_a_timeout_is_stale(void)
 {
     give_up(5);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
@@ -389,7 +389,7 @@ void test_the_answer_of_a_servo_given_up_is_late(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
 }
 
-void test_half_an_answer_by_the_deadline_and_the_rest_of_it_are_late(void)
+void test_reply_cut_by_the_deadline_is_stale(void)
 {
     static const uint8_t pong[] = {0xFF, 0xFF, 0x05, 0x02, 0x00, 0xF8};
 
@@ -403,7 +403,7 @@ void test_half_an_answer_by_the_deadline_and_the_rest_of_it_are_late(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
 }
 
-void test_a_packet_longer_than_the_last_reply_due_is_found_all_the_same(void)
+void test_unasked_packet_longer_than_the_last_reply_is_found(void)
 {
     static const uint8_t data[2] = {1, 2};
 
@@ -415,7 +415,7 @@ void test_a_packet_longer_than_the_last_reply_due_is_found_all_the_same(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
 }
 
-void test_a_second_answer_is_extra(void)
+void test_second_reply_is_a_duplicate(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     assert_answered(&request, 5);
@@ -426,7 +426,7 @@ void test_a_second_answer_is_extra(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
 }
 
-void test_a_second_answer_before_the_next_packet_is_extra_too(void)
+void test_second_reply_before_a_queued_packet_is_a_duplicate(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
@@ -444,7 +444,7 @@ void test_a_second_answer_before_the_next_packet_is_extra_too(void)
 }
 
 /* Two servos have the ID, and the header of the second answer fell on the end of the first. */
-void test_a_second_answer_without_its_header_is_stray(void)
+void test_second_reply_without_its_header_is_noise(void)
 {
     static const uint8_t rest[] = {0xFF, 0x05, 0x02, 0x00, 0xF8};
 
@@ -457,7 +457,7 @@ void test_a_second_answer_without_its_header_is_stray(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies);
 }
 
-void test_who_answers_a_broadcast_ping_second_is_extra(void)
+void test_second_reply_to_a_broadcast_ping_is_a_duplicate(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, CDS_BROADCAST_ID));
     assert_answered(&request, 7);
@@ -466,7 +466,7 @@ void test_who_answers_a_broadcast_ping_second_is_extra(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
 }
 
-void test_a_packet_of_another_servo_is_foreign(void)
+void test_packet_of_another_servo_is_unexpected(void)
 {
     give_up(5);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
@@ -475,7 +475,7 @@ void test_a_packet_of_another_servo_is_foreign(void)
     TEST_ASSERT_EQUAL_UINT16(0, stats().stale_replies);
 }
 
-void test_a_late_answer_amid_another_transaction_is_late(void)
+void test_stale_reply_amid_the_next_transaction_is_stale(void)
 {
     give_up(5);
     poll_at(LONGEST_REST_US);
@@ -688,7 +688,7 @@ void test_request_that_ignores_stale_is_sent_after_two_byte_times(void)
     TEST_ASSERT_FALSE(is_sent());
 }
 
-void test_an_old_answer_is_not_feared_half_an_hour_later(void)
+void test_rest_is_over_half_an_hour_later(void)
 {
     give_up_early(2);
     poll_at(REST_US);
@@ -698,7 +698,7 @@ void test_an_old_answer_is_not_feared_half_an_hour_later(void)
 }
 
 /* A program that blocks polls while it waits, and never else. */
-void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(void)
+void test_rest_is_over_half_an_hour_later_without_polls(void)
 {
     give_up_early(2);
     poll_at(0x80000000u + 1000);
@@ -707,7 +707,7 @@ void test_an_old_answer_is_not_feared_where_nobody_has_polled_for_half_an_hour(v
     TEST_ASSERT_TRUE(is_sent());
 }
 
-void test_an_old_answer_is_not_feared_when_the_clock_comes_round(void)
+void test_rest_does_not_begin_anew_when_the_clock_wraps(void)
 {
     give_up_early(2);
     poll_at(REST_US);
@@ -715,7 +715,7 @@ void test_an_old_answer_is_not_feared_when_the_clock_comes_round(void)
     TEST_ASSERT_FALSE(cds_bus_is_resting(&bus));
 }
 
-void test_nobody_is_feared_when_what_is_not_answered_was_never_sent(void)
+void test_failure_of_a_broadcast_does_not_begin_a_stale_rest(void)
 {
     cds_bus_set_return_delay(&bus, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
@@ -727,7 +727,7 @@ void test_nobody_is_feared_when_what_is_not_answered_was_never_sent(void)
     TEST_ASSERT_TRUE(is_sent());
 }
 
-void test_what_was_submitted_keeps_the_return_delay_of_that_time(void)
+void test_return_delay_is_kept_by_a_packet_on_the_wire(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     cds_bus_set_return_delay(&bus, 2);
@@ -738,7 +738,7 @@ void test_what_was_submitted_keeps_the_return_delay_of_that_time(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
 }
 
-void test_a_corrupt_reply_is_followed_by_silence_of_two_byte_times(void)
+void test_corrupt_reply_is_followed_by_two_byte_times(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
@@ -795,7 +795,7 @@ void test_rest_goes_on_at_another_rate(void)
     assert_answered(&request, 5);
 }
 
-void test_opening_again_amid_an_transaction_waits_for_its_answer(void)
+void test_open_again_amid_a_transaction_rests(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));

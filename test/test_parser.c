@@ -262,7 +262,7 @@ void test_length_255_is_malformed_at_once(void)
     assert_length_is_malformed(255);
 }
 
-void test_every_length_that_cannot_fit_the_ring_is_malformed_at_once(void)
+void test_length_longer_than_the_ring_is_malformed_at_once(void)
 {
     for (uint16_t length = CDS_RING_SIZE - 4 + 1; length < 256; length++)
         assert_length_is_malformed((uint8_t)length);
@@ -516,7 +516,7 @@ void test_full_ring_of_headers_is_parsed_in_bounded_steps(void)
         cds_ring_put(&ring, 0x01);
         cds_ring_put(&ring, (uint8_t)(CDS_PARSER_LENGTH_MAX - i));
         // to find it, then to take what follows it
-        most = (uint16_t)(most + 1 + (CDS_RING_SIZE - i) / CDS_PARSER_TAKEN_MAX + 1);
+        most = (uint16_t)(most + 2u + (uint8_t)(CDS_RING_SIZE - i) / CDS_PARSER_TAKEN_MAX);
     }
     while (step() != CDS_PARSED_MORE)
         TEST_ASSERT_TRUE(++steps < 1000);

@@ -101,7 +101,7 @@ void test_requests_go_out_in_the_order_they_were_submitted(void)
     assert_ended_in_order(order, sizeof order);
 }
 
-void test_urgent_ones_go_before_the_others_but_not_before_the_one_in_flight(void)
+void test_priority_goes_first_but_not_before_the_one_in_flight(void)
 {
     static const uint8_t order[] = {0, 2, 4, 1, 3};
 
@@ -136,7 +136,7 @@ static void assert_waits_behind_a_reply_and(uint8_t line_errors, bool low)
     TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
 }
 
-void test_behind_a_good_end_too_the_next_one_waits_for_a_quiet_line(void)
+void test_next_request_waits_for_a_quiet_line_after_ok(void)
 {
     assert_waits_behind_a_reply_and(0, false);
     assert_waits_behind_a_reply_and(CDS_LINE_FRAMING, false);
@@ -144,7 +144,7 @@ void test_behind_a_good_end_too_the_next_one_waits_for_a_quiet_line(void)
 }
 
 /* ... and until an old answer can no longer come. */
-void test_behind_a_good_end_too_a_servo_given_up_early_is_not_asked_again(void)
+void test_next_request_waits_for_stale_replies_after_ok(void)
 {
     uint32_t failed_us;
 
@@ -171,7 +171,7 @@ void test_behind_a_good_end_too_a_servo_given_up_early_is_not_asked_again(void)
     TEST_ASSERT_EQUAL(CDS_OK, requests[0].result);
 }
 
-void test_a_failed_request_does_not_hold_up_those_behind_it(void)
+void test_failed_request_does_not_hold_up_the_next(void)
 {
     ping(0);
     ping(1);
@@ -183,7 +183,7 @@ void test_a_failed_request_does_not_hold_up_those_behind_it(void)
 }
 
 /* Behind a bad end one waits on a line that is free: it must not be passed, let alone forgotten. */
-void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
+void test_submit_after_a_failure_waits_behind_queued_requests(void)
 {
     requests[0].reply_parameters = CDS_REPLY_NONE;
     cds_packet_action(&requests[0].packet, CDS_BROADCAST_ID);
@@ -203,7 +203,7 @@ void test_what_is_submitted_behind_a_bad_end_waits_behind_the_others(void)
 }
 
 /* ... nor one that is to be sent once more. A poll says that there is work. */
-void test_what_is_submitted_behind_a_failed_try_waits_behind_the_repeat(void)
+void test_submit_after_a_failure_waits_behind_the_retry(void)
 {
     cds_queue_set_retries(&queue, 1);
     ping(0);
@@ -223,7 +223,7 @@ void test_what_is_submitted_behind_a_failed_try_waits_behind_the_repeat(void)
     TEST_ASSERT_EQUAL(CDS_OK, requests[1].result);
 }
 
-void test_a_poll_that_ends_one_and_begins_another_says_that_there_is_work(void)
+void test_poll_that_ends_one_and_begins_the_next_returns_true(void)
 {
     ping(0);
     ping(1);
@@ -293,7 +293,7 @@ void test_a_poll_ends_at_most_one_transaction(void)
 
 /* ---- repeats ---- */
 
-void test_nothing_is_repeated_unless_asked_for(void)
+void test_nothing_is_retried_by_default(void)
 {
     ping(0);
     stay_silent();
@@ -302,7 +302,7 @@ void test_nothing_is_repeated_unless_asked_for(void)
     TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.state);
 }
 
-void test_a_request_is_repeated_at_most_the_number_set(void)
+void test_request_is_retried_at_most_the_number_set(void)
 {
     cds_queue_set_retries(&queue, 2);
     ping(0);
@@ -319,7 +319,7 @@ void test_a_request_is_repeated_at_most_the_number_set(void)
     answer(2);
 }
 
-void test_a_good_reply_to_a_repeat_ends_it_well(void)
+void test_good_reply_to_a_retry_is_ok(void)
 {
     static const uint8_t data[2] = {0x34, 0x02};
     uint16_t value = 0;
@@ -337,7 +337,7 @@ void test_a_good_reply_to_a_repeat_ends_it_well(void)
     TEST_ASSERT_EQUAL_HEX16(0x0234, value);
 }
 
-void test_what_a_servo_refused_is_not_repeated(void)
+void test_refused_request_is_not_retried(void)
 {
     cds_queue_set_retries(&queue, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[0], 1, CDS_REG_LED, 1));
@@ -363,7 +363,7 @@ static uint16_t retries_of(enum cds_result submitted)
     return (uint16_t)(bus.stats.retried - before);
 }
 
-void test_only_what_may_be_done_twice_is_repeated(void)
+void test_only_idempotent_requests_are_retried(void)
 {
     struct cds_request *request = &requests[0];
     uint8_t data[6] = {0};
@@ -434,7 +434,7 @@ void test_second_queue_is_refused(void)
     answer(2);
 }
 
-void test_retry_that_waits_can_be_taken_back(void)
+void test_cancel_of_a_retry_that_waits(void)
 {
     cds_queue_set_retries(&queue, 2);
     ping(0);
@@ -454,7 +454,7 @@ void test_retries_are_counted_anew_with_each_submit(void)
         TEST_ASSERT_EQUAL_UINT16(1, retries_of(cds_servo_ping(&bus, &requests[0], 1)));
 }
 
-void test_urgent_ones_do_not_wait_for_repeats(void)
+void test_priority_goes_before_retries(void)
 {
     static const uint8_t order[] = {3, 2, 0, 1};
 
@@ -473,7 +473,7 @@ void test_urgent_ones_do_not_wait_for_repeats(void)
     assert_ended_in_order(order, sizeof order);
 }
 
-void test_a_repeat_that_waits_for_the_line_is_passed_by_urgent_ones_in_their_order(void)
+void test_retry_that_waits_for_the_line_is_overtaken_in_order(void)
 {
     static const uint8_t order[] = {3, 2, 0};
 
@@ -500,7 +500,7 @@ void test_a_repeat_that_waits_for_the_line_is_passed_by_urgent_ones_in_their_ord
 
 /* ---- taking back ---- */
 
-void test_who_comes_first_by_that_has_a_deadline_of_its_own(void)
+void test_cancel_gives_the_next_request_its_full_time(void)
 {
     port_fake.low = true;
     cds_bus_poll(&bus);
@@ -519,7 +519,7 @@ void test_who_comes_first_by_that_has_a_deadline_of_its_own(void)
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, requests[1].result);
 }
 
-void test_a_waiting_request_can_be_taken_back(void)
+void test_cancel_of_a_queued_request(void)
 {
     static const uint8_t order[] = {0, 2};
 
@@ -534,7 +534,7 @@ void test_a_waiting_request_can_be_taken_back(void)
     answer(2);
 }
 
-void test_the_one_in_flight_and_a_stranger_cannot_be_taken_back(void)
+void test_cancel_in_flight_or_unknown_is_refused(void)
 {
     ping(0);
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_cancel(&bus, &requests[0]));

@@ -131,8 +131,10 @@ static COLD void check_rest(struct cds_bus *bus)
 
 static void cancel_all(struct cds_bus *bus)
 {
-    if (bus->request)
+    if (bus->request) {
         bus->request->result = CDS_CANCELLED;
+        bus->request->retries = 0;
+    }
     if (bus->hooks)
         bus->hooks->cancel(bus->hooks->context, NULL);
 }
@@ -614,6 +616,8 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
+        if (link->state != CDS_LINK_LISTENING)
+            return true; // no reply before the packet has left
         if (is_closing)
             end = bus->closing_end;
     }
