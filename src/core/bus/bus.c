@@ -72,10 +72,10 @@ static uint16_t two_byte_times_us(const struct cds_bus *bus)
     return (uint16_t)(2u * bus->byte_time_us);
 }
 
-/* Microseconds since the rest began, 65535 at the most. */
-static NOCLONE uint16_t rested_us(const struct cds_bus *bus)
+/* Microseconds from the beginning of the rest to `now_us`, 65535 at the most. */
+static NOCLONE uint16_t rested_us(const struct cds_bus *bus, uint32_t now_us)
 {
-    uint32_t elapsed_us = cds_port_now_us() - bus->rest_from_us;
+    uint32_t elapsed_us = now_us - bus->rest_from_us;
 
     return elapsed_us > UINT16_MAX ? UINT16_MAX : (uint16_t)elapsed_us;
 }
@@ -84,11 +84,13 @@ static NOCLONE uint16_t rested_us(const struct cds_bus *bus)
  * that expects a reply for `stale_us`, if that is longer. A longer wait under way goes on. */
 static NOCLONE void rest(struct cds_bus *bus, uint16_t stale_us)
 {
-    uint16_t elapsed_us = rested_us(bus), left_us = bus->rest_us;
+    uint32_t now_us = cds_port_now_us();
+    uint16_t elapsed_us = rested_us(bus, now_us);
 
-    left_us = left_us > elapsed_us ? (uint16_t)(left_us - elapsed_us) : 0;
-    bus->rest_us = left_us > stale_us ? left_us : stale_us;
-    bus->rest_from_us = cds_port_now_us();
+    if (bus->rest_us > elapsed_us && (uint16_t)(bus->rest_us - elapsed_us) > stale_us)
+        stale_us = (uint16_t)(bus->rest_us - elapsed_us);
+    bus->rest_us = stale_us;
+    bus->rest_from_us = now_us;
     bus->gate |= GATE_SUSPECT | GATE_STALE;
 }
 
@@ -101,7 +103,7 @@ ALWAYS_INLINE uint8_t has_unread_bytes(const struct cds_bus *bus)
 /* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
 static COLD void check_rest(struct cds_bus *bus)
 {
-    uint16_t elapsed_us = rested_us(bus);
+    uint16_t elapsed_us = rested_us(bus, cds_port_now_us());
     uint8_t gate = bus->gate;
 
     if (elapsed_us >= bus->rest_us) {
@@ -232,10 +234,10 @@ static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_req
     return CDS_OK;
 }
 
-/* The line was low amid a byte, and may be high at the next look. */
 static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_request *request)
 {
-    rest(bus, 0);
+    if (!has_unread_bytes(bus))
+        rest(bus, 0); // low amid a byte: it may be high at the next look
     return wait_for_line(bus, request);
 }
 
