@@ -387,9 +387,8 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
     // in this order: what breaks meanwhile lies behind the end
     uint8_t end = cds_ring_end(&link->rx);
     bool is_broken = link->broken, is_closing = false;
-    bool is_in_flight = bus->state >= CDS_BUS_AWAITING_REPLY;
 
-    if (is_in_flight) {
+    if (bus->state >= CDS_BUS_AWAITING_REPLY) {
         is_closing = bus->phase & RECEPTION_CLOSING;
         if (!is_closing && cds_line_deadline_is_over(bus)) {
             if (link->state != CDS_LINK_LISTENING)
@@ -407,8 +406,9 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
         end = link->broken_at;
     if (end != bus->parser.position) {
         examine(bus, end);
-        if (end != bus->parser.position || (is_in_flight && bus->state < CDS_BUS_AWAITING_REPLY))
-            return bus->request; // more to examine, or the transaction has ended
+        if (end != bus->parser.position || is_broken || !is_closing ||
+            bus->state < CDS_BUS_AWAITING_REPLY)
+            return bus->request; // the rest is for the next poll, or the transaction has ended
     }
     if (is_broken)
         return drop_damage(bus);
