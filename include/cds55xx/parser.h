@@ -26,10 +26,10 @@ extern "C" {
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
 /* Bytes that begin no packet are taken out in one call, so many at the most. */
-#define CDS_PARSER_SKIPPED_MAX 8
+#define CDS_PARSER_SKIPPED_MAX 7
 
 /* Bytes of a packet that one call takes. */
-#define CDS_PARSER_TAKEN_MAX 12
+#define CDS_PARSER_TAKEN_MAX 8
 
 /* What a call has made of the bytes. */
 enum cds_parsed {
