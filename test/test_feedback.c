@@ -259,6 +259,8 @@ void test_an_impossible_servo_is_passed_over(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_read_poll(&group));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, answers[0].result);
     TEST_ASSERT_EQUAL(CDS_OK, answers[1].result);
+    TEST_ASSERT_TRUE(answers[1].known);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(value, &data[2], sizeof value);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, answers[2].result);
     TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
 }

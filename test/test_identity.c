@@ -287,6 +287,8 @@ void test_a_bus_that_is_opened_anew_is_its_opener_s(void)
             }
             TEST_ASSERT_EQUAL(CDS_CANCELLED, identity.steps.result);
             TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
+            if (packets != 4) // the fifth is the WRITE
+                TEST_ASSERT_EQUAL(packets > 4, identity.is_written);
             TEST_ASSERT_EQUAL_UINT8(34, bus.baud_reg);
             TEST_ASSERT_EQUAL_UINT16(i & 2 ? 20 : CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
         }

@@ -408,6 +408,29 @@ void test_a_scan_has_the_bus_to_itself_but_for_requests_that_pass_the_lock(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &ping, 7));
 }
 
+void test_a_scan_ends_when_a_request_that_passes_the_lock_lets_it_restore_the_rate(void)
+{
+    static const uint8_t slow[] = {7};
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(ping_buffer);
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
+    ping.passes_lock = true;
+    set_bauds(slow, 1);
+    set_ids(7, 7);
+    begin();
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &ping, 9));
+    while (bus.request != &ping) {
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+    TEST_ASSERT_EQUAL_UINT16(1, scan.asked);
+    TEST_ASSERT_NOT_NULL(bus.lock);
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, ping.result);
+}
+
 /* As torque off does it: the lock is all it knows of the operation. */
 void test_abort_by_the_lock_restores_the_bus_although_the_scan_is_not_polled(void)
 {

@@ -6,6 +6,12 @@
 #ifndef CDS_RESULT_H
 #define CDS_RESULT_H
 
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* X(name, number, text, remedy) */
 #define CDS_RESULTS(X)                                                                             \
     X(CDS_OK, 0, "ok", "nothing to do")                                                            \
@@ -37,5 +43,15 @@ enum cds_result {
     CDS_RESULTS(CDS_RESULT_ENUM_)
 #undef CDS_RESULT_ENUM_
 };
+
+/* Copies the text of `result`, an enum cds_result, to `text`: at most capacity - 1 characters and a
+ * 0, `capacity` 1 or more. CDS_RESULT_TEXT_SIZE holds every text. On an AVR the texts stand in
+ * flash. Returns the length of what was copied; 0: there is no such result. */
+#define CDS_RESULT_TEXT_SIZE 64
+uint8_t cds_result_text(uint8_t result, char *text, uint8_t capacity);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -44,13 +45,13 @@ static inline __attribute__((always_inline)) void unmark(uint8_t pin)
 /* A request `name` and the memory for its packet and for a reply of up to `parameters` bytes (1 to
  * CDS_REPLY_MAX). */
 #define BENCH_REQUEST(name, parameters)                                                            \
-    static uint8_t name##_bytes[CDS_PACKET_SIZE(parameters)];                                      \
-    static struct cds_request name = CDS_REQUEST(name##_bytes)
+    static uint8_t name##_packet[CDS_PACKET_SIZE(4)], name##_reply[parameters];                    \
+    static struct cds_request name = CDS_REQUEST(name##_packet, name##_reply)
 
 /* A request `name` and the memory for a SYNC WRITE of `length` bytes to `servos` servos. */
 #define BENCH_SYNC_WRITE(name, servos, length)                                                     \
     static uint8_t name##_bytes[CDS_SYNC_WRITE_SIZE(servos, length)];                              \
-    static struct cds_request name = CDS_REQUEST(name##_bytes)
+    static struct cds_request name = CDS_REQUEST_WITHOUT_DATA(name##_bytes)
 
 /* Clock, bus and one pair of marks around nothing. The bus has no queue. */
 static inline void bench_open_bare(struct cds_bus *bus)
@@ -64,10 +65,12 @@ static inline void bench_open_bare(struct cds_bus *bus)
     unmark(MARK_NOTHING);
 }
 
+__attribute__((unused)) static struct cds_queue bench_queue;
+
 /* From now on requests wait behind the one in flight. */
 static inline void bench_attach_queue(struct cds_bus *bus)
 {
-    cds_bus_set_queue(bus, true);
+    cds_queue_attach(&bench_queue, bus);
 }
 
 static inline void bench_open(struct cds_bus *bus)
@@ -79,7 +82,8 @@ static inline void bench_open(struct cds_bus *bus)
 /* The bus sends an idempotent request again, up to `retries` times (0 to 2). */
 static inline void bench_set_retries(struct cds_bus *bus, uint8_t retries)
 {
-    cds_bus_set_repeats(bus, retries);
+    (void)bus;
+    cds_queue_set_retries(&bench_queue, retries);
 }
 
 /* Builds the READ that `request` sends when it is submitted. */
@@ -92,7 +96,7 @@ static inline void bench_build_read(struct cds_request *request, uint8_t id, uin
 
 /* The packet of a request survives its reply. False: the reply's parameters take the packet's
  * place, and the packet is built again before each submit. */
-#define BENCH_PACKET_SURVIVES false
+#define BENCH_PACKET_SURVIVES true
 
 /* The receive handler stores `byte`: only while the line is quiet, as the handler may not run
  * meanwhile. */

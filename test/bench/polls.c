@@ -22,7 +22,7 @@ BENCH_REQUEST(second, CDS_REPLY_MAX);
 BENCH_REQUEST(third, CDS_REPLY_MAX);
 static struct cds_request *const requests[QUEUE] = {&first, &second, &third};
 BENCH_SYNC_WRITE(goals, SERVOS, 4);
-static struct cds_counters counters; // asked for, so that all is counted
+static struct cds_stats stats;
 static uint32_t polls;
 static uint16_t agains; // submits by on_end
 static uint8_t again_left, again_length;
@@ -95,12 +95,12 @@ static void goals_behind_a_read(uint16_t late_us)
     cds_sync_write_send(&bus, &goals);
     cds_servo_ping(&bus, &second, ABSENT);
     third.on_end = again;
-    third.urgent = 1;
+    third.priority = CDS_PRIORITY_HIGH;
     again_left = 1;
     again_length = 12;
     cds_servo_read(&bus, &third, 2, CDS_REG_RESERVED_00, 12);
     run(late_us);
-    third.urgent = 0;
+    third.priority = CDS_PRIORITY_NORMAL;
 }
 
 int main(void)
@@ -118,9 +118,9 @@ int main(void)
             goals_behind_a_read(late_us[j]);
         }
     }
-    cds_bus_counters(&bus, &counters);
+    cds_bus_stats(&bus, &stats);
     say("polls", polls);
     say("agains", agains);
-    say("ok", counters.ok);
+    say("ok", stats.ok);
     say_end();
 }

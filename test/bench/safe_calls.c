@@ -126,7 +126,7 @@ BENCH_NOINLINE static void one_servo(uint16_t late_us, uint8_t id)
     SUBMIT(result, cds_servo_write_word(&bus, &request, id, CDS_REG_MOVING_SPEED, SPEED));
     run(late_us);
     count(&request, result, CDS_OK, &others);
-    SUBMIT(result, cds_servo_write_word(&bus, &request, id, CDS_REG_GOAL_POSITION, MIDDLE));
+    SUBMIT(result, safe_send_goal(id));
     run(late_us);
     count(&request, result, CDS_OK, &others);
 }

@@ -8,6 +8,7 @@ static volatile uint8_t address = CDS_REG_PRESENT_POSITION, length = 2;
 
 BENCH_NOINLINE static void read(uint8_t id, uint8_t from, uint8_t count)
 {
+    request.servo_index = (uint8_t)(id - 1);
     mark(MARK_WHOLE);
     cds_servo_read(&bus, &request, id, from, count);
     while (cds_bus_poll(&bus)) {

@@ -64,12 +64,12 @@ static void begin(enum in_flight kind)
 BENCH_NOINLINE static void torque_off(void)
 {
     mark(MARK_CALL);
-    cds_torque_off_begin(&stop, &roster);
+    cds_torque_off_begin(&stop, &servos);
     while (cds_torque_off_poll(&stop) == CDS_PENDING)
         cds_bus_poll(&bus);
     unmark(MARK_CALL);
     stops++;
-    over += stop.result == CDS_OK;
+    over += stop.steps.result == CDS_OK;
 }
 
 static void one_case(enum in_flight kind, uint8_t phase)

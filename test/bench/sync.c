@@ -11,7 +11,7 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS_MAX, 4)];
-static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 static volatile uint16_t goals[SERVOS_MAX];
 static volatile uint16_t speed = 300;
 

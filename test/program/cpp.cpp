@@ -11,7 +11,8 @@ namespace
 {
 cds_bus bus;
 uint8_t packet[CDS_SYNC_WRITE_SIZE(2, 4)];
-cds_request request = CDS_REQUEST(packet);
+uint8_t reply[2];
+cds_request request = CDS_REQUEST(packet, reply);
 } // namespace
 
 CDS_AVR_BUS(bus, 0)
@@ -30,7 +31,7 @@ int main()
     cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
     cds_sync_write_add_goal(&request, 1, 700, 512);
     cds_sync_write_add_goal(&request, id, 300, 512);
-    cds_blocking_for(&bus, &request, cds_sync_write_send(&bus, &request));
+    cds_blocking_sync_write(&bus, &request);
     for (;;)
         cds_bus_poll(&bus);
 }
