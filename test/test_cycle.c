@@ -82,6 +82,8 @@ static void wire(void)
     if (talking && port_fake.now_us == talk_end_us) {
         talking = false;
         TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+        TEST_ASSERT_EQUAL_HEX8(cds_packet_checksum(port_fake.sent),
+                               port_fake.sent[port_fake.sent_size - 1]);
         if (port_fake.sent[CDS_AT_ID] == CDS_BROADCAST_ID)
             memcpy(goals_sent, port_fake.sent, sizeof goals_sent);
         answering =
@@ -264,6 +266,50 @@ void test_yields_while_the_bus_rests_is_false(void)
     port_fake.now_us += CDS_STALE_REPLY_US;
     cds_bus_poll(&bus);
     TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, 100));
+}
+
+void test_yields_ends_reads_until_the_next_period(void)
+{
+    uint8_t begun;
+
+    begin_with_goals();
+    run_to(GOALS_US + 50); // a READ is in flight
+    begun = start_count;
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, 1000));
+    run_to(1000);
+    TEST_ASSERT_EQUAL_UINT8(begun, start_count);
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, 1000));
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, PERIOD_US - 1000 - 20));
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, PERIOD_US - 1000 - 19));
+    run_to(PERIOD_US - 1);
+    TEST_ASSERT_EQUAL_UINT8(begun, start_count);
+    run_to(PERIOD_US + 1000);
+    TEST_ASSERT_GREATER_THAN_UINT8(begun + 2, start_count);
+}
+
+void test_yields_for_more_than_the_spare_time_leaves_reads_alone(void)
+{
+    uint16_t spare_us;
+    uint8_t begun;
+
+    begin_with_goals();
+    spare_us = cds_cycle_spare_us(&cycle);
+    TEST_ASSERT_EQUAL_UINT16(PERIOD_US - GOALS_US - CDS_REPLY_MARGIN_US - 40, spare_us);
+    run_to(GOALS_US + 50);
+    begun = start_count;
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, (uint16_t)(spare_us + 1)));
+    run_to(1000);
+    TEST_ASSERT_GREATER_THAN_UINT8(begun, start_count);
+}
+
+void test_yields_after_abort_tells_if_the_bus_is_free(void)
+{
+    begin_with_goals();
+    run_to(GOALS_US + 50);
+    cds_cycle_abort(&cycle);
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, 1000));
+    run_to(1000);
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, UINT16_MAX));
 }
 
 void test_read_unanswered_is_not_retried(void)

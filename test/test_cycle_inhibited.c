@@ -384,9 +384,11 @@ void test_goal_not_committed_beyond_a_new_limit_is_left_out(void)
     set_limits(0, 0, 600, 1023);
     run_periods(1);
     assert_told(500, 501, 502);
+    TEST_ASSERT_EQUAL_UINT16(0, cycle.counters.dropped);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_periods(1);
     assert_told(-1, 501, 502);
+    TEST_ASSERT_EQUAL_UINT16(1, cycle.counters.dropped);
 }
 
 void test_release_revives_nothing_and_a_goal_does(void)
@@ -448,6 +450,48 @@ void test_all_servos_inhibited_nothing_is_sent(void)
     run_periods(1);
     assert_told(-1, 300, -1);
     TEST_ASSERT_EQUAL_UINT16(3, goals_sent);
+}
+
+/* Each block holds the goal of another servo before that servo is left out too. */
+void test_all_servos_inhibited_one_by_one_nothing_is_sent(void)
+{
+    for (uint8_t first = 0; first < SERVOS; first++) {
+        setUp();
+        begin();
+        for (uint8_t i = 0; i < SERVOS; i++) {
+            inhibit((uint8_t)((first + i) % SERVOS));
+            run_periods(1);
+        }
+        TEST_ASSERT_EQUAL_UINT16(2 + SERVOS - 1, goals_sent);
+        TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
+    }
+}
+
+/* The goals are on the wire meanwhile, and must not be changed. */
+void test_two_servos_inhibited_while_goals_are_sent_are_left_out(void)
+{
+    begin();
+    while (cycle.goals.result != CDS_PENDING)
+        turn();
+    inhibit(0);
+    turn();
+    inhibit(2);
+    turn();
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
+    run_periods(2);
+    assert_told(-1, 501, -1);
+}
+
+void test_commit_without_all_goals_after_a_change_is_refused(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, set(0, 500));
+    TEST_ASSERT_EQUAL(CDS_OK, set(1, 501));
+    change(CDS_BROADCAST_ID);
+    run_periods(1);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_commit(&cycle));
+    set_all(500);
+    run_into_the_second();
+    assert_told(500, 501, 502);
 }
 
 void test_servo_inhibited_at_first_is_not_waited_for(void)
@@ -587,6 +631,8 @@ void test_goals_set_before_the_hooks_are_attached_are_checked(void)
     set_limits(1, 0, 400, CDS_VALUE_MAX);
     set_all(500);
     TEST_ASSERT_EQUAL_UINT16(0, checks);
+    epoch = 1;
+    changed_id = ids[0]; // the last change concerns another servo
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
     run_periods(2);
     assert_told(500, -1, 502);

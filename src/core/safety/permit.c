@@ -152,6 +152,8 @@ static enum cds_result check_block(struct check *check, uint8_t *budget)
 
     if (result != CDS_OK)
         return result;
+    if (written->sets & CDS_SETS_ID && servos->count)
+        return CDS_LIMIT;
     if (written->id > CDS_ID_MAX) // it may reach every servo, or none
         return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
     servo = cds_servos_next(servos, written->id, &servos->checked_index, budget);
@@ -173,10 +175,8 @@ static NOINLINE enum cds_result check_sync_write(struct check *check)
     const uint8_t *bytes = check->bytes;
     uint16_t end;
 
-    if (check->written.sets & CDS_SETS_ID && servos->count)
-        return CDS_LIMIT;
-    if (!check->is_inhibited && !(check->written.sets & (SETS_DRIVE | CDS_SETS_REPLY)) &&
-        servos->grows != CDS_GROWS_ALWAYS)
+    if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
+        !(check->written.sets & (SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
         return CDS_OK;
     begin_many(check);
     while (cds_written_block(bytes, servos->checked, &check->written)) {
@@ -311,7 +311,8 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     result = check_packet(&check, servo);
     if (result == CDS_PENDING)
         return result;
-    servos->checked_request = NULL;
+    if (servos->checked_request == request)
+        servos->checked_request = NULL;
     if (result == CDS_OK)
         request->check = servos->epoch;
     else

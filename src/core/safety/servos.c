@@ -125,6 +125,8 @@ static void remove_entry(struct cds_servos *servos, uint8_t index)
     struct cds_servo_state *place = &servos->states[index], *other;
 
     servos->count--;
+    if (index == servos->count)
+        return;
     *place = servos->states[servos->count];
     other = second_of(servos, place);
     if (other)
@@ -568,7 +570,8 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_queue *queue = servos->queue;
 
-    servos->checked_request = NULL;
+    if (servos->checked_request == request)
+        servos->checked_request = NULL;
     servos->learnt = 0;
     if (result == CDS_OK || result == CDS_TIMEOUT || result == CDS_CORRUPT)
         learn_end(servos, request, result);
@@ -630,7 +633,8 @@ static bool cancel(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
 
-    servos->checked_request = NULL;
+    if (!request || servos->checked_request == request)
+        servos->checked_request = NULL;
     if (!request)
         servos->learnt = 0; // the bus is opened again, perhaps amid a packet
     return servos->queue && servos->queue->hooks.cancel(servos->queue, request);

@@ -1,0 +1,853 @@
+/* The table of docs/permit.md, row by row: the number of the row begins the name of its test. */
+#include <string.h>
+
+#include "bus/bus_internal.h" // cds_bus_submit_checked()
+#include "cds55xx/servo.h"
+#include "cds55xx/servos.h"
+#include "cds55xx/sync_write.h"
+#include "port_fake.h"
+#include "unity.h"
+
+#define COUNT 50
+
+static struct cds_bus bus;
+static struct cds_queue queue;
+static struct cds_servos servos;
+static struct cds_servo_state states[COUNT + 1];
+static struct cds_servo_state *const one = &states[0], *const two = &states[1];
+static uint8_t buffers[2][CDS_SYNC_WRITE_SIZE(COUNT, 4)], replies[2][CDS_REPLY_MAX];
+static struct cds_request request, other;
+
+/* Servos 1 to `count`, and room for one more. */
+static void begin(uint8_t count)
+{
+    for (uint8_t i = 0; i < count; i++)
+        states[i].id = (uint8_t)(i + 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&servos, &(struct cds_servos_config){
+                                                            .bus = &bus,
+                                                            .queue = &queue,
+                                                            .states = states,
+                                                            .count = count,
+                                                            .capacity = (uint8_t)(count + 1)}));
+}
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&bus, 0, sizeof bus);
+    memset(&servos, 0, sizeof servos);
+    request = (struct cds_request)CDS_REQUEST(buffers[0], replies[0]);
+    other = (struct cds_request)CDS_REQUEST(buffers[1], replies[1]);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    begin(2);
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* ---- what passes and what is refused ---- */
+
+static void look(void)
+{
+    for (uint8_t i = 0; i < 14; i++)
+        cds_bus_poll(&bus);
+}
+
+/* The packet of `request` leaves; `answers`: its servo answers with `data`, else no reply comes. */
+static void pass_with(enum cds_result submitted, bool answers, const uint8_t *data, uint8_t length)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, submitted);
+    port_fake_settle(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    if (answers && request.reply_parameters != CDS_REPLY_NONE && !request.is_muted)
+        port_fake_answer(&bus.link, port_fake.sent[CDS_AT_ID], 0, data, length);
+    else
+        port_fake.now_us += 5000;
+    look();
+    TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request.result);
+}
+
+static void pass(enum cds_result submitted)
+{
+    pass_with(submitted, true, NULL, 0);
+}
+
+static void silence(enum cds_result submitted)
+{
+    pass_with(submitted, false, NULL, 0);
+}
+
+static void refuse(enum cds_result why, enum cds_result submitted)
+{
+    TEST_ASSERT_EQUAL(why, submitted);
+    TEST_ASSERT_NULL(bus.request);
+}
+
+static enum cds_result byte(uint8_t id, uint8_t reg, uint8_t value)
+{
+    return cds_servo_write_byte(&bus, &request, id, reg, value);
+}
+
+static enum cds_result word(uint8_t id, uint8_t reg, uint16_t value)
+{
+    return cds_servo_write_word(&bus, &request, id, reg, value);
+}
+
+static enum cds_result goal(uint8_t id, uint16_t position, uint16_t speed)
+{
+    const uint8_t data[4] = {(uint8_t)position, (uint8_t)(position >> 8), (uint8_t)speed,
+                             (uint8_t)(speed >> 8)};
+
+    return cds_servo_write(&bus, &request, id, CDS_REG_GOAL_POSITION, data, 4);
+}
+
+static enum cds_result registers(uint8_t id, uint8_t reg, const uint8_t *data, uint8_t length)
+{
+    return cds_servo_reg_write(&bus, &request, id, reg, data, length);
+}
+
+static enum cds_result torque(uint8_t id)
+{
+    return byte(id, CDS_REG_TORQUE_ENABLE, 1);
+}
+
+static enum cds_result action(uint8_t id)
+{
+    return cds_servo_action(&bus, &request, id);
+}
+
+static enum cds_result reset(uint8_t id)
+{
+    return cds_servo_reset(&bus, &request, id);
+}
+
+static enum cds_result angles(uint8_t id, uint16_t cw, uint16_t ccw)
+{
+    const uint8_t data[4] = {(uint8_t)cw, (uint8_t)(cw >> 8), (uint8_t)ccw, (uint8_t)(ccw >> 8)};
+
+    return cds_servo_write(&bus, &request, id, CDS_REG_CW_ANGLE_LIMIT, data, 4);
+}
+
+/* A SYNC WRITE of one byte each to servos 1 and `id`. */
+static enum cds_result sync(uint8_t reg, uint8_t first, uint8_t id, uint8_t second)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, reg, 1));
+    cds_sync_write_add(&request, 1, &first);
+    cds_sync_write_add(&request, id, &second);
+    return cds_sync_write_send(&bus, &request);
+}
+
+static enum cds_result sync_goals(uint16_t first, uint8_t id, uint16_t second)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    cds_sync_write_add_goal(&request, 1, first, 100);
+    cds_sync_write_add_goal(&request, id, second, 100);
+    return cds_sync_write_send(&bus, &request);
+}
+
+/* A packet of `count` zeros as parameters. */
+static enum cds_result raw(uint8_t id, uint8_t instruction, uint8_t count)
+{
+    cds_packet_begin(&request.packet, id, instruction);
+    while (count--)
+        cds_packet_put(&request.packet, 0);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    request.reply_parameters = CDS_REPLY_NONE;
+    return cds_bus_submit(&bus, &request);
+}
+
+static void read_gives(uint8_t id, uint8_t reg, const uint8_t *data, uint8_t length)
+{
+    pass_with(cds_servo_read(&bus, &request, id, reg, length), true, data, length);
+}
+
+static void in_mode(uint8_t id, uint8_t ccw_high)
+{
+    const uint8_t data[4] = {0, 0, 0, ccw_high};
+
+    read_gives(id, CDS_REG_CW_ANGLE_LIMIT, data, 4);
+}
+
+static void in_position_mode(uint8_t id)
+{
+    in_mode(id, 3);
+}
+
+static void in_endless_turn(uint8_t id)
+{
+    in_mode(id, 0);
+}
+
+static void holds(uint8_t id, uint16_t position, uint16_t speed)
+{
+    const uint8_t data[4] = {(uint8_t)position, (uint8_t)(position >> 8), (uint8_t)speed,
+                             (uint8_t)(speed >> 8)};
+
+    read_gives(id, CDS_REG_GOAL_POSITION, data, 4);
+}
+
+static void torque_is(uint8_t id, uint8_t value)
+{
+    read_gives(id, CDS_REG_TORQUE_ENABLE, &value, 1);
+}
+
+static void go_offline(uint8_t id)
+{
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++)
+        silence(cds_servo_ping(&bus, &request, id));
+}
+
+static void return_again(uint8_t id)
+{
+    go_offline(id);
+    pass(cds_servo_ping(&bus, &request, id));
+}
+
+static void limit_goal(struct cds_servo_state *servo)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, servo, 200, 800, 1023));
+}
+
+static void limit_speed(struct cds_servo_state *servo)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, servo, 0, 1023, 300));
+}
+
+static const uint8_t all_ids[] = {1, 77, CDS_BROADCAST_ID}; // known, unknown, all
+
+/* ---- any ID ---- */
+
+void test_01_torque_off_always_passes(void)
+{
+    go_offline(2);
+    limit_goal(one);
+    cds_servos_inhibit_all(&servos);
+    for (uint8_t i = 0; i < 3; i++)
+        pass(byte(all_ids[i], CDS_REG_TORQUE_ENABLE, 0));
+    pass(byte(2, CDS_REG_TORQUE_ENABLE, 0));
+}
+
+void test_02_ping_and_read_pass(void)
+{
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    pass(cds_servo_ping(&bus, &request, 1));
+    silence(cds_servo_read(&bus, &request, 1, 0x24, 2));
+}
+
+void test_03_inhibited_refuses_every_write_that_may_move(void)
+{
+    static const uint8_t regs[] = {6,    7,    8,    9,    0x18, 0x1A, 0x1B, 0x1C,
+                                   0x1D, 0x1E, 0x1F, 0x20, 0x21, 0x30, 0x31};
+    static const uint8_t value = 1;
+
+    cds_servos_inhibit_all(&servos);
+    for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++) {
+        enum cds_result due = memchr(regs, reg, sizeof regs) ? CDS_INHIBITED : CDS_OK;
+
+        for (uint8_t i = 0; i < 3; i++) {
+            if (reg == CDS_REG_ID)
+                continue;
+            if (due == CDS_INHIBITED) {
+                refuse(due, byte(all_ids[i], reg, 1));
+                refuse(due, registers(all_ids[i], reg, &value, 1));
+                if (i < 2)
+                    refuse(due, sync(reg, 0, all_ids[i], 1));
+            } else {
+                pass(byte(all_ids[i], reg, 1));
+            }
+        }
+    }
+    pass(sync(CDS_REG_TORQUE_ENABLE, 0, 77, 0));
+}
+
+void test_04_inhibited_refuses_action_reset_and_unknown_ones(void)
+{
+    static const uint8_t instructions[] = {0, CDS_ACTION, CDS_RESET, 7, 0x82, 0x84, 0xFF};
+
+    for (uint8_t i = 0; i < 3; i++)
+        for (uint8_t j = 0; j < sizeof instructions; j++) {
+            cds_servos_inhibit_all(&servos);
+            refuse(CDS_INHIBITED, raw(all_ids[i], instructions[j], 0));
+            cds_servos_release_all(&servos);
+            if (instructions[j] != CDS_RESET)
+                pass(raw(all_ids[i], instructions[j], 0));
+        }
+}
+
+void test_05_inhibited_refuses_packets_of_odd_lengths(void)
+{
+    static const uint8_t odd[][2] = {{CDS_PING, 1},      {CDS_READ, 3},      {CDS_WRITE, 0},
+                                     {CDS_WRITE, 1},     {CDS_REG_WRITE, 1}, {CDS_SYNC_WRITE, 0},
+                                     {CDS_SYNC_WRITE, 1}};
+
+    for (uint8_t i = 0; i < sizeof odd / sizeof *odd; i++) {
+        cds_servos_inhibit_all(&servos);
+        refuse(CDS_INHIBITED, raw(1, odd[i][0], odd[i][1]));
+        cds_servos_release_all(&servos);
+        pass(raw(1, odd[i][0], odd[i][1]));
+    }
+    cds_servos_inhibit_all(&servos);
+    pass(raw(CDS_BROADCAST_ID, CDS_SYNC_WRITE, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_LED, 1));
+    cds_packet_put(&request.packet, 1); // an ID without its byte
+    refuse(CDS_INHIBITED, cds_sync_write_send(&bus, &request));
+}
+
+void test_06_level_0_refuses_read(void)
+{
+    one->status_return_level = 0;
+    refuse(CDS_NO_REPLY_DUE, cds_servo_read(&bus, &request, 1, 0x24, 2));
+    pass(cds_servo_ping(&bus, &request, 1));
+    one->status_return_level = CDS_LEVEL_UNKNOWN;
+    silence(cds_servo_read(&bus, &request, 1, 0x24, 2));
+}
+
+void test_07_a_delay_too_short_is_refused(void)
+{
+    static const uint8_t zero = 0;
+
+    servos.shortest_delay = 2;
+    for (uint8_t i = 0; i < 3; i++) {
+        refuse(CDS_TOO_EARLY, byte(all_ids[i], CDS_REG_RETURN_DELAY, 1));
+        pass(byte(all_ids[i], CDS_REG_RETURN_DELAY, 2));
+    }
+    refuse(CDS_TOO_EARLY, registers(77, CDS_REG_RETURN_DELAY, &zero, 1));
+    refuse(CDS_TOO_EARLY, sync(CDS_REG_RETURN_DELAY, 2, 77, 1));
+    TEST_ASSERT_EQUAL_UINT16(5, servos.too_early);
+}
+
+/* A READ of servo 2 is in flight; the other request waits. Then the READ ends. */
+static void end_of_read_in_flight(void)
+{
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 2, 0, (const uint8_t[]){0}, 1);
+    look();
+}
+
+void test_08_a_release_revives_nothing_that_waited(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 2, 0x24, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_word(&bus, &other, 77, 0x1E, 500));
+    cds_servos_inhibit_all(&servos);
+    cds_servos_release_all(&servos);
+    end_of_read_in_flight();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, other.result);
+    pass(word(77, 0x1E, 500));
+}
+
+void test_09_an_unknown_servo_passes(void)
+{
+    limit_goal(one);
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    pass(goal(77, 1000, 0));
+    pass(torque(77));
+    pass(angles(77, 0, 0));
+    pass(action(77));
+    pass(registers(77, CDS_REG_ID, (const uint8_t[]){5}, 1));
+    pass(byte(77, CDS_REG_ID, 78));
+    pass(sync(CDS_REG_LED, 0, 77, 1));
+}
+
+/* ---- a known servo ---- */
+
+static void refuse_all_that_drives(uint8_t id)
+{
+    for (uint8_t reg = 6; reg <= 9; reg++)
+        refuse(CDS_INHIBITED, byte(id, reg, 1));
+    for (uint8_t reg = 0x1E; reg <= 0x21; reg++)
+        refuse(CDS_INHIBITED, byte(id, reg, 1));
+    refuse(CDS_INHIBITED, torque(id));
+    refuse(CDS_INHIBITED, registers(id, CDS_REG_TORQUE_ENABLE, (const uint8_t[]){1}, 1));
+}
+
+void test_10_an_inhibited_servo_is_not_driven(void)
+{
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STATE_LOST);
+    refuse_all_that_drives(2);
+    refuse(CDS_INHIBITED, sync_goals(500, 2, 500));
+    TEST_ASSERT_EQUAL_UINT8(2, servos.refused_id);
+    refuse(CDS_INHIBITED, sync(CDS_REG_TORQUE_ENABLE, 0, 2, 1));
+    pass(sync(CDS_REG_TORQUE_ENABLE, 1, 2, 0));
+    refuse(CDS_INHIBITED, torque(CDS_BROADCAST_ID));
+    cds_servos_release(&servos, two);
+    return_again(2);
+    refuse_all_that_drives(2);
+    refuse(CDS_INHIBITED, torque(CDS_BROADCAST_ID));
+    torque_is(2, 0);
+    pass(torque(CDS_BROADCAST_ID));
+}
+
+void test_11_an_offline_servo_is_not_driven_alone(void)
+{
+    go_offline(2);
+    refuse_all_that_drives(2);
+}
+
+void test_12_an_offline_servo_stops_no_other(void)
+{
+    go_offline(2);
+    pass(sync_goals(500, 2, 500));
+    pass(torque(CDS_BROADCAST_ID));
+    limit_goal(two);
+    refuse(CDS_LIMIT, sync_goals(500, 2, 900));
+}
+
+void test_13_what_does_not_drive_passes_to_an_inhibited_servo(void)
+{
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    pass(byte(1, CDS_REG_LED, 1));
+    pass(byte(1, CDS_REG_CW_COMPLIANCE_MARGIN, 1));
+    pass(byte(1, CDS_REG_REGISTERED_INSTRUCTION, 0));
+    pass(byte(1, CDS_REG_ID, 9));
+    pass(reset(9));
+}
+
+/* ---- registered writes ---- */
+
+void test_20_reg_write_of_settings_is_refused(void)
+{
+    static const uint8_t value = 1;
+
+    for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++) {
+        if ((reg >= 3 && reg <= 9) || reg == 0x10) {
+            refuse(CDS_LIMIT, registers(1, reg, &value, 1));
+            refuse(CDS_LIMIT, registers(CDS_BROADCAST_ID, reg, &value, 1));
+        } else {
+            pass(registers(1, reg, &value, 1));
+        }
+    }
+}
+
+void test_21_reg_write_to_a_servo_with_limits_is_refused(void)
+{
+    static const uint8_t value = 1, inside[] = {0xF4, 1, 100, 0};
+
+    limit_goal(two);
+    in_position_mode(2);
+    for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++)
+        refuse(CDS_LIMIT, registers(2, reg, &value, 1));
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    refuse(CDS_LIMIT, registers(CDS_BROADCAST_ID, CDS_REG_LED, &value, 1));
+    pass(registers(1, CDS_REG_LED, &value, 1));
+}
+
+static const uint8_t inside[] = {0xF4, 1, 100, 0}, beyond[] = {0xE8, 3, 100, 0};
+
+/* The registered move of `request` begins; servo 2 has limits of its goal. */
+static void begin_move(void)
+{
+    limit_goal(two);
+    in_position_mode(2);
+    bus.hooks->set_move(bus.hooks->context, &request);
+}
+
+void test_22_reg_write_of_the_move_keeps_the_limits(void)
+{
+    begin_move();
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, beyond, 4));
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 2));
+    refuse(CDS_LIMIT, registers(2, CDS_REG_LED, inside, 4));
+    refuse(CDS_LIMIT, cds_servo_reg_write(&bus, &other, 2, 0x1E, inside, 4)); // not of the move
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    in_endless_turn(2);
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    in_position_mode(2);
+    bus.hooks->set_move(bus.hooks->context, NULL);
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+}
+
+void test_23_action_reaches_no_inhibited_servo(void)
+{
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    refuse(CDS_INHIBITED, action(2));
+    refuse(CDS_INHIBITED, action(CDS_BROADCAST_ID));
+    pass(action(1));
+    cds_servos_release(&servos, two);
+    bus.hooks->set_move(bus.hooks->context, &request);
+    return_again(2);
+    refuse(CDS_INHIBITED, action(CDS_BROADCAST_ID));
+}
+
+void test_24_action_reaches_no_servo_with_limits(void)
+{
+    limit_speed(two);
+    refuse(CDS_LIMIT, action(2));
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    pass(action(1));
+    go_offline(2);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+}
+
+void test_25_action_of_a_move_that_was_answered_passes(void)
+{
+    begin_move();
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID)); // servo 2 is not part of it yet
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    pass(action(CDS_BROADCAST_ID));
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID)); // once
+}
+
+void test_25_action_of_the_move_needs_every_answer(void)
+{
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    silence(registers(1, CDS_REG_GOAL_POSITION, inside, 4));
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    begin_move();
+    silence(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+}
+
+void test_25_what_changes_behind_the_move_ends_its_permit(void)
+{
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    return_again(2);
+    torque_is(2, 0);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID)); // its power may have been gone
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    pass(byte(2, CDS_REG_REGISTERED_INSTRUCTION, 0));
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    in_endless_turn(2);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+}
+
+void test_26_a_limit_or_inhibit_aborts_the_move(void)
+{
+    for (uint8_t i = 0; i < 4; i++) {
+        begin_move();
+        pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+        if (i == 0)
+            limit_goal(two); // the same limits
+        else if (i == 1)
+            cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+        else
+            cds_servos_inhibit_all(&servos);
+        if (i == 3)
+            refuse(CDS_INHIBITED, action(CDS_BROADCAST_ID));
+        cds_servos_release_all(&servos);
+        refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+        refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+        refuse(CDS_LIMIT, registers(1, CDS_REG_GOAL_POSITION, inside, 4));
+        pass(byte(2, CDS_REG_REGISTERED_INSTRUCTION, 0));
+    }
+}
+
+/* ---- a servo with limits ---- */
+
+void test_30_goals_beyond_the_limits_are_refused(void)
+{
+    in_position_mode(1);
+    limit_goal(one);
+    refuse(CDS_LIMIT, word(1, 0x1E, 199));
+    pass(word(1, 0x1E, 200));
+    pass(word(1, 0x1E, 800));
+    refuse(CDS_LIMIT, word(1, 0x1E, 801));
+    refuse(CDS_LIMIT, byte(1, 0x1E, 0));
+    refuse(CDS_LIMIT, byte(1, 0x1F, 1));
+    refuse(CDS_LIMIT, word(CDS_BROADCAST_ID, 0x1E, 801));
+    refuse(CDS_LIMIT, sync_goals(801, 2, 0));
+    pass(sync_goals(800, 2, 1023));
+}
+
+void test_31_speed_with_a_limited_goal_needs_position_mode(void)
+{
+    limit_goal(one);
+    refuse(CDS_LIMIT, word(1, 0x20, 1));
+    refuse(CDS_LIMIT, byte(1, 0x20, 0));
+    refuse(CDS_LIMIT, sync_goals(500, 2, 500));
+    pass(word(1, 0x20, 0));
+    in_endless_turn(1);
+    refuse(CDS_LIMIT, word(1, 0x20, 1));
+    in_position_mode(1);
+    pass(word(1, 0x20, 1));
+    pass(sync_goals(500, 2, 500));
+}
+
+void test_32_a_goal_needs_a_speed_in_the_same_packet(void)
+{
+    limit_speed(one);
+    in_position_mode(1);
+    holds(1, 500, 100);
+    refuse(CDS_LIMIT, word(1, 0x1E, 500));
+    pass(goal(1, 500, 300));
+    in_endless_turn(1);
+    refuse(CDS_LIMIT, word(1, 0x1E, 500));
+}
+
+void test_33_speeds_beyond_the_limit_are_refused(void)
+{
+    limit_speed(one);
+    refuse(CDS_LIMIT, word(1, 0x20, 301));
+    refuse(CDS_LIMIT, goal(1, 500, 301));
+    refuse(CDS_LIMIT, byte(1, 0x20, 1));
+    refuse(CDS_LIMIT, byte(1, 0x21, 0));
+    pass(word(1, 0x20, 300));
+    pass(goal(1, 500, 300));
+    in_endless_turn(1);
+    pass(word(1, 0x20, 0x400 + 300));
+    refuse(CDS_LIMIT, word(1, 0x20, 0x400 + 301));
+}
+
+void test_34_speed_0_needs_endless_turn(void)
+{
+    limit_speed(one);
+    refuse(CDS_LIMIT, word(1, 0x20, 0));
+    refuse(CDS_LIMIT, goal(1, 500, 0));
+    in_position_mode(1);
+    refuse(CDS_LIMIT, word(1, 0x20, 0));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    cds_sync_write_add_goal(&request, 1, 500, 0);
+    refuse(CDS_LIMIT, cds_sync_write_send(&bus, &request));
+    in_endless_turn(1);
+    pass(word(1, 0x20, 0));
+    pass(goal(1, 500, 0));
+}
+
+/* What servo 1 needs to be switched on. */
+static void read_all_but(uint8_t left_out)
+{
+    if (left_out != 0)
+        in_position_mode(1);
+    if (left_out != 1)
+        read_gives(1, CDS_REG_GOAL_POSITION, inside, 2);
+    if (left_out != 2)
+        read_gives(1, CDS_REG_MOVING_SPEED, inside + 2, 2);
+}
+
+void test_35_torque_on_needs_mode_goal_and_speed_read(void)
+{
+    for (uint8_t left_out = 0; left_out <= 3; left_out++) {
+        setUp();
+        cds_servos_set_limits(&servos, one, 200, 800, 300);
+        read_all_but(left_out);
+        if (left_out < 3)
+            refuse(CDS_LIMIT, torque(1));
+        else
+            pass(torque(1));
+    }
+}
+
+void test_35_torque_found_off_makes_all_unknown(void)
+{
+    for (uint8_t left_out = 0; left_out <= 3; left_out++) {
+        setUp();
+        limit_speed(one);
+        read_all_but(3);
+        pass(torque(1));
+        torque_is(1, 0);
+        cds_servos_release(&servos, one);
+        pass(goal(1, 500, 100)); // written is not read
+        read_all_but(left_out);
+        if (left_out < 3)
+            refuse(CDS_LIMIT, torque(1));
+        else
+            pass(torque(1));
+    }
+}
+
+void test_35_a_goal_or_speed_held_beyond_the_limit_stays_off(void)
+{
+    cds_servos_set_limits(&servos, one, 200, 800, 300);
+    in_position_mode(1);
+    holds(1, 801, 100);
+    refuse(CDS_LIMIT, torque(1));
+    holds(1, 500, 301);
+    refuse(CDS_LIMIT, torque(1));
+    holds(1, 500, 300);
+    pass(torque(1));
+    cds_servos_set_limits(&servos, one, 501, 800, 300);
+    refuse(CDS_LIMIT, torque(1));
+    refuse(CDS_LIMIT, torque(CDS_BROADCAST_ID));
+    refuse(CDS_LIMIT, sync(CDS_REG_TORQUE_ENABLE, 1, 2, 0));
+}
+
+void test_36_torque_on_at_speed_0_needs_endless_turn(void)
+{
+    limit_speed(one);
+    in_position_mode(1);
+    holds(1, 500, 0);
+    refuse(CDS_LIMIT, torque(1));
+    in_endless_turn(1);
+    pass(torque(1));
+    holds(1, 500, 100);
+    pass(word(1, 0x20, 0));
+    in_position_mode(1);
+    refuse(CDS_LIMIT, torque(1));
+}
+
+void test_37_a_limited_goal_keeps_position_mode(void)
+{
+    limit_goal(one);
+    refuse(CDS_LIMIT, angles(1, 0, 0));
+    in_position_mode(1);
+    refuse(CDS_LIMIT, angles(1, 0, 0));
+    refuse(CDS_LIMIT, byte(1, 0x09, 0));
+    pass(angles(1, 10, 1000));
+}
+
+void test_38_position_mode_begins_with_a_known_goal(void)
+{
+    limit_goal(one);
+    in_endless_turn(1);
+    refuse(CDS_LIMIT, angles(1, 0, 1023));
+    holds(1, 900, 0);
+    refuse(CDS_LIMIT, angles(1, 0, 1023));
+    holds(1, 500, 0);
+    pass(angles(1, 0, 1023));
+}
+
+void test_39_a_mode_begins_with_a_known_speed(void)
+{
+    limit_speed(one);
+    in_position_mode(1);
+    refuse(CDS_LIMIT, angles(1, 0, 0));
+    holds(1, 500, 300);
+    pass(angles(1, 0, 0));
+    pass(word(1, 0x20, 0));
+    refuse(CDS_LIMIT, angles(1, 0, 1023));
+    pass(word(1, 0x20, 100));
+    pass(angles(1, 0, 1023));
+}
+
+/* ---- changes of an ID ---- */
+
+void test_40_an_id_that_is_known_is_refused(void)
+{
+    refuse(CDS_LIMIT, byte(1, CDS_REG_ID, 2));
+    refuse(CDS_LIMIT, byte(77, CDS_REG_ID, 2));
+    refuse(CDS_LIMIT, reset(2));
+    refuse(CDS_LIMIT, reset(77));
+    pass(byte(1, CDS_REG_ID, 1));
+    pass(reset(1));
+}
+
+void test_41_a_change_of_id_needs_a_free_entry(void)
+{
+    silence(byte(1, CDS_REG_ID, 9));
+    refuse(CDS_LIMIT, byte(1, CDS_REG_ID, 10)); // a third ID
+    refuse(CDS_LIMIT, byte(9, CDS_REG_ID, 10));
+    refuse(CDS_LIMIT, byte(2, CDS_REG_ID, 10)); // no entry is free
+    silence(byte(1, CDS_REG_ID, 9));            // the same once more
+    TEST_ASSERT_EQUAL_UINT8(3, servos.count);
+}
+
+void test_42_ids_do_not_change_by_broadcast(void)
+{
+    refuse(CDS_LIMIT, byte(CDS_BROADCAST_ID, CDS_REG_ID, 9));
+    refuse(CDS_LIMIT, sync(CDS_REG_ID, 9, 77, 10));
+    refuse(CDS_LIMIT, reset(CDS_BROADCAST_ID));
+    cds_servos_forget(&servos);
+    pass(byte(CDS_BROADCAST_ID, CDS_REG_ID, 9));
+    pass(sync(CDS_REG_ID, 9, 77, 10));
+    pass(reset(CDS_BROADCAST_ID));
+}
+
+void test_43_a_reset_of_all_on_purpose_passes(void)
+{
+    cds_servos_allow_reset(&servos, true);
+    pass(reset(CDS_BROADCAST_ID));
+    refuse_all_that_drives(1);
+    refuse_all_that_drives(2);
+}
+
+/* ---- when a packet is checked ---- */
+
+/* Goals of all 50 servos, `last` to the last one. */
+static enum cds_result fifty_goals(uint16_t last)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    for (uint8_t id = 1; id <= COUNT; id++)
+        cds_sync_write_add_goal(&request, id, id == COUNT ? last : 500, 100);
+    return cds_sync_write_send(&bus, &request);
+}
+
+/* Fifty servos, the last one with limits. */
+static void begin_fifty(void)
+{
+    begin(COUNT);
+    in_position_mode(COUNT);
+    limit_goal(&states[COUNT - 1]);
+}
+
+void test_a_long_packet_is_checked_some_blocks_a_call(void)
+{
+    uint8_t polls = 0;
+
+    begin_fifty();
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    while (bus.state == CDS_BUS_WAITING_FOR_LINE) {
+        cds_bus_poll(&bus);
+        polls++;
+    }
+    TEST_ASSERT_TRUE(polls >= 4 && polls <= 14);
+    pass(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+}
+
+void test_a_block_behind_the_first_calls_refuses_the_packet(void)
+{
+    begin_fifty();
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(900));
+    look();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, request.result);
+    TEST_ASSERT_EQUAL_UINT8(COUNT, servos.refused_id);
+    TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets); // the READ, and no more
+}
+
+void test_a_change_amid_the_check_begins_it_again(void)
+{
+    begin_fifty();
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    cds_bus_poll(&bus);
+    limit_goal(one); // its block was found good before
+    TEST_ASSERT_EQUAL(CDS_BUS_WAITING_FOR_LINE, bus.state);
+    look();
+    TEST_ASSERT_EQUAL(CDS_LIMIT, request.result); // its mode is not known
+}
+
+void test_a_check_that_was_cancelled_is_not_continued(void)
+{
+    begin_fifty();
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    servos.epoch = servos.checked_epoch; // as if that had not counted
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, fifty_goals(500));
+}
+
+void test_a_caller_cannot_mark_a_packet_as_checked(void)
+{
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    request.check = servos.epoch;
+    refuse(CDS_INHIBITED, torque(1));
+    cds_packet_write(&request.packet, 1, CDS_REG_TORQUE_ENABLE, (const uint8_t[]){1}, 1);
+    refuse(CDS_INHIBITED, cds_bus_submit_checked(&bus, &request, (uint16_t)(servos.epoch - 1)));
+}
+
+void test_torque_to_fifty_by_sync_write_is_learnt(void)
+{
+    static const uint8_t on = 1;
+
+    begin(COUNT);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_TORQUE_ENABLE, 1));
+    for (uint8_t id = 1; id <= COUNT; id++)
+        cds_sync_write_add(&request, id, &on);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    for (uint8_t i = 0; i < 20 && bus.state < CDS_BUS_SENDING; i++)
+        cds_bus_poll(&bus);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    cds_bus_poll(&bus); // not all is learnt yet
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    TEST_ASSERT_TRUE(one->torque);
+    TEST_ASSERT_FALSE(states[COUNT - 1].torque);
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_TRUE(states[COUNT - 1].torque);
+}
