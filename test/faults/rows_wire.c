@@ -364,9 +364,11 @@ static void echo_changed(struct check *check)
 static void check_late(struct check *check)
 {
     check_settle(check);
-    const struct cds_counters *all = &check->all;
-    if (all->late != (check->outcome.result == CDS_TIMEOUT) || all->extra || all->foreign) {
-        check_fail(check, "late: %u, extra: %u, foreign: %u", all->late, all->extra, all->foreign);
+    const struct cds_stats *all = &check->all;
+    if (all->stale_replies != (check->outcome.result == CDS_TIMEOUT) || all->duplicate_replies ||
+        all->unexpected_packets) {
+        check_fail(check, "late: %u, extra: %u, foreign: %u", all->stale_replies,
+                   all->duplicate_replies, all->unexpected_packets);
     }
 }
 

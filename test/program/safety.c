@@ -16,13 +16,15 @@
 #define SPEED           300
 #define EVENTS          20
 #define WAITING         4
+#define REPLY           12
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static struct cds_servos roster;
-static struct cds_servo_state servos[SERVOS];
+static struct cds_servos servos;
+static struct cds_servo_state states[SERVOS];
+static struct cds_queue queue;
 static struct cds_cycle cycle;
 static uint8_t ids[SERVOS];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS)];
@@ -40,9 +42,9 @@ static uint8_t event_count;
 static struct {
     uint8_t held, presence;
 } seen[SERVOS];
-static uint16_t seen_epoch;
+static uint16_t seen_changes;
 
-static uint8_t buffers[WAITING][CDS_SYNC_WRITE_SIZE(2, 4)];
+static uint8_t buffers[WAITING][CDS_SYNC_WRITE_SIZE(2, 4)], replies[WAITING][REPLY];
 static struct cds_request requests[WAITING];
 
 /* A line of the PC, and how many bytes of it came. The handler holds up those of the bus by 4 us,
@@ -64,28 +66,31 @@ static void begin_anew(void)
 {
     memset(&cycle.counters, 0, sizeof cycle.counters);
     for (uint8_t i = 0; i < SERVOS; i++) {
-        seen[i].held = servos[i].held;
-        seen[i].presence = servos[i].presence;
+        seen[i].held = cds_servos_inhibits(&servos, &states[i]);
+        seen[i].presence = states[i].presence;
     }
     event_count = 0;
 }
 
 static void note_events(void)
 {
-    if (seen_epoch == roster.observer.epoch)
+    uint16_t changes = (uint16_t)(servos.epoch + servos.news);
+
+    if (seen_changes == changes)
         return;
-    seen_epoch = roster.observer.epoch;
+    seen_changes = changes;
     for (uint8_t i = 0; i < SERVOS; i++) {
-        if (seen[i].held == servos[i].held && seen[i].presence == servos[i].presence)
+        if (seen[i].held == cds_servos_inhibits(&servos, &states[i]) &&
+            seen[i].presence == states[i].presence)
             continue;
-        seen[i].held = servos[i].held;
-        seen[i].presence = servos[i].presence;
+        seen[i].held = cds_servos_inhibits(&servos, &states[i]);
+        seen[i].presence = states[i].presence;
         if (event_count == EVENTS)
             continue;
         events[event_count].us = cds_port_now_us();
-        events[event_count].id = servos[i].id;
-        events[event_count].held = servos[i].held;
-        events[event_count++].presence = servos[i].presence;
+        events[event_count].id = states[i].id;
+        events[event_count].held = cds_servos_inhibits(&servos, &states[i]);
+        events[event_count++].presence = states[i].presence;
     }
 }
 
@@ -118,14 +123,20 @@ static void set_goals(uint16_t position)
 static void begin_cycle(uint16_t position)
 {
     say("cycle",
-        cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, CDS_CYCLE_PERIOD_US));
+        cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
+                                                           .ids = ids,
+                                                           .packets = packets,
+                                                           .feedback = feedback,
+                                                           .count = SERVOS,
+                                                           .period_us = CDS_CYCLE_PERIOD_US}));
     set_goals(position);
     cycling = true;
 }
 
 static void begin_watch(uint16_t period_ms)
 {
-    cds_health_begin(&watch, &roster, 1000ul * period_ms);
+    cds_health_begin(
+        &watch, &(struct cds_health_config){.servos = &servos, .period_us = 1000ul * period_ms});
     say("watch", cds_health_set_cycle(&watch, cycling ? &cycle : NULL));
     watching = true;
 }
@@ -136,11 +147,11 @@ static void fill_and_stop(void)
     static const uint8_t on = 1;
 
     cds_servo_ping(&bus, &requests[0], 1);
-    requests[2].urgent = 1;
+    requests[2].priority = CDS_PRIORITY_HIGH;
     cds_servo_write(&bus, &requests[1], CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, &on, 1);
     cds_servo_write_word(&bus, &requests[2], 2, CDS_REG_GOAL_POSITION, 900);
     cds_servo_ping(&bus, &requests[3], 3);
-    cds_torque_off_begin(&stop, &roster);
+    cds_torque_off_begin(&stop, &servos);
     stopping = true;
 }
 
@@ -162,10 +173,10 @@ static void see_through(enum cds_result submitted)
 
 static void say_stop(void)
 {
-    say("result", stop.result);
+    say("result", stop.steps.result);
     say("broadcasts", stop.broadcasts);
     for (uint8_t i = 0; i < SERVOS; i++)
-        say("outcome", servos[i].stopped);
+        say("outcome", states[i].torque_off);
     for (uint8_t i = 0; i < WAITING; i++)
         say("waiting", requests[i].result);
 }
@@ -182,9 +193,9 @@ static void say_events(void)
 
 static void say_counters(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
     say("unsent", cycle.counters.unsent);
@@ -193,13 +204,13 @@ static void say_counters(void)
     say("ok", count.ok);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);
-    say("unsent_by_bus", count.unsent);
+    say("unsent_by_bus", count.line_busy);
     say("overruns", count.overruns);
 }
 
 static struct cds_servo_state *named(uint16_t id)
 {
-    return cds_servos_find(&roster, (uint8_t)id);
+    return cds_servos_find(&servos, (uint8_t)id);
 }
 
 static void obey(char letter, const uint16_t *number)
@@ -209,21 +220,26 @@ static void obey(char letter, const uint16_t *number)
     switch (letter) {
     case 'c': begin_cycle(number[0]); break;
     case 'g': set_goals(number[0]); break;
-    case 'x': cds_cycle_stop(&cycle); break;
+    case 'x': cds_cycle_abort(&cycle); break;
     case 'w': begin_watch(number[0]); break;
     case 's': fill_and_stop(); break;
     case 'o': say_stop(); break;
     case 'e': say_events(); break;
     case 'z': begin_anew(); break;
     case 'n': say_counters(); break;
-    case 'r': cds_servos_release(&roster, id ? named(id) : NULL); break;
-    case 'l':
-        say("limits", cds_servos_set_limits(&roster, named(id), number[1], number[2], number[3]));
+    case 'r':
+        if (id)
+            cds_servos_release(&servos, named(id));
+        else
+            cds_servos_release_all(&servos);
         break;
-    case 'a': say("alarms", cds_servos_acknowledge(&roster, id ? named(id) : NULL)); break;
+    case 'l':
+        say("limits", cds_servos_set_limits(&servos, named(id), number[1], number[2], number[3]));
+        break;
+    case 'a': say("alarms", cds_servos_acknowledge(&servos, id ? named(id) : NULL)); break;
     case 'q':
-        say("latched", servos[id - 1].alarms);
-        say("of_all", roster.alarms);
+        say("latched", states[id - 1].alarms);
+        say("of_all", servos.alarms);
         break;
     case 'b':
         see_through(cds_servo_write_byte(&bus, &requests[0], id, address, (uint8_t)number[2]));
@@ -261,12 +277,15 @@ int main(void)
     cds_avr_clock_open();
     sei();
     for (uint8_t i = 0; i < SERVOS; i++)
-        ids[i] = servos[i].id = (uint8_t)(i + 1);
+        ids[i] = states[i].id = (uint8_t)(i + 1);
     for (uint8_t i = 0; i < WAITING; i++)
-        requests[i] = (struct cds_request)CDS_REQUEST(buffers[i]);
+        requests[i] = (struct cds_request)CDS_REQUEST(buffers[i], replies[i]);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, RETURN_DELAY_US);
-    cds_servos_begin(&roster, &bus, servos, SERVOS);
+    cds_servos_begin(
+        &servos,
+        &(struct cds_servos_config){
+            .bus = &bus, .queue = &queue, .states = states, .count = SERVOS, .capacity = SERVOS});
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY,
                          RETURN_DELAY_US / 2);
     for (;;) {
