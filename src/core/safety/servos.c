@@ -472,6 +472,9 @@ static void learn_end(struct cds_servos *servos, struct cds_request *request,
             learn_packet(servos, servo, request, source);
         else if (is_answered && !servos->is_paused)
             learn_read(servos, servo, request);
+        if (is_answered && instruction == CDS_READ &&
+            servo->status_return_level == CDS_LEVEL_PING) // it may be of another make
+            servo->status_return_level = CDS_LEVEL_READ;
     }
     if (servo->second != CDS_NO_ID)
         settle_id(servos, servo);
