@@ -516,7 +516,7 @@ void test_full_ring_of_headers_is_parsed_in_bounded_steps(void)
         cds_ring_put(&ring, 0x01);
         cds_ring_put(&ring, (uint8_t)(CDS_PARSER_LENGTH_MAX - i));
         // to find it, then to take what follows it
-        most = (uint16_t)(most + 1 + (CDS_RING_SIZE - i) / CDS_PARSER_TAKEN_MAX + 1);
+        most = (uint16_t)(most + 2u + (uint8_t)(CDS_RING_SIZE - i) / CDS_PARSER_TAKEN_MAX);
     }
     while (step() != CDS_PARSED_MORE)
         TEST_ASSERT_TRUE(++steps < 1000);
