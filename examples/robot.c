@@ -50,17 +50,18 @@ static bool set_return_delay(uint8_t i)
     return cds_blocking_setup(&setup, &config) == CDS_OK;
 }
 
-/* Goal and speed in one packet: with a limit of the speed the permit refuses a goal alone. */
-static bool write_goal(uint8_t i, uint16_t position)
+/* The servo goes to its goal as soon as its torque is on: the goal becomes `position`. Goal and
+ * speed are one packet, since the permit checks both. */
+static bool set_goal(uint8_t i, uint16_t position)
 {
-    const uint8_t goal[] = {(uint8_t)position, (uint8_t)(position >> 8), FASTEST & 0xFF,
-                            FASTEST >> 8};
+    uint8_t goal[] = {(uint8_t)position, (uint8_t)(position >> 8), FASTEST & 0xFF, FASTEST >> 8};
 
-    return cds_blocking_write(&bus, &request, ids[i], CDS_REG_GOAL_POSITION, goal, 4) == CDS_OK;
+    return cds_blocking_write(&bus, &request, ids[i], CDS_REG_GOAL_POSITION, goal, sizeof goal) ==
+           CDS_OK;
 }
 
 /* True if servo `i` answers quickly, is in position mode and within its limits. Its first goal is
- * its position, and the servo is told that goal before its torque is on. */
+ * its position. */
 static bool prepare(uint8_t i)
 {
     uint16_t position;
@@ -68,7 +69,7 @@ static bool prepare(uint8_t i)
     return set_return_delay(i) && read_4(i, CDS_REG_CW_ANGLE_LIMIT) &&
            cds_blocking_read_word(&bus, &request, ids[i], CDS_REG_PRESENT_POSITION, &position) ==
                CDS_OK &&
-           write_goal(i, position) && read_4(i, CDS_REG_GOAL_POSITION) &&
+           set_goal(i, position) && read_4(i, CDS_REG_GOAL_POSITION) &&
            cds_cycle_goal(&cycle, i, position, FASTEST) == CDS_OK;
 }
 

@@ -12,7 +12,7 @@
 #define UNTOUCHED 0x5A5A5A5A
 
 static struct cds_bus bus;
-static uint8_t buffer[CDS_PACKET_SIZE(11)], reply[11];
+static uint8_t packet[CDS_PACKET_SIZE(5)], reply[11];
 static struct cds_request request;
 
 static const struct cds_register_profile *const cds = &cds_profile_cds55xx;
@@ -22,7 +22,7 @@ void setUp(void)
 {
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
-    request = (struct cds_request)CDS_REQUEST(buffer, reply);
+    request = (struct cds_request)CDS_REQUEST(packet, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     port_fake_forget();
 }

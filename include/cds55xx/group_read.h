@@ -43,7 +43,9 @@ struct cds_group_read_config {
 struct cds_group_read {
     uint8_t next;         // servo that is read now
     uint8_t first_result; // of the first servo that failed, or CDS_OK
-    bool has_data;        // the reply of the servo before `next` is still to be copied
+    uint8_t last_result;  // of the servo before `next`
+    bool is_ended;        // the READ of the servo before `next` has ended and is not noted yet
+    bool is_built;        // the request has a READ, of another ID
     struct cds_group_read_config config;
     struct cds_steps steps;
 };

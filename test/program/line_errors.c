@@ -10,7 +10,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(2)], reply[50];
+static uint8_t packet[CDS_PACKET_SIZE(2)], reply[40];
 static struct cds_request request = CDS_REQUEST(packet, reply);
 
 static void read_table_with_a_pause(uint8_t after_us)

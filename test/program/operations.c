@@ -102,6 +102,7 @@ static void verified_moves(void)
 
 static void soft_limits(void)
 {
+    static const uint8_t goal[GOAL] = {700 & 0xFF, 700 >> 8, 512 & 0xFF, 512 >> 8};
     uint16_t limit = 0;
 
     say("mode", cds_blocking_read_word(&bus, &request, 1, CDS_REG_CCW_ANGLE_LIMIT, &limit));
@@ -109,7 +110,8 @@ static void soft_limits(void)
     write_word("fast", 1, CDS_REG_MOVING_SPEED, 513);
     write_word("speed", 1, CDS_REG_MOVING_SPEED, 512);
     write_word("far", 1, CDS_REG_GOAL_POSITION, 701);
-    write_word("goal", 1, CDS_REG_GOAL_POSITION, 700);
+    write_word("alone", 1, CDS_REG_GOAL_POSITION, 700); // without its speed
+    say("goal", cds_blocking_write(&bus, &request, 1, CDS_REG_GOAL_POSITION, goal, GOAL));
     say("whom", servos.refused_id);
 }
 
@@ -142,9 +144,12 @@ static void inhibits(void)
     write_byte("driven", 2, CDS_REG_TORQUE_ENABLE, 1);
 }
 
-/* A servo that answers PING and READ only; a servo that is inhibited. */
-static void moves_with_limits(void)
+/* A servo that answers PING and READ only; a servo that is inhibited. ACTION would also reach servo
+ * 1, so its limits end here. */
+static void moves_beside_limits(void)
 {
+    verified_move(540);
+    say("set", cds_servos_set_limits(&servos, &states[0], 0, CDS_VALUE_MAX, CDS_VALUE_MAX));
     write_byte("level", 4, CDS_REG_STATUS_RETURN_LEVEL, 1);
     verified_move(540);
     cds_servos_inhibit(&servos, &states[2], CDS_INHIBIT_STOPPED);
@@ -251,7 +256,7 @@ int main(void)
     soft_limits();
     learning();
     inhibits();
-    moves_with_limits();
+    moves_beside_limits();
     stop_all();
     check_state();
     diagnose(1);

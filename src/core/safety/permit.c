@@ -333,7 +333,7 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
     request->is_muted = false;
     if (bytes[CDS_AT_ID] <= CDS_ID_MAX)
         servo = cds_servos_at(servos, bytes[CDS_AT_ID], &request->servo_index);
-    if (servo && !servos->is_paused) {
+    if (servo && !servos->is_paused && !request->ignores_servo_state) {
         uint8_t level = servo->status_return_level;
 
         if (servo->return_delay != CDS_SERVOS_UNKNOWN)

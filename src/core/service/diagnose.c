@@ -16,6 +16,7 @@
 #define FEW        2     // of anything that may happen once on a good bus
 #define SUPPLY_MV  100u  // unit of the registers
 #define VARYING    8     // bytes from PRESENT_POSITION to PRESENT_TEMPERATURE
+#define HEARD_MAX  16    // more bytes than the longest reply and than a packet with a header behind
 #define LIMITS_AT  CDS_REG_RETURN_DELAY
 #define LIMITS_LEN (CDS_REG_MAX_VOLTAGE - LIMITS_AT + 1)
 
@@ -36,7 +37,8 @@ enum diagnose_phase {
     TRY_RATE_ANY, // broadcast PING at another rate
 };
 
-/* What a candidate is looked for. */
+/* What a candidate is looked for. TO_COMPARE: if the replies of another servo are clean, damage of
+ * the target comes from a second servo with its ID, not from noise. */
 enum diagnose_purpose { TO_EXAMINE, TO_TELL_OTHER_ID, TO_COMPARE };
 
 /* Each series: how many transactions, and the registers of a READ; length 0: PING. A deaf servo
@@ -149,81 +151,60 @@ static enum cds_result ask(struct cds_diagnose *diagnose)
     return result;
 }
 
-/* Bytes that came since the packet in flight was submitted. They stand in the ring, even if the bus
- * has released them, until 64 more bytes come. */
+/* Bytes that came since the packet in flight was submitted. */
 static uint8_t heard_count(const struct cds_diagnose *diagnose)
 {
     return cds_ring_distance(diagnose->position, cds_ring_end(&diagnose->steps.bus->link.rx));
 }
 
-static uint8_t heard_byte(const struct cds_diagnose *diagnose, uint8_t index)
+/* Copies the first of them, HEARD_MAX or `count`. They stand in the ring, even if the bus has
+ * released them, until 64 more bytes come. */
+static void copy_heard(const struct cds_diagnose *diagnose, uint8_t *to, uint8_t count)
 {
-    return cds_ring_at(&diagnose->steps.bus->link.rx, cds_ring_after(diagnose->position, index));
+    for (uint8_t i = 0; i < count && i < HEARD_MAX; i++)
+        to[i] = cds_ring_at(&diagnose->steps.bus->link.rx, cds_ring_after(diagnose->position, i));
 }
 
-/* True if the first `count` bytes heard are the last of the packet, and a reply or nothing follows
- * them. */
-static bool is_tail_of_packet(const struct cds_diagnose *diagnose, uint8_t count, uint8_t heard)
+/* True if the `count` bytes heard begin with an echo: the last bytes of the packet, with a reply or
+ * nothing behind them. A whole PING is no echo: it is also the reply of a servo with a voltage
+ * error. Nor is the end of a PING, if it is that reply without its first bytes. */
+static bool is_echo(const struct cds_diagnose *diagnose, const uint8_t *heard, uint8_t count)
 {
     const struct cds_packet *packet = &diagnose->steps.request->packet;
-    const uint8_t *tail = packet->bytes + packet->size - count;
+    uint8_t longest = (uint8_t)(packet->size - (diagnose->phase == PROBE));
 
-    for (uint8_t i = 0; i < count; i++)
-        if (heard_byte(diagnose, i) != tail[i])
-            return false;
-    return heard == count ||
-           ((uint8_t)(heard - count) >= 2 && heard_byte(diagnose, count) == CDS_HEADER &&
-            heard_byte(diagnose, (uint8_t)(count + 1)) == CDS_HEADER);
-}
-
-/* True if what was heard begins with an echo. A whole PING is no echo: it is also the reply of a
- * servo with a voltage error. Nor is the end of a PING, if it is that reply without its first
- * bytes. */
-static bool is_echo(const struct cds_diagnose *diagnose, uint8_t heard)
-{
-    uint8_t longest = (uint8_t)diagnose->steps.request->packet.size;
-
-    if (diagnose->phase == PROBE)
-        longest--;
-    for (uint8_t count = 1; count <= longest && count <= heard; count++)
-        if (is_tail_of_packet(diagnose, count, heard))
+    for (uint8_t i = 1; i <= longest && i <= count; i++)
+        if (memcmp(heard, packet->bytes + packet->size - i, i) == 0 &&
+            (i == count ||
+             (count - i >= 2 && heard[i] == CDS_HEADER && heard[i + 1] == CDS_HEADER)))
             return true;
     return false;
 }
 
-/* True if what was heard is the reply due without its first bytes, up to LENGTH. LENGTH and
- * checksum prove that: noise or two servos would have changed them. Without ERROR nothing is
+/* True if the `count` bytes heard are the reply due without its first bytes, up to LENGTH. LENGTH
+ * and checksum prove that: noise or two servos would have changed them. Without ERROR nothing is
  * proven. */
-static bool is_cut(const struct cds_diagnose *diagnose, uint8_t heard)
+static bool is_cut(const struct cds_diagnose *diagnose, const uint8_t *heard, uint8_t count)
 {
     uint8_t id = id_of(diagnose);
     uint8_t length = (uint8_t)(diagnose->steps.request->reply_parameters + CDS_LENGTH_MIN);
-    uint8_t size = (uint8_t)(CDS_AT_ERROR + length);
-    uint8_t lost = (uint8_t)(size - heard);
+    uint8_t head[CDS_AT_ERROR] = {CDS_HEADER, CDS_HEADER, id, length};
+    uint8_t lost = (uint8_t)(CDS_AT_ERROR + length - count);
+    uint8_t left = (uint8_t)(CDS_AT_ERROR - lost); // bytes of the head that were heard
     uint8_t sum = (uint8_t)(id + length);
 
-    if (heard >= size || lost > CDS_AT_ERROR)
+    if (count >= CDS_AT_ERROR + length || lost > CDS_AT_ERROR ||
+        memcmp(heard, head + lost, left) != 0)
         return false;
-    for (uint8_t i = lost; i < size; i++) {
-        uint8_t byte = heard_byte(diagnose, (uint8_t)(i - lost));
-
-        if (i >= CDS_AT_ERROR)
-            sum = (uint8_t)(sum + byte);
-        else if (byte != (i < CDS_AT_ID ? CDS_HEADER : i == CDS_AT_ID ? id : length))
-            return false;
-    }
+    for (uint8_t i = left; i < count; i++)
+        sum = (uint8_t)(sum + heard[i]);
     return sum == UINT8_MAX; // a checksum is the complement of the sum
 }
 
 static void add_tally(struct cds_diagnose_tally *sum, const struct cds_diagnose_tally *tally)
 {
-    sum->asked++;
-    sum->answered = (uint8_t)(sum->answered + tally->answered);
-    sum->damaged = (uint8_t)(sum->damaged + tally->damaged);
-    sum->silent = (uint8_t)(sum->silent + tally->silent);
-    sum->busy = (uint8_t)(sum->busy + tally->busy);
-    sum->echoed = (uint8_t)(sum->echoed + tally->echoed);
-    sum->cut = (uint8_t)(sum->cut + tally->cut);
+    for (uint8_t i = 0; i < sizeof *sum; i++)
+        ((uint8_t *)sum)[i] = (uint8_t)(((uint8_t *)sum)[i] + ((const uint8_t *)tally)[i]);
 }
 
 static void keep_reply(struct cds_diagnose *diagnose)
@@ -242,36 +223,48 @@ static void keep_reply(struct cds_diagnose *diagnose)
         memcpy(diagnose->limits, reply, LIMITS_LEN);
 }
 
+/* How a transaction ended, with `count` bytes heard. */
+static struct cds_diagnose_tally tally_of(const struct cds_diagnose *diagnose,
+                                          enum cds_result result, uint8_t count)
+{
+    struct cds_diagnose_tally tally = {.asked = 1};
+    uint8_t heard[HEARD_MAX];
+
+    copy_heard(diagnose, heard, count);
+    tally.cut = is_cut(diagnose, heard, count);
+    if (!tally.cut || diagnose->phase != PROBE)
+        tally.echoed = is_echo(diagnose, heard, count);
+    if (tally.echoed)
+        tally.cut = 0;
+    if (result == CDS_LINE_BUSY)
+        tally.busy = 1;
+    else if (result == CDS_OK)
+        tally.answered = 1;
+    else if (result != CDS_TIMEOUT || (count && !tally.echoed))
+        tally.damaged = 1;
+    else
+        tally.silent = 1;
+    return tally;
+}
+
 static void ended(void *operation, enum cds_result result)
 {
     struct cds_diagnose *diagnose = (struct cds_diagnose *)operation;
-    struct cds_diagnose_tally tally = {0};
-    uint8_t phase = diagnose->phase, heard = heard_count(diagnose);
-    bool is_cut_off = is_cut(diagnose, heard), is_echoed = false;
+    struct cds_diagnose_tally tally;
+    uint8_t count = heard_count(diagnose);
 
     if (!diagnose->steps.is_sent || result == CDS_CANCELLED) {
         cds_steps_end(&diagnose->steps, result);
         return;
     }
-    if (!is_cut_off || phase != PROBE)
-        is_echoed = is_echo(diagnose, heard);
-    tally.echoed = is_echoed;
-    tally.cut = is_cut_off && !is_echoed;
-    if (result == CDS_LINE_BUSY)
-        tally.busy = 1;
-    else if (result == CDS_OK)
-        tally.answered = 1;
-    else if (result != CDS_TIMEOUT || (heard && !is_echoed))
-        tally.damaged = 1;
-    else
-        tally.silent = 1;
+    tally = tally_of(diagnose, result, count);
     diagnose->transactions++;
     add_tally(&diagnose->series, &tally);
-    if (phase <= READ_VARYING)
+    if (diagnose->phase <= READ_VARYING)
         add_tally(&diagnose->total, &tally);
     if (result == CDS_OK)
         keep_reply(diagnose);
-    if (phase != SEEK || heard || result != CDS_TIMEOUT)
+    if (diagnose->phase != SEEK || count || result != CDS_TIMEOUT)
         pause_for(diagnose, PAUSE_US, 8);
 }
 
@@ -383,12 +376,6 @@ static void try_next_rate(struct cds_diagnose *diagnose)
         find_silence(diagnose);
 }
 
-/* Are the damaged replies noise, or two servos? A clean reply of another servo tells. */
-static void compare(struct cds_diagnose *diagnose, bool is_other_clean)
-{
-    find(diagnose, is_other_clean ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NOISE);
-}
-
 static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
 {
     const struct cds_diagnose_tally *total = &diagnose->total;
@@ -399,7 +386,8 @@ static void seek(struct cds_diagnose *diagnose, uint8_t from_id)
     if (diagnose->seek_id <= CDS_ID_MAX)
         enter(diagnose, SEEK);
     else if (diagnose->purpose == TO_COMPARE) // there is no other servo
-        compare(diagnose, total->damaged >= total->asked - total->asked / 4);
+        find(diagnose, total->damaged >= total->asked - total->asked / 4 ? CDS_FINDING_DUPLICATE_ID
+                                                                         : CDS_FINDING_NOISE);
     else
         try_next_rate(diagnose);
 }
@@ -537,7 +525,8 @@ static void named(struct cds_diagnose *diagnose)
     if ((uint8_t)(series->answered + series->damaged) < FEW) {
         seek(diagnose, candidate == diagnose->seek_id ? (uint8_t)(candidate + 1) : 0);
     } else if (diagnose->purpose == TO_COMPARE) {
-        compare(diagnose, series->answered == series->asked);
+        find(diagnose,
+             series->answered == series->asked ? CDS_FINDING_DUPLICATE_ID : CDS_FINDING_NOISE);
     } else if (diagnose->purpose == TO_EXAMINE) {
         diagnose->target = diagnose->found_id = candidate;
         enter(diagnose, PROBE);

@@ -46,6 +46,15 @@ static inline bool cds_packet_is_within(uint8_t address, uint8_t length)
 /* Refuses the packet for an argument. What was wrong before stays the reason. */
 void cds_packet_refuse(struct cds_packet *packet);
 
+/* Changes the ID of a packet that is ended, and its checksum. */
+static inline void cds_packet_set_id(struct cds_packet *packet, uint8_t id)
+{
+    uint8_t *bytes = packet->bytes, *checksum = &bytes[packet->size - 1u];
+
+    *checksum = (uint8_t)(*checksum + bytes[CDS_AT_ID] - id);
+    bytes[CDS_AT_ID] = id;
+}
+
 /* Begins a WRITE or REG WRITE and puts all its data. */
 void cds_packet_begin_write(struct cds_packet *packet, uint8_t id, uint8_t instruction,
                             uint8_t address, const uint8_t *data, uint8_t length);
