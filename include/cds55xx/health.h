@@ -47,13 +47,13 @@ struct cds_health {
     uint32_t look_us;     // when the next servo is asked
     uint32_t seek_us;     // when the next OFFLINE servo is asked
     uint32_t returned_us; // when the RETURNED servo is asked
-    bool is_running;
-    uint8_t news;     // of the servos, when a RETURNED servo was looked for
-    uint8_t turn;     // entry of the servo that is asked next
-    uint8_t sought;   // entry of the OFFLINE servo that was asked last
-    uint8_t returned; // entry of a RETURNED servo, or `count` of the servos: none
+    bool is_running;      // begun, and not aborted
+    uint8_t news;         // of the servos, when a RETURNED servo was looked for
+    uint8_t turn;         // entry of the servo that is asked next
+    uint8_t sought;       // entry of the OFFLINE servo that was asked last
+    uint8_t returned;     // entry of a RETURNED servo, or `count` of the servos: none
     uint8_t packet[CDS_PACKET_SIZE(2)];
-    uint8_t reply;
+    uint8_t reply; // to the READ
 };
 
 /* Begins. In each period each servo has its TORQUE_ENABLE read, one after the other and evenly

@@ -157,10 +157,6 @@ class Headers(unittest.TestCase):
         self.missing("include/cds55xx/feedback.h", "All functions: main context.", "",
                      "cds_feedback_decode: its context")
 
-    def test_the_manual(self):
-        self.missing("include/cds55xx/ring.h", "Manual: nothing.", "",
-                     "cds_ring_peek: its place in the manual")
-
     def test_a_header_that_does_not_compile_alone(self):
         self.missing("include/cds55xx/ring.h", "#include <stdbool.h>\n", "",
                      "does not compile alone (gcc)")
