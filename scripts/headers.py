@@ -322,7 +322,8 @@ class Sources:
     def returned(self, name, path=None, seen=(), told=""):
         """A field that is returned as it stands and that `told` names, is told."""
         if name == "cds_steps_poll" and path:
-            return set(re.findall(r"\bcds_steps_end\([^;]*\b(CDS_\w+)\);", self.texts[path]))
+            ends = re.findall(r"\bcds_steps_end\([^,;]*, ([^;]*)\);", self.texts[path])
+            return {v for end in ends for v in self.values(end, "", path) if v in self.results}
         scope = next((s for s in [path, None] if (s, name) in self.bodies), None)
         if (scope, name) not in self.bodies or (scope, name) in seen:
             return set()
