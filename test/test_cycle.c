@@ -377,10 +377,10 @@ void test_poll_very_late_catches_up_in_bounded_steps(void)
 {
     begin_with_goals();
     run_to(3999);
-    port_fake.now_us += 100ul * PERIOD_US; // 32 periods at most in each poll
+    port_fake.now_us += 100ul * PERIOD_US; // 8 periods at most in each poll
     cds_cycle_poll(&cycle);
-    TEST_ASSERT_EQUAL_UINT32(32, cycle.counters.missed);
-    for (uint8_t i = 0; i < 4; i++)
+    TEST_ASSERT_EQUAL_UINT32(8, cycle.counters.missed);
+    for (uint8_t i = 0; i < 12; i++)
         cds_cycle_poll(&cycle);
     TEST_ASSERT_EQUAL_UINT32(100, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT32(101ul * PERIOD_US, cycle.next_us - BEGIN_US);
@@ -395,6 +395,18 @@ void test_feedback_taken_late_has_the_age_of_its_reply(void)
     TEST_ASSERT_EQUAL(CDS_OK, feedback[0].result);
     TEST_ASSERT_EQUAL_UINT32(GOALS_US + 10 + 1000 - (GOALS_US + ROOM_US),
                              cds_feedback_age_us(&feedback[0]));
+}
+
+/* 372 us: the wait until its deadline and the time to begin it. */
+void test_read_unanswered_found_late_counts_until_its_deadline(void)
+{
+    dead = 4;
+    begin_with_goals();
+    run_to(GOALS_US + 10);
+    be_away(1500);
+    poll();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(GOALS_US + ROOM_US, cycle.wire_us);
 }
 
 /* ---- goals ---- */

@@ -21,7 +21,7 @@
 #define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
 #define TICK          (1000u * TICKS_PER_US)
 #define MARK          (1 << PB0)
-#define MOST          (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 4) // of a reply to the cycle's READs
+#define MOST          (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 8) // of a reply: the rest is polled for
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)

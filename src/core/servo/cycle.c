@@ -9,7 +9,7 @@
 
 #define READ_BYTES  (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE))
 #define SUBMIT_US   20          // from reading the clock to the first start bit, at 16 MHz
-#define CATCH_UP    32          // periods passed over in one poll, however late it is
+#define CATCH_UP    8           // periods passed over in one poll, however late it is
 #define HALVE_AT_US (1ul << 30) // both times of the utilisation, so that neither wraps
 
 static NOINLINE void count(uint32_t *counter)
@@ -126,7 +126,7 @@ static NOINLINE bool send_goals(struct cds_cycle *cycle)
 }
 
 /* The next period has begun, or more than one. */
-static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
+static NOINLINE void begin_period(struct cds_cycle *cycle, uint32_t now_us)
 {
     int32_t late_us = (int32_t)(now_us - cycle->next_us);
 
@@ -153,7 +153,7 @@ static void begin_period(struct cds_cycle *cycle, uint32_t now_us)
 
 /* The goals were refused on the bus: now without the servo that was refused, if they do not hold up
  * those of the next period. */
-static void send_again(struct cds_cycle *cycle, uint32_t now_us)
+static NOINLINE void send_again(struct cds_cycle *cycle, uint32_t now_us)
 {
     cycle->is_refused = false;
     if (remaining_us(cycle, now_us) < cycle->period_us - cycle->latest_us ||
@@ -211,25 +211,28 @@ static void begin_read(struct cds_cycle *cycle, uint32_t now_us, uint16_t remain
 static NOINLINE void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
 {
     struct cds_feedback *feedback = &cycle->feedback[cycle->turn];
-    uint32_t between_us, before_us = feedback->time_us;
-    bool was_known = feedback->known;
+    const struct cds_request *read = &cycle->read;
+    int32_t early_us = (int32_t)(cycle->read_until_us - now_us);
 
-    if ((int32_t)(now_us - cycle->read_until_us) > 0)
+    if (early_us < 0) {
         now_us = cycle->read_until_us;
-    between_us = now_us - before_us;
+        early_us = 0;
+    }
     cycle->is_reading = false;
     next_turn(cycle);
     count(&cycle->counters.reads);
-    if (cds_feedback_take(feedback, &cycle->read, now_us) == CDS_OK) {
+    if (read->result == CDS_OK && read->length == CDS_FEEDBACK_SIZE) {
+        uint32_t between_us = now_us - feedback->time_us;
+
         add(&cycle->wire_us, cycle->read_bytes_us);
-        if (was_known && between_us > cycle->counters.oldest_us)
+        if (feedback->known && between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
-        if (!cds_was_not_sent(cycle->read.result))
-            add(&cycle->wire_us,
-                (uint16_t)(read_us(cycle) - (uint16_t)(cycle->read_until_us - now_us)));
+        if (!cds_was_not_sent(read->result))
+            add(&cycle->wire_us, (uint16_t)(read_us(cycle) - (uint16_t)early_us));
         count(&cycle->counters.failed);
     }
+    cds_feedback_take(feedback, read, now_us); // last: saves 40 cycles of saved registers
 }
 
 /* ---- polls ---- */
