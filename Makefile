@@ -370,7 +370,7 @@ $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -o $@
 
-RANDOM_TESTS := fuzz inhibit_random
+RANDOM_TESTS := fuzz inhibit_random engine_random
 $(RANDOM_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o $(TESTED_OBJ)
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $(filter-out %/unity.o,$^) -o $@

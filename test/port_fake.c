@@ -106,11 +106,12 @@ void cds_port_tx_last(uint8_t port, uint8_t byte)
 bool cds_port_line_is_high(uint8_t port)
 {
     breach_unless(*line(port) == FAKE_LISTEN);
-    if (port_fake.low_looks) {
+    if (!port_fake.low && !port_fake.low_looks)
+        return true;
+    port_fake.low_seen++;
+    if (port_fake.low_looks)
         port_fake.low_looks--;
-        return false;
-    }
-    return !port_fake.low;
+    return false;
 }
 
 uint32_t cds_port_now_us(void)

@@ -43,6 +43,7 @@ struct port_fake {
     bool followed;           // the packet that has begun goes on
     uint16_t us_per_reading; // how far the clock moves on whenever it is asked
     bool low;                // the line is held low
+    uint32_t low_seen;       // looks that found it low
     uint8_t low_looks;       // so many looks at the line find it low, as amid the bits of a byte
     bool takes_two;          // the transmitter takes two bytes at once
     struct cds_link *eager;  // if set: its packets are on the line before talk returns

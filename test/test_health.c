@@ -100,7 +100,7 @@ static enum cds_result drive(uint8_t id)
     return result;
 }
 
-void test_each_is_read_once_a_period_evenly(void)
+void test_each_servo_is_read_once_a_period_evenly(void)
 {
     for (uint16_t us = 0; us < 2 * PERIOD_US - 1; us++)
         turn();
@@ -114,7 +114,7 @@ void test_each_is_read_once_a_period_evenly(void)
     }
 }
 
-void test_torque_lost_between_two_exchanges_shows_within_a_period(void)
+void test_torque_lost_unseen_shows_within_a_period(void)
 {
     torque_on();
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
@@ -139,7 +139,7 @@ static void lose(uint8_t index)
     TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[index].presence);
 }
 
-void test_one_that_is_away_is_found_looked_at_and_held(void)
+void test_an_offline_servo_is_found_read_and_inhibited(void)
 {
     uint8_t first;
 
@@ -162,7 +162,7 @@ void test_one_that_is_away_is_found_looked_at_and_held(void)
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(1));
 }
 
-void test_one_that_kept_its_state_is_driven_again_by_itself(void)
+void test_a_servo_that_kept_its_state_may_be_driven(void)
 {
     torque_on();
     lose(2);
@@ -174,8 +174,8 @@ void test_one_that_kept_its_state_is_driven_again_by_itself(void)
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
 }
 
-/* A period of 10 s: within it, only those that are away are asked. */
-void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
+/* A period of 3 s: within it only OFFLINE servos are asked. */
+void test_offline_servos_cost_one_ping_in_100_ms(void)
 {
     uint8_t first;
 
@@ -198,8 +198,10 @@ void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
                                         wire.log[i].us - wire.log[i - 1].us);
 }
 
-void test_one_that_answers_no_read_is_pinged_and_lost_when_back(void)
+void test_a_servo_that_answers_no_read_is_lost_when_back(void)
 {
+    uint8_t first;
+
     states[1].status_return_level = 0;
     wire.servo[1].mute = true;
     torque_on();
@@ -209,13 +211,116 @@ void test_one_that_answers_no_read_is_pinged_and_lost_when_back(void)
     TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
     lose(1);
     wire.servo[1].dead = false;
-    run_for(CDS_HEALTH_SEEK_US + 2000);
+    first = wire.count;
+    run_for(5 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_UINT8(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 2, CDS_READ));
+}
+
+/* READs that are lost do not make a servo one that answers none. */
+void test_a_servo_whose_first_reads_are_lost_keeps_its_level(void)
+{
+    torque_on();
+    lose(1);
+    wire.servo[1].torque = 1;
+    wire.servo[1].dead = false;
+    while (states[1].presence == CDS_PRESENCE_OFFLINE)
+        run_for(1);
+    wire.servo[1].mute = true;
+    while (states[1].misses < CDS_SERVOS_MISSES - 1)
+        run_for(1);
+    wire.servo[1].mute = false;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_NOT_EQUAL(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+}
+
+/* A servo that answers PING only has returned, and has missed three READs. */
+static void return_mute(uint8_t index)
+{
+    torque_on();
+    lose(index);
+    wire.servo[index].torque = 1;
+    wire.servo[index].dead = false;
+    wire.servo[index].mute = true;
+    while (states[index].presence != CDS_PRESENCE_RETURNED ||
+           states[index].misses < CDS_SERVOS_MISSES)
+        run_for(1);
+}
+
+void test_a_damaged_reply_to_ping_tells_nothing(void)
+{
+    return_mute(1);
+    wire.servo[1].garbled = true;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    wire.servo[1].garbled = false;
+    run_for(2 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
     TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
 }
 
-/* Whatever is submitted goes before it. */
-void test_it_waits_while_the_bus_is_not_free(void)
+/* Between the PING and the next poll a READ of the application was answered. */
+void test_a_read_of_others_tells_more_than_the_ping(void)
+{
+    uint8_t reply[1];
+    struct cds_request read = CDS_REQUEST(buffer, reply);
+
+    return_mute(1);
+    while (!health.asked_returned || health.request.packet.bytes[4] != CDS_PING)
+        run_for(1);
+    while (health.request.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, health.request.result);
+    wire.servo[1].mute = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &read, 2, CDS_REG_TORQUE_ENABLE, 1));
+    while (read.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    run_for(100);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+}
+
+/* All servos were ONLINE for 40 min, more than half a wrap of the clock. */
+void test_the_first_offline_servo_is_sought_at_once(void)
+{
+    run_for(PERIOD_US + 500);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
+    run_for(500);
+    health.seek_us = port_fake.now_us - 2400000000u;
+    wire.servo[0].dead = true;
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++) {
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+        run_for(3000);
+    }
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[0].presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES + 1, torque_packets(0, 1, CDS_PING));
+}
+
+/* It is gone again before it could be read. */
+void test_a_returned_servo_that_is_gone_again_is_offline(void)
+{
+    torque_on();
+    lose(1);
+    wire.servo[1].dead = false;
+    while (states[1].presence == CDS_PRESENCE_OFFLINE)
+        run_for(1);
+    wire.servo[1].dead = true;
+    run_for(5 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+}
+
+/* Every other request goes first. */
+void test_nothing_is_sent_while_the_bus_is_in_use(void)
 {
     for (uint16_t i = 0; i < 1000; i++) {
         if (request.result != CDS_PENDING)
@@ -231,7 +336,7 @@ void test_it_waits_while_the_bus_is_not_free(void)
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ));
 }
 
-void test_one_that_may_answer_late_is_asked_later(void)
+void test_nothing_is_sent_while_the_bus_rests(void)
 {
     wire.servo[0].dead = true;
     run_for(100); // its READ is out
@@ -250,7 +355,7 @@ void test_one_that_may_answer_late_is_asked_later(void)
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 1, CDS_READ));
 }
 
-void test_held_up_it_does_not_make_up_for_it(void)
+void test_missed_turns_are_not_made_up_for(void)
 {
     run_for(300);
     port_fake.now_us += 5 * PERIOD_US;
@@ -259,7 +364,7 @@ void test_held_up_it_does_not_make_up_for_it(void)
     TEST_ASSERT_INT_WITHIN(1, 7, wire.count);
 }
 
-void test_what_cannot_be_is_refused(void)
+void test_begin_with_a_bad_period_or_in_flight_is_refused(void)
 {
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(9999));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(1000000001ul));
@@ -275,7 +380,7 @@ void test_what_cannot_be_is_refused(void)
     TEST_ASSERT_NULL(bus.request);
 }
 
-void test_one_that_is_back_before_it_begins_is_looked_at_at_once(void)
+void test_a_servo_returned_before_begin_is_read_at_once(void)
 {
     torque_on();
     lose(0);
@@ -294,8 +399,8 @@ void test_one_that_is_back_before_it_begins_is_looked_at_at_once(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
 }
 
-/* The plug of both is put in again: neither waits because of the other. */
-void test_two_that_are_back_are_both_looked_at_at_once(void)
+/* Both are plugged in again: neither waits for the other. */
+void test_two_returned_servos_are_read_at_once(void)
 {
     torque_on();
     lose(0);
@@ -308,7 +413,7 @@ void test_two_that_are_back_are_both_looked_at_at_once(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[2].inhibited);
 }
 
-void test_a_look_is_not_repeated(void)
+void test_a_read_is_not_retried(void)
 {
     cds_queue_set_retries(&queue, 2);
     wire.servo[0].dead = true;
@@ -319,7 +424,7 @@ void test_a_look_is_not_repeated(void)
 /* ---- beside a cycle ---- */
 
 #define CYCLE_US 1000u
-#define LOOKS_US 10100ul // a look falls due at other and other moments of a period
+#define LOOKS_US 10100ul // turns come at changing moments of a period
 
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[1];
@@ -352,8 +457,10 @@ static void run_with_cycle(uint32_t us)
     }
 }
 
-void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
+void test_beside_a_cycle_no_period_is_late(void)
 {
+    uint8_t waited_us;
+
     TEST_ASSERT_EQUAL(CDS_OK, begin_health(LOOKS_US));
     begin_cycle(CYCLE_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
@@ -362,9 +469,11 @@ void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
         TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + 1, cycle.next_us);
         run_with_cycle(1);
         TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + CYCLE_US, cycle.next_us); // begun at once
+        waited_us = cds_bus_is_resting(&bus); // then the packet leaves with the next poll
+        run_with_cycle(waited_us);
         TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
-        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, bus.request->id);
-        run_with_cycle(CYCLE_US - 1);
+        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, bus.request->packet.bytes[CDS_AT_ID]);
+        run_with_cycle(CYCLE_US - 1 - waited_us);
     }
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_GREATER_THAN_UINT32(20, cycle.counters.reads); // unanswered: the bus rests
@@ -374,7 +483,7 @@ void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
     }
 }
 
-void test_a_cycle_without_room_is_refused(void)
+void test_a_cycle_without_spare_time_is_refused(void)
 {
     begin_cycle(130 + CDS_REPLY_MARGIN_US + 150 + 2 + CDS_REPLY_MARGIN_US + 40);
     TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
@@ -383,7 +492,7 @@ void test_a_cycle_without_room_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, NULL));
 }
 
-void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
+void test_a_servo_too_slow_for_the_cycle_is_passed_over(void)
 {
     uint32_t reads;
 
@@ -398,9 +507,40 @@ void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
     TEST_ASSERT_INT_WITHIN(1, 3, states[1].counters.ok);
     TEST_ASSERT_INT_WITHIN(1, 3, states[2].counters.ok);
     reads = cycle.counters.reads;
-    for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does anybody who asks for too much
+    for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does a request for too much time
         run_with_cycle(1);
         TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, CYCLE_US));
     }
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 4, cycle.counters.reads);
+}
+
+/* ---- abort ---- */
+
+void test_after_abort_nothing_is_sent_until_the_next_begin(void)
+{
+    uint8_t count;
+
+    run_for(PERIOD_US + 500); // no packet is on the wire
+    cds_health_abort(&health);
+    count = wire.count;
+    run_for(PERIOD_US);
+    TEST_ASSERT_EQUAL_UINT8(count, wire.count);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(PERIOD_US));
+    run_for(PERIOD_US);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT8(count + TORQUE_SERVOS, wire.count);
+}
+
+void test_abort_takes_back_a_request_that_waits(void)
+{
+    port_fake.low = true; // the first poll of the bus finds that out
+    while (health.request.result != CDS_PENDING)
+        cds_health_poll(&health);
+    cds_bus_poll(&bus);
+    cds_health_abort(&health);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, health.request.result);
+    TEST_ASSERT_NULL(bus.request);
+    cds_health_abort(&health); // again: nothing changes
+    memset(&health, 0, sizeof health);
+    cds_health_abort(&health); // never begun
+    cds_health_poll(&health);
 }

@@ -223,6 +223,22 @@ void test_one_low_look_while_a_request_waits_delays_it(void)
     assert_answered(&request, 5);
 }
 
+/* A byte of another station is seen low just before two byte times are over. */
+void test_low_look_within_two_byte_times_delays_the_packet(void)
+{
+    noise();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
+    poll_at(0);
+    port_fake.low_looks = 1;
+    poll_at(QUIET_US - 1);
+    for (uint8_t us = 0; us < QUIET_US; us++) {
+        poll_at(1);
+        TEST_ASSERT_FALSE(is_sent());
+    }
+    poll_at(1);
+    assert_answered(&request, 5);
+}
+
 void test_a_line_low_for_longer_than_a_byte_is_a_fault(void)
 {
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING); // all that is ever heard of it

@@ -6,6 +6,7 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
+#include "cds55xx/servos.h"
 #include "packets.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -661,7 +662,7 @@ void test_action_that_is_lost_on_servos_at_their_goals(void)
 }
 
 /* Only one of them does not hear it: the others are under way, and it does not follow later. */
-void test_one_that_is_deaf_to_action(void)
+void test_a_servo_that_misses_action_is_cleared(void)
 {
     for (plan.victim = 0; plan.victim < SERVOS; plan.victim++) {
         run_with(true, CUT_BEFORE, 7, 7);
@@ -676,7 +677,7 @@ void test_one_that_is_deaf_to_action(void)
     }
 }
 
-void test_any_fault_after_action_is_told_of_that_servo(void)
+void test_any_fault_after_action_is_told_of_its_servo(void)
 {
     for (uint8_t fault = LOSE_PACKET; fault < FAULTS; fault++) {
         for (uint8_t at = 8; at <= 10; at++) {
@@ -692,7 +693,7 @@ void test_any_fault_after_action_is_told_of_that_servo(void)
     }
 }
 
-void test_of_two_that_fail_after_action_the_first_is_the_reason(void)
+void test_of_two_faults_after_action_the_first_counts(void)
 {
     plan.first = 8;
     plan.first_fault = LOSE_REPLY;
@@ -761,7 +762,7 @@ void test_clearing_without_answers_is_tried_three_times(void)
 }
 
 /* At `at` a servo's power fails for good: it stays in doubt if it was asked, and only it. */
-void test_a_servo_that_is_gone_for_good_is_in_doubt(void)
+void test_a_servo_without_power_stays_in_doubt(void)
 {
     plan.for_good = true;
     for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
@@ -942,6 +943,9 @@ void test_abort_between_two_steps_sends_no_action(void)
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // ACTION waits
     cds_registered_move_abort(&move);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // clearing waits
+    cds_registered_move_abort(&move);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result); // and goes on
     free_bus();
     SENDS(clear_0);
     answered(0, 0);
@@ -1003,4 +1007,132 @@ void test_abort_after_the_end_changes_nothing(void)
     cds_registered_move_abort(&move);
     finish();
     TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
+}
+
+/* ---- servos with limits ---- */
+
+static struct cds_servos known;
+static struct cds_servo_state states[SERVOS + 1];
+
+/* All three servos of the move are known, in position mode, and with limits. */
+static void know_servos(uint8_t count)
+{
+    static const uint8_t ids[SERVOS + 1] = {0, 1, 7, 9};
+
+    setUp();
+    bus.hooks = NULL;
+    for (uint8_t i = 0; i < count; i++)
+        states[i].id = ids[i];
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_servos_begin(&known, &(struct cds_servos_config){.bus = &bus,
+                                                                     .queue = &queue,
+                                                                     .states = states,
+                                                                     .count = count,
+                                                                     .capacity = SERVOS + 1}));
+    for (uint8_t i = 0; i < count; i++) {
+        states[i].ccw_limit = CDS_ANGLE_SET;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&known, &states[i], 0, 1022, 1023));
+    }
+    goals[1].position = 1022;
+}
+
+static void assert_called_off_as(enum cds_result result)
+{
+    finish();
+    TEST_ASSERT_EQUAL(result, move.steps.result);
+    TEST_ASSERT_FALSE(move.acted);
+    TEST_ASSERT_EQUAL_UINT8(0, actions);
+    TEST_ASSERT_EQUAL_UINT8(0, registered());
+    assert_moved(false);
+    assert_truth();
+}
+
+static void run_until_sent(uint16_t packets)
+{
+    while (bus.stats.sent < packets) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+        if (bus.stats.sent == packets)
+            break;
+        turn();
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_move_of_servos_with_limits(void)
+{
+    for (uint8_t verified = 0; verified < 2; verified++) {
+        know_servos(SERVOS);
+        run(verified);
+        for (uint8_t i = 0; i < SERVOS; i++)
+            TEST_ASSERT_EQUAL(CDS_OK, goals[i].result);
+        TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
+        assert_moved(true);
+        assert_truth();
+    }
+}
+
+void test_goal_beyond_a_limit_calls_the_move_off(void)
+{
+    know_servos(SERVOS);
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servos_set_limits(&known, &states[2], 0, goals[2].position - 1, 1023));
+    begin(SERVOS);
+    assert_called_off_as(CDS_LIMIT);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, goals[2].result);
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+    TEST_ASSERT_EQUAL_UINT8(2 + 4, exchanges); // servo 7 was sent nothing
+}
+
+/* Even a limit that all goals keep. */
+void test_change_of_a_limit_before_action_calls_it_off(void)
+{
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        know_servos(SERVOS);
+        TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, true));
+        run_until_sent(at);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&known, &states[2], 1, 1020, 1023));
+        assert_called_off_as(CDS_LIMIT);
+    }
+}
+
+void test_inhibit_before_action_calls_it_off(void)
+{
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        know_servos(SERVOS);
+        TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, true));
+        run_until_sent(at);
+        cds_servos_inhibit_all(&known);
+        assert_called_off_as(CDS_INHIBITED);
+    }
+}
+
+void test_move_that_leaves_out_a_servo_with_limits(void)
+{
+    know_servos(SERVOS + 1);
+    begin(SERVOS);
+    assert_called_off_as(CDS_LIMIT);
+    TEST_ASSERT_EQUAL_UINT8(3 + 6, exchanges);
+}
+
+/* At status return level 1 REG WRITE is not answered, so nothing proves what is registered. */
+void test_move_of_a_silent_servo_beside_one_with_limits(void)
+{
+    know_servos(SERVOS);
+    states[2].status_return_level = 1;
+    begin(SERVOS);
+    assert_called_off_as(CDS_LIMIT);
+}
+
+void test_after_the_end_the_request_is_like_any_other(void)
+{
+    static const uint8_t goal[4] = {0x00, 0x01, 0x00, 0x00};
+
+    for (uint8_t fails = 0; fails < 2; fails++) {
+        know_servos(SERVOS);
+        plan.fault = fails ? REFUSE : NONE;
+        plan.at = plan.to = 2;
+        run(false);
+        TEST_ASSERT_EQUAL(fails ? CDS_REFUSED : CDS_OK, move.steps.result);
+        TEST_ASSERT_EQUAL(CDS_LIMIT, cds_servo_reg_write(&bus, &request, 0, 0x1E, goal, 4));
+    }
 }

@@ -403,6 +403,7 @@ void test_two_ids_that_both_answer_a_read_are_two_servos(void)
     cds_servos_set_limits(&servos, one, 200, 800, 1023);
     silence(write_byte(1, CDS_REG_ID, 9));
     read_byte_gives(1, CDS_REG_LED, 0);
+    TEST_ASSERT_EQUAL_UINT8(4, servos.count); // 9 has not missed three
     read_byte_gives(9, CDS_REG_LED, 0);
     assert_refused(CDS_LIMIT, goal(1, 900));
     assert_refused(CDS_LIMIT, goal(9, 900));
@@ -1274,19 +1275,21 @@ void test_half_a_change_of_mode_needs_a_speed_for_both(void)
     assert_admitted(write_byte(1, CDS_REG_CW_ANGLE_LIMIT + 1, 0));
 }
 
-/* With a speed that was not acknowledged it may be as slow as it was before: 0. */
+/* A speed of 0 that no servo acknowledges may be held all the same. */
 void test_a_speed_of_a_sync_write_does_not_let_it_leave_endless_turn(void)
 {
     static const uint8_t position[] = {0, 0, 0xFF, 3};
 
     endless_turn(1);
     cds_servos_set_limits(&servos, one, 0, 1023, 300);
-    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    holds(1, 500, 100);
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_MOVING_SPEED, 2));
-    cds_sync_write_add(&request, 1, (const uint8_t[]){50, 0});
+    cds_sync_write_add(&request, 1, (const uint8_t[]){0, 0});
     answer(cds_sync_write_send(&bus, &request), 0, 0);
     assert_refused(CDS_LIMIT,
                    cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+    holds(1, 500, 100);
+    assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
 }
 
 void test_a_speed_0_without_an_answer_does_not_let_it_leave_endless_turn(void)
@@ -1295,7 +1298,7 @@ void test_a_speed_0_without_an_answer_does_not_let_it_leave_endless_turn(void)
 
     endless_turn(1);
     cds_servos_set_limits(&servos, one, 0, 1023, 300);
-    wrote_word(1, CDS_REG_MOVING_SPEED, 100);
+    holds(1, 500, 100);
     silence(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, all, sizeof all));
     assert_refused(CDS_LIMIT, write_word(1, CDS_REG_CCW_ANGLE_LIMIT, 1023));
 }

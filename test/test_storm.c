@@ -320,7 +320,7 @@ static void submit(struct job *job)
         return;
     build(request);
     memcpy(job->packet, job->buffer, request->packet.size);
-    request->no_retry = one_in(3);
+    cds_queue_set_retries(&queue, (uint8_t)random_below(3));
     request->priority = (uint8_t)random_below(3);
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, request));
     submitted++;
@@ -421,7 +421,6 @@ void setUp(void)
     }
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
-    cds_queue_set_retries(&queue, 2);
     open_again();
 }
 

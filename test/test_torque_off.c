@@ -183,7 +183,7 @@ void test_all_are_told_if_only_the_bus_is_polled(void)
     TEST_ASSERT_EQUAL(CDS_OK, run());
 }
 
-/* Its first try got no answer; it must not drive a second time behind the inhibit. */
+/* It got no answer. While torque off waits nothing is retried. */
 void test_a_driving_packet_in_flight_is_not_retried(void)
 {
     wire.servo[1].dead = true;
@@ -193,8 +193,8 @@ void test_a_driving_packet_in_flight_is_not_retried(void)
     run_for(20);
     begin();
     run();
-    run_for(3000); // the bus rests behind the first try
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, requests[0].result);
+    run_for(3000);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
     TEST_ASSERT_EQUAL_HEX8(0x1E, wire.log[0].address);
     assert_all_told(1);
     for (uint8_t i = 1 + TOLD; i < wire.count; i++)
@@ -623,4 +623,27 @@ void test_rate_changed_between_two_reads_is_restored(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud_reg);
     TEST_ASSERT_EQUAL_UINT8(TOLD + TORQUE_SERVOS, wire.count);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, poll_operation());
+}
+
+/* The last broadcast finds the line in use; then an operation takes the bus to another rate. */
+void test_unsent_broadcast_is_sent_at_the_own_rate(void)
+{
+    begin();
+    while (wire.count < TOLD - 2 || bus.link.state != CDS_LINK_TALKING)
+        run_for(1);
+    port_fake.low = true; // while the last but one is on the wire
+    run_for(10000);
+    port_fake.low = false;
+    run_for(100);
+    TEST_ASSERT_EQUAL_UINT8(TOLD - 1, wire.count);
+    TEST_ASSERT_NULL(bus.request);
+    begin_operation(OTHER_BAUD);
+    TEST_ASSERT_EQUAL(CDS_PENDING, poll_operation());
+    while (cds_torque_off_poll(&torque_off) == CDS_PENDING) {
+        run_for(1);
+        if (bus.request && bus.request->packet.bytes[2] == 0xFE)
+            TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[0]);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, torque_off.steps.result);
+    TEST_ASSERT_EQUAL_UINT8(TOLD, torque_packets(0, CDS_BROADCAST_ID, CDS_WRITE));
 }

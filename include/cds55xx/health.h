@@ -43,24 +43,25 @@ struct cds_health {
     struct cds_servos *servos;
     struct cds_cycle *cycle; // or NULL
     struct cds_request request;
-    uint32_t step_us;     // from one servo to the next
-    uint32_t look_us;     // when the next servo is asked
-    uint32_t seek_us;     // when the next OFFLINE servo is asked
-    uint32_t returned_us; // when the RETURNED servo is asked
-    bool is_running;      // begun, and not aborted
-    uint8_t news;         // of the servos, when a RETURNED servo was looked for
-    uint8_t turn;         // entry of the servo that is asked next
-    uint8_t sought;       // entry of the OFFLINE servo that was asked last
-    uint8_t returned;     // entry of a RETURNED servo, or `count` of the servos: none
+    uint32_t step_us;    // from one servo to the next
+    uint32_t look_us;    // when the next servo is asked
+    uint32_t seek_us;    // when the next servo is asked that is OFFLINE or RETURNED
+    uint8_t turn;        // entry of the servo that is asked next
+    uint8_t sought;      // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
+    uint8_t news;        // of the servos, when it was chosen
+    bool is_chosen;      // `sought` was not asked yet
+    bool is_running;     // begun, and not aborted
+    bool asked_returned; // the servo asked last was RETURNED, and its answer was not taken
     uint8_t packet[CDS_PACKET_SIZE(2)];
     uint8_t reply; // to the READ
 };
 
 /* Begins. In each period each servo has its TORQUE_ENABLE read, one after the other and evenly
  * spread; a servo that is OFFLINE or answers no READ (status return level 0) is PINGed. Beside that
- * an OFFLINE servo is PINGed every CDS_HEALTH_SEEK_US, in turn. A RETURNED servo is read at once,
- * and after a failure again after CDS_HEALTH_SEEK_US; if it answers no READ, it is taken for a
- * servo that lost its state.
+ * an OFFLINE servo is PINGed every CDS_HEALTH_SEEK_US, in turn, unless one is RETURNED. A RETURNED
+ * servo is read at once, and after a failure again every CDS_HEALTH_SEEK_US; if it answers a PING
+ * after CDS_SERVOS_MISSES failures, it answers no READ, and is taken for a servo that lost its
+ * state.
  *
  * A lost state shows within a period, and 20 ms more beside a cycle, but not if torque was off: set
  * the speed anew whenever torque is switched on. For 50 servos and a period of 1 s there are at

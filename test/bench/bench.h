@@ -45,7 +45,7 @@ static inline __attribute__((always_inline)) void unmark(uint8_t pin)
 /* A request `name` and the memory for its packet and for a reply of up to `parameters` bytes (1 to
  * CDS_REPLY_MAX). */
 #define BENCH_REQUEST(name, parameters)                                                            \
-    static uint8_t name##_packet[CDS_PACKET_SIZE(4)], name##_reply[parameters];                    \
+    static uint8_t name##_packet[CDS_PACKET_SIZE(5)], name##_reply[parameters];                    \
     static struct cds_request name = CDS_REQUEST(name##_packet, name##_reply)
 
 /* A request `name` and the memory for a SYNC WRITE of `length` bytes to `servos` servos. */

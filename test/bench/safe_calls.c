@@ -129,6 +129,9 @@ BENCH_NOINLINE static void one_servo(uint16_t late_us, uint8_t id)
     SUBMIT(result, safe_send_goal(id));
     run(late_us);
     count(&request, result, CDS_OK, &others);
+    SUBMIT(result, cds_servo_read(&bus, &request, id, CDS_REG_GOAL_POSITION, 4)); // or no torque on
+    run(late_us);
+    count(&request, result, CDS_OK, &others);
 }
 
 BENCH_NOINLINE static void action(uint16_t late_us)
@@ -137,7 +140,7 @@ BENCH_NOINLINE static void action(uint16_t late_us)
 
     SUBMIT(result, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
     run(late_us);
-    count(&request, result, CDS_OK, &others);
+    count(&request, result, CDS_LIMIT, &refused); // servos with limits: registered_move only
 }
 
 int main(void)

@@ -13,7 +13,8 @@ enum {
     GATE_FAULT = 2,   // it was low when they were over
     GATE_STALE = 4,   // a stale reply may come: packets that expect a reply wait
     GATE_LOCKED = 8,  // an operation holds the bus
-    GATE_LINE = GATE_SUSPECT | GATE_FAULT,
+    GATE_LOW = 16,    // it was low since these two byte times began
+    GATE_LINE = GATE_SUSPECT | GATE_FAULT | GATE_LOW,
 };
 
 /* How far the wait for a quiet line is: `wait`. */
@@ -79,7 +80,7 @@ static NOCLONE void rest(struct cds_bus *bus, uint16_t stale_us)
     left_us = left_us > elapsed_us ? (uint16_t)(left_us - elapsed_us) : 0;
     bus->rest_us = left_us > stale_us ? left_us : stale_us;
     bus->rest_from_us = cds_port_now_us();
-    bus->gate |= GATE_SUSPECT | GATE_STALE;
+    bus->gate = (uint8_t)((bus->gate & ~GATE_LOW) | GATE_SUSPECT | GATE_STALE);
 }
 
 /* True if the receiver has stored or damaged bytes since the last search. */
@@ -172,17 +173,22 @@ static COLD void check_rest(struct cds_bus *bus)
         bus->rest_us = 0;
         gate &= (uint8_t)~GATE_STALE;
     }
+    bus->gate = gate;
     if (cds_port_line_is_high(bus->port)) {
-        if (elapsed_us >= two_byte_times_us(bus))
-            gate &= (uint8_t)~GATE_LINE;
+        if (elapsed_us < two_byte_times_us(bus))
+            return;
+        if (gate & GATE_LOW)
+            rest(bus, 0); // high for two byte times from now on
+        else
+            bus->gate &= (uint8_t)~GATE_LINE;
     } else if (!(gate & GATE_LINE)) {
         rest(bus, 0);
-        gate = bus->gate;
     } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
         rest(bus, 0);
-        gate = bus->gate | GATE_FAULT;
+        bus->gate |= GATE_FAULT;
+    } else {
+        bus->gate |= GATE_LOW;
     }
-    bus->gate = gate;
 }
 
 /* Looks at the line while no packet of ours is on it. */

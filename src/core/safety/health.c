@@ -28,7 +28,7 @@ enum cds_result cds_health_begin(struct cds_health *health, const struct cds_hea
         .step_us = servos->count ? config->period_us / servos->count : config->period_us,
         .look_us = now_us,
         .seek_us = now_us,
-        .news = (uint8_t)(servos->news - 1u), // the first poll looks for a RETURNED servo
+        .news = (uint8_t)(servos->news - 1u), // a servo may have RETURNED
     };
     return CDS_OK;
 }
@@ -70,65 +70,81 @@ static bool has_time(struct cds_health *health, uint16_t us)
     return !bus->request && !cds_bus_is_resting(bus);
 }
 
-/* Asks servo `index` what it can tell. True: its turn is over. */
+/* Asks servo `index` what it can tell. True: its turn is over. A RETURNED servo that has answered
+ * no READ is asked by PING whether it is there. */
 static bool ask(struct cds_health *health, uint8_t index)
 {
     struct cds_servos *servos = health->servos;
-    struct cds_servo_state *servo = &servos->states[index];
+    const struct cds_servo_state *servo = &servos->states[index];
     uint16_t us = read_us(health, servo);
+    uint8_t presence = servo->presence;
+    enum cds_result result;
 
     if (health->cycle && us > cds_cycle_spare_us(health->cycle))
         return true; // its return delay has grown; the others do not wait for it
     if (!has_time(health, us))
         return false;
     health->request.servo_index = index;
-    if (servo->presence == CDS_PRESENCE_OFFLINE || servo->status_return_level == 0)
-        return cds_servo_ping(servos->bus, &health->request, servo->id) == CDS_OK;
-    return cds_servo_read(servos->bus, &health->request, servo->id, CDS_REG_TORQUE_ENABLE, 1) ==
-           CDS_OK;
+    if (presence == CDS_PRESENCE_OFFLINE || servo->status_return_level == 0 ||
+        (presence == CDS_PRESENCE_RETURNED && servo->misses == CDS_SERVOS_MISSES))
+        result = cds_servo_ping(servos->bus, &health->request, servo->id);
+    else
+        result = cds_servo_read(servos->bus, &health->request, servo->id, CDS_REG_TORQUE_ENABLE, 1);
+    health->asked_returned = result == CDS_OK && presence == CDS_PRESENCE_RETURNED;
+    return result == CDS_OK;
 }
 
-/* The next servo after entry `index` with this presence, or `count`. */
-static uint8_t next_with(const struct cds_servos *servos, enum cds_presence presence, uint8_t index)
+/* A servo that was RETURNED has answered, or not. If it answers a PING after three READs without an
+ * answer, its status return level is 0, and its state is taken for lost. */
+static void take_returned(struct cds_health *health)
 {
-    for (uint8_t i = servos->count; i; i--) {
+    const struct cds_request *request = &health->request;
+    struct cds_servos *servos = health->servos;
+    struct cds_servo_state *servo = cds_servos_find(servos, request->packet.bytes[CDS_AT_ID]);
+    bool is_ping = request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_PING;
+
+    health->asked_returned = false;
+    if (!servo || servo->presence != CDS_PRESENCE_RETURNED)
+        return;
+    if (request->result == CDS_TIMEOUT && servo->misses < CDS_SERVOS_MISSES)
+        servo->misses = (servo->misses + 1u) & 3u;
+    if (request->result != CDS_OK || !is_ping)
+        return;
+    servo->status_return_level = 0;
+    servo->presence = CDS_PRESENCE_ONLINE;
+    servos->news++;
+    cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
+}
+
+/* Chooses the servo to seek: the next one that is RETURNED, else the next one that is OFFLINE. A
+ * RETURNED servo is asked at once when news have come. */
+static void choose(struct cds_health *health, uint32_t now_us)
+{
+    const struct cds_servos *servos = health->servos;
+    bool is_at_once = health->sought == CDS_NO_ID;
+    uint8_t index = health->sought, presence = CDS_PRESENCE_UNKNOWN;
+
+    health->sought = CDS_NO_ID;
+    for (uint8_t i = servos->count; i && presence != CDS_PRESENCE_RETURNED; i--) {
         index++;
         if (index >= servos->count)
             index = 0;
-        if (servos->states[index].presence == presence)
-            return index;
+        presence = servos->states[index].presence;
+        if (presence == CDS_PRESENCE_RETURNED ||
+            (presence == CDS_PRESENCE_OFFLINE && health->sought == CDS_NO_ID))
+            health->sought = index;
     }
-    return servos->count;
-}
-
-/* Looks for a RETURNED servo. If it answers no READ, its state is taken for lost. */
-static void find_returned(struct cds_health *health, uint32_t now_us)
-{
-    struct cds_servos *servos = health->servos;
-    struct cds_servo_state *servo;
-
+    if (is_at_once || (presence == CDS_PRESENCE_RETURNED && health->news != servos->news))
+        health->seek_us = now_us;
     health->news = servos->news;
-    health->returned = next_with(servos, CDS_PRESENCE_RETURNED, health->returned);
-    health->returned_us = now_us;
-    if (health->returned == servos->count)
-        return;
-    servo = &servos->states[health->returned];
-    if (servo->status_return_level == 0) {
-        servo->presence = CDS_PRESENCE_ONLINE;
-        cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
-        health->news--; // the next poll looks for another one
-    }
+    health->is_chosen = true;
 }
 
 static void seek(struct cds_health *health, uint32_t now_us)
 {
-    uint8_t index = next_with(health->servos, CDS_PRESENCE_OFFLINE, health->sought);
-
-    if (index < health->servos->count) {
-        if (!ask(health, index))
-            return;
-        health->sought = index;
-    }
+    if (!ask(health, health->sought))
+        return;
+    health->is_chosen = false;
     health->seek_us = now_us + CDS_HEALTH_SEEK_US;
 }
 
@@ -146,23 +162,20 @@ static void look(struct cds_health *health, uint32_t now_us)
 
 void cds_health_poll(struct cds_health *health)
 {
-    uint32_t now_us = cds_port_now_us();
-    uint8_t count;
+    uint32_t now_us;
 
     OPTIMIZER_BARRIER(health);
-    if (!health->is_running || health->request.result == CDS_PENDING)
+    if (!health->is_running || health->request.result == CDS_PENDING || !health->servos->count)
         return;
-    count = health->servos->count;
-    if (health->news != health->servos->news)
-        find_returned(health, now_us);
-    if (health->returned < count && is_due(health->returned_us, now_us)) {
-        if (ask(health, health->returned))
-            health->returned_us = now_us + CDS_HEALTH_SEEK_US;
-    } else if (is_due(health->seek_us, now_us)) {
+    now_us = cds_port_now_us();
+    if (health->asked_returned)
+        take_returned(health);
+    if (!health->is_chosen || health->news != health->servos->news)
+        choose(health, now_us);
+    else if (health->sought < health->servos->count && is_due(health->seek_us, now_us))
         seek(health, now_us);
-    } else if (count && is_due(health->look_us, now_us)) {
+    else if (is_due(health->look_us, now_us))
         look(health, now_us);
-    }
 }
 
 void cds_health_abort(struct cds_health *health)

@@ -211,7 +211,9 @@ static void learn_span(struct cds_servos *servos, struct cds_servo_state *servo,
         cds_limits_learn(servo, written, source))
         has_changed = true;
     if (written->sets & CDS_SETS_REGISTERED) {
-        servo->is_registered = false;
+        if (source != CDS_SOURCE_READ ||
+            !cds_written_value(written, CDS_REG_REGISTERED_INSTRUCTION, 0))
+            servo->is_registered = false;
         if (source <= CDS_SOURCE_ANSWERED &&
             !cds_written_value(written, CDS_REG_REGISTERED_INSTRUCTION, 1))
             servo->registered_torque = false;

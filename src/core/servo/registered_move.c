@@ -227,8 +227,7 @@ static void ended(void *operation, enum cds_result ended_as)
     const struct cds_request *request = move->steps.request;
     uint8_t result = (uint8_t)ended_as;
 
-    if (move->steps.is_sent && request->result == CDS_OK && move->phase < CLEAR &&
-        move->phase != ACTION)
+    if (request->result == CDS_OK && move->phase < CLEAR && move->phase != ACTION)
         current(move)->error = request->error;
     switch (move->phase) {
     case REGISTER:
