@@ -243,7 +243,12 @@ bool robot_add(struct robot *robot, uint8_t id)
 
 NOINLINE void robot_yield(struct robot *robot)
 {
-    robot->watch.look_us = robot->watch.seek_us = cds_port_now_us() + ROBOT_REST_US;
+    struct cds_health *watch = &robot->watch;
+
+    watch->look_us = cds_port_now_us() + ROBOT_REST_US;
+    if (watch->sought >= robot->servos.count ||
+        robot->states[watch->sought].presence != CDS_PRESENCE_RETURNED)
+        watch->seek_us = watch->look_us;
 }
 
 void robot_forget(struct robot *robot)
