@@ -465,11 +465,12 @@ mutation: | deps
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 	@test/run/cycle.py 60
 
-## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited
+## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited; random transactions
 .PHONY: fuzz
 fuzz: $(RANDOM_TESTS:%=build/host/test/%)
 	@build/host/test/fuzz 10000000 1000000
 	@build/host/test/inhibit_random 1000000
+	@build/host/test/engine_random 10000000
 
 ## session: a first session with the console of an atmega128, as it stands on the terminal
 .PHONY: session

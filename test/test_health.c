@@ -514,6 +514,66 @@ void test_a_servo_too_slow_for_the_cycle_is_passed_over(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 4, cycle.counters.reads);
 }
 
+/* ---- what others do ---- */
+
+static void abort_nothing(void *context)
+{
+    (void)context;
+}
+
+void test_nothing_is_sent_while_an_operation_holds_the_bus(void)
+{
+    static const struct cds_bus_lock lock = {abort_nothing, NULL, CDS_BAUD_1M};
+
+    return_mute(1);
+    run_for(500);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_lock(&bus, &lock));
+    wire.count = 0;
+    run_for(3 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[1].presence);
+    cds_bus_unlock(&bus, &lock);
+    run_for(PERIOD_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+}
+
+void test_servos_forgotten_while_one_is_asked(void)
+{
+    return_mute(1);
+    while (!health.asked_returned)
+        run_for(1);
+    cds_servos_forget(&servos);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 3));
+    run_for(PERIOD_US + 500);
+    TEST_ASSERT_FALSE(health.asked_returned);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+}
+
+/* With a long period only the servos that are sought are asked. */
+void test_a_returned_servo_goes_before_an_offline_one(void)
+{
+    uint8_t first;
+
+    torque_on();
+    lose(0);
+    lose(2);
+    while (health.request.result == CDS_PENDING)
+        run_for(1);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(1000 * PERIOD_US));
+    run_for(500);
+    wire.servo[0].dead = false;
+    wire.servo[0].mute = true;
+    while (states[0].presence != CDS_PRESENCE_RETURNED)
+        run_for(1);
+    first = wire.count;
+    while (states[0].presence == CDS_PRESENCE_RETURNED)
+        run_for(1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 1, CDS_READ));
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 3, CDS_PING));
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_GREATER_THAN_UINT8(0, torque_packets(first, 3, CDS_PING));
+}
+
 /* ---- abort ---- */
 
 void test_after_abort_nothing_is_sent_until_the_next_begin(void)

@@ -152,7 +152,7 @@ void test_longest_packet_goes_out_whole(void)
     static uint8_t longest[258];
 
     for (uint16_t i = 0; i < sizeof longest; i++)
-        longest[i] = (uint8_t)(i * 7);
+        longest[i] = i < 2 ? CDS_HEADER : (uint8_t)(i * 7);
     cds_link_talk(&link_, PORT, longest, sizeof longest);
     TEST_ASSERT_TRUE(port_fake_transmit(&link_, PORT));
     TEST_ASSERT_EQUAL_UINT16(sizeof longest, port_fake.sent_size);

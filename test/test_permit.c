@@ -839,7 +839,7 @@ void test_torque_to_fifty_by_sync_write_is_learnt(void)
     for (uint8_t id = 1; id <= COUNT; id++)
         cds_sync_write_add(&request, id, &on);
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
-    for (uint8_t i = 0; i < 20 && bus.state < CDS_BUS_SENDING; i++)
+    for (uint8_t i = 0; i < 40 && bus.state < CDS_BUS_SENDING; i++)
         cds_bus_poll(&bus);
     cds_bus_poll(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
@@ -848,6 +848,150 @@ void test_torque_to_fifty_by_sync_write_is_learnt(void)
     TEST_ASSERT_TRUE(one->torque);
     TEST_ASSERT_FALSE(states[COUNT - 1].torque);
     look();
+    look();
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     TEST_ASSERT_TRUE(states[COUNT - 1].torque);
+}
+
+/* ---- beside the queue ---- */
+
+void test_without_a_queue_a_second_request_is_busy(void)
+{
+    struct cds_bus alone = {0};
+    struct cds_servos unqueued = {0};
+
+    cds_bus_open(&alone, 1, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servos_begin(&unqueued, &(struct cds_servos_config){.bus = &alone}));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&alone, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_ping(&alone, &other, 1));
+    TEST_ASSERT_TRUE(port_fake_transmit(&alone.link, 1));
+    while (request.result == CDS_PENDING) {
+        port_fake.now_us += 500;
+        cds_bus_poll(&alone);
+    }
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&alone, &other, 1)); // waits: the line rests
+    TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
+    cds_servos_inhibit_all(&unqueued);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&alone, &other));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_servo_action(&alone, &other, 1));
+}
+
+void test_other_hooks_are_not_replaced(void)
+{
+    struct cds_servos others = {0};
+
+    TEST_ASSERT_EQUAL(CDS_BUSY,
+                      cds_servos_begin(&others, &(struct cds_servos_config){.bus = &bus}));
+    TEST_ASSERT_EQUAL_PTR(&servos.hooks, bus.hooks);
+}
+
+void test_nothing_is_retried_while_torque_off_waits(void)
+{
+    cds_queue_set_retries(&queue, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+    other.priority = CDS_PRIORITY_TORQUE_OFF;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &other, CDS_BROADCAST_ID, 0x18, 0));
+    silence(CDS_OK);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.stats.retried);
+    TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
+}
+
+void test_a_request_that_is_refused_at_submit_does_not_wait(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2));
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque(1));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
+    TEST_ASSERT_NULL(queue.first);
+}
+
+/* ---- a list that grows ---- */
+
+static void grow(enum cds_servos_growth grows)
+{
+    begin(0);
+    servos.capacity = 3;
+    servos.grows = (uint8_t)grows;
+}
+
+void test_a_list_grows_by_alarms_and_settings(void)
+{
+    grow(CDS_GROWS_ON_ALARM_OR_SETTING);
+    pass(cds_servo_ping(&bus, &request, 5));
+    pass(torque(5));
+    TEST_ASSERT_EQUAL_UINT8(0, servos.count);
+    pass(byte(5, CDS_REG_STATUS_RETURN_LEVEL, 1));
+    TEST_ASSERT_EQUAL_UINT8(1, cds_servos_find(&servos, 5)->status_return_level);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 6, CDS_ERROR_VOLTAGE, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, cds_servos_find(&servos, 6)->alarms);
+    port_fake_answer(&bus.link, 7, CDS_ERROR_OVERLOAD, NULL, 0);
+    look();
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 7));
+    TEST_ASSERT_FALSE(servos.is_full);
+    port_fake_answer(&bus.link, 8, CDS_ERROR_OVERLOAD, NULL, 0);
+    look();
+    TEST_ASSERT_TRUE(servos.is_full);
+}
+
+void test_a_list_grows_by_all_that_answers_or_is_written_to(void)
+{
+    grow(CDS_GROWS_ALWAYS);
+    silence(cds_servo_ping(&bus, &request, 5));
+    TEST_ASSERT_EQUAL_UINT8(0, servos.count);
+    pass(cds_servo_ping(&bus, &request, 5));
+    silence(torque(6));
+    pass(sync(CDS_REG_LED, 1, 5, 1));
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 5));
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 6));
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 1));
+    pass(torque(77)); // without an entry
+    TEST_ASSERT_TRUE(servos.is_full);
+    cds_servos_forget(&servos);
+    TEST_ASSERT_EQUAL_UINT8(0, servos.count);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, CDS_BROADCAST_ID));
+    port_fake_settle(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 9, 0, NULL, 0);
+    look();
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 9));
+}
+
+void test_while_paused_replies_tell_nothing(void)
+{
+    one->return_delay = 10;
+    one->status_return_level = 0;
+    servos.is_paused = true;
+    go_offline(2);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, two->presence);
+    TEST_ASSERT_EQUAL_UINT16(0, two->counters.timeouts);
+    in_position_mode(1); // answered although the level is 0
+    TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, one->ccw_limit);
+    TEST_ASSERT_EQUAL_UINT16(CDS_RETURN_DELAY_MAX_US, request.return_delay_us);
+    port_fake_answer(&bus.link, 1, CDS_ERROR_OVERLOAD, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL_HEX8(0, servos.alarms);
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    refuse(CDS_INHIBITED, torque(1)); // the door stays shut
+}
+
+void test_news_count_errors_and_presence_only(void)
+{
+    uint8_t news;
+
+    pass(cds_servo_ping(&bus, &request, 1));
+    news = servos.news;
+    pass(cds_servo_ping(&bus, &request, 1));
+    pass(byte(1, CDS_REG_LED, 1));
+    TEST_ASSERT_EQUAL_UINT8(news, servos.news);
+    go_offline(1);
+    TEST_ASSERT_EQUAL_UINT8(news + 1, servos.news);
+    port_fake_answer(&bus.link, 2, CDS_ERROR_OVERLOAD, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL_UINT8(news + 2, servos.news);
 }

@@ -884,6 +884,14 @@ void test_move_can_be_begun_anew(void)
     assert_moved(true);
 }
 
+void test_move_on_a_bus_without_hooks(void)
+{
+    bus.hooks = NULL;
+    run(true);
+    TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
+    assert_moved(true);
+}
+
 /* ---- abort ---- */
 
 static void finish(void)

@@ -647,3 +647,42 @@ void test_unsent_broadcast_is_sent_at_the_own_rate(void)
     TEST_ASSERT_EQUAL(CDS_OK, torque_off.steps.result);
     TEST_ASSERT_EQUAL_UINT8(TOLD, torque_packets(0, CDS_BROADCAST_ID, CDS_WRITE));
 }
+
+/* An operation at another rate has a packet on the wire between two reads. */
+void test_read_waits_for_a_packet_at_another_rate(void)
+{
+    begin();
+    while (states[0].torque_off == CDS_TORQUE_OFF_UNKNOWN ||
+           torque_off.requests[0].result == CDS_PENDING) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_torque_off_poll(&torque_off));
+        run_for(1);
+    }
+    begin_operation(OTHER_BAUD);
+    TEST_ASSERT_EQUAL(CDS_PENDING, poll_operation());
+    while (cds_torque_off_poll(&torque_off) == CDS_PENDING) {
+        run_for(1);
+        if (bus.request && bus.request != &requests[0])
+            TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[0]);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, torque_off.steps.result);
+    TEST_ASSERT_EQUAL_UINT8(TOLD + 1 + TORQUE_SERVOS, wire.count);
+}
+
+void test_bus_closed_while_servos_are_read_ends_it(void)
+{
+    begin();
+    run_for(TOLD * (BROADCAST_US + TURN_US));
+    bus.state = CDS_BUS_CLOSED;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_torque_off_poll(&torque_off));
+}
+
+void test_second_begin_during_the_last_broadcast(void)
+{
+    begin();
+    while (wire.count < TOLD - 1 || bus.link.state != CDS_LINK_TALKING)
+        run_for(1);
+    begin();
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_all_told(TOLD);
+    TEST_ASSERT_EQUAL_UINT8(2 * TOLD + TORQUE_SERVOS, wire.count);
+}

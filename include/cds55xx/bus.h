@@ -99,27 +99,27 @@ struct cds_request {
     uint8_t error;  // CDS_ERROR_* bits of the reply, 0 if none was due
     uint8_t length; // parameters received; 0 if the servo refused
 
-    struct cds_packet packet; // the instruction packet
-    uint8_t *reply;           // buffer for the parameters of the reply
-    uint8_t reply_capacity;   // of `reply`, in bytes
-    uint8_t reply_parameters; // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
-    bool any_length;          // takes a reply of up to CDS_REPLY_ANY parameters;
-                              // reply_parameters then only sets the deadline
-    bool ignores_stale;       // does not wait for stale replies: for a request to which a stale
-                              // reply cannot be taken for the right one, as of a scan
-    bool passes_lock;         // is sent while an operation holds the bus: cds_bus_lock()
-    bool no_retry;            // is never sent again by the queue
-    bool ignores_servo_state; // READ or PING: the permit does not use the return delay and status
-                              // return level that are known of the servo. For diagnose.h
-    uint8_t priority;         // enum cds_priority
-    uint8_t servo_index;      // hint for the permit: index of the servo it is for
+    struct cds_packet packet;     // the instruction packet
+    uint8_t *reply;               // buffer for the parameters of the reply
+    uint8_t reply_capacity;       // of `reply`, in bytes
+    uint8_t reply_parameters;     // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
+    bool any_length;              // takes a reply of up to CDS_REPLY_ANY parameters;
+                                  // reply_parameters then only sets the deadline
+    bool ignores_stale : 1;       // does not wait for stale replies: for a request to which a stale
+                                  // reply cannot be taken for the right one, as of a scan
+    bool passes_lock : 1;         // is sent while an operation holds the bus: cds_bus_lock()
+    bool no_retry : 1;            // is never sent again by the queue
+    bool ignores_servo_state : 1; // READ or PING: the permit does not use the return delay and
+                                  // status return level known of the servo. For diagnose.h
+    uint8_t priority;             // enum cds_priority
+    uint8_t servo_index;          // hint for the permit: index of the servo it is for
 
     void (*on_end)(struct cds_request *); // called from cds_bus_poll() at the end, or NULL; it may
                                           // submit again
     void *context;                        // the caller's, for on_end
 
     // set by bus, queue and permit:
-    uint8_t retries;          // retries used
+    uint8_t retries;          // retries used; 0 while the request is not on its way
     bool is_muted;            // the servo's status return level lets it answer nothing
     uint16_t return_delay_us; // the longest time this servo waits before it answers
     uint16_t check;           // epoch of the permit in which the packet was found good; 0: never
@@ -173,14 +173,14 @@ enum cds_bus_event {
 };
 
 /* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
- * Every function must be there, but for the last three; each gets `context`. Called from
+ * Each function gets `context`, and must be there unless its comment allows NULL. Called from
  * cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(). */
 struct cds_bus_hooks {
     void *context;
 
     /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
      * else why not. Asked right before each packet leaves. Sets request->return_delay_us and
-     * request->is_muted. */
+     * request->is_muted. NULL: every packet may leave; on_sending and on_packet are not called. */
     enum cds_result (*permit)(void *context, struct cds_request *request);
 
     /* The packet cannot leave at once: the bus is in use, or its line is not quiet. Checks the
@@ -228,16 +228,21 @@ struct cds_bus_lock {
     uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
+/* What the bus itself counts of struct cds_stats. */
+struct cds_bus_counts {
+    uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
+    uint16_t stale_replies, duplicate_replies, unexpected_packets;
+    uint16_t framing_errors, overruns, ring_overflows;
+};
+
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
     uint8_t state;          // enum cds_bus_state
     uint8_t gate;           // bits: why a packet may not leave at once; 0: it may
+    uint8_t phase;          // enum of bus.c: how far a wait or a reception is
+    uint8_t closing_end;    // position in the ring: what lies behind it came after the deadline
     uint8_t port;           // number of the bus on its board
-    uint8_t wait;           // enum of bus.c: how far the wait for a quiet line is
-    bool is_closing;        // the deadline is over; bytes before `closing_end` are still examined
-    uint8_t closing_end;    // position in the ring
     uint8_t timer_wraps;    // expiries of the timer that come before the deadline
-    uint8_t asked_id;       // of the packet in flight
     uint8_t last_id;        // of the last transaction with a reply due, or CDS_NO_ID
     uint8_t last_result;    // of that transaction, enum cds_result
     uint8_t baud_reg;       // register 0x04 of its rate
@@ -253,7 +258,8 @@ struct cds_bus {
     const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again
     const struct cds_bus_lock *lock;   // of the operation that holds the bus, or NULL
     struct cds_link link;
-    struct cds_stats stats; // behind the ring: an AVR reaches the first 64 bytes with less code
+    struct cds_bus_counts
+        stats; // behind the ring: an AVR reaches the first 64 bytes with less code
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud_reg + 1)

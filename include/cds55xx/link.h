@@ -16,8 +16,9 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/port.h" // the verbs
-#include "cds55xx/ring.h" // struct cds_ring
+#include "cds55xx/packet.h" // CDS_HEADER
+#include "cds55xx/port.h"   // the verbs
+#include "cds55xx/ring.h"   // struct cds_ring
 
 #ifdef __cplusplus
 extern "C" {
@@ -56,10 +57,26 @@ struct cds_link {
 /* Starts listening. Main context. */
 void cds_link_open(struct cds_link *link, uint8_t port);
 
-/* Sends the `size` bytes (at least 3) at `packet`, which begins with two equal bytes. They must
- * stay as they are until the link listens again. What was received and not yet taken is thrown
- * away. Main context; only while LISTENING. */
-void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size);
+/* Turns the driver on and sends the header, before anything else is done. Returns how many bytes of
+ * the header the transmitter has taken, 1 or 2. Main context; only while LISTENING, and followed by
+ * cds_link_follow(). */
+static inline uint8_t cds_link_begin(uint8_t port)
+{
+    return cds_port_talk(port, CDS_HEADER); // the receiver is off: no stale byte can follow
+}
+
+/* Sends the rest of the packet of `size` bytes (at least 3) at `packet`, of which cds_link_begin()
+ * has sent `begun`. The packet must stay as it is until the link listens again. What was received
+ * and not yet taken is thrown away. Main context. */
+void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
+                     uint8_t begun);
+
+/* Sends a whole packet: both of these. */
+static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
+                                 uint16_t size)
+{
+    cds_link_follow(link, port, packet, size, cds_link_begin(port));
+}
 
 /* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */
 void cds_link_abort(struct cds_link *link, uint8_t port);

@@ -47,6 +47,7 @@ struct cds_parser {
     uint8_t sum;          // of its bytes from the ID on
     uint8_t longest;      // a higher LENGTH is malformed: 2 to CDS_PARSER_LENGTH_MAX
     bool is_in_packet;    // a head was found, and its packet is being taken
+    bool is_in_head;      // the first CDS_AT_ERROR bytes of a head were found
     uint8_t id;           // of that packet: 0 to CDS_BROADCAST_ID
     uint8_t length;       // LENGTH, 2 to `longest`
     uint8_t error;        // CDS_ERROR_* bits
@@ -60,7 +61,7 @@ struct cds_parser {
 static inline void cds_parser_reset(struct cds_parser *parser, const struct cds_ring *ring)
 {
     parser->position = cds_ring_begin(ring);
-    parser->is_in_packet = false;
+    parser->is_in_packet = parser->is_in_head = false;
 }
 
 /* True if the ring has bytes that were not examined. */
@@ -80,8 +81,17 @@ static inline void cds_parser_keep(struct cds_parser *parser, uint8_t *to)
     parser->to = to;
 }
 
+/* Takes the bytes of that packet before position `end`, of which there is one at least. SOME,
+ * PACKET, MALFORMED. */
+uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+
 /* Takes the bytes of that packet before position `end`. MORE, SOME, PACKET, MALFORMED. */
-uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+static inline uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+{
+    if (parser->position == end)
+        return CDS_PARSED_MORE;
+    return cds_parser_take_some(parser, ring, end);
+}
 
 /* Gives up all bytes before `position`: damage lies there. */
 void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring, uint8_t position);

@@ -144,10 +144,11 @@ struct cds_servos {
     bool move_is_valid;     // no limit and no inhibit has changed since the move began
     bool move_is_answered;  // every REG WRITE of the move was answered
     uint8_t learnt;         // entries or blocks learnt of the packet on the wire
-    uint8_t learnt_index;   // entry of the last block learnt
+    uint8_t learnt_index;   // entry to try for the next block
     uint8_t checked;        // entries or blocks of `checked_request` found good
-    uint8_t checked_index;  // entry of the last block checked
+    uint8_t checked_index;  // entry to try for the next block
     uint16_t checked_epoch; // `epoch` of that check
+    bool was_asked;         // a call of cds_bus_submit() has had its part of that check
     const struct cds_request *checked_request;
     const struct cds_request *move_request; // of the registered move under way, or NULL
 };
@@ -157,7 +158,8 @@ struct cds_servos {
  * inhibited, and the queue's retries are 0. Entries 0 to `count` - 1 stay where they are; an entry
  * that was added may move: find it by its ID. CDS_OK; CDS_BUSY: other hooks are attached to the
  * bus, or a request is in flight; CDS_BAD_ARGUMENT: the bus is not open, `count` is above
- * `capacity`, or an ID is above 253 or stands twice. */
+ * `capacity`, or an ID is above 253 or stands twice; in the last two cases no servo is known then.
+ */
 enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_servos_config *config);
 
 /* Removes all servos from the list. The inhibit, shortest_delay and grows stay. */

@@ -171,6 +171,15 @@ static enum cds_result sync_goals(const uint16_t *goal)
     return cds_sync_write_send(&bus, &requests[0]);
 }
 
+/* A goal and its speed in one WRITE. */
+static enum cds_result write_goal(uint8_t id, uint16_t position, uint16_t speed)
+{
+    const uint8_t data[4] = {(uint8_t)position, (uint8_t)(position >> 8), (uint8_t)speed,
+                             (uint8_t)(speed >> 8)};
+
+    return cds_servo_write(&bus, &requests[0], id, CDS_REG_GOAL_POSITION, data, sizeof data);
+}
+
 static void see_through(enum cds_result submitted)
 {
     say("submitted", submitted);
@@ -256,6 +265,7 @@ static void obey(char letter, const uint16_t *number)
         see_through(cds_servo_write_byte(&bus, &requests[0], id, address, (uint8_t)number[2]));
         break;
     case 'd': see_through(cds_servo_write_word(&bus, &requests[0], id, address, number[2])); break;
+    case 'v': see_through(write_goal(id, number[1], number[2])); break;
     case 'p': see_through(cds_servo_ping(&bus, &requests[0], id)); break;
     case 'y': see_through(sync_goals(number)); break;
     case 't':
@@ -299,6 +309,8 @@ int main(void)
             .bus = &bus, .queue = &queue, .states = states, .count = SERVOS, .capacity = SERVOS});
     cds_servo_write_byte(&bus, &requests[0], CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY,
                          RETURN_DELAY_US / 2);
+    while (requests[0].result == CDS_PENDING)
+        turn();
     for (;;) {
         turn();
         if (heard && line[heard - 1] == 0)

@@ -210,15 +210,17 @@ class Safety(unittest.TestCase):
     LIMITED = [
         ("l 1 300 700 200", None), ("l 2 0 1023 200", None),
         ("y 300 100 900 100", LIMIT), ("t 1 8 2", OK),  # a speed: in which mode?
-        ("d 1 30 500", LIMIT),  # its speed was never set
+        ("d 1 30 500", LIMIT), ("v 1 500 0", LIMIT), ("v 1 500 201", LIMIT),
         ("d 1 32 200", OK), ("d 1 32 201", LIMIT), ("d 1 32 0", LIMIT), ("d 1 32 1023", LIMIT),
-        ("d 1 30 300", OK), ("d 1 30 700", OK), ("d 1 30 299", LIMIT), ("d 1 30 701", LIMIT),
+        ("d 1 30 500", LIMIT),  # a goal without its speed
+        ("v 1 300 200", OK), ("v 1 700 200", OK), ("v 1 299 200", LIMIT), ("v 1 701 200", LIMIT),
         ("b 1 30 1", LIMIT), ("b 1 32 1", LIMIT),  # half of a word
         (f"d {BROADCAST} 30 299", LIMIT), (f"d {BROADCAST} 32 201", LIMIT),
         ("y 300 100 900 100", OK), ("y 299 100 900 100", LIMIT), ("y 300 100 900 201", LIMIT),
         ("y 300 0 900 100", LIMIT),
         ("d 1 6 0", OK), ("d 1 8 0", LIMIT),  # endless turn knows no goal
         ("d 2 6 0", LIMIT), ("d 2 32 200", OK),  # the speed it holds would turn it
+        ("d 2 6 0", LIMIT), ("t 2 6 4", OK), ("t 2 30 4", OK),  # it counts when it was read
         ("d 2 6 0", OK), ("d 2 8 0", OK),
         ("d 2 32 200", OK), ("d 2 32 1224", OK), ("d 2 32 0", OK), ("d 2 32 1024", OK),
         ("d 2 32 201", LIMIT), ("d 2 32 1225", LIMIT), ("d 2 32 2047", LIMIT),

@@ -13,16 +13,26 @@ enum {
     GATE_FAULT = 2,   // it was low when they were over
     GATE_STALE = 4,   // a stale reply may come: packets that expect a reply wait
     GATE_LOCKED = 8,  // an operation holds the bus
-    GATE_LOW = 16,    // it was low since these two byte times began
+    GATE_PERMIT = 16, // the hooks have a permit, which must be asked
+    GATE_LOW = 32,    // the line was low since these two byte times began
     GATE_LINE = GATE_SUSPECT | GATE_FAULT | GATE_LOW,
 };
 
-/* How far the wait for a quiet line is: `wait`. */
+/* `phase` of a request that waits for the line. */
 enum {
     WAIT_BEGINS,    // the next poll sets the timer
     WAIT_TIMED,     // until the timer expires
     WAIT_LAST_LOOK, // two byte times more, for a poll that comes late
 };
+
+/* Bits of `phase` of a transaction whose packet has left. */
+enum {
+    RECEPTION_CLOSING = 1, // the deadline is over; bytes before `closing_end` are still examined
+    END_IS_QUIET = 2,      // neither hooks nor on_end are called at the end
+    REPLY_IS_FOUND = 4,    // the state is RECEIVING
+};
+
+#define HEAD_SIZE CDS_AT_ERROR // bytes of a reply before which a search is of no use
 
 /* ---- time ---- */
 
@@ -89,80 +99,6 @@ ALWAYS_INLINE uint8_t has_unread_bytes(const struct cds_bus *bus)
     return (uint8_t)(bus->link.broken | (bus->parser.position ^ cds_ring_end(&bus->link.rx)));
 }
 
-/* A good packet that is not the reply due. */
-static COLD void note_unexpected(struct cds_bus *bus)
-{
-    uint16_t *counter = &bus->stats.unexpected_packets;
-    enum cds_bus_event event = CDS_EVENT_UNEXPECTED_PACKET;
-    uint8_t id = bus->parser.id;
-
-    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
-        event = CDS_EVENT_STALE_REPLY;
-        counter = &bus->stats.stale_replies;
-        if (bus->last_result == CDS_OK) {
-            event = CDS_EVENT_DUPLICATE_REPLY;
-            counter = &bus->stats.duplicate_replies;
-        }
-    }
-    ++*counter;
-    if (bus->hooks)
-        bus->hooks->on_packet(bus->hooks->context, event, id, bus->parser.error);
-}
-
-/* Bytes were damaged or lost: what stands on both sides of them must never be joined. All up to the
- * last of them goes, and the search begins anew behind it. */
-static COLD void drop_damage(struct cds_bus *bus)
-{
-    struct cds_link *link = &bus->link;
-
-    do {
-        cds_stats_add_link(bus);
-        link->broken = CDS_LINK_WHOLE;
-        cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
-    } while (link->broken); // broken again meanwhile: its first mark is not the first
-    if (cds_ring_distance(cds_ring_begin(&link->rx), bus->closing_end) > CDS_RING_SIZE)
-        bus->closing_end = cds_ring_begin(&link->rx); // the damage reached beyond it
-}
-
-/* Gives the parser the bytes up to damage or deadline, if there is any. */
-static NOCLONE uint8_t examine(struct cds_bus *bus)
-{
-    struct cds_link *link = &bus->link;
-    // in this order: what breaks meanwhile lies behind the end
-    uint8_t end = bus->is_closing ? bus->closing_end : cds_ring_end(&link->rx);
-    uint8_t broken = link->broken;
-    uint8_t parsed;
-
-    if (broken) {
-        if (cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
-            broken = CDS_LINK_WHOLE; // as far as the end
-        else
-            end = link->broken_at;
-    }
-    if (bus->parser.is_in_packet)
-        parsed = cds_parser_take(&bus->parser, &link->rx, end);
-    else
-        parsed = cds_parser_find(&bus->parser, &link->rx, end);
-    if (parsed == CDS_PARSED_MALFORMED)
-        bus->stats.malformed++;
-    if (parsed == CDS_PARSED_MORE && broken) {
-        drop_damage(bus);
-        parsed = CDS_PARSED_MALFORMED;
-    }
-    return parsed;
-}
-
-/* Bytes came that no request asked for. */
-static COLD void examine_unasked(struct cds_bus *bus)
-{
-    bus->parser.longest = CDS_PARSER_LENGTH_MAX;
-    bus->is_closing = false;
-    if (examine(bus) == CDS_PARSED_PACKET)
-        note_unexpected(bus);
-    rest(bus, 0);
-    bus->gate &= (uint8_t)~GATE_FAULT;
-}
-
 /* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
 static COLD void check_rest(struct cds_bus *bus)
 {
@@ -191,17 +127,6 @@ static COLD void check_rest(struct cds_bus *bus)
     }
 }
 
-/* Looks at the line while no packet of ours is on it. */
-static NOCLONE void watch_line(struct cds_bus *bus)
-{
-    if (has_unread_bytes(bus))
-        examine_unasked(bus);
-    else if (bus->gate & (GATE_LINE | GATE_STALE))
-        check_rest(bus);
-    else if (!cds_port_line_is_high(bus->port))
-        rest(bus, 0);
-}
-
 /* ---- open, rate, settings ---- */
 
 static void cancel_all(struct cds_bus *bus)
@@ -223,12 +148,14 @@ static void set_rate(struct cds_bus *bus, uint8_t baud_reg)
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
+    uint8_t gate = bus->gate & GATE_PERMIT;
     bool again = bus->state != CDS_BUS_CLOSED;
 
     cds_port_open(port, baud_reg); // first: no handler may run while the struct is cleared
     cancel_all(bus);
     memset(bus, 0, sizeof *bus);
     bus->hooks = hooks;
+    bus->gate = gate;
     bus->port = port;
     set_rate(bus, baud_reg);
     bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
@@ -257,6 +184,8 @@ enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *
     if (bus->request || (bus->hooks && bus->hooks != hooks))
         return CDS_BUSY;
     bus->hooks = hooks;
+    if (hooks->permit)
+        bus->gate |= GATE_PERMIT;
     return CDS_OK;
 }
 
@@ -298,104 +227,136 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
 }
 
-/* The one function that begins a packet. CDS_OK: it is on its way; CDS_LINE_BUSY, CDS_PENDING: not
- * now; else the permit refuses it. */
-static NOCLONE uint8_t begin_packet(struct cds_bus *bus, struct cds_request *request)
+/* The request waits until line and permit agree. */
+static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_request *request)
 {
-    if (bus->hooks) {
-        uint8_t result = (uint8_t)bus->hooks->permit(bus->hooks->context, request);
-
-        if (result != CDS_OK)
-            return result;
-    }
-    if (has_unread_bytes(bus))
-        return CDS_LINE_BUSY;
-    if (!cds_port_line_is_high(bus->port)) {
-        rest(bus, 0); // amid a byte, which may be high at the next look
-        return CDS_LINE_BUSY;
-    }
-    cds_link_talk(&bus->link, bus->port, request->packet.bytes, request->packet.size);
-    bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
+    if (bus->state != CDS_BUS_WAITING_FOR_LINE)
+        bus->phase = WAIT_BEGINS;
+    bus->state = CDS_BUS_WAITING_FOR_LINE;
     bus->request = request;
-    bus->state = CDS_BUS_SENDING;
-    bus->stats.sent++;
+    request->result = CDS_PENDING;
     return CDS_OK;
 }
 
-/* The request waits until line and permit agree. */
-static void wait_for_line(struct cds_bus *bus, struct cds_request *request)
+/* The line was low amid a byte, and may be high at the next look. */
+static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_request *request)
 {
+    rest(bus, 0);
+    return wait_for_line(bus, request);
+}
+
+/* The header is on the wire, `begun` bytes of it. */
+static NOCLONE enum cds_result send_rest(struct cds_bus *bus, struct cds_request *request,
+                                         uint8_t begun)
+{
+    bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
+    cds_link_follow(&bus->link, bus->port, request->packet.bytes, request->packet.size, begun);
     bus->request = request;
-    bus->state = CDS_BUS_WAITING_FOR_LINE;
-    bus->wait = WAIT_BEGINS;
+    bus->state = CDS_BUS_SENDING;
+    bus->stats.sent++;
+    request->result = CDS_PENDING;
+    return CDS_OK;
+}
+
+/* The one function that begins a packet, after the permit. Looks at the line last: 40 cycles before
+ * the header. CDS_OK: the packet is on its way, or waits for the line. */
+NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
+{
+    if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
+        return line_is_in_use(bus, request);
+    return send_rest(bus, request, cds_link_begin(bus->port));
+}
+
+/* Sends the packet if the permit agrees. CDS_PENDING: not now; else why it does not. */
+static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds_request *request)
+{
+    enum cds_result result;
+
+    if (bus->gate & GATE_PERMIT) {
+        result = bus->hooks->permit(bus->hooks->context, request);
+        if (result != CDS_OK)
+            return result;
+    }
+    return cds_bus_send(bus, request);
 }
 
 void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 {
-    if (bus->gate & (GATE_LINE | GATE_STALE) || begin_packet(bus, request) != CDS_OK)
+    if (bus->gate & (GATE_LINE | GATE_STALE) || send_if_permitted(bus, request) != CDS_OK)
         wait_for_line(bus, request);
 }
 
-/* The packet cannot leave at once. */
-static COLD uint8_t submit_later(struct cds_bus *bus, struct cds_request *request)
+NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_request *request,
+                                             uint16_t check)
 {
-    if (bus->state == CDS_BUS_CLOSED)
-        return CDS_BAD_ARGUMENT;
-    if (bus->gate & GATE_LOCKED && !request->passes_lock)
-        return CDS_BUSY;
-    if (bus->hooks)
-        return (uint8_t)bus->hooks->submit(bus->hooks->context, request);
-    if (bus->request)
-        return CDS_BUSY;
-    request->result = CDS_PENDING;
-    cds_bus_start(bus, request);
-    return CDS_OK;
+    const struct cds_bus_hooks *hooks = bus->hooks;
+    enum cds_result result = CDS_PENDING;
+    uint8_t state = bus->state, gate = bus->gate;
+
+    request->check = check;
+    if (state == CDS_BUS_CLOSED)
+        result = CDS_BAD_ARGUMENT;
+    else if (gate & GATE_LOCKED && !request->passes_lock)
+        result = CDS_BUSY;
+    else if (state == CDS_BUS_IDLE && !(gate & (GATE_LINE | GATE_STALE)))
+        result = send_if_permitted(bus, request);
+    if (result == CDS_PENDING) {
+        if (hooks)
+            result = hooks->submit(hooks->context, request);
+        else
+            result = bus->request ? CDS_BUSY : wait_for_line(bus, request);
+    }
+    if (result != CDS_OK)
+        request->result = (uint8_t)result;
+    return result;
 }
 
 /* CDS_OK, or what is wrong with the request. */
-ALWAYS_INLINE uint8_t check(const struct cds_request *request)
+static NOCLONE enum cds_result check(const struct cds_request *request)
 {
+    uint16_t size = request->packet.size;
     uint8_t due = request->reply_parameters;
 
-    if ((uint16_t)(request->packet.size - CDS_PACKET_SIZE(0)) > CDS_LENGTH_MAX - CDS_LENGTH_MIN)
-        return CDS_BAD_ARGUMENT;
-    if (due != CDS_REPLY_NONE) {
-        if (due > CDS_REPLY_MAX)
-            return CDS_BAD_ARGUMENT;
-        if ((request->any_length ? CDS_REPLY_ANY : due) > request->reply_capacity)
-            return CDS_NO_ROOM;
-    }
-    return CDS_OK;
-}
-
-enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
-{
-    return cds_bus_submit_checked(bus, request, 0);
-}
-
-enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
-                                       uint16_t check_epoch)
-{
-    uint8_t result;
-
-    OPTIMIZER_BARRIER(bus);
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    result = check(request);
-    if (result == CDS_OK) {
-        result = CDS_LINE_BUSY;
-        request->retries = 0;
-        request->check = check_epoch;
-        if (bus->state == CDS_BUS_IDLE && bus->gate == 0)
-            result = begin_packet(bus, request);
-        if (result == CDS_LINE_BUSY || result == CDS_PENDING)
-            result = submit_later(bus, request);
-        else if (result == CDS_OK)
-            request->result = CDS_PENDING;
-    }
-    if (result != CDS_OK)
-        request->result = result;
-    return (enum cds_result)result;
+    if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u)
+        return CDS_BAD_ARGUMENT;
+    if (due == CDS_REPLY_NONE)
+        return CDS_OK;
+    if (due > CDS_REPLY_MAX)
+        return CDS_BAD_ARGUMENT;
+    if (request->any_length)
+        due = CDS_REPLY_ANY;
+    return due > request->reply_capacity ? CDS_NO_ROOM : CDS_OK;
+}
+
+/* The fast path: a request that expects a reply, on a bus that is free and asks no permit. */
+enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
+{
+    struct cds_request *fields = request;
+    uint16_t size;
+    uint8_t due;
+
+    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it
+    size = fields->packet.size;
+    due = fields->reply_parameters;
+    if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
+        due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING ||
+        bus->state != CDS_BUS_IDLE || bus->gate)
+        return cds_bus_submit_checked(bus, request, 0);
+    return cds_bus_send(bus, request);
+}
+
+NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
+                                                uint16_t check_epoch)
+{
+    enum cds_result result = check(request);
+
+    if (result == CDS_OK)
+        return cds_bus_submit_later(bus, request, check_epoch);
+    if (request->result != CDS_PENDING)
+        request->result = (uint8_t)result;
+    return result;
 }
 
 struct cds_request *cds_bus_take_back(struct cds_bus *bus)
@@ -423,6 +384,14 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
+/* No byte of the reply has come. */
+static NOCLONE void forget_reply(struct cds_request *request)
+{
+    request->id = request->packet.bytes[CDS_AT_ID];
+    request->error = 0;
+    request->length = 0;
+}
+
 /* The packet is on the wire: what is due for it, and by when. */
 static NOCLONE void expect_reply(struct cds_bus *bus)
 {
@@ -430,21 +399,18 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
     uint16_t bytes = request->packet.size, more_us = CDS_REPLY_MARGIN_US;
     uint8_t due = request->reply_parameters;
 
-    if (!bus->hooks) { // else the permit has set them
+    if (!(bus->gate & GATE_PERMIT)) { // else the permit has set them
         request->return_delay_us = bus->return_delay_us;
         request->is_muted = false;
     }
-    bus->asked_id = request->packet.bytes[CDS_AT_ID];
-    request->id = bus->asked_id;
-    request->length = 0;
-    request->error = 0;
+    forget_reply(request);
     bus->state = CDS_BUS_SENDING_ONLY;
     if (reply_is_due(request)) {
         bus->state = CDS_BUS_AWAITING_REPLY;
         bytes = (uint16_t)(bytes + CDS_PACKET_SIZE(due));
         more_us = (uint16_t)(more_us + request->return_delay_us);
     }
-    bus->is_closing = false;
+    bus->phase = bus->hooks || request->on_end ? 0 : END_IS_QUIET;
     bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN); // no servo sends more than it was asked
     if (request->any_length)
         bus->parser.longest = CDS_PARSER_LENGTH_MAX;
@@ -460,7 +426,7 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
     bus->return_delay_us = return_delay_us;
 }
 
-/* ---- a transaction ends ---- */
+/* ---- a request ends ---- */
 
 /* The request has ended as `result`, its packet sent or not. True while there is more to do. */
 static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
@@ -468,8 +434,8 @@ static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
     struct cds_request *request = bus->request;
     const struct cds_bus_hooks *hooks = bus->hooks;
 
-    bus->request = NULL;
     bus->state = CDS_BUS_IDLE;
+    bus->request = NULL;
     if (hooks && hooks->on_end(hooks->context, request, (enum cds_result)result)) {
         bus->stats.retried++;
         return true;
@@ -480,136 +446,232 @@ static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
     return bus->request;
 }
 
-/* The transaction has ended as `result`. */
-static NOCLONE bool end(struct cds_bus *bus, uint8_t result)
-{
-    if (bus->state != CDS_BUS_SENDING_ONLY) {
-        bus->last_id = bus->asked_id;
-        bus->last_result = result;
-    }
-    return finish(bus, result);
-}
-
-static NOCLONE bool end_well(struct cds_bus *bus)
-{
-    bus->stats.ok++;
-    return end(bus, CDS_OK);
-}
-
 /* The deadline is over. */
 static COLD bool fail(struct cds_bus *bus)
 {
-    uint16_t waited_us = (uint16_t)(bus->request->return_delay_us + CDS_REPLY_MARGIN_US);
-    uint16_t stale_us = 0;
+    const struct cds_request *request = bus->request;
+    uint16_t waited_us = (uint16_t)(request->return_delay_us + CDS_REPLY_MARGIN_US), stale_us = 0;
+    uint16_t *counter = &bus->stats.timeouts;
     uint8_t result = CDS_TIMEOUT;
 
     bus->parser.to = NULL; // a late reply must not be stored
-    if (bus->state != CDS_BUS_SENDING_ONLY && waited_us < CDS_STALE_REPLY_US)
-        stale_us = (uint16_t)(CDS_STALE_REPLY_US - waited_us);
-    rest(bus, stale_us);
-    if (bus->parser.is_clean) {
-        bus->stats.timeouts++;
-    } else {
+    if (!bus->parser.is_clean) {
         result = CDS_CORRUPT;
-        bus->stats.corrupt++;
+        counter = &bus->stats.corrupt;
     }
-    return end(bus, result);
+    ++*counter;
+    if (bus->state != CDS_BUS_SENDING_ONLY) {
+        bus->last_id = request->packet.bytes[CDS_AT_ID];
+        bus->last_result = result;
+        if (waited_us < CDS_STALE_REPLY_US)
+            stale_us = (uint16_t)(CDS_STALE_REPLY_US - waited_us);
+    }
+    rest(bus, stale_us);
+    return finish(bus, result);
 }
 
-/* The deadline is over, and what came by then is not examined yet. */
-static COLD bool close_reception(struct cds_bus *bus)
+/* The packet has not left by the deadline. */
+static COLD bool abort_sending(struct cds_bus *bus)
 {
-    if (bus->link.state != CDS_LINK_LISTENING) {
-        cds_link_abort(&bus->link, bus->port);
-        return fail(bus);
-    }
-    if (bus->state == CDS_BUS_SENDING_ONLY)
+    if (bus->link.state == CDS_LINK_LISTENING)
         return true; // it has left just now, and the next poll finds it so
-    bus->is_closing = true;
-    bus->closing_end = cds_ring_end(&bus->link.rx);
+    cds_link_abort(&bus->link, bus->port);
+    return fail(bus);
+}
+
+/* ---- bytes that come ---- */
+
+/* A good packet that is not the reply due. */
+static COLD bool note_unexpected(struct cds_bus *bus)
+{
+    uint16_t *counter = &bus->stats.unexpected_packets;
+    enum cds_bus_event event = CDS_EVENT_UNEXPECTED_PACKET;
+    uint8_t id = bus->parser.id;
+
+    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
+        event = CDS_EVENT_STALE_REPLY;
+        counter = &bus->stats.stale_replies;
+        if (bus->last_result == CDS_OK) {
+            event = CDS_EVENT_DUPLICATE_REPLY;
+            counter = &bus->stats.duplicate_replies;
+        }
+    }
+    ++*counter;
+    if (bus->gate & GATE_PERMIT)
+        bus->hooks->on_packet(bus->hooks->context, event, id, bus->parser.error);
     return true;
+}
+
+/* A good packet. */
+static NOCLONE bool end_packet(struct cds_bus *bus)
+{
+    return bus->state == CDS_BUS_RECEIVING ? finish(bus, CDS_OK) : note_unexpected(bus);
+}
+
+/* The packet whose head was found is none, or was damaged. */
+static COLD bool await_another(struct cds_bus *bus)
+{
+    if (bus->state == CDS_BUS_RECEIVING) {
+        bus->state = CDS_BUS_AWAITING_REPLY;
+        bus->phase &= (uint8_t)~REPLY_IS_FOUND;
+        bus->last_result = CDS_CORRUPT;
+        forget_reply(bus->request);
+    }
+    return true;
+}
+
+static COLD bool note_malformed(struct cds_bus *bus)
+{
+    bus->stats.malformed++;
+    return await_another(bus);
+}
+
+/* Bytes were damaged or lost: what stands on both sides of them must never be joined. All up to the
+ * last of them goes, and the search begins anew behind it. */
+static COLD bool drop_damage(struct cds_bus *bus)
+{
+    struct cds_link *link = &bus->link;
+
+    do {
+        cds_stats_add_link(bus);
+        link->broken = CDS_LINK_WHOLE;
+        cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
+    } while (link->broken); // broken again meanwhile: its first mark is not the first
+    if (cds_ring_distance(cds_ring_begin(&link->rx), bus->closing_end) > CDS_RING_SIZE)
+        bus->closing_end = cds_ring_begin(&link->rx); // the damage reached beyond it
+    return await_another(bus);
+}
+
+/* Takes what has come, before position `end`, of the packet whose head was found. */
+static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
+{
+    switch (cds_parser_take_some(&bus->parser, &bus->link.rx, end)) {
+    case CDS_PARSED_PACKET:
+        if (bus->phase != (END_IS_QUIET | REPLY_IS_FOUND)) // one comparison for most replies
+            return end_packet(bus);
+        bus->state = CDS_BUS_IDLE;
+        bus->request->result = CDS_OK;
+        bus->request = NULL;
+        return false;
+    case CDS_PARSED_MALFORMED: return note_malformed(bus);
+    default: return true;
+    }
+}
+
+/* A head was found. Is it that of the reply due? A servo that refuses sends its error bits and no
+ * parameters. */
+ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
+{
+    uint8_t id = bus->parser.id, error = bus->parser.error, asked_id;
+    uint8_t parameters = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
+
+    if (bus->state != CDS_BUS_AWAITING_REPLY || error & CDS_ERROR_NONE_SUCH)
+        return;
+    asked_id = request->id;
+    if (id > CDS_ID_MAX || (id != asked_id && asked_id != CDS_BROADCAST_ID))
+        return;
+    if (parameters != request->reply_parameters && !request->any_length &&
+        (parameters != 0 || !(error & CDS_ERRORS_OF_PACKET)))
+        return;
+    cds_parser_keep(&bus->parser, request->reply);
+    bus->state = CDS_BUS_RECEIVING;
+    bus->phase |= REPLY_IS_FOUND;
+    bus->last_id = asked_id;
+    bus->last_result = CDS_OK; // unless it proves malformed
+    request->id = id;
+    request->length = parameters;
+    request->error = error;
+}
+
+/* Examines what has come before position `end`. */
+static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
+{
+    if (bus->parser.is_in_packet)
+        return bus->parser.position == end ? true : take(bus, end);
+    switch (cds_parser_find(&bus->parser, &bus->link.rx, end)) {
+    case CDS_PARSED_HEAD: begin_reply(bus, bus->request); return true;
+    case CDS_PARSED_MALFORMED: return note_malformed(bus);
+    default: return true;
+    }
+}
+
+/* The deadline is over, or the stream is broken: examines the bytes before that, and then acts on
+ * it. The deadline is judged last: what came by then is not late. */
+static COLD bool examine_within_limits(struct cds_bus *bus)
+{
+    struct cds_link *link = &bus->link;
+    // in this order: what breaks meanwhile lies behind the end
+    uint8_t end = cds_ring_end(&link->rx);
+    bool is_broken = link->broken, is_closing = false;
+    bool is_in_flight = bus->state >= CDS_BUS_AWAITING_REPLY;
+
+    if (is_in_flight) {
+        is_closing = bus->phase & RECEPTION_CLOSING;
+        if (!is_closing && deadline_is_over(bus)) {
+            if (link->state != CDS_LINK_LISTENING)
+                return abort_sending(bus);
+            is_closing = true;
+            bus->phase |= RECEPTION_CLOSING;
+            bus->closing_end = end;
+        }
+        if (is_closing)
+            end = bus->closing_end;
+    }
+    if (is_broken && cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
+        is_broken = false; // behind the end
+    if (is_broken)
+        end = link->broken_at;
+    if (end != bus->parser.position) {
+        examine(bus, end);
+        if (end != bus->parser.position || (is_in_flight && bus->state < CDS_BUS_AWAITING_REPLY))
+            return bus->request; // more to examine, or the transaction has ended
+    }
+    if (is_broken)
+        return drop_damage(bus);
+    return is_closing ? fail(bus) : true;
 }
 
 /* ---- polls ---- */
 
-/* True if the packet whose head was found is the reply due. A servo that refuses sends its error
- * bits and no parameters. */
-ALWAYS_INLINE bool is_due(const struct cds_bus *bus)
+/* No packet of ours is on the wire: looks at the line. No request asked for bytes that come. */
+static NOCLONE void listen(struct cds_bus *bus)
 {
-    const struct cds_parser *parser = &bus->parser;
-    const struct cds_request *request = bus->request;
-    uint8_t parameters = (uint8_t)(parser->length - CDS_LENGTH_MIN);
-
-    if (bus->asked_id == CDS_BROADCAST_ID ? parser->id > CDS_ID_MAX : parser->id != bus->asked_id)
-        return false;
-    if (parser->error & CDS_ERROR_NONE_SUCH)
-        return false;
-    if (parameters == request->reply_parameters || request->any_length)
-        return true;
-    return parameters == 0 && parser->error & CDS_ERRORS_OF_PACKET;
-}
-
-static void begin_reply(struct cds_bus *bus)
-{
-    struct cds_request *request = bus->request;
-
-    if (!is_due(bus))
-        return;
-    cds_parser_keep(&bus->parser, request->reply);
-    request->id = bus->parser.id;
-    request->length = (uint8_t)(bus->parser.length - CDS_LENGTH_MIN);
-    request->error = bus->parser.error;
-    bus->state = CDS_BUS_RECEIVING;
-}
-
-/* Examines what has come. The deadline is judged after that: what came by then is not late. */
-static bool receive(struct cds_bus *bus)
-{
-    if (bus->link.state != CDS_LINK_LISTENING)
-        return deadline_is_over(bus) ? close_reception(bus) : true;
-    switch (examine(bus)) {
-    case CDS_PARSED_HEAD: begin_reply(bus); break;
-    case CDS_PARSED_PACKET:
-        if (bus->state == CDS_BUS_RECEIVING)
-            return end_well(bus);
-        note_unexpected(bus);
-        break;
-    case CDS_PARSED_MALFORMED:
-        bus->state = CDS_BUS_AWAITING_REPLY;
-        bus->request->length = bus->request->error = 0;
-        break;
-    case CDS_PARSED_MORE:
-        if (bus->is_closing)
-            return fail(bus);
-        break;
-    default: break;
+    if (has_unread_bytes(bus)) {
+        rest(bus, 0);
+        bus->gate &= (uint8_t)~GATE_FAULT;
+        bus->parser.longest = CDS_PARSER_LENGTH_MAX;
+        examine_within_limits(bus);
+    } else if (bus->gate & (GATE_LINE | GATE_STALE)) {
+        check_rest(bus);
+    } else if (!cds_port_line_is_high(bus->port)) {
+        rest(bus, 0);
     }
-    if (!bus->is_closing && deadline_is_over(bus))
-        return close_reception(bus);
-    return true;
 }
 
 /* The packet of the waiting request leaves, if line and permit agree, or it has waited too long. */
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    uint8_t result = CDS_PENDING;
+    enum cds_result result = CDS_PENDING;
 
-    if (bus->wait == WAIT_BEGINS) {
-        bus->wait = WAIT_TIMED;
+    if (bus->phase == WAIT_BEGINS) {
+        bus->phase = WAIT_TIMED;
         set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
                      (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
     }
-    watch_line(bus);
+    listen(bus);
     if (!(bus->gate & GATE_LINE) &&
-        (!(bus->gate & GATE_STALE) || request->ignores_stale || !reply_is_due(request)))
-        result = begin_packet(bus, request);
-    if (result != CDS_PENDING && result != CDS_LINE_BUSY)
-        return result == CDS_OK ? true : finish(bus, result);
+        (!(bus->gate & GATE_STALE) || request->ignores_stale || !reply_is_due(request))) {
+        result = send_if_permitted(bus, request);
+        if (result == CDS_OK)
+            return true;
+    }
+    if (result != CDS_PENDING)
+        return finish(bus, (uint8_t)result);
     if (!deadline_is_over(bus))
         return true;
-    if (bus->wait == WAIT_TIMED) { // what this poll saw may be old
-        bus->wait = WAIT_LAST_LOOK;
+    if (bus->phase == WAIT_TIMED) { // what this poll saw may be old
+        bus->phase = WAIT_LAST_LOOK;
         set_deadline(bus, cds_port_ticks(), 2, 0);
         return true;
     }
@@ -617,34 +679,45 @@ static COLD bool wait_on(struct cds_bus *bus)
     return finish(bus, CDS_LINE_BUSY);
 }
 
-static bool poll_sending_only(struct cds_bus *bus)
+static COLD bool poll_sending_only(struct cds_bus *bus)
 {
-    if (bus->hooks && bus->hooks->on_sending(bus->hooks->context, bus->request))
+    if (bus->gate & GATE_PERMIT && bus->hooks->on_sending(bus->hooks->context, bus->request))
         return true;
     if (bus->link.state == CDS_LINK_LISTENING)
-        return end_well(bus);
-    return deadline_is_over(bus) ? close_reception(bus) : true;
+        return finish(bus, CDS_OK);
+    return deadline_is_over(bus) ? abort_sending(bus) : true;
+}
+
+/* No reply is due, or not yet. */
+static NOCLONE bool poll_other(struct cds_bus *bus)
+{
+    switch (bus->state) {
+    case CDS_BUS_CLOSED: return false;
+    case CDS_BUS_IDLE: listen(bus); return bus->request;
+    case CDS_BUS_WAITING_FOR_LINE: return wait_on(bus);
+    case CDS_BUS_SENDING: expect_reply(bus); return true;
+    default: return poll_sending_only(bus);
+    }
 }
 
 bool cds_bus_poll(struct cds_bus *bus)
 {
-    uint8_t state;
+    uint8_t state = bus->state, end = cds_ring_end(&bus->link.rx);
 
-    OPTIMIZER_BARRIER(bus);
-    state = bus->state;
-
-    if (state >= CDS_BUS_AWAITING_REPLY) {
-        if (!has_unread_bytes(bus) && !bus->is_closing && !cds_port_timer_expired(bus->port))
-            return true;
-        return receive(bus);
+    if (state == CDS_BUS_RECEIVING) {
+        if (end != bus->parser.position && !bus->link.broken && !cds_port_timer_expired(bus->port))
+            return take(bus, end);
+    } else if (state == CDS_BUS_AWAITING_REPLY) {
+        if (cds_ring_distance(cds_ring_begin(&bus->link.rx), end) >= HEAD_SIZE &&
+            bus->link.state == CDS_LINK_LISTENING && !bus->link.broken &&
+            !cds_port_timer_expired(bus->port))
+            return examine(bus, end);
+    } else {
+        return poll_other(bus);
     }
-    switch (state) {
-    case CDS_BUS_SENDING_ONLY: return poll_sending_only(bus);
-    case CDS_BUS_SENDING: expect_reply(bus); return true;
-    case CDS_BUS_WAITING_FOR_LINE: return wait_on(bus);
-    case CDS_BUS_IDLE: watch_line(bus); return bus->request;
-    default: return false;
-    }
+    if (bus->link.broken || cds_port_timer_expired(bus->port))
+        return examine_within_limits(bus);
+    return true;
 }
 
 /* ---- the reply ---- */

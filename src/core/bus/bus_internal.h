@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "cds55xx/bus.h" // struct cds_bus
+#include "compiler.h"    // ALWAYS_INLINE
 
 /* True if a request with this result ended before its packet left. CDS_CANCELLED is not among them:
  * only the caller of cds_bus_cancel() knows. */
@@ -22,5 +23,22 @@ void cds_stats_add_link(struct cds_bus *bus);
  * epoch `check`; 0: it was not. The permit skips its check while that epoch lasts. */
 enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
                                        uint16_t check);
+
+/* The one function that begins a packet, after the permit. CDS_OK: the packet is on its way, or
+ * waits for the line. Only for cds_bus_submit_good(). */
+enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request);
+
+/* For a request that may not leave at once, or for which the permit must be asked. */
+enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_request *request,
+                                     uint16_t check);
+
+/* The second half of cds_bus_submit(), for a request that was found good and is not on its way.
+ * Inline: a READ leaves 25 cycles sooner. */
+ALWAYS_INLINE enum cds_result cds_bus_submit_good(struct cds_bus *bus, struct cds_request *request)
+{
+    if (bus->state != CDS_BUS_IDLE || bus->gate)
+        return cds_bus_submit_later(bus, request, 0);
+    return cds_bus_send(bus, request);
+}
 
 #endif

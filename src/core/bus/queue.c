@@ -44,6 +44,7 @@ static bool cancel(void *context, struct cds_request *request)
         return false;
     do {
         (*place)->result = CDS_CANCELLED;
+        (*place)->retries = 0;
         *place = (*place)->next;
     } while (*place && !request);
     return true;
@@ -93,39 +94,15 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
         queue->first = first->next;
         cds_bus_start(queue->bus, first);
     }
+    if (!is_kept)
+        request->retries = 0;
     return is_kept;
-}
-
-static enum cds_result permit(void *context, struct cds_request *request)
-{
-    const struct cds_queue *queue = (const struct cds_queue *)context;
-
-    request->return_delay_us = queue->bus->return_delay_us;
-    request->is_muted = false;
-    return CDS_OK;
-}
-
-static bool on_sending(void *context, struct cds_request *request)
-{
-    (void)context, (void)request;
-    return false;
-}
-
-static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
-{
-    (void)context, (void)event, (void)id, (void)error;
 }
 
 void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
 {
     *queue = (struct cds_queue){
-        .hooks = {.context = queue,
-                  .permit = permit,
-                  .submit = submit,
-                  .cancel = cancel,
-                  .on_sending = on_sending,
-                  .on_end = on_end,
-                  .on_packet = on_packet},
+        .hooks = {.context = queue, .submit = submit, .cancel = cancel, .on_end = on_end},
         .bus = bus,
     };
 }

@@ -2,35 +2,56 @@
 #include "cds55xx/bus.h"
 
 #include "bus/bus_internal.h" // cds_stats_add_link()
+#include "compiler.h"         // NOINLINE
 
 /* Brings a total up to date with a count of its last 8 bits. */
-static void catch_up(uint16_t *total, uint8_t count)
+static NOINLINE void catch_up(uint16_t *total, uint8_t count)
 {
     *total = (uint16_t)(*total + (uint8_t)(count - *total));
 }
 
-/* The handlers count modulo 256. A full ring that broke the stream is counted by `full`, further
- * bytes without room by the handlers. */
-static void add(struct cds_stats *stats, const struct cds_link *link, uint8_t full)
-{
-    uint8_t both = link->both_errors;
-
-    catch_up(&stats->framing_errors, (uint8_t)(link->framing_errors + both));
-    catch_up(&stats->overruns, (uint8_t)(link->overruns + both));
-    catch_up(&stats->ring_overflows, (uint8_t)(link->ring_overflows + full));
-}
-
+/* The handlers count modulo 256. A full ring that broke the stream is counted by
+ * bus->ring_overflows, further bytes without room by the handlers. */
 void cds_stats_add_link(struct cds_bus *bus)
 {
-    if (bus->link.broken == CDS_LINK_FULL)
+    const struct cds_link *link = &bus->link;
+    uint8_t both = link->both_errors;
+
+    if (link->broken == CDS_LINK_FULL)
         bus->ring_overflows++;
-    add(&bus->stats, &bus->link, bus->ring_overflows);
+    catch_up(&bus->stats.framing_errors, (uint8_t)(link->framing_errors + both));
+    catch_up(&bus->stats.overruns, (uint8_t)(link->overruns + both));
+    catch_up(&bus->stats.ring_overflows, (uint8_t)(link->ring_overflows + bus->ring_overflows));
 }
 
 void cds_bus_stats(const struct cds_bus *bus, struct cds_stats *out)
 {
-    *out = bus->stats;
-    add(out, &bus->link, (uint8_t)(bus->ring_overflows + (bus->link.broken == CDS_LINK_FULL)));
-    out->noise_bytes = bus->parser.noise_bytes;
-    out->echo_errors = cds_link_count(&bus->link.echo_errors);
+    const struct cds_bus_counts *counts = &bus->stats;
+    const struct cds_link *link = &bus->link;
+    uint8_t both = link->both_errors, full = bus->ring_overflows;
+
+    if (link->broken == CDS_LINK_FULL)
+        full++;
+    *out = (struct cds_stats){
+        .sent = counts->sent,
+        .retried = counts->retried,
+        .ok = (uint16_t)(counts->sent - counts->timeouts - counts->corrupt),
+        .timeouts = counts->timeouts,
+        .corrupt = counts->corrupt,
+        .line_busy = counts->line_busy,
+        .malformed = counts->malformed,
+        .noise_bytes = bus->parser.noise_bytes,
+        .stale_replies = counts->stale_replies,
+        .duplicate_replies = counts->duplicate_replies,
+        .unexpected_packets = counts->unexpected_packets,
+        .framing_errors = counts->framing_errors,
+        .overruns = counts->overruns,
+        .ring_overflows = counts->ring_overflows,
+        .echo_errors = cds_link_count(&link->echo_errors),
+    };
+    if (bus->state >= CDS_BUS_SENDING)
+        out->ok--; // the packet in flight
+    catch_up(&out->framing_errors, (uint8_t)(link->framing_errors + both));
+    catch_up(&out->overruns, (uint8_t)(link->overruns + both));
+    catch_up(&out->ring_overflows, (uint8_t)(link->ring_overflows + full));
 }

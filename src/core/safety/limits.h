@@ -1,18 +1,82 @@
-/* Soft limits of one servo, and what is known of its mode, goal and speed; not installed. Main
+/* What a packet writes into one servo, and the soft limits of that servo; not installed. Main
  * context. */
 #ifndef CDS_LIMITS_H
 #define CDS_LIMITS_H
 
 #include "cds55xx/servos.h" // struct cds_servo_state
-#include "safety/written.h" // struct cds_written
 
-/* How what was written became known. */
+/* Which registers are written, or were read: bits of `sets`. */
+enum cds_sets {
+    CDS_SETS_ID = 1,
+    CDS_SETS_REPLY = 2, // baud rate, return delay, status return level
+    CDS_SETS_MODE = 4,  // angle limits
+    CDS_SETS_TORQUE = 8,
+    CDS_SETS_GAIN = 16,        // compliance margins, proportions, punch
+    CDS_SETS_GOAL = 32,        // one byte of it, or both
+    CDS_SETS_SPEED = 64,       // one byte of it, or both
+    CDS_SETS_REGISTERED = 128, // 0x2C
+    CDS_SETS_DRIVE = CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED,
+};
+
+/* How it became known what a servo holds. */
 enum cds_source {
     CDS_SOURCE_READ,     // the servo was read
     CDS_SOURCE_ANSWERED, // it has answered the packet that wrote it
     CDS_SOURCE_SENT,     // no reply was due
     CDS_SOURCE_LOST,     // the reply is missing: written or not
 };
+
+/* `length` bytes of servo `id`, from register `address` on. */
+struct cds_written {
+    const uint8_t *data;
+    uint8_t address, length, id;
+    uint8_t sets; // CDS_SETS_* bits
+    uint8_t left; // bytes of a SYNC WRITE behind `data` and its `length`
+};
+
+/* Returns the CDS_SETS_* bits of `length` registers from `address` on. */
+uint8_t cds_written_sets(uint8_t address, uint8_t length);
+
+/* Describes what the packet `bytes`, a WRITE or REG WRITE, writes. Of a SYNC WRITE it stands before
+ * block `index`, 0 or one that was reached before. False: the packet writes nothing. */
+bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
+
+/* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
+static inline bool cds_written_next(struct cds_written *written)
+{
+    if (written->left <= written->length)
+        return false;
+    written->left = (uint8_t)(written->left - written->length - 1u);
+    written->data += written->length + 1u;
+    written->id = written->data[-1];
+    return true;
+}
+
+/* True if the packet is TORQUE_ENABLE = 0, and nothing else. */
+bool cds_written_is_torque_off(const uint8_t *bytes);
+
+/* Returns the byte of register `reg`, or NULL if it is not written. */
+static inline const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg)
+{
+    uint8_t index = (uint8_t)(reg - written->address);
+
+    return index < written->length && reg >= written->address ? written->data + index : NULL;
+}
+
+/* Returns the word of register `reg`, low byte first (R28), or NULL if a byte is not written. */
+static inline const uint8_t *cds_written_word(const struct cds_written *written, uint8_t reg)
+{
+    return cds_written_byte(written, (uint8_t)(reg + 1)) ? cds_written_byte(written, reg) : NULL;
+}
+
+/* Returns the value of register `reg`, or `otherwise` if it is not written. */
+static inline uint8_t cds_written_value(const struct cds_written *written, uint8_t reg,
+                                        uint8_t otherwise)
+{
+    const uint8_t *byte = cds_written_byte(written, reg);
+
+    return byte ? *byte : otherwise;
+}
 
 /* CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go beyond a
  * soft limit, or it is not known whether it would. A speed of 0 that is permitted is noted. */

@@ -8,9 +8,6 @@
 #include "safety/servos_internal.h"
 #include "servo/goal.h" // CDS_GOAL_SIZE
 
-/* Registers that inhibits and limits concern. */
-#define SETS_DRIVE (CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED)
-
 /* One packet under check. */
 struct check {
     struct cds_servos *servos;
@@ -25,16 +22,21 @@ struct check {
 
 /* Goal, speed (0 too), angle limit, or torque on. An angle limit changes the mode, and in endless
  * turn the speed register makes the servo turn. */
-static bool drives(const struct cds_written *written)
+static inline bool drives(const struct cds_written *written)
 {
     return written->sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED) ||
            (written->sets & CDS_SETS_TORQUE &&
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
+static inline bool is_goal_and_speed(const struct cds_written *written)
+{
+    return written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
+}
+
 /* For servos of any ID, known or not. Margins, proportions and punch decide how far from its goal a
  * servo stands still whose torque is on. */
-static enum cds_result check_any(const struct check *check)
+static inline enum cds_result check_any(const struct check *check)
 {
     const struct cds_written *written = &check->written;
 
@@ -46,7 +48,7 @@ static enum cds_result check_any(const struct check *check)
     return CDS_OK;
 }
 
-static bool is_of_move(const struct check *check)
+static inline bool is_of_move(const struct check *check)
 {
     return check->request == check->servos->move_request;
 }
@@ -60,8 +62,7 @@ static enum cds_result check_registered(const struct check *check, struct cds_se
         return CDS_LIMIT;
     if (!servo->has_limits)
         return CDS_OK;
-    if (!is_of_move(check) || written->address != CDS_REG_GOAL_POSITION ||
-        written->length != CDS_GOAL_SIZE)
+    if (!is_of_move(check) || !is_goal_and_speed(written))
         return CDS_LIMIT;
     return cds_limits_check_goal(servo, written->data);
 }
@@ -80,19 +81,21 @@ static enum cds_result check_action(const struct check *check, const struct cds_
 static NOINLINE enum cds_result check_servo(const struct check *check,
                                             struct cds_servo_state *servo)
 {
-    uint8_t id = check->bytes[CDS_AT_ID], instruction = check->bytes[CDS_AT_INSTRUCTION];
     const struct cds_written *written = &check->written;
+    uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
     bool is_inhibited = cds_servo_is_inhibited(servo);
 
     if (instruction == CDS_ACTION)
         return check_action(check, servo);
-    if (servo->presence == CDS_PRESENCE_OFFLINE && id != CDS_BROADCAST_ID &&
+    if (servo->presence == CDS_PRESENCE_OFFLINE && check->bytes[CDS_AT_ID] != CDS_BROADCAST_ID &&
         instruction != CDS_SYNC_WRITE)
         is_inhibited = true;
     if (is_inhibited && drives(written))
         return CDS_INHIBITED;
     if (instruction == CDS_REG_WRITE)
         return check_registered(check, servo);
+    if (is_goal_and_speed(written))
+        return cds_limits_check_goal(servo, written->data);
     return cds_limits_check(servo, written);
 }
 
@@ -106,44 +109,47 @@ static enum cds_result check_id(const struct check *check, const struct cds_serv
 
 /* ---- many servos, some each call ---- */
 
-/* The check of this request begins, unless it goes on: nothing has changed since the last call.
- * When a request ends, `checked_request` is cleared. */
-static void begin_many(const struct check *check)
+/* The check begins, unless it goes on: nothing has changed since the last call. When a request
+ * ends, `checked_request` is cleared. */
+static NOINLINE void begin_many(const struct check *check)
 {
     struct cds_servos *servos = check->servos;
 
-    if (servos->checked_request == check->request && servos->checked_epoch == servos->epoch)
-        return;
-    servos->checked_request = check->request;
-    servos->checked_epoch = servos->epoch;
-    servos->checked = 0;
-    servos->checked_index = UINT8_MAX;
+    if (servos->checked_request != check->request || servos->checked_epoch != servos->epoch) {
+        servos->checked_request = check->request;
+        servos->checked_epoch = servos->epoch;
+        servos->checked = 0;
+        servos->checked_index = 0;
+    }
 }
 
 static NOINLINE enum cds_result check_all(struct check *check)
 {
+    uint8_t cost = check->written.sets == CDS_SETS_TORQUE ? 1 : 3;
     struct cds_servos *servos = check->servos;
     enum cds_result result;
+    struct cds_walk walk;
 
-    if (check->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(check->written.sets & SETS_DRIVE))
+    if (check->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(check->written.sets & CDS_SETS_DRIVE))
         return CDS_OK;
     begin_many(check);
-    for (uint8_t budget = CDS_SERVOS_PER_CALL; servos->checked < servos->count; budget--) {
-        struct cds_servo_state *servo = &servos->states[servos->checked];
-
-        if (budget == 0)
+    cds_walk_begin(&walk, servos, servos->checked_index);
+    for (; walk.index < servos->count; walk.index++, walk.servo++) {
+        if (walk.budget == 0) {
+            servos->checked_index = walk.index;
             return CDS_PENDING;
-        result = check_servo(check, servo);
+        }
+        result = check_servo(check, walk.servo);
         if (result != CDS_OK) {
-            check->refused_id = servo->id;
+            check->refused_id = walk.servo->id;
             return result;
         }
-        servos->checked++;
+        cds_walk_pay(&walk, cost);
     }
     return CDS_OK;
 }
 
-static enum cds_result check_block(struct check *check, uint8_t *budget)
+static inline enum cds_result check_block(struct check *check, struct cds_walk *walk)
 {
     const struct cds_written *written = &check->written;
     struct cds_servos *servos = check->servos;
@@ -156,55 +162,93 @@ static enum cds_result check_block(struct check *check, uint8_t *budget)
         return CDS_LIMIT;
     if (written->id > CDS_ID_MAX) // it may reach every servo, or none
         return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
-    servo = cds_servos_next(servos, written->id, &servos->checked_index, budget);
+    if (!(written->sets & CDS_SETS_DRIVE) && servos->grows != CDS_GROWS_ALWAYS)
+        return CDS_OK;
+    servo = cds_walk_to(walk, servos, written->id);
     if (!servo) {
-        if (servos->grows == CDS_GROWS_ALWAYS && cds_servos_add(servos, written->id) == CDS_OK)
-            servos->checked_epoch = servos->epoch; // what was found good is so still
+        if (cds_servos_meet(servos, written->id, false))
+            servos->checked_epoch = servos->epoch; // what was found good still is
         return CDS_OK;
     }
-    if (written->sets == (CDS_SETS_GOAL | CDS_SETS_SPEED) && written->length == CDS_GOAL_SIZE)
+    if (is_goal_and_speed(written))
         return cds_servo_is_inhibited(servo) ? CDS_INHIBITED
                                              : cds_limits_check_goal(servo, written->data);
     return check_servo(check, servo);
 }
 
+/* Goals and speeds, as a cycle sends them, while driving is allowed: check_sync_write() the short
+ * way. */
+static NOINLINE enum cds_result check_goals(struct check *check)
+{
+    const uint8_t *bytes = check->bytes, *block;
+    struct cds_servos *servos = check->servos;
+    struct cds_servo_state *servo;
+    struct cds_walk walk;
+    uint8_t left, checked;
+
+    begin_many(check);
+    cds_walk_begin(&walk, servos, servos->checked_index);
+    checked = servos->checked;
+    block = bytes + CDS_AT_PARAMETERS + 2 + (uint16_t)(checked * (CDS_GOAL_SIZE + 1u));
+    left = (uint8_t)(bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH - block);
+    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1u)) {
+        if (walk.budget == 0) {
+            servos->checked = checked;
+            servos->checked_index = walk.index;
+            return CDS_PENDING;
+        }
+        servo = cds_walk_to(&walk, servos, *block);
+        check->refused_id = *block++;
+        if (servo && cds_servo_is_inhibited(servo))
+            return CDS_INHIBITED;
+        if (servo && cds_limits_check_goal(servo, block) != CDS_OK)
+            return CDS_LIMIT;
+        if (!servo && check->refused_id > CDS_ID_MAX && servos->count)
+            return CDS_LIMIT; // it may reach every servo, or none
+        block += CDS_GOAL_SIZE;
+        checked++;
+        cds_walk_pay(&walk, 1);
+    }
+    return CDS_OK;
+}
+
 static NOINLINE enum cds_result check_sync_write(struct check *check)
 {
-    uint8_t budget = CDS_SERVOS_PER_CALL;
+    uint8_t sets = check->written.sets;
+    uint8_t cost = sets & CDS_SETS_DRIVE ? (sets == CDS_SETS_TORQUE ? 2 : 4) : 1;
     struct cds_servos *servos = check->servos;
-    const uint8_t *bytes = check->bytes;
-    uint16_t end;
+    enum cds_result result;
+    struct cds_walk walk;
 
     if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
-        !(check->written.sets & (SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
+        !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
         return CDS_OK;
+    if (is_goal_and_speed(&check->written) && !check->is_inhibited &&
+        servos->grows != CDS_GROWS_ALWAYS)
+        return check_goals(check);
     begin_many(check);
-    while (cds_written_block(bytes, servos->checked, &check->written)) {
-        enum cds_result result;
-
-        if (budget == 0)
+    cds_walk_begin(&walk, servos, servos->checked_index);
+    cds_written_by(check->bytes, servos->checked, &check->written);
+    for (;;) {
+        if (walk.budget == 0) {
+            servos->checked_index = walk.index;
             return CDS_PENDING;
-        budget--;
-        result = check_block(check, &budget);
+        }
+        if (!cds_written_next(&check->written))
+            break;
+        result = check_block(check, &walk);
         if (result != CDS_OK) {
             check->refused_id = check->written.id;
             return result;
         }
         servos->checked++;
+        cds_walk_pay(&walk, cost);
     }
-    end = (uint16_t)(servos->checked * (check->written.length + 1u) + CDS_LENGTH_MIN + 2u);
-    if (check->is_inhibited && end != bytes[CDS_AT_LENGTH])
-        return CDS_INHIBITED; // the last block is cut: what a servo makes of it is not known
-    return CDS_OK;
+    // what a servo makes of a block that is cut is not known
+    return check->is_inhibited && check->written.left ? CDS_INHIBITED : CDS_OK;
 }
 
 /* ---- the packet ---- */
-
-static bool is_torque_off(const uint8_t *bytes)
-{
-    return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
-           bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE && bytes[CDS_AT_PARAMETERS + 1] == 0;
-}
 
 static enum cds_result check_write(struct check *check, struct cds_servo_state *servo)
 {
@@ -212,100 +256,82 @@ static enum cds_result check_write(struct check *check, struct cds_servo_state *
     const uint8_t *bytes = check->bytes;
     enum cds_result result;
 
-    if (is_torque_off(bytes))
+    if (cds_written_is_torque_off(bytes))
         return CDS_OK;
-    if (!cds_written_by(bytes, written))
+    if (!cds_written_by(bytes, 0, written))
         return check->is_inhibited ? CDS_INHIBITED : CDS_OK;
     if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE)
         return check_sync_write(check);
     result = check_any(check);
+    if (result == CDS_OK && servo)
+        result = check_servo(check, servo);
     if (result != CDS_OK)
         return result;
-    if (written->id != CDS_BROADCAST_ID) {
-        if (servo && (result = check_servo(check, servo)) != CDS_OK)
-            return result;
+    if (written->id == CDS_BROADCAST_ID)
+        return written->sets & CDS_SETS_ID && check->servos->count ? CDS_LIMIT : check_all(check);
+    if (written->sets & CDS_SETS_ID)
         return check_id(check, servo, cds_written_value(written, CDS_REG_ID, written->id));
-    }
-    if (written->sets & CDS_SETS_ID && check->servos->count)
-        return CDS_LIMIT;
-    return check_all(check);
+    return CDS_OK;
 }
 
 static enum cds_result check_action_or_reset(struct check *check, struct cds_servo_state *servo)
 {
     struct cds_servos *servos = check->servos;
-    uint8_t id = check->bytes[CDS_AT_ID];
+    bool is_to_all = check->bytes[CDS_AT_ID] == CDS_BROADCAST_ID;
 
     if (check->is_inhibited)
         return CDS_INHIBITED;
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_ACTION) {
-        if (id == CDS_BROADCAST_ID)
+        if (is_to_all)
             return check_all(check);
         return servo ? check_action(check, servo) : CDS_OK;
     }
-    if (id == CDS_BROADCAST_ID)
+    if (is_to_all)
         return servos->count && !servos->may_reset_all ? CDS_LIMIT : CDS_OK;
     return check_id(check, servo, CDS_FACTORY_ID);
 }
 
-/* A registered move is over when a limit or an inhibit has changed. */
-static bool is_of_aborted_move(const struct check *check)
+static inline enum cds_result check_packet(struct check *check, struct cds_servo_state *servo)
 {
-    uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
+    uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
 
-    return is_of_move(check) && !check->servos->move_is_valid &&
-           (instruction == CDS_REG_WRITE || instruction == CDS_ACTION);
-}
-
-static NOINLINE enum cds_result check_packet(struct check *check, struct cds_servo_state *servo)
-{
-    uint8_t longest = CDS_LENGTH_MIN;
-
-    switch (check->bytes[CDS_AT_INSTRUCTION]) {
+    if (is_of_move(check) && !check->servos->move_is_valid &&
+        (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
+        return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
+    switch (instruction) {
     case CDS_READ: longest = CDS_LENGTH_MIN + 2; // fall through
     case CDS_PING:
-        if (check->is_inhibited && check->bytes[CDS_AT_LENGTH] > longest)
-            return CDS_INHIBITED;
-        return CDS_OK;
+        return check->is_inhibited && check->bytes[CDS_AT_LENGTH] > longest ? CDS_INHIBITED
+                                                                            : CDS_OK;
     case CDS_WRITE:
     case CDS_REG_WRITE:
-    case CDS_SYNC_WRITE:
-        if (is_of_aborted_move(check))
-            return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
-        return check_write(check, servo);
+    case CDS_SYNC_WRITE: return check_write(check, servo);
     case CDS_ACTION:
-    case CDS_RESET:
-        if (is_of_aborted_move(check))
-            return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
-        return check_action_or_reset(check, servo);
+    case CDS_RESET: return check_action_or_reset(check, servo);
     default: return check->is_inhibited ? CDS_INHIBITED : CDS_OK;
     }
-}
-
-/* The servo that a packet writes to joins the list, if the list grows by it. */
-static struct cds_servo_state *meet(struct cds_servos *servos, const uint8_t *bytes)
-{
-    uint8_t instruction = bytes[CDS_AT_INSTRUCTION];
-
-    if (instruction != CDS_WRITE && instruction != CDS_REG_WRITE)
-        return NULL;
-    if (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING &&
-        (instruction != CDS_WRITE || bytes[CDS_AT_PARAMETERS] > CDS_REG_STATUS_RETURN_LEVEL))
-        return NULL;
-    return cds_servos_add(servos, bytes[CDS_AT_ID]) == CDS_OK ? &servos->states[servos->count - 1]
-                                                              : NULL;
 }
 
 static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds_request *request,
                                            struct cds_servo_state *servo)
 {
     const uint8_t *bytes = request->packet.bytes;
-    struct check check = {
-        .servos = servos, .request = request, .bytes = bytes, .refused_id = bytes[CDS_AT_ID]};
+    struct check check;
     enum cds_result result;
 
-    if (!servo && servos->grows && bytes[CDS_AT_ID] <= CDS_ID_MAX)
-        servo = meet(servos, bytes);
+    if (servos->was_asked && servos->checked_request == request) {
+        servos->was_asked = false; // by the bus, in this very call of cds_bus_submit()
+        return CDS_PENDING;
+    }
+    if (!servo &&
+        (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
+        servo = cds_servos_meet(servos, bytes[CDS_AT_ID],
+                                bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL);
+    check.servos = servos;
+    check.request = request;
+    check.bytes = bytes;
+    check.refused_id = bytes[CDS_AT_ID];
+    check.written.sets = 0;
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);
@@ -338,13 +364,13 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
 
         if (servo->return_delay != CDS_SERVOS_UNKNOWN)
             request->return_delay_us = (uint16_t)(2u * servo->return_delay);
-        if (instruction == CDS_READ) {
-            if (level == CDS_LEVEL_PING) {
+        if (level <= CDS_LEVEL_READ && instruction != CDS_PING) {
+            if (instruction != CDS_READ) {
+                request->is_muted = true;
+            } else if (level == CDS_LEVEL_PING) {
                 servos->refused_id = servo->id;
                 return CDS_NO_REPLY_DUE;
             }
-        } else if (level <= CDS_LEVEL_READ && instruction != CDS_PING) {
-            request->is_muted = true;
         }
     }
     if (request->check == servos->epoch ||
@@ -363,8 +389,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         return CDS_INHIBITED;
     servo = cds_servos_at(servos, id, index);
     if (!servo) {
-        if (servos->grows == CDS_GROWS_ALWAYS)
-            cds_servos_add(servos, id);
+        cds_servos_meet(servos, id, false);
         return CDS_OK;
     }
     return cds_servo_is_inhibited(servo) ? CDS_INHIBITED : cds_limits_check_goal(servo, goal);

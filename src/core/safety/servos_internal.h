@@ -1,8 +1,9 @@
-/* What the permit needs of the servos beside servos.h; not installed. Main context. */
+/* What servos.c, permit.c and learn.c need of each other; not installed. Main context. */
 #ifndef CDS_SERVOS_INTERNAL_H
 #define CDS_SERVOS_INTERNAL_H
 
 #include "cds55xx/servos.h" // struct cds_servos
+#include "compiler.h"       // ALWAYS_INLINE
 
 /* Status return levels (R3). */
 #define CDS_LEVEL_PING 0 // only PING is answered
@@ -11,14 +12,16 @@
 
 #define CDS_FACTORY_ID 1 // what RESET leaves (R11, R25)
 
-/* Entries or blocks that one call checks or learns; a search counts as 1 + count / 16. */
-#define CDS_SERVOS_PER_CALL 8
+/* What one call may check or learn, in units of about 200 cycles of an AVR: a goal counts 1, torque
+ * 1 or 2, another block or entry 3 or 4, a search 1 + count / 16. */
+#define CDS_SERVOS_PER_CALL 4
 
 /* Returns the entry of servo `id` and sets *index, or NULL. */
-struct cds_servo_state *cds_servos_search(struct cds_servos *servos, uint8_t id, uint8_t *index);
+struct cds_servo_state *cds_servos_search(const struct cds_servos *servos, uint8_t id,
+                                          uint8_t *index);
 
 /* As cds_servos_search(); *index is tried first. */
-static inline struct cds_servo_state *cds_servos_at(struct cds_servos *servos, uint8_t id,
+ALWAYS_INLINE struct cds_servo_state *cds_servos_at(const struct cds_servos *servos, uint8_t id,
                                                     uint8_t *index)
 {
     if (*index < servos->count && servos->states[*index].id == id)
@@ -26,13 +29,54 @@ static inline struct cds_servo_state *cds_servos_at(struct cds_servos *servos, u
     return cds_servos_search(servos, id, index);
 }
 
-/* As cds_servos_search(); the entry behind *index is tried first. Takes what that costs from
- * *budget, which ends at 0. */
-struct cds_servo_state *cds_servos_next(struct cds_servos *servos, uint8_t id, uint8_t *index,
-                                        uint8_t *budget);
+/* Goes through the entries in the order of a packet, some each call. */
+struct cds_walk {
+    struct cds_servo_state *servo; // the entry that is tried first,
+    uint8_t index;                 // and its index
+    uint8_t budget;
+};
+
+ALWAYS_INLINE void cds_walk_begin(struct cds_walk *walk, const struct cds_servos *servos,
+                                  uint8_t index)
+{
+    walk->index = index;
+    walk->servo = &servos->states[index];
+    walk->budget = CDS_SERVOS_PER_CALL;
+}
+
+ALWAYS_INLINE void cds_walk_pay(struct cds_walk *walk, uint8_t cost)
+{
+    walk->budget = walk->budget > cost ? (uint8_t)(walk->budget - cost) : 0;
+}
+
+/* Returns the entry of servo `id`, or NULL. */
+ALWAYS_INLINE struct cds_servo_state *cds_walk_to(struct cds_walk *walk,
+                                                  const struct cds_servos *servos, uint8_t id)
+{
+    struct cds_servo_state *servo;
+    uint8_t found;
+
+    if (walk->index >= servos->count) {
+        if (servos->count == 0)
+            return NULL;
+        walk->index = 0;
+        walk->servo = servos->states;
+    }
+    servo = walk->servo;
+    if (servo->id != id) {
+        cds_walk_pay(walk, (uint8_t)(1u + (servos->count >> 4)));
+        servo = cds_servos_search(servos, id, &found); // not &walk->index: walk is in registers
+        if (!servo)
+            return NULL;
+        walk->index = found;
+    }
+    walk->index++;
+    walk->servo = servo + 1;
+    return servo;
+}
 
 /* True if the servo is inhibited itself, or its state is not known since it returned. */
-static inline bool cds_servo_is_inhibited(const struct cds_servo_state *servo)
+ALWAYS_INLINE bool cds_servo_is_inhibited(const struct cds_servo_state *servo)
 {
     return servo->inhibited || servo->presence == CDS_PRESENCE_RETURNED;
 }
@@ -40,9 +84,28 @@ static inline bool cds_servo_is_inhibited(const struct cds_servo_state *servo)
 /* Counts a change of what the permit's answers for servo `id` use; CDS_BROADCAST_ID: for all. */
 void cds_servos_note_change(struct cds_servos *servos, uint8_t id);
 
+/* Returns the other entry of a servo whose ID is in doubt, or NULL. */
+struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
+                                          const struct cds_servo_state *servo);
+
 /* True if servo `id` with the entry `servo`, or NULL, may become `to`: no other known servo has
  * that ID, and there is room for a second entry. */
-bool cds_servos_may_become(struct cds_servos *servos, const struct cds_servo_state *servo,
+bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_servo_state *servo,
                            uint8_t id, uint8_t to);
+
+/* Adds servo `id` if the list grows by it. Returns its entry, or NULL. */
+struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, bool is_setting);
+
+/* Hooks of learn.c: see bus.h. */
+bool cds_servos_on_sending(void *context, struct cds_request *request);
+void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
+
+/* True for a READ of feedback that its servo has answered as ever: counted, and nothing new. */
+bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
+                           uint8_t result);
+
+/* Learns from a transaction that has ended. */
+void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
+                          enum cds_result result);
 
 #endif

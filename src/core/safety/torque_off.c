@@ -33,7 +33,7 @@ static void take_back(struct cds_torque_off *off)
 /* ---- all servos ---- */
 
 /* Submits the next broadcast in `request`, if one is due. */
-static NOINLINE void tell_next(struct cds_torque_off *off, struct cds_request *request)
+static void tell_next(struct cds_torque_off *off, struct cds_request *request)
 {
     struct cds_bus *bus = off->servos->bus;
     uint8_t reg = CDS_REG_TORQUE_ENABLE;
@@ -184,22 +184,21 @@ static void ended(void *operation, enum cds_result result)
 /* ---- */
 
 /* Submits the first broadcast in request `i`, unless its packet is on the wire since the last
- * begin. */
+ * begin. The other fields of the request are 0. NOINLINE: saves 40 bytes. */
 static NOINLINE void take_up(struct cds_torque_off *off, uint8_t i)
 {
     struct cds_request *request = &off->requests[i];
 
     if (request->result == CDS_PENDING)
         return;
-    *request = (struct cds_request){
-        .packet = {.bytes = off->packets[i], .capacity = CDS_PACKET_SIZE(2)},
-        .reply = &off->reply,
-        .reply_capacity = 1,
-        .priority = CDS_PRIORITY_TORQUE_OFF,
-        .passes_lock = true,
-        .on_end = on_end,
-        .context = off,
-    };
+    request->packet.bytes = off->packets[i];
+    request->packet.capacity = sizeof off->packets[i];
+    request->reply = &off->reply;
+    request->reply_capacity = 1;
+    request->priority = CDS_PRIORITY_TORQUE_OFF;
+    request->passes_lock = true;
+    request->on_end = on_end;
+    request->context = off;
     tell_next(off, request);
 }
 
@@ -215,8 +214,8 @@ enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_serv
     off->tries = 0;
     off->broadcasts = off->submitted = off->round = 0;
     off->phase = TELL_ALL;
+    take_up(off, 0); // before all that can wait
     cds_steps_begin(&off->steps, servos->bus, off->requests);
-    take_up(off, 0);
     take_up(off, 1);
     for (uint8_t i = servos->count; i; i--, servo++)
         servo->torque_off = CDS_TORQUE_OFF_UNKNOWN;

@@ -6,10 +6,9 @@
 #include "bus/steps_internal.h"    // cds_steps_poll()
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_reg_write()
-#include "compiler.h"              // NOINLINE
 #include "servo/goal.h"            // cds_goal_put()
 
-/* Steps. Each is done for goal after goal, but ACTION, and CLEAR and READ_BACK go by turns. */
+/* Steps. All but ACTION are done for one goal after the other; READ_BACK follows each CLEAR. */
 enum phase {
     REGISTER,  // REG WRITE
     INSPECT,   // READ of 0x2C: 1?
@@ -71,8 +70,8 @@ enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
     return CDS_OK;
 }
 
-/* Goal `next`; not to be used when next == count. */
-static NOINLINE struct cds_goal *current(const struct cds_registered_move *move)
+/* The goal of the step. */
+static struct cds_goal *current(const struct cds_registered_move *move)
 {
     return &move->goals[move->next];
 }
@@ -84,14 +83,6 @@ static void enter(struct cds_registered_move *move, enum phase phase)
     move->retries = 0;
     if (phase == CLEAR)
         set_move(move->steps.bus, NULL);
-}
-
-/* Goal `next` is done; after the last goal comes `phase`. */
-static void advance(struct cds_registered_move *move, enum phase phase)
-{
-    move->next++;
-    if (move->next == move->count)
-        enter(move, phase);
 }
 
 /* The first reason stays. */
@@ -146,39 +137,58 @@ static enum cds_result send(void *operation)
 
 /* ---- a step has ended ---- */
 
-/* Takes 0x2C, byte `index` of the reply. Returns `result`, or CDS_REFUSED if it is not `expected`.
- */
-static uint8_t take_registered(const struct cds_registered_move *move, uint8_t result,
-                               uint8_t index, enum cds_registered expected)
+/* Takes 0x2C, the last byte of the reply. Returns `result`, or CDS_REFUSED if it is not as the step
+ * wants it. */
+static uint8_t take_registered(const struct cds_registered_move *move, uint8_t result)
 {
+    const struct cds_request *request = move->steps.request;
     struct cds_goal *goal = current(move);
     uint8_t registered = 0;
 
     if (result == CDS_OK)
-        result = (uint8_t)cds_request_byte(move->steps.request, index, &registered);
+        result = (uint8_t)cds_request_byte(request, (uint8_t)(request->length - 1u), &registered);
     goal->registered = registered ? CDS_REGISTERED_YES : CDS_REGISTERED_NO;
     if (result != CDS_OK)
         goal->registered = CDS_REGISTERED_IN_DOUBT;
-    else if (goal->registered != expected)
+    else if ((goal->registered == CDS_REGISTERED_YES) != (move->phase == INSPECT))
         result = CDS_REFUSED;
     return result;
 }
 
-/* A step before ACTION has ended for goal `next`. */
-static void on_prepared(struct cds_registered_move *move, uint8_t result)
+/* True if the reply has the goal and the speed that were registered. */
+static bool is_at_goal(const struct cds_registered_move *move)
+{
+    uint8_t data[CDS_GOAL_SIZE];
+
+    cds_goal_put(data, current(move)->position, current(move)->speed);
+    return memcmp(move->steps.request->reply, data, sizeof data) == 0;
+}
+
+/* A step other than ACTION, before the goals are cleared. */
+static void on_goal(struct cds_registered_move *move, uint8_t result)
 {
     struct cds_goal *goal = current(move);
+    enum phase phase = (enum phase)move->phase, next = ACTION;
 
-    if (move->phase == INSPECT)
-        result = take_registered(move, result, 0, CDS_REGISTERED_YES);
+    if (move->steps.request->result == CDS_OK)
+        goal->error = move->steps.request->error;
+    if (phase != REGISTER)
+        result = take_registered(move, result);
     else if (result == CDS_OK)
         goal->registered = CDS_REGISTERED_YES;
+    if (phase == CONFIRM && result == CDS_OK && !is_at_goal(move))
+        result = CDS_REFUSED;
     goal->result = result;
     note_reason(move, result);
-    if (result != CDS_OK)
+    if (phase == CONFIRM)
+        next = CLEAR;
+    else if (phase == REGISTER && move->verifies)
+        next = INSPECT;
+    move->next++;
+    if (result != CDS_OK && phase != CONFIRM)
         enter(move, CLEAR);
-    else
-        advance(move, move->verifies && move->phase == REGISTER ? INSPECT : ACTION);
+    else if (move->next == move->count)
+        enter(move, next);
 }
 
 static void on_action(struct cds_registered_move *move, uint8_t result)
@@ -193,24 +203,10 @@ static void on_action(struct cds_registered_move *move, uint8_t result)
     enter(move, result == CDS_OK && move->verifies ? CONFIRM : CLEAR);
 }
 
-static void on_confirmed(struct cds_registered_move *move, uint8_t result)
-{
-    struct cds_goal *goal = current(move);
-    uint8_t data[CDS_GOAL_SIZE];
-
-    cds_goal_put(data, goal->position, goal->speed);
-    result = take_registered(move, result, CDS_REGISTERED_MOVE_VERIFY_REPLY - 1, CDS_REGISTERED_NO);
-    if (result == CDS_OK && memcmp(move->steps.request->reply, data, sizeof data) != 0)
-        result = CDS_REFUSED;
-    goal->result = result;
-    note_reason(move, result);
-    advance(move, CLEAR);
-}
-
 /* Goal `next` was cleared and read: once more, or the next goal. */
 static void on_read_back(struct cds_registered_move *move, uint8_t result)
 {
-    take_registered(move, result, 0, CDS_REGISTERED_NO);
+    take_registered(move, result);
     move->phase = CLEAR;
     if (current(move)->registered != CDS_REGISTERED_NO &&
         move->retries < CDS_REGISTERED_MOVE_RETRIES) {
@@ -221,21 +217,15 @@ static void on_read_back(struct cds_registered_move *move, uint8_t result)
     }
 }
 
-static void ended(void *operation, enum cds_result ended_as)
+static void ended(void *operation, enum cds_result result)
 {
     struct cds_registered_move *move = (struct cds_registered_move *)operation;
-    const struct cds_request *request = move->steps.request;
-    uint8_t result = (uint8_t)ended_as;
 
-    if (request->result == CDS_OK && move->phase < CLEAR && move->phase != ACTION)
-        current(move)->error = request->error;
     switch (move->phase) {
-    case REGISTER:
-    case INSPECT: on_prepared(move, result); break;
-    case ACTION: on_action(move, result); break;
-    case CONFIRM: on_confirmed(move, result); break;
+    case ACTION: on_action(move, (uint8_t)result); break;
     case CLEAR: move->phase = READ_BACK; break; // whatever the answer was, it may be cleared
-    default: on_read_back(move, result); break;
+    case READ_BACK: on_read_back(move, (uint8_t)result); break;
+    default: on_goal(move, (uint8_t)result); break;
     }
     if (move->is_called_off && move->phase < CLEAR)
         enter(move, CLEAR);

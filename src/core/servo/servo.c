@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 
+#include "bus/bus_internal.h"     // cds_bus_submit_good()
 #include "compiler.h"             // OPTIMIZER_BARRIER()
 #include "servo/servo_internal.h" // cds_servo_send()
 #include "wire/packet_internal.h" // cds_packet_start()
@@ -30,7 +31,7 @@ NOINLINE uint8_t cds_servo_send(struct cds_bus *bus, struct cds_request *request
     if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // only PING is answered (R1)
     request->any_length = false;
-    return cds_bus_submit(bus, request);
+    return (uint8_t)cds_bus_submit_good(bus, request);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -48,16 +49,21 @@ enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request,
 enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                uint8_t address, uint8_t length)
 {
-    uint8_t result;
+    struct cds_request *fields = request;
+    enum cds_result result;
 
-    if (request->result == CDS_PENDING)
+    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it: saves 10 cycles
+    if (fields->result == CDS_PENDING)
         return CDS_BUSY;
-    result = (uint8_t)cds_packet_read(&request->packet, id, address, length);
-    if (result != CDS_OK)
-        return (enum cds_result)result;
-    request->reply_parameters = length;
-    request->any_length = false;
-    return cds_bus_submit(bus, request);
+    fields->reply_parameters = length;
+    fields->any_length = false;
+    if (length > fields->reply_capacity) {
+        result = length > CDS_TABLE_SIZE ? CDS_BAD_ARGUMENT : CDS_NO_ROOM;
+        fields->result = (uint8_t)result;
+        return result;
+    }
+    result = cds_packet_read(&fields->packet, id, address, length);
+    return result == CDS_OK ? cds_bus_submit_good(bus, request) : result;
 }
 
 static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,

@@ -8,11 +8,9 @@ void cds_link_open(struct cds_link *link, uint8_t port)
     cds_link_abort(link, port);
 }
 
-/* The first bytes are on the wire before anything else is done. */
-void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size)
+void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
+                     uint8_t begun)
 {
-    uint8_t begun = cds_port_talk(port, packet[0]); // the receiver is off: nothing stale can follow
-
     cds_ring_release(&link->rx, cds_ring_end(&link->rx));
     link->broken = CDS_LINK_WHOLE;
     __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
