@@ -27,6 +27,12 @@ static uint16_t gaps;
 static uint8_t heard[300];
 static uint16_t heard_size;
 
+static void attach(const struct cds_bus_hooks *hooks)
+{
+    bus.hooks = NULL;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, hooks));
+}
+
 void setUp(void)
 {
     port_fake_reset();
@@ -41,9 +47,7 @@ void setUp(void)
     memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus);
-    bus.hooks =
-        &robot.queue
-             .hooks; // the servos here are made up, and what they say of themselves is nonsense
+    attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
     values_open(&values, &keeper, &host, &bridge, &gaps);
@@ -159,6 +163,8 @@ static void fill(uint8_t count, uint8_t from)
 
 void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
 {
+    struct cds_stats stats;
+
     for (uint8_t count = 0; count <= 252; count = (uint8_t)(count + 21)) {
         fill(count, 200);
         say(254, 0x83, data, count);
@@ -166,7 +172,8 @@ void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
         wait_for_deadline();
     }
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
-    TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, bus.stats.ok);
+    cds_bus_stats(&bus, &stats);
+    TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, stats.ok);
 }
 
 void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
@@ -481,7 +488,7 @@ void test_inhibit_register_written_0_releases(void)
 
 void test_inhibit_of_a_host_packet_sends_nothing(void)
 {
-    bus.hooks = &robot.servos.hooks;
+    attach(&robot.servos.hooks);
     robot_inhibit(&robot);
     SAY(99, CDS_WRITE, 0x18, 1);
     SAY(254, CDS_WRITE, 0x1E, 0, 2);
@@ -498,7 +505,7 @@ void test_inhibit_of_a_host_packet_sends_nothing(void)
 
 void test_delay_below_what_the_board_bears_is_a_range_error(void)
 {
-    bus.hooks = &robot.servos.hooks;
+    attach(&robot.servos.hooks);
     robot.servos.shortest_delay = 1;
     SAY(99, CDS_WRITE, 0x05, 0);
     assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
@@ -519,7 +526,7 @@ void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
     struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(buffer);
 
-    bus.hooks = &robot.servos.hooks;
+    attach(&robot.servos.hooks);
     cds_servo_ping(&bus, &ping, 7);
     SAY(99, CDS_WRITE, 0x18, 1);
     robot_inhibit(&robot);
@@ -597,10 +604,9 @@ void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
 
 void test_each_counter_is_the_one_that_its_register_names(void)
 {
-    struct cds_stats *c = &bus.stats;
+    struct cds_bus_counts *c = &bus.stats;
     uint16_t *const counts[] = {&c->sent,
                                 &c->retried,
-                                &c->ok,
                                 &c->timeouts,
                                 &c->corrupt,
                                 &c->line_busy,
@@ -618,8 +624,8 @@ void test_each_counter_is_the_one_that_its_register_names(void)
                                 &bridge.counters.answered,
                                 &bridge.counters.unanswered,
                                 &bridge.counters.refused};
-    static const uint8_t at[] = {0x18, 0x1A, 0x1C, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28, 0x2A,
-                                 0x36, 0x38, 0x3A, 0x4C, 0x48, 0x4A, 0x3E, 0x40, 0x42, 0x44};
+    static const uint8_t at[] = {0x18, 0x1A, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28, 0x2A, 0x36,
+                                 0x38, 0x3A, 0x4C, 0x48, 0x4A, 0x3E, 0x40, 0x42, 0x44};
 
     for (uint8_t i = 0; i < sizeof at; i++) {
         uint16_t value = (uint16_t)(0x0100u * (i + 1u) + i);
@@ -629,6 +635,11 @@ void test_each_counter_is_the_one_that_its_register_names(void)
         SAY(DEVICE_IS, CDS_READ, at[i], 2);
         assert_heard(DEVICE_IS, 0, bytes, 2);
     }
+    c->sent = 0x1234;
+    c->timeouts = 0x0030;
+    c->corrupt = 0x0200;
+    SAY(DEVICE_IS, CDS_READ, 0x1C, 2); // ok: all others
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x04\x10", 2);
     gaps = 0x4321;
     SAY(DEVICE_IS, CDS_READ, 0x3C, 2);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x21\x43", 2);
@@ -830,7 +841,7 @@ static void hear_slow_servo_3(void)
 
 void test_what_the_observer_says_of_a_read_holds(void)
 {
-    bus.hooks = &robot.servos.hooks;
+    attach(&robot.servos.hooks);
     cds_servos_add(&robot.servos, 2);
     cds_servos_add(&robot.servos, 3);
     robot.states[0].status_return_level = 0; // answers PING only
@@ -845,7 +856,7 @@ void test_what_the_observer_says_of_a_read_holds(void)
 
 void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
 {
-    bus.hooks = &robot.servos.hooks;
+    attach(&robot.servos.hooks);
     cds_servos_add(&robot.servos, 3);
     robot.states[0].return_delay = 250; // 500 us
     cds_bus_set_return_delay(&bus, 2);
@@ -861,7 +872,7 @@ void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
     struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes[0]),
                        torque = CDS_REQUEST_WITHOUT_DATA(bytes[1]);
 
-    bus.hooks = &robot.servos.hooks;
+    attach(&robot.servos.hooks);
     cds_servos_add(&robot.servos, 7);
     SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
     cds_servo_ping(&bus, &ping, 7);

@@ -273,6 +273,7 @@ void test_a_servo_is_met_when_it_is_written_to(void)
     cds_sync_write_add(&request, 5, (const uint8_t[]){0, 2});
     cds_sync_write_add(&request, 6, (const uint8_t[]){0, 2});
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    run(1000);
     TEST_ASSERT_NOT_NULL(known(5));
     TEST_ASSERT_NOT_NULL(known(6));
     TEST_ASSERT_EQUAL_UINT8(3, robot.servos.count);

@@ -228,8 +228,9 @@ struct cds_bus_lock {
     uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
-/* What the bus itself counts of struct cds_stats. */
+/* What the bus itself counts of struct cds_stats, which says what these are. */
 struct cds_bus_counts {
+    // fields of struct cds_stats
     uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
     uint16_t stale_replies, duplicate_replies, unexpected_packets;
     uint16_t framing_errors, overruns, ring_overflows;

@@ -71,7 +71,7 @@ static inline uint8_t cds_link_begin(uint8_t port)
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
                      uint8_t begun);
 
-/* Sends a whole packet: both of these. */
+/* Sends the whole packet of `size` bytes (at least 3) at `packet`: both of these. Main context. */
 static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
                                  uint16_t size)
 {

@@ -19,8 +19,8 @@ static void reset(void *owner)
 static uint16_t counter(const struct values *values, uint8_t reg)
 {
     const struct cds_bus *bus = values->keeper->robot->bus;
-    struct cds_stats copy;
-    const void *counters = &bus->stats;
+    struct cds_stats stats;
+    const void *counters = &stats;
     uint8_t first = DEVICE_BUS_SENT;
     uint16_t value;
 
@@ -32,9 +32,8 @@ static uint16_t counter(const struct values *values, uint8_t reg)
     } else if (reg >= DEVICE_HOST_PACKETS) {
         counters = &values->host->counters;
         first = DEVICE_HOST_PACKETS;
-    } else if (reg >= DEVICE_BUS_FRAMING || reg == DEVICE_BUS_STRAY) { // else it took long
-        cds_bus_stats(bus, &copy);
-        counters = &copy;
+    } else {
+        cds_bus_stats(bus, &stats);
     }
     memcpy(&value, (const uint8_t *)counters + (uint8_t)(reg - first) * sizeof value, sizeof value);
     return value;

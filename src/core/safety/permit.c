@@ -191,7 +191,7 @@ static NOINLINE enum cds_result check_goals(struct check *check)
     checked = servos->checked;
     block = bytes + CDS_AT_PARAMETERS + 2 + (uint16_t)(checked * (CDS_GOAL_SIZE + 1u));
     left = (uint8_t)(bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH - block);
-    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1u)) {
+    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1)) {
         if (walk.budget == 0) {
             servos->checked = checked;
             servos->checked_index = walk.index;
