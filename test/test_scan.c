@@ -509,6 +509,7 @@ void test_line_that_is_not_quiet_ends_the_scan(void)
 void test_another_rate_keeps_stats_and_settings_and_is_only_for_an_idle_bus(void)
 {
     struct cds_bus closed = {.port = 0};
+    struct cds_stats stats;
 
     is_opened_anew = true; // no scan here
     servo_fake_put(0, 1, 7);
@@ -535,5 +536,6 @@ void test_another_rate_keeps_stats_and_settings_and_is_only_for_an_idle_bus(void
         servos_turn(&bus);
     while (cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, request.result);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.ok);
+    cds_bus_stats(&bus, &stats);
+    TEST_ASSERT_EQUAL_UINT16(1, stats.ok);
 }

@@ -202,6 +202,7 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
 
     if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1)
         return CDS_BAD_ARGUMENT;
+    servos->hooks.permit = cds_servos_permit; // the bus looks whether there is one
     result = cds_bus_attach(config->bus, &servos->hooks);
     if (result != CDS_OK)
         return result;
