@@ -59,6 +59,7 @@ enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *
     if (bus->request || (bus->hooks && bus->hooks != hooks))
         return CDS_BUSY;
     bus->hooks = hooks;
+    bus->gate &= (uint8_t)~GATE_PERMIT;
     if (hooks->permit)
         bus->gate |= GATE_PERMIT;
     return CDS_OK;
