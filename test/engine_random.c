@@ -679,8 +679,8 @@ static void check_line(const struct job *job)
     RULE(!is_stale || !reply_is_due(job) || job->request.ignores_stale ||
              since(stale_floor_us) >= 0,
          job, "sent %d us before the last stale reply may come", -since(stale_floor_us));
-    RULE(owed_count == 0 || mode != WITH_PERMIT, job,
-         "sent while a packet of servo %u was unread", owed[0].id);
+    RULE(owed_count == 0 || mode != WITH_PERMIT, job, "sent while a packet of servo %u was unread",
+         owed[0].id);
 }
 
 static void note_begin(void)
