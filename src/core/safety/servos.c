@@ -199,6 +199,7 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
 {
     uint16_t epoch = servos->epoch; // a cycle may hold it from before
     enum cds_result result;
+    uint8_t i = 0;
 
     if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1)
         return CDS_BAD_ARGUMENT;
@@ -228,13 +229,13 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     };
     if (config->queue)
         cds_queue_begin(config->queue, config->bus);
-    for (uint8_t i = 0; i < config->count && result == CDS_OK; i++)
-        result = cds_servos_add(servos, config->states[i].id);
-    if (result != CDS_OK)
+    while (i < config->count && cds_servos_add(servos, config->states[i].id) == CDS_OK)
+        i++;
+    if (i < config->count)
         servos->count = 0;
     servos->inhibit_epoch = servos->epoch;
     cds_servos_note_change(servos, CDS_BROADCAST_ID); // later than `inhibit_epoch`
-    return result == CDS_OK ? CDS_OK : CDS_BAD_ARGUMENT;
+    return i == config->count ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
 /* Limits and inhibits are the same under both IDs that a servo may have. A registered move under
