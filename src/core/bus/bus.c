@@ -653,7 +653,7 @@ static NOCLONE void listen(struct cds_bus *bus)
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    enum cds_result result = CDS_PENDING;
+    enum cds_result result;
 
     if (bus->phase == WAIT_BEGINS) {
         bus->phase = WAIT_TIMED;
@@ -664,11 +664,12 @@ static COLD bool wait_on(struct cds_bus *bus)
     if (!(bus->gate & GATE_LINE) &&
         (!(bus->gate & GATE_STALE) || request->ignores_stale || !reply_is_due(request))) {
         result = send_if_permitted(bus, request);
-        if (result == CDS_OK)
+        if (result == CDS_PENDING) // the line is quiet: the time of the check is no wait for it
+            bus->phase = WAIT_BEGINS;
+        if (result == CDS_OK || result == CDS_PENDING)
             return true;
-    }
-    if (result != CDS_PENDING)
         return finish(bus, (uint8_t)result);
+    }
     if (!deadline_is_over(bus))
         return true;
     if (bus->phase == WAIT_TIMED) { // what this poll saw may be old
