@@ -43,17 +43,17 @@ DIVIDES = re.compile(r"Divides (?:16|32)-bit numbers: not for the hot path")
 
 # Of functions whose address is taken (object: name): the functions that call them through a pointer.
 POINTERS = {
-    r"(?:queue\.o: |permit\.o: cds_servos_)permit": r"bus\.o: begin_packet",
-    r"queue\.o: submit": r"bus\.o: submit_later|servos\.o: submit",
-    r"servos\.o: submit": r"bus\.o: submit_later",
+    r"(?:queue\.o: |permit\.o: cds_servos_)permit": r"bus\.o: send_if_permitted",
+    r"queue\.o: submit": r"bus\.o: cds_bus_submit_later|servos\.o: submit",
+    r"servos\.o: submit": r"bus\.o: cds_bus_submit_later",
     r"queue\.o: cancel": r"bus\.o: cds_bus_(?:open|cancel)|servos\.o: cancel",
     r"servos\.o: cancel": r"bus\.o: cds_bus_(?:open|cancel)",
     r"queue\.o: on_end": r"bus\.o: (?:finish|cds_bus_cancel)|servos\.o: on_end",
     r"servos\.o: on_end": r"bus\.o: (?:finish|cds_bus_cancel)",
-    r"(?:queue|servos)\.o: on_sending": r"bus\.o: cds_bus_poll",
-    r"(?:queue|servos)\.o: on_packet": r"bus\.o: note_unexpected",
-    r"permit\.o: cds_servos_permit_goal": r"cycle_goals\.o: check_goal",
-    r"servos\.o: changed_since": r"cycle_goals\.o: changed_id",
+    r"learn\.o: cds_servos_on_sending": r"bus\.o: poll_sending_only",
+    r"learn\.o: cds_servos_on_packet": r"bus\.o: note_unexpected",
+    r"permit\.o: cds_servos_permit_goal": r"cycle_goals\.o: \w+",
+    r"servos\.o: changed_since": r"cycle_goals\.o: \w+",
     r"servos\.o: set_move": r"registered_move\.o: set_move",
     r"(?:steps|torque_off)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
     r"steps\.o: abort_steps": r"torque_off\.o: has_own_rate", # of a lock
