@@ -1008,3 +1008,169 @@ void test_news_count_errors_and_presence_only(void)
     look();
     TEST_ASSERT_EQUAL_UINT8(news + 2, servos.news);
 }
+
+/* ---- blocks of a SYNC WRITE ---- */
+
+/* A SYNC WRITE to servo 1 whose block has the ID `id`, which no servo can have. */
+static enum cds_result sync_to_no_servo(uint8_t reg, uint8_t length, uint8_t id)
+{
+    static const uint8_t zeros[4];
+    uint8_t *bytes = buffers[0];
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, reg, length));
+    cds_sync_write_add(&request, 1, zeros);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    bytes[CDS_AT_PARAMETERS + 2] = id;
+    bytes[request.packet.size - 1] = cds_packet_checksum(bytes);
+    request.reply_parameters = CDS_REPLY_NONE;
+    return cds_bus_submit(&bus, &request);
+}
+
+void test_block_of_an_id_above_253_does_not_drive(void)
+{
+    for (uint8_t id = CDS_BROADCAST_ID; id; id++) {
+        refuse(CDS_LIMIT, sync_to_no_servo(CDS_REG_GOAL_POSITION, 4, id));
+        refuse(CDS_LIMIT, sync_to_no_servo(CDS_REG_GOAL_POSITION, 2, id));
+        pass(sync_to_no_servo(CDS_REG_RETURN_DELAY, 1, id));
+    }
+    begin(0); // no servo is known
+    pass(sync_to_no_servo(CDS_REG_GOAL_POSITION, 4, CDS_BROADCAST_ID));
+    pass(sync_to_no_servo(CDS_REG_GOAL_POSITION, 2, CDS_BROADCAST_ID));
+}
+
+void test_goals_in_a_list_that_grows_are_checked_alike(void)
+{
+    servos.grows = CDS_GROWS_ALWAYS;
+    in_position_mode(1);
+    limit_goal(one);
+    refuse(CDS_LIMIT, sync_goals(900, 2, 500));
+    refuse(CDS_LIMIT, sync_to_no_servo(CDS_REG_GOAL_POSITION, 4, CDS_BROADCAST_ID));
+    pass(sync_goals(500, 2, 500));
+    TEST_ASSERT_EQUAL_UINT8(2, servos.count);
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_OK, sync_goals(500, 2, 500)); // the second block waits for a poll
+    look();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
+    TEST_ASSERT_NULL(bus.request);
+    TEST_ASSERT_EQUAL_UINT8(2, servos.refused_id);
+    pass(sync_goals(500, 40, 500));
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 40));
+}
+
+void test_goal_to_an_inhibited_servo_by_sync_write_is_refused(void)
+{
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    refuse(CDS_INHIBITED, sync_goals(500, 2, 500));
+    TEST_ASSERT_EQUAL_UINT8(2, servos.refused_id);
+    pass(sync_goals(500, 99, 500));
+}
+
+void test_offline_servo_does_not_stop_torque_by_sync_write(void)
+{
+    go_offline(1);
+    refuse(CDS_INHIBITED, torque(1));
+    pass(sync(CDS_REG_TORQUE_ENABLE, 1, 2, 1));
+}
+
+static enum cds_result permit_goal(uint8_t id, uint8_t *index, const uint8_t *data)
+{
+    return bus.hooks->permit_goal(bus.hooks->context, id, index, data);
+}
+
+void test_permit_goal_refuses_what_is_inhibited_or_beyond(void)
+{
+    uint8_t index = 7;
+
+    in_position_mode(1);
+    limit_goal(one);
+    TEST_ASSERT_EQUAL(CDS_OK, permit_goal(1, &index, inside));
+    TEST_ASSERT_EQUAL_UINT8(0, index);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, permit_goal(1, &index, beyond));
+    TEST_ASSERT_EQUAL(CDS_OK, permit_goal(2, &index, beyond));
+    TEST_ASSERT_EQUAL(CDS_OK, permit_goal(99, &index, beyond));
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, permit_goal(2, &index, inside));
+    cds_servos_inhibit_all(&servos);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, permit_goal(99, &index, inside));
+}
+
+void test_check_cancelled_in_the_queue_begins_anew(void)
+{
+    begin_fifty();
+    in_position_mode(1);
+    limit_goal(one);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2)); // on the wire
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    for (uint8_t id = 1; id <= COUNT; id++) // the first goal was found good, and is another now
+        cds_sync_write_add_goal(&request, id, id == 1 ? 900 : 500, 100);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, cds_sync_write_send(&bus, &request));
+    TEST_ASSERT_EQUAL_UINT8(1, servos.refused_id);
+}
+
+void test_id_above_253_is_refused_to_a_known_servo(void)
+{
+    refuse(CDS_LIMIT, byte(1, CDS_REG_ID, CDS_BROADCAST_ID));
+    refuse(CDS_LIMIT, byte(1, CDS_REG_ID, 255));
+    pass(byte(99, CDS_REG_ID, CDS_BROADCAST_ID)); // an unknown one refuses it itself
+    TEST_ASSERT_EQUAL_UINT8(1, one->id);
+}
+
+void test_request_that_ignores_servo_state_is_sent(void)
+{
+    one->return_delay = 10;
+    one->status_return_level = 0;
+    refuse(CDS_NO_REPLY_DUE, cds_servo_read(&bus, &request, 1, CDS_REG_LED, 1));
+    request.ignores_servo_state = true;
+    read_gives(1, CDS_REG_LED, (const uint8_t[]){1}, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT16(CDS_RETURN_DELAY_MAX_US, request.return_delay_us);
+}
+
+/* ---- limits, register by register ---- */
+
+void test_half_an_angle_limit_of_0_keeps_endless_turn(void)
+{
+    limit_speed(one);
+    in_endless_turn(1);
+    holds(1, 0, 100);
+    pass(byte(1, CDS_REG_CW_ANGLE_LIMIT, 0));
+    TEST_ASSERT_EQUAL(CDS_ANGLE_0, one->cw_limit);
+    pass(word(1, CDS_REG_MOVING_SPEED, 0)); // stands still: only in endless turn
+    in_mode(2, 0);
+    two->cw_limit = CDS_ANGLE_UNKNOWN;
+    pass(byte(2, CDS_REG_CW_ANGLE_LIMIT, 0));
+    TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, two->cw_limit);
+}
+
+void test_angle_limits_that_keep_the_mode_need_no_speed(void)
+{
+    limit_speed(one);
+    in_position_mode(1);
+    TEST_ASSERT_FALSE(one->speed_known);
+    pass(angles(1, 100, 800));
+    refuse(CDS_LIMIT, angles(1, 0, 0)); // another mode
+}
+
+void test_speed_0_stops_endless_turn_of_a_limited_goal(void)
+{
+    in_endless_turn(1);
+    limit_goal(one);
+    refuse(CDS_LIMIT, word(1, CDS_REG_MOVING_SPEED, 1));
+    pass(word(1, CDS_REG_MOVING_SPEED, 0));
+}
+
+void test_half_a_goal_or_speed_read_is_not_known(void)
+{
+    static const uint8_t half[1] = {100};
+
+    holds(1, 500, 100);
+    TEST_ASSERT_TRUE(one->goal_known && one->speed_known && !one->speed_0);
+    read_gives(1, CDS_REG_GOAL_POSITION, half, 1);
+    TEST_ASSERT_FALSE(one->goal_known);
+    TEST_ASSERT_TRUE(one->speed_known);
+    read_gives(1, CDS_REG_MOVING_SPEED, half, 1);
+    TEST_ASSERT_FALSE(one->speed_known);
+    TEST_ASSERT_TRUE(one->speed_0);
+}
