@@ -100,8 +100,12 @@ static void wire(void)
 static void poll(void)
 {
     for (uint8_t i = 0; i < TURNS_PER_US; i++) {
+        enum cds_result result;
+
         cds_bus_poll(&bus);
-        cds_cycle_poll(&cycle);
+        result = cds_cycle_poll(&cycle);
+        if (!cycle.is_aborted)
+            TEST_ASSERT_EQUAL(CDS_PENDING, result);
     }
     wire();
 }

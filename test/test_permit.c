@@ -551,6 +551,17 @@ void test_26_a_limit_or_inhibit_aborts_the_move(void)
     }
 }
 
+void test_26_torque_found_off_aborts_the_move(void)
+{
+    pass(torque(1));
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    torque_is(1, 0);
+    cds_servos_release_all(&servos);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+}
+
 /* ---- a servo with limits ---- */
 
 void test_30_goals_beyond_the_limits_are_refused(void)
@@ -1173,4 +1184,55 @@ void test_half_a_goal_or_speed_read_is_not_known(void)
     read_gives(1, CDS_REG_MOVING_SPEED, half, 1);
     TEST_ASSERT_FALSE(one->speed_known);
     TEST_ASSERT_TRUE(one->speed_0);
+}
+
+/* ---- every register, every length ---- */
+
+void test_registers_that_drive_are_these_and_no_other(void)
+{
+    for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++) {
+        bool drives = (reg >= CDS_REG_CW_ANGLE_LIMIT && reg <= CDS_REG_CCW_ANGLE_LIMIT + 1) ||
+                      reg == CDS_REG_TORQUE_ENABLE ||
+                      (reg >= CDS_REG_GOAL_POSITION && reg <= CDS_REG_MOVING_SPEED + 1);
+
+        setUp();
+        cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+        TEST_ASSERT_EQUAL(drives ? CDS_INHIBITED : CDS_OK, byte(1, reg, 1));
+    }
+}
+
+void test_write_beyond_the_table_is_taken_for_one_that_drives(void)
+{
+    cds_packet_begin(&request.packet, 1, CDS_WRITE);
+    cds_packet_put(&request.packet, CDS_REG_PUNCH);
+    for (uint8_t i = 0; i < 220; i++) // as long as to reach register 0x0C behind 0xFF
+        cds_packet_put(&request.packet, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    refuse(CDS_INHIBITED, cds_bus_submit(&bus, &request));
+    cds_servos_release(&servos, one);
+    pass(cds_bus_submit(&bus, &request));
+}
+
+void test_refused_packet_built_anew_is_checked_from_its_start(void)
+{
+    limit_goal(one); // neither mode nor goal is known: torque stays off
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, sync(CDS_REG_TORQUE_ENABLE, 0, 2, 1)); // the second block
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sync(CDS_REG_TORQUE_ENABLE, 1, 2, 0));     // the first one
+}
+
+void test_broadcast_to_fifty_is_learnt_some_entries_a_poll(void)
+{
+    uint8_t polls = 0;
+
+    begin(COUNT);
+    TEST_ASSERT_EQUAL(CDS_OK, byte(CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 10));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    for (; request.result == CDS_PENDING && polls < 100; polls++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT8(COUNT / 4, polls);
+    for (uint8_t i = 0; i < COUNT; i++)
+        TEST_ASSERT_EQUAL_UINT8(10, states[i].return_delay);
 }

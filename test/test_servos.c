@@ -1515,6 +1515,7 @@ void test_may_drive_unknown_and_not_offline_servos(void)
     TEST_ASSERT_TRUE(cds_servos_may_drive(&servos, 1));
     go_away(1);
     TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 1));
+    states[3].inhibited = CDS_INHIBIT_STOPPED; // an entry behind the last servo
     TEST_ASSERT_TRUE(cds_servos_may_drive(&servos, CDS_BROADCAST_ID));
     cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
     TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 2));
@@ -1592,6 +1593,7 @@ static void read_feedback(uint8_t id)
 void test_feedback_counts_for_the_servo_that_answered(void)
 {
     read_feedback(1);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, one->presence);
     read_feedback(1); // the second one is routine
     TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok);
     request.servo_index = 0;
@@ -1670,4 +1672,15 @@ void test_reply_of_another_length_is_not_learnt(void)
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     TEST_ASSERT_TRUE(one->torque);
     TEST_ASSERT_FALSE(cds_servos_inhibits(&servos, one));
+}
+
+void test_reset_of_all_forgets_misses(void)
+{
+    silence(cds_servo_ping(&bus, &request, 1));
+    silence(cds_servo_ping(&bus, &request, 1));
+    cds_servos_allow_reset(&servos, true);
+    answer(cds_servo_reset(&bus, &request, CDS_BROADCAST_ID), 0, 0);
+    one->baud_reg = CDS_BAUD_1M; // so that a miss counts
+    silence(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, one->presence);
 }
