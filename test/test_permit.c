@@ -713,6 +713,9 @@ void test_37_a_limited_goal_keeps_position_mode(void)
     refuse(CDS_LIMIT, angles(1, 0, 0));
     refuse(CDS_LIMIT, byte(1, 0x09, 0));
     pass(angles(1, 10, 1000));
+    in_endless_turn(1); // by another program
+    holds(1, 500, 0);
+    refuse(CDS_LIMIT, torque(1));
 }
 
 void test_38_position_mode_begins_with_a_known_goal(void)
