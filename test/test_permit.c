@@ -551,6 +551,21 @@ void test_26_a_limit_or_inhibit_aborts_the_move(void)
     }
 }
 
+void test_25_a_second_move_needs_its_own_answers(void)
+{
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    TEST_ASSERT_TRUE(two->is_registered);
+    bus.hooks->set_move(bus.hooks->context, &request);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reg_write(&bus, &other, 1, 0x1E, inside, 4));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, other.result);
+    TEST_ASSERT_FALSE(one->is_registered); // by another request than the move's
+}
+
 void test_26_torque_found_off_aborts_the_move(void)
 {
     pass(torque(1));

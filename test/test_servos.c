@@ -1531,6 +1531,10 @@ void test_acknowledge_without_alarms_is_no_news(void)
     TEST_ASSERT_EQUAL_HEX8(0, cds_servos_acknowledge(&servos, NULL));
     TEST_ASSERT_EQUAL_HEX8(0, cds_servos_acknowledge(&servos, one));
     TEST_ASSERT_EQUAL_UINT8(news, servos.news);
+    answer(cds_servo_ping(&bus, &request, 1), 1, CDS_ERROR_OVERLOAD);
+    news = servos.news;
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, cds_servos_acknowledge(&servos, one));
+    TEST_ASSERT_EQUAL_UINT8(news + 1, servos.news);
 }
 
 void test_settled_id_frees_its_entry_for_the_last_one(void)
@@ -1683,4 +1687,60 @@ void test_reset_of_all_forgets_misses(void)
     one->baud_reg = CDS_BAUD_1M; // so that a miss counts
     silence(cds_servo_ping(&bus, &request, 1));
     TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, one->presence);
+}
+
+void test_unrequested_packet_makes_a_low_level_unknown(void)
+{
+    static const uint8_t after[] = {CDS_LEVEL_UNKNOWN, CDS_LEVEL_UNKNOWN, 2};
+
+    for (uint8_t level = 0; level < 3; level++) {
+        one->status_return_level = level & 3u;
+        port_fake_answer(&bus.link, 1, 0, NULL, 0);
+        look();
+        TEST_ASSERT_EQUAL_UINT8(after[level], one->status_return_level);
+    }
+    TEST_ASSERT_EQUAL_UINT8(3, one->counters.unexpected_packets);
+}
+
+void test_reset_unanswered_at_another_rate_leaves_it_unknown(void)
+{
+    silence(cds_servo_reset(&bus, &request, 1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, one->baud_reg); // before and after it
+    one->baud_reg = 7;
+    silence(cds_servo_reset(&bus, &request, 1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_UNKNOWN, one->baud_reg);
+}
+
+void test_action_carries_out_a_registered_torque_once(void)
+{
+    answer(register_byte(1, CDS_REG_TORQUE_ENABLE, 1), 1, 0);
+    answer(action(1), 1, 0);
+    TEST_ASSERT_TRUE(one->torque);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 0);
+    answer(action(1), 1, 0);
+    TEST_ASSERT_FALSE(one->torque);
+}
+
+void test_new_delay_or_level_changes_the_epoch_once(void)
+{
+    uint16_t epoch;
+
+    wrote_byte(1, CDS_REG_LED, 0);
+    epoch = servos.epoch;
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 20);
+    TEST_ASSERT_NOT_EQUAL(epoch, servos.epoch);
+    epoch = servos.epoch;
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 20);
+    TEST_ASSERT_EQUAL_UINT16(epoch, servos.epoch);
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    TEST_ASSERT_NOT_EQUAL(epoch, servos.epoch);
+}
+
+void test_second_entry_of_an_id_counts_from_0(void)
+{
+    read_feedback(1);
+    silence(write_byte(1, CDS_REG_ID, 9));
+    TEST_ASSERT_EQUAL_UINT16(0, cds_servos_find(&servos, 9)->counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(0, cds_servos_find(&servos, 9)->counters.timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, one->counters.ok);
 }
