@@ -568,10 +568,14 @@ void test_25_a_second_move_needs_its_own_answers(void)
 
 void test_26_torque_found_off_aborts_the_move(void)
 {
+    uint16_t epoch;
+
     pass(torque(1));
     begin_move();
     pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    epoch = servos.epoch;
     torque_is(1, 0);
+    TEST_ASSERT_NOT_EQUAL(epoch, servos.epoch); // goals that wait are checked again
     cds_servos_release_all(&servos);
     refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
     refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
@@ -1253,4 +1257,26 @@ void test_broadcast_to_fifty_is_learnt_some_entries_a_poll(void)
     TEST_ASSERT_GREATER_OR_EQUAL_UINT8(COUNT / 4, polls);
     for (uint8_t i = 0; i < COUNT; i++)
         TEST_ASSERT_EQUAL_UINT8(10, states[i].return_delay);
+}
+
+void test_torque_off_to_fifty_is_learnt_in_one_poll(void)
+{
+    begin(COUNT);
+    for (uint8_t i = 0; i < COUNT; i++)
+        states[i].torque = true;
+    TEST_ASSERT_EQUAL(CDS_OK, byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    cds_bus_poll(&bus); // sets the deadline
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    for (uint8_t i = 0; i < COUNT; i++)
+        TEST_ASSERT_FALSE(states[i].torque);
+}
+
+void test_limits_that_are_taken_back_are_none(void)
+{
+    limit_goal(one);
+    refuse(CDS_LIMIT, registers(1, CDS_REG_GOAL_POSITION, inside, 4));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, one, 0, 1023, 1023));
+    pass(registers(1, CDS_REG_GOAL_POSITION, inside, 4));
 }

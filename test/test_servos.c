@@ -1636,6 +1636,9 @@ void test_feedback_with_an_echo_error_counts_it(void)
     read_feedback(1);
     TEST_ASSERT_EQUAL_UINT8(1, one->counters.echo_errors);
     TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok);
+    read_feedback(1);
+    wrote_byte(1, CDS_REG_LED, 0);
+    TEST_ASSERT_EQUAL_UINT8(1, one->counters.echo_errors); // the same one
 }
 
 void test_feedback_while_paused_is_not_counted(void)
@@ -1743,4 +1746,15 @@ void test_second_entry_of_an_id_counts_from_0(void)
     TEST_ASSERT_EQUAL_UINT16(0, cds_servos_find(&servos, 9)->counters.ok);
     TEST_ASSERT_EQUAL_UINT16(0, cds_servos_find(&servos, 9)->counters.timeouts);
     TEST_ASSERT_EQUAL_UINT16(1, one->counters.ok);
+}
+
+void test_stale_reply_is_no_unexpected_packet(void)
+{
+    silence(cds_servo_ping(&bus, &request, 1));
+    one->status_return_level = 1;
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL_UINT8(1, one->counters.stale_replies);
+    TEST_ASSERT_EQUAL_UINT8(0, one->counters.unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT8(1, one->status_return_level);
 }
