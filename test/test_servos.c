@@ -1758,3 +1758,16 @@ void test_stale_reply_is_no_unexpected_packet(void)
     TEST_ASSERT_EQUAL_UINT8(0, one->counters.unexpected_packets);
     TEST_ASSERT_EQUAL_UINT8(1, one->status_return_level);
 }
+
+void test_reset_of_all_concerns_the_goals_of_all(void)
+{
+    uint16_t epoch;
+
+    cds_servos_allow_reset(&servos, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, CDS_BROADCAST_ID));
+    epoch = servos.epoch;
+    transmit();
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, bus.hooks->changed_since(&servos, &epoch));
+}
