@@ -100,8 +100,12 @@ static void wire(void)
 static void poll(void)
 {
     for (uint8_t i = 0; i < TURNS_PER_US; i++) {
+        enum cds_result result;
+
         cds_bus_poll(&bus);
-        cds_cycle_poll(&cycle);
+        result = cds_cycle_poll(&cycle);
+        if (!cycle.is_aborted)
+            TEST_ASSERT_EQUAL(CDS_PENDING, result);
     }
     wire();
 }
@@ -522,6 +526,7 @@ void test_goals_in_the_queue_leave_before_newer_ones(void)
 {
     uint8_t packet[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_MAX];
     struct cds_request request = CDS_REQUEST(packet, reply);
+    uint8_t periods = 0;
 
     cds_bus_set_return_delay(&bus, 508);
     TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, 500));
@@ -543,6 +548,9 @@ void test_goals_in_the_queue_leave_before_newer_ones(void)
                               now());
     run_to(2740);
     TEST_ASSERT_EQUAL_HEX16(0x301, position_sent(1));
+    for (uint8_t i = 0; i < start_count; i++)
+        periods = (uint8_t)(periods + (starts[i].id == CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT32(periods, cycle.counters.periods);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
 }
 

@@ -21,6 +21,7 @@ static struct cds_diagnose diagnose;
 static struct {
     uint32_t spoilt;  // bit n: the answer to question n of each examination of servo ID is damaged
     uint8_t to_id;    // questions to it so far
+    uint8_t reads;    // READs to any servo so far
     uint8_t error;    // in answers to READ of measurements
     bool other_too;   // all answers of others are damaged
     bool once;        // ... of the first one only
@@ -137,6 +138,7 @@ static void meet(void)
     bool to_id = sent[CDS_AT_ID] == ID;
     bool measured = sent[4] == CDS_READ && sent[5] == CDS_REG_PRESENT_POSITION;
 
+    world.reads = (uint8_t)(world.reads + (sent[4] == CDS_READ));
     if (world.echoes)
         port_fake_hear(&bus.link, sent + world.echo_from,
                        (uint16_t)(port_fake.sent_size - world.echo_from));
@@ -791,17 +793,20 @@ void test_unrequested_replies_of_the_last_servo_are_a_duplicate_id(void)
 
 void test_part_of_an_echo_counts_only_if_nothing_or_a_reply_follows(void)
 {
-    static const char *const behind[] = {"", "\xFF\xFF\x05", "\x55", "\x55\xFF", "\xFF\x55"};
+    static const char *const behind[] = {"",     "\xFF\xFF\x05", "\xFF\xFF", "\xFF",
+                                         "\x55", "\x55\xFF",     "\xFF\x55"};
 
-    for (uint8_t i = 0; i < 5; i++) {
-        bool is_echo = i < 2;
+    for (uint8_t i = 0; i < 7; i++) {
+        bool is_echo = i < 3;
 
         setUp();
         world.echoes = true;
         world.echo_from = 5; // so little of a PING is no reply without its first bytes
         world.behind = (struct bytes){behind[i], (uint8_t)strlen(behind[i]), 0, 255};
         TEST_ASSERT_EQUAL(is_echo, found() == CDS_FINDING_ECHO);
-        TEST_ASSERT_EQUAL_UINT8(is_echo ? diagnose.total.asked : 0, diagnose.total.echoed);
+        TEST_ASSERT_EQUAL_UINT8(is_echo ? 4 : 0, diagnose.total.echoed); // the first series
+        if (is_echo)
+            TEST_ASSERT_EQUAL_UINT16(4, diagnose.transactions);
     }
 }
 
@@ -935,6 +940,7 @@ void test_servo_of_another_id_is_named(void)
         put(1, others[i], 1);
         TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
         TEST_ASSERT_EQUAL_UINT8(others[i], diagnose.found_id);
+        TEST_ASSERT_EQUAL_UINT8(0, world.reads);
         TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, diagnose.found_baud_reg);
     }
 }
@@ -949,6 +955,7 @@ void test_servos_that_answer_a_broadcast_at_once_are_sought(void)
         put(2, CDS_ID_MAX, 1);
         TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
         TEST_ASSERT_EQUAL_UINT8(others[i], diagnose.found_id);
+        TEST_ASSERT_EQUAL_UINT8(0, world.reads);
         TEST_ASSERT_LESS_OR_EQUAL_UINT16(300, diagnose.transactions);
     }
 }
@@ -976,16 +983,14 @@ void test_servo_at_each_other_listed_rate_is_found(void)
 {
     static const uint8_t rates[] = {3, 7, 16, 34, 103};
 
-    for (uint8_t i = 0; i < sizeof rates; i++)
-        for (uint8_t asked = ID; asked != 8; asked = asked == ID  ? CDS_BROADCAST_ID
-                                                     : asked == 9 ? 8
-                                                                  : 9) {
-            setUp();
-            put(0, ID, rates[i]);
-            TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found_of(asked));
-            TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
-            TEST_ASSERT_EQUAL_UINT8(rates[i], diagnose.found_baud_reg);
-        }
+    for (uint8_t i = 0; i < 2 * sizeof rates; i++) {
+        setUp();
+        put(0, ID, rates[i / 2]);
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found_of(i & 1 ? CDS_BROADCAST_ID : ID));
+        TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+        TEST_ASSERT_EQUAL_UINT8(rates[i / 2], diagnose.found_baud_reg);
+        TEST_ASSERT_EQUAL_UINT8(0, world.reads);
+    }
 }
 
 void test_target_at_another_rate_counts_before_another_id(void)
@@ -1100,4 +1105,63 @@ void test_refusal_of_the_permit_ends_the_diagnosis(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NONE, diagnose.finding);
     TEST_ASSERT_EQUAL_UINT16(0, diagnose.transactions);
     assert_given_back();
+}
+
+void test_end_of_a_broadcast_ping_is_an_echo_not_a_reply(void)
+{
+    world.echoes = true;
+    world.echo_from = 2;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_ECHO, found_of(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT16(3, diagnose.transactions);
+}
+
+void test_second_replies_to_a_broadcast_are_no_duplicate_id(void)
+{
+    put(1, 9, 1);
+    world.behind = BYTES("\xFF\xFF\x09\x02\x00\xF4", 0, 3); // another servo answers, too
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_of(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT8(9, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.duplicate_replies);
+}
+
+void test_replies_that_complain_of_the_packet_are_damage(void)
+{
+    put(0, ID, 1);
+    put(1, 200, 1);
+    servos.servo[0].error = servos.servo[1].error = CDS_ERROR_CHECKSUM;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found());
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.damaged);
+    TEST_ASSERT_EQUAL_UINT8(0, diagnose.total.answered);
+}
+
+/* Instruction, address and length of each packet, in its order. */
+void test_examination_sends_these_packets(void)
+{
+    static const struct {
+        uint8_t count, instruction, address, length;
+    } series[] = {{4, CDS_PING, 0, 0},
+                  {6, CDS_READ, CDS_REG_ID, 1},
+                  {6, CDS_READ, CDS_REG_PRESENT_POSITION, 8},
+                  {1, CDS_READ, CDS_REG_RETURN_DELAY, 9},
+                  {3, CDS_PING, 0, 0}};
+
+    put(0, ID, 1);
+    for (uint8_t i = 0; i < 5; i++) {
+        for (uint8_t k = 0; k < series[i].count; k++) {
+            const uint8_t *bytes = packet;
+            uint8_t sent = world.to_id;
+
+            while (bus.state < CDS_BUS_SENDING)
+                go_on_for(1);
+            TEST_ASSERT_EQUAL_UINT8(ID, bytes[CDS_AT_ID]);
+            TEST_ASSERT_EQUAL_HEX8(series[i].instruction, bytes[CDS_AT_INSTRUCTION]);
+            if (series[i].length) {
+                TEST_ASSERT_EQUAL_HEX8(series[i].address, bytes[CDS_AT_PARAMETERS]);
+                TEST_ASSERT_EQUAL_UINT8(series[i].length, bytes[CDS_AT_PARAMETERS + 1]);
+            }
+            while (world.to_id == sent || bus.request)
+                go_on_for(1);
+        }
+    }
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
 }

@@ -487,8 +487,11 @@ void test_a_cycle_without_spare_time_is_refused(void)
 {
     begin_cycle(130 + CDS_REPLY_MARGIN_US + 150 + 2 + CDS_REPLY_MARGIN_US + 40);
     TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
-    states[2].return_delay = 2; // 2 us more
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&health, &cycle));
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
+        states[i].return_delay = 2; // 2 us more
+        TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&health, &cycle));
+        states[i].return_delay = 1;
+    }
     TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, NULL));
 }
 

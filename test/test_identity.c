@@ -391,6 +391,40 @@ void test_write_that_finds_no_quiet_line_was_not_sent(void)
     TEST_ASSERT_FALSE(identity.is_written);
 }
 
+/* A stale reply does harm behind the write, and if both places are one. */
+static void assert_ignores_stale(uint8_t what, const char *expected)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, begin(what));
+    for (; *expected; expected++) {
+        uint16_t heard = servos.packets;
+
+        while (servos.packets == heard) {
+            TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
+            if (port_fake_is_in_flight(&bus))
+                TEST_ASSERT_EQUAL(*expected == 'i', request.ignores_stale);
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
+        }
+        while (bus.request) {
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
+        }
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+}
+
+void test_stale_replies_are_awaited_behind_the_write(void)
+{
+    assert_ignores_stale(NEW_ID, "iii"
+                                 "i"
+                                 "w"
+                                 "w"
+                                 "wii"); // i: ignored, w: awaited
+    assert_ignores_stale(RESET_IN_PLACE, "w"
+                                         "w"
+                                         "w");
+}
+
 /* ---- whose the bus is ---- */
 
 static void run_until(uint8_t packets, bool in_flight)

@@ -551,6 +551,36 @@ void test_26_a_limit_or_inhibit_aborts_the_move(void)
     }
 }
 
+void test_25_a_second_move_needs_its_own_answers(void)
+{
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    TEST_ASSERT_TRUE(two->is_registered);
+    bus.hooks->set_move(bus.hooks->context, &request);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reg_write(&bus, &other, 1, 0x1E, inside, 4));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, other.result);
+    TEST_ASSERT_FALSE(one->is_registered); // by another request than the move's
+}
+
+void test_26_torque_found_off_aborts_the_move(void)
+{
+    uint16_t epoch;
+
+    pass(torque(1));
+    begin_move();
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    epoch = servos.epoch;
+    torque_is(1, 0);
+    TEST_ASSERT_NOT_EQUAL(epoch, servos.epoch); // goals that wait are checked again
+    cds_servos_release_all(&servos);
+    refuse(CDS_LIMIT, action(CDS_BROADCAST_ID));
+    refuse(CDS_LIMIT, registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+}
+
 /* ---- a servo with limits ---- */
 
 void test_30_goals_beyond_the_limits_are_refused(void)
@@ -702,6 +732,9 @@ void test_37_a_limited_goal_keeps_position_mode(void)
     refuse(CDS_LIMIT, angles(1, 0, 0));
     refuse(CDS_LIMIT, byte(1, 0x09, 0));
     pass(angles(1, 10, 1000));
+    in_endless_turn(1); // by another program
+    holds(1, 500, 0);
+    refuse(CDS_LIMIT, torque(1));
 }
 
 void test_38_position_mode_begins_with_a_known_goal(void)
@@ -1007,4 +1040,243 @@ void test_news_count_errors_and_presence_only(void)
     port_fake_answer(&bus.link, 2, CDS_ERROR_OVERLOAD, NULL, 0);
     look();
     TEST_ASSERT_EQUAL_UINT8(news + 2, servos.news);
+}
+
+/* ---- blocks of a SYNC WRITE ---- */
+
+/* A SYNC WRITE to servo 1 whose block has the ID `id`, which no servo can have. */
+static enum cds_result sync_to_no_servo(uint8_t reg, uint8_t length, uint8_t id)
+{
+    static const uint8_t zeros[4];
+    uint8_t *bytes = buffers[0];
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, reg, length));
+    cds_sync_write_add(&request, 1, zeros);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    bytes[CDS_AT_PARAMETERS + 2] = id;
+    bytes[request.packet.size - 1] = cds_packet_checksum(bytes);
+    request.reply_parameters = CDS_REPLY_NONE;
+    return cds_bus_submit(&bus, &request);
+}
+
+void test_block_of_an_id_above_253_does_not_drive(void)
+{
+    for (uint8_t id = CDS_BROADCAST_ID; id; id++) {
+        refuse(CDS_LIMIT, sync_to_no_servo(CDS_REG_GOAL_POSITION, 4, id));
+        refuse(CDS_LIMIT, sync_to_no_servo(CDS_REG_GOAL_POSITION, 2, id));
+        pass(sync_to_no_servo(CDS_REG_RETURN_DELAY, 1, id));
+    }
+    begin(0); // no servo is known
+    pass(sync_to_no_servo(CDS_REG_GOAL_POSITION, 4, CDS_BROADCAST_ID));
+    pass(sync_to_no_servo(CDS_REG_GOAL_POSITION, 2, CDS_BROADCAST_ID));
+}
+
+void test_goals_in_a_list_that_grows_are_checked_alike(void)
+{
+    servos.grows = CDS_GROWS_ALWAYS;
+    in_position_mode(1);
+    limit_goal(one);
+    refuse(CDS_LIMIT, sync_goals(900, 2, 500));
+    refuse(CDS_LIMIT, sync_to_no_servo(CDS_REG_GOAL_POSITION, 4, CDS_BROADCAST_ID));
+    pass(sync_goals(500, 2, 500));
+    TEST_ASSERT_EQUAL_UINT8(2, servos.count);
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_OK, sync_goals(500, 2, 500)); // the second block waits for a poll
+    look();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
+    TEST_ASSERT_NULL(bus.request);
+    TEST_ASSERT_EQUAL_UINT8(2, servos.refused_id);
+    pass(sync_goals(500, 40, 500));
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 40));
+}
+
+void test_goal_to_an_inhibited_servo_by_sync_write_is_refused(void)
+{
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    refuse(CDS_INHIBITED, sync_goals(500, 2, 500));
+    TEST_ASSERT_EQUAL_UINT8(2, servos.refused_id);
+    pass(sync_goals(500, 99, 500));
+}
+
+void test_offline_servo_does_not_stop_torque_by_sync_write(void)
+{
+    go_offline(1);
+    refuse(CDS_INHIBITED, torque(1));
+    pass(sync(CDS_REG_TORQUE_ENABLE, 1, 2, 1));
+}
+
+static enum cds_result permit_goal(uint8_t id, uint8_t *index, const uint8_t *data)
+{
+    return bus.hooks->permit_goal(bus.hooks->context, id, index, data);
+}
+
+void test_permit_goal_refuses_what_is_inhibited_or_beyond(void)
+{
+    uint8_t index = 7;
+
+    in_position_mode(1);
+    limit_goal(one);
+    TEST_ASSERT_EQUAL(CDS_OK, permit_goal(1, &index, inside));
+    TEST_ASSERT_EQUAL_UINT8(0, index);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, permit_goal(1, &index, beyond));
+    TEST_ASSERT_EQUAL(CDS_OK, permit_goal(2, &index, beyond));
+    TEST_ASSERT_EQUAL(CDS_OK, permit_goal(99, &index, beyond));
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, permit_goal(2, &index, inside));
+    cds_servos_inhibit_all(&servos);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, permit_goal(99, &index, inside));
+}
+
+void test_check_cancelled_in_the_queue_begins_anew(void)
+{
+    begin_fifty();
+    in_position_mode(1);
+    limit_goal(one);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2)); // on the wire
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    for (uint8_t id = 1; id <= COUNT; id++) // the first goal was found good, and is another now
+        cds_sync_write_add_goal(&request, id, id == 1 ? 900 : 500, 100);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, cds_sync_write_send(&bus, &request));
+    TEST_ASSERT_EQUAL_UINT8(1, servos.refused_id);
+}
+
+void test_id_above_253_is_refused_to_a_known_servo(void)
+{
+    refuse(CDS_LIMIT, byte(1, CDS_REG_ID, CDS_BROADCAST_ID));
+    refuse(CDS_LIMIT, byte(1, CDS_REG_ID, 255));
+    pass(byte(99, CDS_REG_ID, CDS_BROADCAST_ID)); // an unknown one refuses it itself
+    TEST_ASSERT_EQUAL_UINT8(1, one->id);
+}
+
+void test_request_that_ignores_servo_state_is_sent(void)
+{
+    one->return_delay = 10;
+    one->status_return_level = 0;
+    refuse(CDS_NO_REPLY_DUE, cds_servo_read(&bus, &request, 1, CDS_REG_LED, 1));
+    request.ignores_servo_state = true;
+    read_gives(1, CDS_REG_LED, (const uint8_t[]){1}, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT16(CDS_RETURN_DELAY_MAX_US, request.return_delay_us);
+}
+
+/* ---- limits, register by register ---- */
+
+void test_half_an_angle_limit_of_0_keeps_endless_turn(void)
+{
+    limit_speed(one);
+    in_endless_turn(1);
+    holds(1, 0, 100);
+    pass(byte(1, CDS_REG_CW_ANGLE_LIMIT, 0));
+    TEST_ASSERT_EQUAL(CDS_ANGLE_0, one->cw_limit);
+    pass(word(1, CDS_REG_MOVING_SPEED, 0)); // stands still: only in endless turn
+    in_mode(2, 0);
+    two->cw_limit = CDS_ANGLE_UNKNOWN;
+    pass(byte(2, CDS_REG_CW_ANGLE_LIMIT, 0));
+    TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, two->cw_limit);
+}
+
+void test_angle_limits_that_keep_the_mode_need_no_speed(void)
+{
+    limit_speed(one);
+    in_position_mode(1);
+    TEST_ASSERT_FALSE(one->speed_known);
+    pass(angles(1, 100, 800));
+    refuse(CDS_LIMIT, angles(1, 0, 0)); // another mode
+}
+
+void test_speed_0_stops_endless_turn_of_a_limited_goal(void)
+{
+    in_endless_turn(1);
+    limit_goal(one);
+    refuse(CDS_LIMIT, word(1, CDS_REG_MOVING_SPEED, 1));
+    pass(word(1, CDS_REG_MOVING_SPEED, 0));
+}
+
+void test_half_a_goal_or_speed_read_is_not_known(void)
+{
+    static const uint8_t half[1] = {100};
+
+    holds(1, 500, 100);
+    TEST_ASSERT_TRUE(one->goal_known && one->speed_known && !one->speed_0);
+    read_gives(1, CDS_REG_GOAL_POSITION, half, 1);
+    TEST_ASSERT_FALSE(one->goal_known);
+    TEST_ASSERT_TRUE(one->speed_known);
+    read_gives(1, CDS_REG_MOVING_SPEED, half, 1);
+    TEST_ASSERT_FALSE(one->speed_known);
+    TEST_ASSERT_TRUE(one->speed_0);
+}
+
+/* ---- every register, every length ---- */
+
+void test_registers_that_drive_are_these_and_no_other(void)
+{
+    for (uint8_t reg = 0; reg < CDS_TABLE_SIZE; reg++) {
+        bool drives = (reg >= CDS_REG_CW_ANGLE_LIMIT && reg <= CDS_REG_CCW_ANGLE_LIMIT + 1) ||
+                      reg == CDS_REG_TORQUE_ENABLE ||
+                      (reg >= CDS_REG_GOAL_POSITION && reg <= CDS_REG_MOVING_SPEED + 1);
+
+        setUp();
+        cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+        TEST_ASSERT_EQUAL(drives ? CDS_INHIBITED : CDS_OK, byte(1, reg, 1));
+    }
+}
+
+void test_write_beyond_the_table_is_taken_for_one_that_drives(void)
+{
+    cds_packet_begin(&request.packet, 1, CDS_WRITE);
+    cds_packet_put(&request.packet, CDS_REG_PUNCH);
+    for (uint8_t i = 0; i < 220; i++) // as long as to reach register 0x0C behind 0xFF
+        cds_packet_put(&request.packet, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&request.packet));
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    refuse(CDS_INHIBITED, cds_bus_submit(&bus, &request));
+    cds_servos_release(&servos, one);
+    pass(cds_bus_submit(&bus, &request));
+}
+
+void test_refused_packet_built_anew_is_checked_from_its_start(void)
+{
+    limit_goal(one); // neither mode nor goal is known: torque stays off
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, sync(CDS_REG_TORQUE_ENABLE, 0, 2, 1)); // the second block
+    TEST_ASSERT_EQUAL(CDS_LIMIT, sync(CDS_REG_TORQUE_ENABLE, 1, 2, 0));     // the first one
+}
+
+void test_broadcast_to_fifty_is_learnt_some_entries_a_poll(void)
+{
+    uint8_t polls = 0;
+
+    begin(COUNT);
+    TEST_ASSERT_EQUAL(CDS_OK, byte(CDS_BROADCAST_ID, CDS_REG_RETURN_DELAY, 10));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    for (; request.result == CDS_PENDING && polls < 100; polls++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT8(COUNT / 4, polls);
+    for (uint8_t i = 0; i < COUNT; i++)
+        TEST_ASSERT_EQUAL_UINT8(10, states[i].return_delay);
+}
+
+void test_torque_off_to_fifty_is_learnt_in_one_poll(void)
+{
+    begin(COUNT);
+    for (uint8_t i = 0; i < COUNT; i++)
+        states[i].torque = true;
+    TEST_ASSERT_EQUAL(CDS_OK, byte(CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 0));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    cds_bus_poll(&bus); // sets the deadline
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    for (uint8_t i = 0; i < COUNT; i++)
+        TEST_ASSERT_FALSE(states[i].torque);
+}
+
+void test_limits_that_are_taken_back_are_none(void)
+{
+    limit_goal(one);
+    refuse(CDS_LIMIT, registers(1, CDS_REG_GOAL_POSITION, inside, 4));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, one, 0, 1023, 1023));
+    pass(registers(1, CDS_REG_GOAL_POSITION, inside, 4));
 }

@@ -492,6 +492,14 @@ void test_move_with_a_bad_goal_anywhere_sends_nothing(void)
     }
 }
 
+void test_goals_at_the_end_of_their_range_are_sent(void)
+{
+    goals[0].position = goals[0].speed = CDS_VALUE_MAX;
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(1, false));
+    cds_registered_move_poll(&move);
+    TEST_ASSERT_TRUE(cds_bus_is_busy(&bus));
+}
+
 void test_begin_with_small_buffers_is_refused(void)
 {
     request.packet.capacity = CDS_REGISTERED_MOVE_SIZE - 1;

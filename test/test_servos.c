@@ -1435,3 +1435,339 @@ void test_parameters_that_are_not_there_are_not_read(void)
         answer(cds_bus_submit(&bus, &request), 0, 0);
     }
 }
+
+/* ---- list, epoch, entries ---- */
+
+void test_begin_with_bad_arguments_is_refused(void)
+{
+    struct cds_bus closed = {.port = 0};
+    struct cds_servos_config config = {.bus = &closed, .states = states, .capacity = 4};
+
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_servos_begin(&servos, &config));
+    config.bus = &bus;
+    config.capacity = 255;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_servos_begin(&servos, &config));
+    config.capacity = 2;
+    config.count = 3;
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_servos_begin(&servos, &config));
+    TEST_ASSERT_EQUAL_UINT8(0, servos.count);
+    states[0].id = states[1].id = 1; // the first pair, with another entry behind
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin(3));
+    TEST_ASSERT_EQUAL_UINT8(0, servos.count);
+}
+
+void test_epoch_is_never_0(void)
+{
+    servos.epoch = 0xFFFE;
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL_HEX16(0xFFFF, servos.epoch);
+    cds_servos_release(&servos, one);
+    TEST_ASSERT_EQUAL_HEX16(1, servos.epoch);
+}
+
+void test_changed_since_names_one_servo_or_all(void)
+{
+    uint16_t epoch = servos.epoch;
+
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, bus.hooks->changed_since(&servos, &epoch));
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL_UINT8(2, bus.hooks->changed_since(&servos, &epoch));
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, bus.hooks->changed_since(&servos, &epoch));
+    cds_servos_release(&servos, two);
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, bus.hooks->changed_since(&servos, &epoch));
+    cds_servos_inhibit_all(&servos);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, bus.hooks->changed_since(&servos, &epoch));
+}
+
+void test_entry_is_reserved_only_by_an_id_change_on_the_wire(void)
+{
+    static const uint8_t first_registers[] = {CDS_REG_MODEL_NUMBER, CDS_REG_ID, CDS_REG_BAUD_RATE};
+
+    for (uint8_t i = 0; i < 3; i++) {
+        bool is_reserved = first_registers[i] <= CDS_REG_ID;
+
+        setUp();
+        TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, first_registers[i], 1));
+        TEST_ASSERT_EQUAL(CDS_BUS_SENDING, bus.state);
+        TEST_ASSERT_EQUAL(is_reserved ? CDS_NO_ROOM : CDS_OK, cds_servos_add(&servos, 40));
+        TEST_ASSERT_EQUAL(is_reserved, servos.is_full);
+    }
+    setUp();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 1, CDS_REG_MODEL_NUMBER, 1));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 40));
+    setUp();
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_servos_add(&servos, 40));
+    setUp();
+    port_fake.low = true;
+    TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, CDS_REG_ID, 9)); // waits for the line
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 40));
+    port_fake.low = false;
+    port_fake_settle(&bus);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, request.result); // no entry is left for the second ID
+    TEST_ASSERT_EQUAL_UINT16(0, sent());
+}
+
+void test_may_drive_unknown_and_not_offline_servos(void)
+{
+    TEST_ASSERT_TRUE(cds_servos_may_drive(&servos, 99));
+    TEST_ASSERT_TRUE(cds_servos_may_drive(&servos, 1));
+    go_away(1);
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 1));
+    states[3].inhibited = CDS_INHIBIT_STOPPED; // an entry behind the last servo
+    TEST_ASSERT_TRUE(cds_servos_may_drive(&servos, CDS_BROADCAST_ID));
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 2));
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, CDS_BROADCAST_ID));
+    cds_servos_inhibit_all(&servos);
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 99));
+}
+
+void test_acknowledge_without_alarms_is_no_news(void)
+{
+    uint8_t news = servos.news;
+
+    TEST_ASSERT_EQUAL_HEX8(0, cds_servos_acknowledge(&servos, NULL));
+    TEST_ASSERT_EQUAL_HEX8(0, cds_servos_acknowledge(&servos, one));
+    TEST_ASSERT_EQUAL_UINT8(news, servos.news);
+    answer(cds_servo_ping(&bus, &request, 1), 1, CDS_ERROR_OVERLOAD);
+    news = servos.news;
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, cds_servos_acknowledge(&servos, one));
+    TEST_ASSERT_EQUAL_UINT8(news + 1, servos.news);
+}
+
+void test_settled_id_frees_its_entry_for_the_last_one(void)
+{
+    silence(write_byte(1, CDS_REG_ID, 9));
+    TEST_ASSERT_EQUAL_UINT8(4, servos.count);
+    TEST_ASSERT_EQUAL(CDS_OK, begin(1)); // anew, with room for two more behind
+    silence(write_byte(1, CDS_REG_ID, 9));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 40));
+    cds_servos_inhibit(&servos, &states[2], CDS_INHIBIT_STATE_LOST);
+    read_byte_gives(1, CDS_REG_LED, 0);
+    go_unheard(9);
+    TEST_ASSERT_EQUAL_UINT8(2, servos.count);
+    TEST_ASSERT_EQUAL_PTR(&states[1], cds_servos_find(&servos, 40));
+    TEST_ASSERT_NULL(cds_servos_find(&servos, 9));
+    assert_refused(CDS_INHIBITED, goal(40, 500));
+}
+
+void test_moved_entry_of_an_id_in_doubt_keeps_its_pair(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, begin(2));
+    silence(write_byte(1, CDS_REG_ID, 9));
+    silence(write_byte(2, CDS_REG_ID, 10));
+    TEST_ASSERT_EQUAL_UINT8(4, servos.count);
+    read_byte_gives(1, CDS_REG_LED, 0);
+    go_unheard(9);
+    TEST_ASSERT_EQUAL_UINT8(3, servos.count);
+    cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
+    assert_refused(CDS_INHIBITED, goal(2, 500));
+    assert_refused(CDS_INHIBITED, goal(10, 500));
+    cds_servos_release(&servos, cds_servos_find(&servos, 10));
+    assert_admitted(goal(2, 500));
+    assert_admitted(goal(1, 500));
+}
+
+void test_id_in_doubt_stays_so_when_a_second_change_is_answered(void)
+{
+    silence(write_byte(1, CDS_REG_ID, 9));
+    wrote_byte(1, CDS_REG_ID, 9); // by a servo that had not heard the first one
+    TEST_ASSERT_EQUAL_UINT8(4, servos.count);
+    cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
+    assert_refused(CDS_INHIBITED, goal(1, 500));
+    assert_refused(CDS_INHIBITED, goal(9, 500));
+    read_byte_gives(9, CDS_REG_LED, 0);
+    go_unheard(1);
+    TEST_ASSERT_EQUAL_UINT8(3, servos.count);
+    TEST_ASSERT_EQUAL_UINT8(9, one->id);
+    assert_refused(CDS_INHIBITED, goal(9, 500));
+}
+
+/* ---- routine feedback ---- */
+
+static const uint8_t values[9] = {1, 2, 3};
+
+static void read_feedback(uint8_t id)
+{
+    read_gives(id, CDS_REG_PRESENT_POSITION, values, 8);
+}
+
+void test_feedback_counts_for_the_servo_that_answered(void)
+{
+    read_feedback(1);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, one->presence);
+    read_feedback(1); // the second one is routine
+    TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok);
+    request.servo_index = 0;
+    read_feedback(2); // with the hint of servo 1
+    request.servo_index = 0;
+    read_feedback(99); // unknown
+    request.servo_index = 200;
+    read_feedback(99);
+    TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(1, two->counters.ok);
+}
+
+void test_feedback_with_error_bits_is_noticed(void)
+{
+    read_feedback(1);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 1, CDS_REG_PRESENT_POSITION, 8));
+    transmit();
+    port_fake_answer(&bus.link, 1, CDS_ERROR_OVERLOAD, values, 8);
+    look();
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, one->alarms);
+}
+
+void test_feedback_at_another_rate_tells_the_rate(void)
+{
+    read_feedback(1);
+    one->baud_reg = CDS_SERVOS_UNKNOWN;
+    read_feedback(1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, one->baud_reg);
+    TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok);
+}
+
+void test_feedback_with_an_echo_error_counts_it(void)
+{
+    read_feedback(1);
+    bus.link.echo_errors++;
+    read_feedback(1);
+    TEST_ASSERT_EQUAL_UINT8(1, one->counters.echo_errors);
+    TEST_ASSERT_EQUAL_UINT16(2, one->counters.ok);
+    read_feedback(1);
+    wrote_byte(1, CDS_REG_LED, 0);
+    TEST_ASSERT_EQUAL_UINT8(1, one->counters.echo_errors); // the same one
+}
+
+void test_feedback_while_paused_is_not_counted(void)
+{
+    read_feedback(1);
+    servos.is_paused = true;
+    read_feedback(1);
+    TEST_ASSERT_EQUAL_UINT16(1, one->counters.ok);
+    servos.grows = CDS_GROWS_ALWAYS;
+    answer(cds_servo_ping(&bus, &request, 99), 99, CDS_ERROR_OVERLOAD);
+    TEST_ASSERT_NULL(cds_servos_find(&servos, 99));
+    TEST_ASSERT_EQUAL_HEX8(0, servos.alarms);
+}
+
+void test_read_up_to_the_registered_instruction_is_learnt(void)
+{
+    read_feedback(1);
+    one->is_registered = true;
+    read_feedback(1);
+    TEST_ASSERT_TRUE(one->is_registered);
+    read_gives(1, CDS_REG_PRESENT_POSITION, values, 9); // 0x2C is 0
+    TEST_ASSERT_FALSE(one->is_registered);
+}
+
+void test_reply_of_another_length_is_not_learnt(void)
+{
+    static const uint8_t two_bytes[2] = {0, 0};
+
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 1);
+    cds_packet_read(&request.packet, 1, CDS_REG_TORQUE_ENABLE, 1);
+    request.reply_parameters = 1;
+    request.any_length = true;
+    request.reply_capacity = CDS_REPLY_ANY; // no more than two bytes come
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    transmit();
+    port_fake_answer(&bus.link, 1, 0, two_bytes, 2);
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_TRUE(one->torque);
+    TEST_ASSERT_FALSE(cds_servos_inhibits(&servos, one));
+}
+
+void test_reset_of_all_forgets_misses(void)
+{
+    silence(cds_servo_ping(&bus, &request, 1));
+    silence(cds_servo_ping(&bus, &request, 1));
+    cds_servos_allow_reset(&servos, true);
+    answer(cds_servo_reset(&bus, &request, CDS_BROADCAST_ID), 0, 0);
+    one->baud_reg = CDS_BAUD_1M; // so that a miss counts
+    silence(cds_servo_ping(&bus, &request, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, one->presence);
+}
+
+void test_unrequested_packet_makes_a_low_level_unknown(void)
+{
+    static const uint8_t after[] = {CDS_LEVEL_UNKNOWN, CDS_LEVEL_UNKNOWN, 2};
+
+    for (uint8_t level = 0; level < 3; level++) {
+        one->status_return_level = level & 3u;
+        port_fake_answer(&bus.link, 1, 0, NULL, 0);
+        look();
+        TEST_ASSERT_EQUAL_UINT8(after[level], one->status_return_level);
+    }
+    TEST_ASSERT_EQUAL_UINT8(3, one->counters.unexpected_packets);
+}
+
+void test_reset_unanswered_at_another_rate_leaves_it_unknown(void)
+{
+    silence(cds_servo_reset(&bus, &request, 1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, one->baud_reg); // before and after it
+    one->baud_reg = 7;
+    silence(cds_servo_reset(&bus, &request, 1));
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_UNKNOWN, one->baud_reg);
+}
+
+void test_action_carries_out_a_registered_torque_once(void)
+{
+    answer(register_byte(1, CDS_REG_TORQUE_ENABLE, 1), 1, 0);
+    answer(action(1), 1, 0);
+    TEST_ASSERT_TRUE(one->torque);
+    wrote_byte(1, CDS_REG_TORQUE_ENABLE, 0);
+    answer(action(1), 1, 0);
+    TEST_ASSERT_FALSE(one->torque);
+}
+
+void test_new_delay_or_level_changes_the_epoch_once(void)
+{
+    uint16_t epoch;
+
+    wrote_byte(1, CDS_REG_LED, 0);
+    epoch = servos.epoch;
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 20);
+    TEST_ASSERT_NOT_EQUAL(epoch, servos.epoch);
+    epoch = servos.epoch;
+    wrote_byte(1, CDS_REG_RETURN_DELAY, 20);
+    TEST_ASSERT_EQUAL_UINT16(epoch, servos.epoch);
+    wrote_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 1);
+    TEST_ASSERT_NOT_EQUAL(epoch, servos.epoch);
+}
+
+void test_second_entry_of_an_id_counts_from_0(void)
+{
+    read_feedback(1);
+    silence(write_byte(1, CDS_REG_ID, 9));
+    TEST_ASSERT_EQUAL_UINT16(0, cds_servos_find(&servos, 9)->counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(0, cds_servos_find(&servos, 9)->counters.timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, one->counters.ok);
+}
+
+void test_stale_reply_is_no_unexpected_packet(void)
+{
+    silence(cds_servo_ping(&bus, &request, 1));
+    one->status_return_level = 1;
+    port_fake_answer(&bus.link, 1, 0, NULL, 0);
+    look();
+    TEST_ASSERT_EQUAL_UINT8(1, one->counters.stale_replies);
+    TEST_ASSERT_EQUAL_UINT8(0, one->counters.unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT8(1, one->status_return_level);
+}
+
+void test_reset_of_all_concerns_the_goals_of_all(void)
+{
+    uint16_t epoch;
+
+    cds_servos_allow_reset(&servos, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, CDS_BROADCAST_ID));
+    epoch = servos.epoch;
+    transmit();
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, bus.hooks->changed_since(&servos, &epoch));
+}

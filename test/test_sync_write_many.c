@@ -263,6 +263,17 @@ void test_a_request_on_its_way_is_not_taken(void)
     assert_written(60, 4, 2, 258);
 }
 
+void test_request_that_is_in_use_at_first_is_awaited(void)
+{
+    begin(60, 4);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    port_fake_look(&bus);
+    assert_written(60, 4, 2, 258);
+}
+
 /* The bus stays taken for no longer than a turn of the main loop. */
 void test_the_next_packet_goes_out_in_the_poll_that_sees_the_last_one_out(void)
 {

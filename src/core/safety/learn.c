@@ -194,9 +194,8 @@ static NOINLINE void learn_registered(struct cds_servos *servos, struct cds_serv
         servo->registered_torque = true;
     else if (source == CDS_SOURCE_ANSWERED)
         servo->registered_torque = false; // the last one counts
-    servo->is_registered = false;
     if (request != servos->move_request)
-        return;
+        return; // a servo with limits was sent no other REG WRITE
     if (source == CDS_SOURCE_ANSWERED)
         servo->is_registered = servos->move_is_valid;
     else

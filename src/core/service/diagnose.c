@@ -46,17 +46,17 @@ enum diagnose_purpose { TO_EXAMINE, TO_TELL_OTHER_ID, TO_COMPARE };
 static const CDS_FLASH struct {
     uint8_t count, address, length;
 } series_of[] = {
-    [PROBE] = {4, 0, 0},
+    [PROBE] = {.count = 4},
     [READ_SAME] = {6, CDS_REG_ID, 1},
     [READ_VARYING] = {6, CDS_REG_PRESENT_POSITION, VARYING},
     [READ_LIMITS] = {3, LIMITS_AT, LIMITS_LEN},
-    [CHECK_DELAY] = {3, 0, 0},
-    [PROBE_ANY] = {3, 0, 0},
-    [SEEK] = {1, 0, 0},
-    [NAME] = {3, 0, 0},
-    [RESYNC] = {43, 0, 0},
-    [TRY_RATE] = {2, 0, 0},
-    [TRY_RATE_ANY] = {2, 0, 0},
+    [CHECK_DELAY] = {.count = 3},
+    [PROBE_ANY] = {.count = 3},
+    [SEEK] = {.count = 1},
+    [NAME] = {.count = 3},
+    [RESYNC] = {.count = 43},
+    [TRY_RATE] = {.count = 2},
+    [TRY_RATE_ANY] = {.count = 2},
 };
 
 enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose,
@@ -129,13 +129,12 @@ static enum cds_result ask(struct cds_diagnose *diagnose)
     struct cds_bus *bus = steps->bus;
     struct cds_request *request = steps->request;
     uint8_t phase = diagnose->phase, id = id_of(diagnose), length = series_of[phase].length;
-    enum cds_result result;
 
     if (!cds_steps_set_baud(steps, phase >= TRY_RATE ? diagnose->baud_reg : steps->lock.baud_reg))
         return CDS_BUSY;
-    if (phase == CHECK_DELAY) {
+    if (phase == CHECK_DELAY) { // the last series: the return delay stays the bus's own
         if (cds_bus_is_resting(bus))
-            return CDS_BUSY; // the return delay below holds only for a packet that begins at once
+            return CDS_BUSY; // a stale reply would count as heard
         cds_bus_set_return_delay(bus, steps->return_delay_us);
     }
     diagnose->position = cds_ring_end(&bus->link.rx);
@@ -143,12 +142,8 @@ static enum cds_result ask(struct cds_diagnose *diagnose)
     request->ignores_servo_state = true;
     request->ignores_stale = phase == SEEK; // a stale reply comes from another ID
     if (length)
-        result = cds_servo_read(bus, request, id, series_of[phase].address, length);
-    else
-        result = cds_servo_ping(bus, request, id);
-    if (phase == CHECK_DELAY)
-        cds_bus_set_return_delay(bus, CDS_RETURN_DELAY_MAX_US);
-    return result;
+        return cds_servo_read(bus, request, id, series_of[phase].address, length);
+    return cds_servo_ping(bus, request, id);
 }
 
 /* Bytes that came since the packet in flight was submitted. */
@@ -234,8 +229,6 @@ static struct cds_diagnose_tally tally_of(const struct cds_diagnose *diagnose,
     tally.cut = is_cut(diagnose, heard, count);
     if (!tally.cut || diagnose->phase != PROBE)
         tally.echoed = is_echo(diagnose, heard, count);
-    if (tally.echoed)
-        tally.cut = 0;
     if (result == CDS_LINE_BUSY)
         tally.busy = 1;
     else if (result == CDS_OK)
@@ -291,7 +284,6 @@ static void add_stats(struct cds_diagnose *diagnose)
     }
     if (diagnose->phase == LISTEN) // damaged bytes are counted, not stored
         add(&diagnose->unrequested_bytes, now.framing_errors, base->framing_errors);
-    diagnose->base = now;
 }
 
 /* A cause that makes further transactions useless, or NONE. Whole echoes of PING pass for replies,
