@@ -552,6 +552,7 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
         if (bus->phase != (END_IS_QUIET | REPLY_IS_FOUND)) // one comparison for most replies
             return end_packet(bus);
         bus->state = CDS_BUS_IDLE;
+        bus->phase = 0; // or the next packet would be taken for a reply
         bus->request->result = CDS_OK;
         bus->request = NULL;
         return false;
