@@ -345,10 +345,13 @@ static void push_first(uint32_t *at_us, const struct job *job, const struct emis
         return;
     case 3: other.error = CDS_ERROR_NONE_SUCH; break;
     case 4:
+        if (job->sent[2] == CDS_BROADCAST_ID || one_in(2)) {
+            other.harm = BAD_SUM; // begins as the reply does
+            push_packet(at_us, &other);
+            other.error = CDS_ERROR_NONE_SUCH;
+        }
         other.id = STRANGER;
-        other.harm = job->sent[2] == CDS_BROADCAST_ID ? BAD_SUM : WHOLE;
-        push_packet(at_us, &other);
-        return;
+        break;
     case 5:
         if (job->request.any_length || reply->length != job->request.reply_parameters)
             return;
