@@ -29,6 +29,8 @@ static struct model {
     // what the driver has asked of the library:
     uint16_t lowest, highest, fastest;
     bool inhibited;
+    bool was_returned, mode_read, goal_read; // read since the library has seen it return
+    bool torque_known_on; // it has answered that torque is on, and no packet has switched it off
 } models[SERVOS];
 
 static struct cds_bus bus;
@@ -37,7 +39,7 @@ static struct cds_servos servos;
 static struct cds_servo_state states[CAPACITY];
 static struct cds_request requests[REQUESTS];
 static uint8_t packets[REQUESTS][64], replies[REQUESTS][CDS_REPLY_MAX];
-static bool inhibited;
+static bool inhibited, revoked[REQUESTS]; // `revoked`: waited when driving was inhibited
 static uint32_t seed, first_seed, step, failures, heard, drove, moves, torques;
 
 static uint32_t any(uint32_t count)
@@ -117,6 +119,9 @@ static void judge(const struct model *model, uint8_t at, uint8_t size, bool torq
         fail("drives an inhibited servo", model);
     if (!model->table[0x18])
         return;
+    if (touches(at, size, 0x18, 0x18) && (goal_limited || model->fastest < 1023) &&
+        !(model->mode_read && model->goal_read))
+        fail("torque on, and mode, goal or speed was not read", model);
     torques++;
     if (goal_limited && (goal || mode || torque) && moves_to_goal &&
         (target < model->lowest || target > model->highest))
@@ -216,12 +221,44 @@ static uint8_t obey(struct model *model, const uint8_t *bytes)
     }
 }
 
+static bool writes_torque(const uint8_t *bytes)
+{
+    uint8_t length = bytes[4] == 0x83 ? bytes[6] : (uint8_t)(bytes[3] - 3);
+
+    return (bytes[4] == 3 || bytes[4] == 0x83) && touches(bytes[5], length, 0x18, 0x18);
+}
+
+/* The reply of `model` has reached the controller, or no reply (NULL): what must be known by that.
+ */
+static void note_known(const uint8_t *bytes, struct model *model, uint8_t error)
+{
+    for (uint8_t i = 0; i < SERVOS; i++)
+        if (writes_torque(bytes) || bytes[4] == 5 || bytes[4] == 6 || bytes[5] == 3)
+            models[i].torque_known_on = false;
+    if (!model || error)
+        return;
+    if (bytes[4] == 3 && writes_torque(bytes))
+        model->torque_known_on = bytes[6 + 0x18 - bytes[5]];
+    if (bytes[4] == 2 && !touches(bytes[5], bytes[6], 0x18, 0x18)) {
+        model->mode_read |= bytes[5] <= 6 && bytes[5] + bytes[6] > 9;
+        model->goal_read |= bytes[5] <= 0x1E && bytes[5] + bytes[6] > 0x21;
+    }
+    if (bytes[4] != 2 || !touches(bytes[5], bytes[6], 0x18, 0x18))
+        return;
+    if (model->torque_known_on && !model->table[0x18])
+        model->inhibited = true, model->mode_read = model->goal_read = false; // it lost its state
+    model->torque_known_on = model->table[0x18];
+    model->mode_read |= bytes[5] <= 6 && bytes[5] + bytes[6] > 9;
+    model->goal_read |= bytes[5] <= 0x1E && bytes[5] + bytes[6] > 0x21;
+}
+
 /* The packet on the wire meets the servos. */
 static void hear(void)
 {
     const uint8_t *bytes = port_fake.sent, *data = NULL;
     bool is_lost = any(12) == 0, is_reply_lost = any(10) == 0, all = bytes[2] == 0xFE;
     uint8_t answers = 0, id = 0, error = 0, size = 0, dark_again = 0xFF;
+    struct model *answering = NULL;
 
     heard++;
     if (inhibited && packet_may_move(bytes))
@@ -233,6 +270,9 @@ static void hear(void)
         struct cds_servo_state *entry = cds_servos_find(&servos, model->table[3]);
         uint8_t level = model->table[0x10], asked = model->table[3];
 
+        if (entry && entry->presence == CDS_PRESENCE_RETURNED && !model->was_returned)
+            model->mode_read = model->goal_read = false;
+        model->was_returned = entry && entry->presence == CDS_PRESENCE_RETURNED;
         if (model->dark) {
             model->dark--;
             continue;
@@ -251,12 +291,13 @@ static void hear(void)
             size = bytes[6];
         }
         if (!all && (bytes[4] == 1 || level > (bytes[4] != 2)))
-            answers++;
+            answers++, answering = model;
         if (dark_again == i) {
             model->dark = (uint8_t)(1 + any(12));
             power_up(model);
         }
     }
+    note_known(bytes, answers == 1 && !is_reply_lost ? answering : NULL, error);
     if (answers > 1)
         port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x01\x02\x00\x00", 6);
     else if (answers && !is_reply_lost)
@@ -270,6 +311,8 @@ static void serve(void)
 {
     if (bus.link.state != CDS_LINK_TALKING)
         return;
+    if (revoked[bus.request - requests] && packet_may_move(bus.request->packet.bytes))
+        fail("waited when driving was inhibited", models);
     port_fake_transmit(&bus.link, 0);
     hear();
 }
@@ -287,9 +330,12 @@ static void turn(void)
 
 static struct cds_request *idle_request(void)
 {
-    struct cds_request *request = &requests[any(REQUESTS)];
+    uint32_t index = any(REQUESTS);
 
-    return request->result == CDS_PENDING ? NULL : request;
+    if (requests[index].result == CDS_PENDING)
+        return NULL;
+    revoked[index] = false;
+    return &requests[index];
 }
 
 static uint8_t any_id(void)
@@ -395,6 +441,7 @@ static void move_on(void)
 
     if (request->result == CDS_PENDING)
         return;
+    revoked[request - requests] = false;
     if (any(12) == 0)
         phase = (uint8_t)any(SERVOS + 3);
     if (phase == 0)
@@ -437,6 +484,14 @@ static void set_limits(struct model *model)
     }
 }
 
+static void release_all(void)
+{
+    cds_servos_release_all(&servos);
+    inhibited = false;
+    for (uint8_t i = 0; i < SERVOS; i++)
+        models[i].inhibited = false;
+}
+
 static void guard(void)
 {
     struct model *model = &models[any(SERVOS)];
@@ -446,14 +501,13 @@ static void guard(void)
     case 0:
         cds_servos_inhibit_all(&servos);
         inhibited = true;
+        for (uint8_t i = 0; i < REQUESTS; i++) // retries of the request in flight too
+            revoked[i] = requests[i].result == CDS_PENDING;
+        if (any(2) == 0)
+            release_all();
         break;
     case 1:
-    case 2:
-        cds_servos_release_all(&servos);
-        inhibited = false;
-        for (uint8_t i = 0; i < SERVOS; i++)
-            models[i].inhibited = false;
-        break;
+    case 2: release_all(); break;
     case 3:
         if ((entry = entry_of(model))) {
             cds_servos_inhibit(&servos, entry, CDS_INHIBIT_STOPPED);
@@ -498,6 +552,7 @@ static void begin(void)
             .bus = &bus, .queue = &queue, .states = states, .count = SERVOS, .capacity = CAPACITY});
     cds_queue_set_retries(&queue, (uint8_t)any(3));
     inhibited = false;
+    memset(revoked, 0, sizeof revoked);
 }
 
 int main(int argc, char **argv)

@@ -611,3 +611,125 @@ void test_oldest_us_and_utilisation_are_right(void)
     TEST_ASSERT_EQUAL_UINT32(port_fake.now_us - feedback[cycle.turn].time_us,
                              cds_cycle_oldest_us(&cycle));
 }
+
+void test_spare_us_of_the_shortest_period_is_none(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, GOALS_US + 140));
+    TEST_ASSERT_EQUAL_UINT16(0, cds_cycle_spare_us(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, GOALS_US + CDS_REPLY_MARGIN_US));
+    TEST_ASSERT_EQUAL_UINT16(0, cds_cycle_spare_us(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, GOALS_US + 141));
+    TEST_ASSERT_EQUAL_UINT16(1, cds_cycle_spare_us(&cycle));
+}
+
+void test_utilisation_before_the_first_period_is_0(void)
+{
+    begin_with_goals();
+    TEST_ASSERT_EQUAL_UINT16(0, cds_cycle_utilisation_permille(&cycle));
+}
+
+void test_utilisation_outlives_the_wrap_of_its_sums(void)
+{
+    begin_with_goals();
+    run_to(3999);
+    cycle.elapsed_us = 0x3FFFF000; // 4096 us before both sums are halved
+    cycle.wire_us = 0x10000000;
+    run_to(7999);
+    TEST_ASSERT_EQUAL_UINT32(0x3FFFF000 + PERIOD_US, cycle.elapsed_us);
+    run_to(8001);
+    TEST_ASSERT_EQUAL_UINT32((0x3FFFF000 + 2 * PERIOD_US) / 2, cycle.elapsed_us);
+    TEST_ASSERT_UINT32_WITHIN(PERIOD_US, 0x08000000, cycle.wire_us);
+    TEST_ASSERT_EQUAL_UINT16(250, cds_cycle_utilisation_permille(&cycle));
+}
+
+void test_begin_while_a_read_is_in_flight_is_busy(void)
+{
+    begin_with_goals();
+    run_to(GOALS_US + 50);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.read.result);
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_with(&bus, ids, SERVOS, PERIOD_US));
+    cds_cycle_abort(&cycle);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_cycle_poll(&cycle));
+    start_count = 0;
+    run_to(1000);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
+    TEST_ASSERT_EQUAL_UINT8(0, start_count);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, PERIOD_US));
+}
+
+void test_periods_before_the_first_commit_are_not_missed(void)
+{
+    begin();
+    cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
+    port_fake.now_us += 5 * PERIOD_US;
+    cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.periods);
+    TEST_ASSERT_EQUAL_UINT32(6 * PERIOD_US, cycle.next_us - BEGIN_US);
+}
+
+/* The goals wait for a line that stays low; the next period begins meanwhile. */
+/* The goals, or else the first READ, wait for a line that stays low. */
+static void wait_for_a_low_line(void)
+{
+    cds_cycle_poll(&cycle);
+    port_fake.low = true;
+    for (uint16_t i = 0; i < 9000 && bus.stats.line_busy == 0; i++)
+        run_to((uint16_t)(now() + 1));
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.line_busy);
+    TEST_ASSERT_EQUAL_UINT8(0, start_count);
+    cds_cycle_poll(&cycle);
+}
+
+void test_goals_without_a_quiet_line_count_as_unsent(void)
+{
+    begin_with_goals();
+    port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
+    wait_for_a_low_line();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.periods);
+    port_fake.low = false;
+    run_to(9000);
+    TEST_ASSERT_EQUAL_HEX16(0x200, position_sent(0));
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
+}
+
+void test_read_without_a_quiet_line_is_no_wire_time(void)
+{
+    begin();
+    cds_cycle_poll(&cycle); // begins the first period
+    port_fake.now_us++;
+    port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
+    wait_for_a_low_line();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.wire_us);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, feedback[0].result);
+}
+
+void test_read_that_is_refused_brings_no_values(void)
+{
+    begin();
+    run_to(100); // the READ is on the wire since 1 us
+    TEST_ASSERT_TRUE(answering);
+    answering = false;
+    port_fake_answer(&bus.link, ids[0], CDS_ERROR_INSTRUCTION, NULL, 0);
+    for (uint8_t i = 0; i < 20 && cycle.counters.reads == 0; i++) {
+        cds_bus_poll(&bus);
+        cds_cycle_poll(&cycle);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, feedback[0].result);
+    TEST_ASSERT_FALSE(feedback[0].known);
+}
+
+void test_goals_on_a_bus_without_a_queue_wait_for_the_bus(void)
+{
+    static const uint16_t at_us[] = {0, 4000, 8000};
+
+    bus.hooks = NULL;
+    begin_with_goals();
+    run_to(11999);
+    assert_goals_at(at_us, 3);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.failed);
+}

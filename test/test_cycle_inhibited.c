@@ -109,6 +109,18 @@ static uint8_t changed_since(void *context, uint16_t *since)
     return changes == 0 ? CDS_NO_ID : changes == 1 ? changed_id : CDS_BROADCAST_ID;
 }
 
+/* The fake permit learns nothing from what is sent or comes. */
+static bool on_sending(void *context, struct cds_request *request)
+{
+    (void)context, (void)request;
+    return false;
+}
+
+static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
+{
+    (void)context, (void)event, (void)id, (void)error;
+}
+
 /* As permit.h: a packet that was checked in this epoch passes, of any other each block is checked.
  */
 static enum cds_result permit(void *context, struct cds_request *asked)
@@ -117,8 +129,8 @@ static enum cds_result permit(void *context, struct cds_request *asked)
     enum cds_result result = CDS_OK;
     uint8_t index = 0;
 
-    queue.hooks.permit(context, asked);
     asked->return_delay_us = return_delay_us;
+    asked->is_muted = false;
     if (bytes[CDS_AT_INSTRUCTION] == CDS_READ && is_read_muted)
         return CDS_NO_REPLY_DUE;
     if (bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE || asked->check == epoch)
@@ -128,6 +140,14 @@ static enum cds_result permit(void *context, struct cds_request *asked)
     if (result == CDS_OK)
         asked->check = epoch;
     return result;
+}
+
+static enum cds_result permit_all(void *context, struct cds_request *asked)
+{
+    (void)context;
+    asked->return_delay_us = return_delay_us;
+    asked->is_muted = false;
+    return CDS_OK;
 }
 
 static bool on_end(void *context, struct cds_request *ended, enum cds_result result)
@@ -166,6 +186,8 @@ void setUp(void)
     cds_queue_begin(&queue, &bus);
     hooks = queue.hooks;
     hooks.permit = permit;
+    hooks.on_sending = on_sending;
+    hooks.on_packet = on_packet;
     hooks.on_end = on_end;
     hooks.permit_goal = permit_goal;
     hooks.changed_since = changed_since;
@@ -565,6 +587,81 @@ void test_goals_refused_in_the_queue_leave_in_the_same_period(void)
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
 }
 
+/* A transaction of the application is in flight when the goals become due, and they wait in the
+ * queue behind it. */
+static void run_until_goals_wait(void)
+{
+    begin();
+    run_periods(1);
+    while ((int32_t)(cycle.next_us - port_fake.now_us) > 50)
+        turn();
+    TEST_ASSERT_NULL(bus.request);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 2, CDS_REG_TORQUE_ENABLE, 1));
+    goals_sent = 0;
+    for (uint8_t i = 0; i < 7; i++)
+        turn();
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.goals.result);
+}
+
+void test_goals_beyond_a_new_limit_leave_the_queue_without_it(void)
+{
+    run_until_goals_wait();
+    set_limits(1, 0, 400, CDS_VALUE_MAX);
+    run_periods(1);
+    TEST_ASSERT_EQUAL_UINT16(1, goals_sent);
+    assert_told(500, -1, 502);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
+}
+
+void test_goals_of_servos_all_inhibited_in_the_queue_are_unsent(void)
+{
+    run_until_goals_wait();
+    set_inhibits(true);
+    while ((int32_t)(cycle.next_us - port_fake.now_us) > 50)
+        turn();
+    TEST_ASSERT_EQUAL_UINT16(0, goals_sent);
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
+    TEST_ASSERT_EQUAL_UINT16(SERVOS, cycle.counters.dropped);
+}
+
+void test_permit_without_goals_lets_all_goals_pass(void)
+{
+    hooks.permit_goal = NULL;
+    hooks.permit = permit_all;
+    set_inhibits(true);
+    begin();
+    inhibit(1);
+    run_periods(1);
+    assert_told(500, 501, 502);
+    TEST_ASSERT_EQUAL_UINT16(0, checks);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+}
+
+void test_servo_that_changes_twice_is_the_only_one_checked(void)
+{
+    begin();
+    while (bus.request)
+        turn();
+    checks = 0;
+    inhibit(1);
+    cds_cycle_poll(&cycle);
+    TEST_ASSERT_TRUE(cycle.is_checking);
+    set_limits(1, 0, 400, CDS_VALUE_MAX);
+    while (cycle.is_checking)
+        cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL_UINT16(1, checks); // no goal is left of it for a second check
+    inhibit(0);
+    cds_cycle_poll(&cycle);
+    inhibit(2); // another one: all of them
+    while (cycle.is_checking)
+        cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL_UINT16(1 + 1 + 1, checks);
+    run_periods(1);
+    for (uint8_t i = 0; i < SERVOS; i++)
+        TEST_ASSERT_TRUE(cds_cycle_is_dropped(&cycle, i));
+    TEST_ASSERT_FALSE(cds_cycle_is_dropped(&cycle, SERVOS));
+}
+
 /* Held while it waits behind something that lasts nearly as long as the period. */
 void test_goals_refused_too_late_in_the_period_are_not_sent(void)
 {
@@ -639,9 +736,25 @@ void test_goals_set_before_the_hooks_are_attached_are_checked(void)
     TEST_ASSERT_EQUAL_UINT16(SERVOS, checks);
 }
 
+void test_goals_of_a_permit_that_never_changed_are_checked(void)
+{
+    bus.hooks = NULL;
+    memset(&cycle, 0, sizeof cycle);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_cycle());
+    set_limits(1, 0, 400, CDS_VALUE_MAX);
+    set_all(500);
+    epoch = 1;
+    changed_id = CDS_NO_ID; // no servo has changed since the permit began
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
+    run_periods(2);
+    assert_told(500, -1, 502);
+    TEST_ASSERT_EQUAL_UINT16(SERVOS, checks);
+}
+
 void test_goals_with_only_a_queue_are_sent_unchecked(void)
 {
-    bus.hooks = &queue.hooks;
+    bus.hooks = NULL;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &queue.hooks));
     set_inhibits(true);
     begin();
     assert_told(500, 501, 502);

@@ -19,18 +19,30 @@ static uint8_t packet[CDS_DIAGNOSE_PACKET_SIZE], reply[CDS_DIAGNOSE_REPLY_SIZE];
 static struct cds_request request;
 static struct cds_diagnose diagnose;
 static struct {
-    uint32_t spoilt; // bit n: the answer to question n of each examination of servo ID is damaged
-    uint8_t to_id;   // questions to it so far
-    uint8_t error;   // in answers to READ of measurements
-    bool other_too;  // all answers of others are damaged
-    bool once;       // ... of the first one only
-    uint8_t cut;     // so many of the first bytes of answers of servo ID are lost,
-    uint32_t whole;  // ... but not of these questions of each examination,
-    uint8_t twin;    // ... and these bits of measurements are pulled low by another servo
-    uint8_t damage;  // ... and these bits of the ID are wrong
-    bool mute;       // it does not answer READ
-    bool echoes;     // every byte comes back
-    uint16_t lost;   // bytes that the receiver loses in each answer
+    uint32_t spoilt;  // bit n: the answer to question n of each examination of servo ID is damaged
+    uint8_t to_id;    // questions to it so far
+    uint8_t error;    // in answers to READ of measurements
+    bool other_too;   // all answers of others are damaged
+    bool once;        // ... of the first one only
+    uint8_t cut;      // so many of the first bytes of answers of servo ID are lost,
+    uint32_t whole;   // ... but not of these questions of each examination,
+    uint8_t twin;     // ... and these bits of measurements are pulled low by another servo
+    uint8_t damage;   // ... and these bits of the ID are wrong
+    bool mute;        // it does not answer READ
+    bool echoes;      // every byte comes back
+    uint16_t lost;    // bytes that the receiver loses in each answer
+    uint32_t silent;  // bit n: servo ID does not reply to packet n
+    uint32_t late;    // bit n: it replies to packet n late, ...
+    uint16_t late_us; // so many microseconds after the packet
+    uint32_t replies_at; // when a late reply comes, 0: none does
+    bool hides_limits;   // READ of the limits is not answered
+    uint8_t echo_from;   // bytes of each packet that do not come back
+    struct bytes {
+        const char *bytes;
+        uint8_t count;
+        uint8_t from, to; // while so many transactions have ended
+    } idle, behind;       // come while no packet of ours is sent; behind each reply
+    bool collides;        // the first byte of each packet comes back changed
 } world;
 
 static void put(uint8_t index, uint8_t id, uint8_t baud)
@@ -108,6 +120,16 @@ static void answer_cut(const uint8_t *sent)
     port_fake_hear(&bus.link, &answer[world.cut], (uint16_t)(6 + count - world.cut));
 }
 
+static bool has_bit(uint32_t bits, uint8_t index)
+{
+    return index < 32 && bits >> index & 1;
+}
+
+static bool is_between(uint8_t from, uint8_t to)
+{
+    return diagnose.transactions >= from && diagnose.transactions < to;
+}
+
 /* The servos answer what is on the line, or the world's damage does. */
 static void meet(void)
 {
@@ -116,12 +138,15 @@ static void meet(void)
     bool measured = sent[4] == CDS_READ && sent[5] == CDS_REG_PRESENT_POSITION;
 
     if (world.echoes)
-        port_fake_hear(&bus.link, sent, port_fake.sent_size);
+        port_fake_hear(&bus.link, sent + world.echo_from,
+                       (uint16_t)(port_fake.sent_size - world.echo_from));
     for (uint16_t i = 0; i < world.lost; i++)
         cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
     if (to_id ? world.spoilt >> world.to_id % QUESTIONS & 1 : world.other_too)
         port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x05\x02\x00\x00", 6);
-    else if (to_id && world.mute && sent[4] == CDS_READ)
+    else if (to_id && ((world.mute && sent[4] == CDS_READ) ||
+                       (world.hides_limits && sent[4] == CDS_READ && sent[5] == 5) ||
+                       has_bit(world.silent, world.to_id)))
         ;
     else if (to_id && world.cut && !(world.whole >> world.to_id % QUESTIONS & 1))
         answer_cut(sent);
@@ -129,6 +154,8 @@ static void meet(void)
         port_fake_answer(&bus.link, ID, world.error, &servos.servo[0].table[sent[5]], sent[6]);
     else
         servos_hear(&bus);
+    if (world.behind.count && is_between(world.behind.from, world.behind.to))
+        port_fake_hear(&bus.link, (const uint8_t *)world.behind.bytes, world.behind.count);
     if (to_id && ++world.to_id == QUESTIONS && world.once)
         world.spoilt = 0;
 }
@@ -136,10 +163,24 @@ static void meet(void)
 static void turn(void)
 {
     port_fake.now_us += 20;
-    if (bus.link.state != CDS_LINK_TALKING || !port_fake_transmit(&bus.link, 0))
+    if (world.replies_at && port_fake.now_us >= world.replies_at) {
+        world.replies_at = 0;
+        meet();
+    }
+    if (bus.link.state != CDS_LINK_TALKING) {
+        if (world.idle.count && is_between(world.idle.from, world.idle.to))
+            port_fake_hear(&bus.link, (const uint8_t *)world.idle.bytes, world.idle.count);
+        return;
+    }
+    if (world.collides)
+        cds_link_on_rx_echo(&bus.link, 0, 0);
+    if (!port_fake_transmit(&bus.link, 0))
         return;
     port_fake.now_us += (uint32_t)port_fake.sent_size * (port_fake.bauds[0] + 1u) * 5;
-    meet();
+    if (port_fake.sent[CDS_AT_ID] == ID && has_bit(world.late, world.to_id))
+        world.replies_at = port_fake.now_us + world.late_us;
+    else
+        meet();
     port_fake_forget();
 }
 
@@ -596,4 +637,467 @@ void test_error_bits(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OVERHEATED, found_with(CDS_ERROR_OVERHEATING, 0x18, 0));
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OVERLOADED, found_with(CDS_ERROR_OVERLOAD, 0x18, 0));
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, diagnose.error);
+}
+
+/* ---- causes that the line shows while it is used ---- */
+
+#define ALL           (~(uint32_t)0)
+#define FROM_STRANGER "\xFF\xFF\x4D\x02\x00\xB0"
+#define FROM_ID       "\xFF\xFF\x05\x02\x00\xF8"
+#define BYTES(literal, first, end)                                                                 \
+    (struct bytes)                                                                                 \
+    {                                                                                              \
+        literal, sizeof literal - 1, first, end                                                    \
+    }
+
+void test_line_in_constant_use_is_babble_after_two_requests(void)
+{
+    put(0, ID, 1);
+    world.idle = BYTES("\x80", 1, 255);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_BABBLE, found());
+    TEST_ASSERT_EQUAL_UINT16(2, bus.stats.line_busy);
+    TEST_ASSERT_EQUAL_UINT8(2, diagnose.total.busy);
+    TEST_ASSERT_EQUAL_UINT8(1, diagnose.total.answered);
+}
+
+void test_line_in_use_for_one_request_is_no_finding(void)
+{
+    put(0, ID, 1);
+    world.idle = BYTES("\x80", 6, 7);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.line_busy);
+    TEST_ASSERT_EQUAL_UINT8(1, diagnose.total.busy);
+    TEST_ASSERT_EQUAL_UINT8(15, diagnose.total.answered);
+}
+
+void test_busy_line_names_its_cause(void)
+{
+    put(0, ID, 1);
+    world.idle = BYTES(FROM_STRANGER, 1, 255);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
+    TEST_ASSERT_EQUAL_UINT16(2, bus.stats.line_busy);
+    setUp();
+    put(0, ID, 1);
+    world.idle = BYTES(FROM_ID, 1, 255);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
+    TEST_ASSERT_EQUAL_UINT16(2, bus.stats.line_busy);
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+}
+
+void test_line_low_after_listening_is_line_low(void)
+{
+    put(0, ID, 1);
+    while (diagnose.transactions == 0)
+        go_on_for(1);
+    port_fake.low = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LINE_LOW, found());
+    TEST_ASSERT_EQUAL_UINT16(2, bus.stats.line_busy);
+}
+
+void test_own_bytes_changed_twice_are_a_collision(void)
+{
+    put(0, ID, 1);
+    world.collides = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.transactions); // the first series
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.echo_errors);
+}
+
+void test_packets_of_others_during_reads_are_a_collision(void)
+{
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_STRANGER, 4, 6); // during READs of the ID
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
+    TEST_ASSERT_EQUAL_UINT16(10, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT16(2, diagnose.unexpected_packets);
+    setUp();
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_STRANGER, 10, 12); // during READs of what varies
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
+    TEST_ASSERT_EQUAL_UINT16(16, diagnose.transactions);
+    setUp();
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_STRANGER, 4, 5);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found()); // one is ignored
+    TEST_ASSERT_EQUAL_UINT16(1, diagnose.unexpected_packets);
+}
+
+void test_packets_of_others_behind_pings_count_at_reads(void)
+{
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_STRANGER, 0, 4);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found());
+    TEST_ASSERT_EQUAL_UINT16(10, diagnose.transactions); // a PING may meet its own echo
+}
+
+void test_second_replies_to_reads_are_a_duplicate_id(void)
+{
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_ID, 4, 6);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
+    TEST_ASSERT_EQUAL_UINT16(10, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT16(2, diagnose.duplicate_replies);
+    setUp();
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_ID, 4, 5);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found()); // one is ignored
+}
+
+void test_second_replies_to_pings_are_judged_by_reads(void)
+{
+    put(0, ID, 1);
+    world.behind = BYTES(FROM_ID, 0, 4);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found());
+    TEST_ASSERT_EQUAL_UINT16(10, diagnose.transactions);
+}
+
+/* A servo has answered just before the diagnosis, and two more of its packets come while the
+ * diagnosis listens. */
+static uint8_t found_after_replies(uint8_t count, uint8_t id)
+{
+    static uint8_t buffer[8];
+    struct cds_request before = CDS_REQUEST_WITHOUT_DATA(buffer);
+
+    setUp();
+    cds_diagnose_abort(&diagnose);
+    go_on();
+    put(0, ID, 1);
+    cds_packet_ping(&before.packet, ID);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &before));
+    while (before.result == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, before.result);
+    world.to_id = 0;
+    begin(ID);
+    while (port_fake.now_us < 30000)
+        go_on_for(1);
+    while (count--)
+        port_fake_answer(&bus.link, id, 0, NULL, 0);
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    assert_given_back();
+    return diagnose.finding;
+}
+
+void test_unrequested_replies_of_the_last_servo_are_a_duplicate_id(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_after_replies(2, ID));
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found_after_replies(1, ID)); // six bytes
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found_after_replies(1, 77));
+}
+
+void test_part_of_an_echo_counts_only_if_nothing_or_a_reply_follows(void)
+{
+    static const char *const behind[] = {"", "\xFF\xFF\x05", "\x55", "\x55\xFF", "\xFF\x55"};
+
+    for (uint8_t i = 0; i < 5; i++) {
+        bool is_echo = i < 2;
+
+        setUp();
+        world.echoes = true;
+        world.echo_from = 5; // so little of a PING is no reply without its first bytes
+        world.behind = (struct bytes){behind[i], (uint8_t)strlen(behind[i]), 0, 255};
+        TEST_ASSERT_EQUAL(is_echo, found() == CDS_FINDING_ECHO);
+        TEST_ASSERT_EQUAL_UINT8(is_echo ? diagnose.total.asked : 0, diagnose.total.echoed);
+    }
+}
+
+void test_echo_of_a_broadcast_ping_is_an_echo(void)
+{
+    cds_diagnose_abort(&diagnose);
+    go_on();
+    begin(CDS_BROADCAST_ID);
+    world.echoes = true;
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_ECHO, diagnose.finding);
+    TEST_ASSERT_EQUAL_UINT16(3, diagnose.transactions);
+}
+
+void test_more_bytes_than_any_reply_are_damage(void)
+{
+    put(0, ID, 1);
+    world.spoilt = ALL;
+    world.behind =
+        BYTES("\x05\x02\x00\xF8\x05\x02\x00\xF8\x05\x02\x00\xF8\x05\x02\x00\xF8", 0, QUESTIONS);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found()); // no other servo, all damaged
+    TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.damaged);
+    TEST_ASSERT_EQUAL_UINT8(0, diagnose.total.cut);
+}
+
+/* ---- silence ---- */
+
+void test_servo_that_answers_ping_only_is_examined_twice(void)
+{
+    put(0, ID, 1);
+    world.mute = true;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NO_REPLY_BY_LEVEL, found());
+    TEST_ASSERT_EQUAL_UINT16(4 + 6 + 1 + 4 + 6, diagnose.transactions); // one PING resynchronises
+    TEST_ASSERT_EQUAL_UINT8(10, diagnose.total.asked); // the second examination alone
+    TEST_ASSERT_EQUAL_UINT8(4, diagnose.total.answered);
+    TEST_ASSERT_EQUAL_UINT8(6, diagnose.total.silent);
+}
+
+void test_servo_is_resynchronised_by_at_most_43_pings(void)
+{
+    put(0, ID, 1);
+    world.silent = ALL << 4;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT16(32 + 1 + 20, diagnose.transactions); // packet 32 is answered
+    setUp();
+    put(0, ID, 1);
+    servos.plan[0] = (struct servos_plan){5, CUT_BEFORE, SERVOS_FOREVER};
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
+    TEST_ASSERT_EQUAL_UINT16(4 + 6 + 43 + 4, diagnose.transactions);
+}
+
+void test_late_replies_to_pings_are_slow(void)
+{
+    put(0, ID, 1);
+    world.late = ALL;
+    world.late_us = 900;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SLOW, found());
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.value); // not known
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(4, diagnose.transactions);
+}
+
+static uint8_t found_late(uint32_t late)
+{
+    setUp();
+    put(0, ID, 1);
+    servos.servo[0].table[CDS_REG_RETURN_DELAY] = 150;
+    world.late = late;
+    world.late_us = 300;
+    return found();
+}
+
+void test_servo_slower_than_the_bus_waits_is_slow_with_its_delay(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SLOW, found_late(ALL));
+    TEST_ASSERT_EQUAL_UINT16(300, diagnose.value);
+    TEST_ASSERT_EQUAL_UINT16(20, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_late(questions(17, 2))); // one of three in time
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SLOW, found_late(questions(17, 3)));
+}
+
+void test_delay_is_not_checked_if_the_bus_waits_longest(void)
+{
+    cds_diagnose_abort(&diagnose);
+    go_on();
+    cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
+    begin(ID);
+    put(0, ID, 1);
+    world.late = ALL;
+    world.late_us = 300;
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, diagnose.finding);
+    TEST_ASSERT_EQUAL_UINT16(QUESTIONS + 1, diagnose.transactions);
+    TEST_ASSERT_EQUAL_UINT16(CDS_RETURN_DELAY_MAX_US, bus.return_delay_us);
+}
+
+void test_unknown_limits_leave_the_error_bits_to_judge(void)
+{
+    put(0, ID, 1);
+    world.hides_limits = true;
+    servos.servo[0].table[CDS_REG_PRESENT_VOLTAGE] = 255;
+    servos.servo[0].table[CDS_REG_PRESENT_TEMPERATURE] = 255;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT16(QUESTIONS + 3 + 3, diagnose.transactions);
+    setUp();
+    put(0, ID, 1);
+    world.hides_limits = true;
+    world.error = CDS_ERROR_VOLTAGE;
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LOW_SUPPLY, found());
+}
+
+/* ---- other servos, other rates ---- */
+
+static uint8_t found_of(uint8_t id)
+{
+    cds_diagnose_abort(&diagnose);
+    go_on();
+    begin(id);
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    assert_given_back();
+    return diagnose.finding;
+}
+
+void test_servo_of_another_id_is_named(void)
+{
+    static const uint8_t others[] = {0, ID - 1, ID + 1, 200, CDS_ID_MAX};
+
+    for (uint8_t i = 0; i < sizeof others; i++) {
+        setUp();
+        put(1, others[i], 1);
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
+        TEST_ASSERT_EQUAL_UINT8(others[i], diagnose.found_id);
+        TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, diagnose.found_baud_reg);
+    }
+}
+
+void test_servos_that_answer_a_broadcast_at_once_are_sought(void)
+{
+    static const uint8_t others[] = {0, ID - 1, ID + 1, 200, CDS_ID_MAX - 1};
+
+    for (uint8_t i = 0; i < sizeof others; i++) {
+        setUp();
+        put(1, others[i], 1);
+        put(2, CDS_ID_MAX, 1);
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
+        TEST_ASSERT_EQUAL_UINT8(others[i], diagnose.found_id);
+        TEST_ASSERT_LESS_OR_EQUAL_UINT16(300, diagnose.transactions);
+    }
+}
+
+void test_any_servo_is_examined_alone_or_of_several(void)
+{
+    for (uint8_t count = 1; count <= 3; count++) {
+        setUp();
+        for (uint8_t i = 0; i < count; i++)
+            put(i, (uint8_t)(9 + i), 1);
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_of(CDS_BROADCAST_ID));
+        TEST_ASSERT_EQUAL_UINT8(9, diagnose.found_id);
+        TEST_ASSERT_EQUAL_UINT8(QUESTIONS, diagnose.total.answered);
+    }
+}
+
+void test_any_servo_of_none_is_silence(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SILENCE, found_of(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT16(3 + 5 * 2, diagnose.transactions);
+}
+
+void test_servo_at_each_other_listed_rate_is_found(void)
+{
+    static const uint8_t rates[] = {3, 7, 16, 34, 103};
+
+    for (uint8_t i = 0; i < sizeof rates; i++)
+        for (uint8_t asked = ID; asked != 8; asked = asked == ID  ? CDS_BROADCAST_ID
+                                                     : asked == 9 ? 8
+                                                                  : 9) {
+            setUp();
+            put(0, ID, rates[i]);
+            TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found_of(asked));
+            TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+            TEST_ASSERT_EQUAL_UINT8(rates[i], diagnose.found_baud_reg);
+        }
+}
+
+void test_target_at_another_rate_counts_before_another_id(void)
+{
+    put(0, ID, 34);
+    put(1, 9, 1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT8(34, diagnose.found_baud_reg);
+}
+
+void test_several_servos_at_another_rate_have_no_id(void)
+{
+    put(1, 9, 34);
+    put(2, 10, 34);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found());
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT8(34, diagnose.found_baud_reg);
+}
+
+void test_one_lost_reply_at_another_rate_still_finds_the_servo(void)
+{
+    for (uint8_t lost = 1; lost < 4; lost++) {
+        setUp();
+        put(0, ID, 103);
+        world.silent = questions((uint8_t)(3 + lost), 1); // the slowest rate is tried first
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, found());
+        TEST_ASSERT_EQUAL_UINT8(103, diagnose.found_baud_reg);
+    }
+}
+
+void test_damage_after_broadcasts_from_no_servo_is_noise(void)
+{
+    world.behind = BYTES("\x55\x55\x55", 4, 7); // behind three broadcast PINGs
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NOISE, found());
+    TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, diagnose.found_id);
+    setUp();
+    world.behind = BYTES("\x55\x55\x55", 4, 5);
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_SILENCE, found());
+    TEST_ASSERT_EQUAL_UINT16(31, diagnose.transactions);
+}
+
+/* Replies of an ID that no servo has, of which the broadcast's replies are made up. */
+void test_made_up_id_is_not_examined_but_a_servo_is_sought(void)
+{
+    put(1, 9, 1);
+    put(2, 10, 1);
+    world.behind = BYTES(FROM_STRANGER, 0, 3); // behind the damage of two replies
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_of(CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT8(9, diagnose.found_id);
+}
+
+void test_one_reply_of_a_candidate_of_three_is_not_enough(void)
+{
+    for (uint8_t heard = 1; heard < 3; heard++) {
+        setUp();
+        put(1, 200, 1);
+        world.behind = BYTES("\x55", 0, 0);
+        servos.plan[0] = (struct servos_plan){8, LOSE_REPLY, 0}; // of the three PINGs that name it
+        servos.plan[1] = (struct servos_plan){heard == 1 ? 9 : 99, LOSE_REPLY, 0};
+        TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_ID, found());
+        TEST_ASSERT_EQUAL_UINT8(200, diagnose.found_id);
+        if (heard == 1) // it is sought among all IDs but the target's
+            TEST_ASSERT_GREATER_THAN_UINT16(200, diagnose.transactions);
+        else
+            TEST_ASSERT_LESS_THAN_UINT16(50, diagnose.transactions);
+    }
+}
+
+void test_target_that_answers_a_broadcast_is_examined_again(void)
+{
+    put(0, ID, 1);
+    world.silent = questions(0, 4); // the first four PINGs of it
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found());
+    TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
+    TEST_ASSERT_EQUAL_UINT16(4 + 3 + 3 + 20, diagnose.transactions);
+}
+
+void test_request_in_flight_delays_the_change_of_rate(void)
+{
+    static uint8_t buffer[8];
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(buffer);
+
+    put(0, ID, 103);
+    while (diagnose.transactions < 4 + 3)
+        go_on_for(1);
+    cds_packet_ping(&other.packet, 77);
+    other.passes_lock = other.no_retry = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    while (other.result == CDS_PENDING) {
+        TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, port_fake.bauds[0]);
+        go_on_for(1);
+    }
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, other.result);
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    assert_given_back();
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OTHER_RATE, diagnose.finding);
+}
+
+static enum cds_result refuse_all(struct cds_request *asked)
+{
+    (void)asked;
+    return CDS_INHIBITED;
+}
+
+void test_refusal_of_the_permit_ends_the_diagnosis(void)
+{
+    put(0, ID, 1);
+    bus.hooks = NULL; // instead of the queue's
+    permit_fake_attach(&bus, refuse_all);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, go_on());
+    TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_NONE, diagnose.finding);
+    TEST_ASSERT_EQUAL_UINT16(0, diagnose.transactions);
+    assert_given_back();
 }

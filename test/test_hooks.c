@@ -310,6 +310,20 @@ void test_permit_that_goes_on_delays_the_packet(void)
     be_answered(0);
 }
 
+/* The check of 50 goals takes longer than a request may wait for the line. */
+void test_permit_that_goes_on_is_no_wait_for_the_line(void)
+{
+    answer = CDS_PENDING;
+    ping(0);
+    for (uint8_t i = 0; i < 100; i++)
+        poll_at(100);
+    TEST_ASSERT_EQUAL(CDS_PENDING, requests[0].result);
+    answer = CDS_OK;
+    TEST_ASSERT_TRUE(cds_bus_poll(&bus));
+    be_answered(0);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.stats.line_busy);
+}
+
 void test_permit_that_goes_on_is_asked_once_a_poll(void)
 {
     answer = CDS_PENDING;

@@ -259,6 +259,138 @@ void test_reset_of_every_servo_needs_its_own_call(void)
     TEST_ASSERT_EQUAL_UINT8(1, bus.baud_reg);
 }
 
+static void run_until_written(void)
+{
+    while (!servos.writes) {
+        cds_identity_poll(&identity);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_new_place_of_two_servos_is_taken(void)
+{
+    begin(NEW_ID);
+    servo_fake_put(1, 9, 7);
+    servo_fake_put(2, 9, 7);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_TAKEN, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_CORRUPT, identity.at_to);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_from);
+    TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+}
+
+void test_damage_at_the_new_place_after_the_write_is_lost(void)
+{
+    begin(NEW_ID);
+    run_until_written();
+    servo_fake_put(2, 9, 7); // where the servo is now
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_CORRUPT, identity.at_to);
+    TEST_ASSERT_EQUAL_UINT8(CDS_TIMEOUT, identity.at_from);
+}
+
+void test_damage_at_the_old_place_after_the_write_is_lost(void)
+{
+    begin(NEW_ID);
+    servos.plan[0] = (struct servos_plan){5, LOSE_PACKET, 0};
+    run_until_written();
+    servo_fake_put(2, 5, 7); // where the servo still is
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_TIMEOUT, identity.at_to);
+    TEST_ASSERT_EQUAL_UINT8(CDS_CORRUPT, identity.at_from);
+}
+
+void test_silence_at_both_places_after_the_write_is_a_timeout(void)
+{
+    begin(NEW_ID);
+    run_until_written();
+    servos.dark = SERVOS_FOREVER;
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+    TEST_ASSERT_TRUE(identity.is_written);
+}
+
+void test_damage_after_a_reset_in_place_is_lost(void)
+{
+    begin(RESET_IN_PLACE);
+    run_until_written();
+    servo_fake_put(2, 1, 1);
+    TEST_ASSERT_EQUAL(CDS_CORRUPT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_CORRUPT, identity.at_to);
+}
+
+void test_reset_of_every_servo_that_none_answers_is_lost(void)
+{
+    begin(NEW_ID);
+    cds_identity_abort(&identity);
+    run();
+    servos.dark = SERVOS_FOREVER;
+    servos.servo[1].there = false;
+    TEST_ASSERT_EQUAL(CDS_OK, begin_change(CDS_IDENTITY_RESET_ALL));
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_LOST, identity.state);
+    TEST_ASSERT_TRUE(identity.is_written);
+}
+
+void test_reply_that_refuses_a_ping_is_presence(void)
+{
+    begin(NEW_ID);
+    servos.servo[0].error = CDS_ERROR_CHECKSUM;
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_to);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_CHECKSUM, identity.error);
+    TEST_ASSERT_EQUAL_UINT16(3 + 1 + 1 + 1 + 3, servos.packets); // one reply ends a look
+    begin(NEW_ID);
+    servo_fake_put(2, 9, 7);
+    servos.servo[2].error = CDS_ERROR_CHECKSUM;
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_TAKEN, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, identity.at_to);
+}
+
+void test_line_in_use_is_no_silence(void)
+{
+    begin(NEW_ID);
+    port_fake.low = true;
+    while (bus.stats.line_busy < 1) {
+        cds_identity_poll(&identity);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    port_fake.low = false; // the other two PINGs leave, and nothing answers them
+    TEST_ASSERT_EQUAL(CDS_REFUSED, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_TAKEN, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(CDS_CORRUPT, identity.at_to);
+    TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
+}
+
+void test_write_that_finds_no_quiet_line_was_not_sent(void)
+{
+    begin(NEW_ID);
+    while (servos.packets < 4 || bus.request) {
+        cds_identity_poll(&identity);
+        if (servos.packets == 4 && !port_fake_is_in_flight(&bus))
+            break;
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    port_fake.low = true;
+    while (bus.stats.line_busy < 1) {
+        cds_identity_poll(&identity);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    port_fake.low = false;
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_UNCHANGED, identity.state);
+    TEST_ASSERT_FALSE(identity.is_written);
+}
+
 /* ---- whose the bus is ---- */
 
 static void run_until(uint8_t packets, bool in_flight)
@@ -362,6 +494,45 @@ void test_a_write_that_is_not_admitted_ends_it_and_nothing_was_written(void)
         TEST_ASSERT_EQUAL_UINT16(0, servos.writes);
         TEST_ASSERT_FALSE(identity.is_written);
     }
+}
+
+static enum cds_result refuse_all(struct cds_request *asked)
+{
+    (void)asked;
+    return CDS_INHIBITED;
+}
+
+void test_refused_ping_or_reset_of_all_leaves_it_undecided(void)
+{
+    begin(NEW_ID);
+    permit_fake_attach(&bus, refuse_all);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_change(CDS_IDENTITY_RESET_ALL));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_UNDECIDED, identity.state);
+    TEST_ASSERT_EQUAL_UINT8(7, bus.baud_reg);
+}
+
+void test_request_that_passes_the_lock_delays_the_rate(void)
+{
+    static uint8_t other_buffer[8];
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
+
+    begin(NEW_BAUD);
+    cds_packet_ping(&other.packet, 77);
+    other.passes_lock = true;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    while (other.result == CDS_PENDING) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_identity_poll(&identity));
+        TEST_ASSERT_EQUAL_UINT8(7, port_fake.bauds[0]);
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, other.result);
+    servos.packets = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
 }
 
 static void assert_refused(enum cds_result result, uint8_t change, uint8_t id, uint8_t new_value)

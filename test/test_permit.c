@@ -337,6 +337,19 @@ void test_08_a_release_revives_nothing_that_waited(void)
     pass(word(77, 0x1E, 500));
 }
 
+void test_08_nor_a_long_packet_amid_its_check(void)
+{
+    begin(COUNT);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    for (uint8_t id = 1; id <= COUNT; id++)
+        cds_sync_write_add_goal(&request, id, 500, 100);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    cds_servos_inhibit_all(&servos);
+    cds_servos_release_all(&servos);
+    look();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
+}
+
 void test_09_an_unknown_servo_passes(void)
 {
     limit_goal(one);

@@ -479,11 +479,37 @@ void test_a_return_delay_that_is_set_meanwhile_stays(void)
     TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_scan_poll(&scan));
 }
 
+void test_ping_that_is_refused_finds_the_servo(void)
+{
+    servo_fake_put(0, 5, 1);
+    servos.servo[0].error = CDS_ERROR_CHECKSUM; // the packet came damaged, but to this servo
+    set_ids(4, 6);
+    set_bauds(&bus.baud_reg, 1);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    TEST_ASSERT_EQUAL_UINT16(1, scan.count);
+    assert_found(0, 5, 1);
+}
+
+void test_line_that_is_not_quiet_ends_the_scan(void)
+{
+    servo_fake_put(0, 5, 1);
+    set_ids(5, 7);
+    set_bauds(&bus.baud_reg, 1);
+    begin();
+    while (scan.count == 0)
+        run_at_most(1);
+    port_fake.low = true;
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, go_on());
+    TEST_ASSERT_EQUAL_UINT16(1, scan.count); // what was found before stays
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.line_busy);
+}
+
 /* ---- cds_bus_set_baud() ---- */
 
 void test_another_rate_keeps_stats_and_settings_and_is_only_for_an_idle_bus(void)
 {
     struct cds_bus closed = {.port = 0};
+    struct cds_stats stats;
 
     is_opened_anew = true; // no scan here
     servo_fake_put(0, 1, 7);
@@ -510,5 +536,6 @@ void test_another_rate_keeps_stats_and_settings_and_is_only_for_an_idle_bus(void
         servos_turn(&bus);
     while (cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, request.result);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.ok);
+    cds_bus_stats(&bus, &stats);
+    TEST_ASSERT_EQUAL_UINT16(1, stats.ok);
 }

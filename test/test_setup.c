@@ -188,6 +188,8 @@ void test_return_delay_is_rounded_up_and_never_longer_than_the_bus_waits(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_delay(509));
     cds_bus_set_return_delay(&bus, 10);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_delay(11));
+    cds_bus_set_return_delay(&bus, 600);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_delay(509)); // more than the register can hold
 }
 
 void test_lock_is_verified_and_may_be_set_already(void)
@@ -255,6 +257,9 @@ void test_nonsense_and_the_identity_are_refused(void)
 
             TEST_ASSERT_EQUAL(fine ? CDS_OK : CDS_BAD_ARGUMENT, begin_write(5, from, data, length));
         }
+    for (uint8_t length = CDS_TABLE_SIZE - 5; length; length++)
+        TEST_ASSERT_EQUAL(length == CDS_TABLE_SIZE - 5 ? CDS_NO_ROOM : CDS_BAD_ARGUMENT,
+                          begin_write(5, 5, data, length));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_write(254, 6, data, 1));
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_write(5, 6, data, 5));
     request.reply_capacity = 3;
@@ -266,4 +271,31 @@ void test_nonsense_and_the_identity_are_refused(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     memset(&bus, 0, sizeof bus);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_limits());
+}
+
+void test_setup_whose_request_is_cancelled_ends_cancelled(void)
+{
+    begin_limits();
+    port_fake.low = true; // the packet has to wait
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_setup_poll(&setup));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
+    port_fake.low = false;
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+    TEST_ASSERT_EQUAL_UINT16(0, servos.packets);
+}
+
+void test_setup_on_a_bus_opened_again_ends_cancelled(void)
+{
+    for (uint8_t packets = 1; packets <= 3; packets++) {
+        setUp();
+        begin_limits();
+        while (servos.packets < packets) {
+            TEST_ASSERT_EQUAL(CDS_PENDING, cds_setup_poll(&setup));
+            servos_turn(&bus);
+            cds_bus_poll(&bus);
+        }
+        cds_bus_open(&bus, 0, CDS_BAUD_1M);
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, run());
+        TEST_ASSERT_EQUAL_UINT16(packets, servos.packets);
+    }
 }

@@ -307,7 +307,7 @@ void test_requests_of_a_higher_priority_slip_in(void)
 {
     static uint8_t bytes[8];
     struct cds_request hurried = {.packet = {.bytes = bytes, .capacity = 8},
-                                 .priority = CDS_PRIORITY_HIGH};
+                                  .priority = CDS_PRIORITY_HIGH};
 
     begin(60, 4);
     cds_sync_write_many_poll(&group);

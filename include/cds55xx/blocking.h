@@ -58,7 +58,8 @@ static inline enum cds_result cds_blocking_read(struct cds_bus *bus, struct cds_
     return cds_blocking_for(bus, request, cds_servo_read(bus, request, id, address, length));
 }
 
-/* Reads a register of one byte into *out, which stays as it was unless the result is CDS_OK. */
+/* cds_servo_read() and cds_request_byte(): reads a register of one byte into *out, which stays as
+ * it was unless the result is CDS_OK. */
 static inline enum cds_result cds_blocking_read_byte(struct cds_bus *bus,
                                                      struct cds_request *request, uint8_t id,
                                                      uint8_t address, uint8_t *out)
@@ -68,8 +69,8 @@ static inline enum cds_result cds_blocking_read_byte(struct cds_bus *bus,
     return result == CDS_OK ? cds_request_byte(request, 0, out) : result;
 }
 
-/* Reads a register of two bytes, low byte first (R28), into *out, which stays as it was unless the
- * result is CDS_OK. */
+/* cds_servo_read() and cds_request_word(): reads a register of two bytes into *out, which stays as
+ * it was unless the result is CDS_OK. */
 static inline enum cds_result cds_blocking_read_word(struct cds_bus *bus,
                                                      struct cds_request *request, uint8_t id,
                                                      uint8_t address, uint16_t *out)

@@ -135,7 +135,8 @@ struct cds_request {
             false, 0, 0, NULL                                                                      \
     }
 
-/* A request whose replies have no parameters: PING, WRITE, SYNC WRITE and the like. */
+/* A request over the array `packet_buffer` whose replies have no parameters: PING, WRITE, SYNC
+ * WRITE and the like. */
 #define CDS_REQUEST_WITHOUT_DATA(packet_buffer)                                                    \
     {                                                                                              \
         0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, NULL, 0, 0, false, false, false,  \
@@ -223,12 +224,13 @@ struct cds_bus_hooks {
  * servos' own rate can be submitted only if baud_reg is the rate of the bus. */
 struct cds_bus_lock {
     void (*abort)(void *context);
-    void *context;
+    void *context;    // for abort
     uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
-/* What the bus itself counts of struct cds_stats. */
+/* What the bus itself counts of struct cds_stats, which says what these are. */
 struct cds_bus_counts {
+    // fields of struct cds_stats
     uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
     uint16_t stale_replies, duplicate_replies, unexpected_packets;
     uint16_t framing_errors, overruns, ring_overflows;
@@ -343,7 +345,8 @@ static inline bool cds_bus_is_busy(const struct cds_bus *bus)
  * wait. */
 bool cds_bus_is_resting(const struct cds_bus *bus);
 
-/* Returns how the line is, as last seen by cds_bus_poll() while no packet was in flight. */
+/* Returns how the line is (CDS_BUS_LINE_*), as last seen by cds_bus_poll() while no packet was in
+ * flight. */
 enum cds_bus_line cds_bus_line(const struct cds_bus *bus);
 
 /* Copies the stats. */

@@ -60,18 +60,18 @@ struct cds_cycle_counters {
  * reads `counters`; the rest belongs to the cycle. */
 struct cds_cycle {
     struct cds_bus *bus;
-    const uint8_t *ids;
-    struct cds_feedback *feedback;
-    uint8_t *front;        // packet that is sent every period
-    uint8_t *back;         // packet that is filled
-    uint8_t count;         // servos
-    uint8_t filled;        // blocks of `back` before this one are set or marked as not set
-    uint8_t skipped;       // blocks of `back` that are marked as not set
-    uint8_t sum;           // bytes of `back` from the ID on, with all goals that are set
-    uint8_t empty_sum;     // the sum when no goal is set
-    uint8_t index_offset;  // hint: index of a servo for the permit, less its index in `ids`
-    uint8_t checked;       // servos before this one were checked since the permit changed
-    uint8_t changed_id;    // servo the change concerns, or CDS_BROADCAST_ID
+    const uint8_t *ids;            // of the servos
+    struct cds_feedback *feedback; // one for each servo
+    uint8_t *front;                // packet that is sent every period
+    uint8_t *back;                 // packet that is filled
+    uint8_t count;                 // servos
+    uint8_t filled;                // blocks of `back` before this one are set or marked as not set
+    uint8_t skipped;               // blocks of `back` that are marked as not set
+    uint8_t sum;                   // bytes of `back` from the ID on, with all goals that are set
+    uint8_t empty_sum;             // the sum when no goal is set
+    uint8_t index_offset;          // hint: index of a servo for the permit, less its index in `ids`
+    uint8_t checked;               // servos before this one were checked since the permit changed
+    uint8_t changed_id;            // servo the change concerns, or CDS_BROADCAST_ID
     uint8_t mended;        // blocks that were looked at since a servo was left out of `front`
     uint8_t turn;          // servo whose feedback is read, or is read next
     bool has_permit : 1;   // goals are checked when they are set
@@ -83,9 +83,9 @@ struct cds_cycle {
     bool is_yielding : 1;  // no READ begins: another request waits for its turn
     bool is_aborted : 1;   // cds_cycle_abort() was called
     uint16_t epoch;        // of the permit, when its changes were asked for; 0: never
-    uint16_t period_us;
-    uint16_t goals_us;      // time of the goals on the wire
-    uint16_t latest_us;     // goals that begin later in a period would hold up the next ones
+    uint16_t period_us;    // from the beginning of one period to the next
+    uint16_t goals_us;     // time of the goals on the wire
+    uint16_t latest_us;    // goals that begin later in a period would hold up the next ones
     uint16_t read_bytes_us; // time of packet and reply of a READ on the wire
     uint32_t read_until_us; // when the READ in flight ends at the latest
     uint32_t next_us;       // when the next period begins
@@ -95,7 +95,7 @@ struct cds_cycle {
     struct cds_request goals;
     struct cds_request read;
     uint8_t read_packet[CDS_PACKET_SIZE(2)];
-    uint8_t reply[CDS_FEEDBACK_SIZE];
+    uint8_t reply[CDS_FEEDBACK_SIZE]; // to the READ
 };
 
 /* Starts a cycle; its first period begins with the first commit, and no goal is sent before.
@@ -157,7 +157,7 @@ uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle);
 
 /* Share of the time with a transaction of the cycle on the wire, 0 to 1000 thousandths: bytes sent
  * and received, and the whole wait of a READ that failed. Counted since begin; after 18 min the
- * later time counts more. */
+ * later time counts more. Divides 32-bit numbers: not for the hot path. */
 uint16_t cds_cycle_utilisation_permille(const struct cds_cycle *cycle);
 
 #ifdef __cplusplus

@@ -43,17 +43,17 @@ struct cds_health {
     struct cds_servos *servos;
     struct cds_cycle *cycle; // or NULL
     struct cds_request request;
-    uint32_t step_us; // from one servo to the next
-    uint32_t look_us; // when the next servo is asked
-    uint32_t seek_us; // when the next servo is asked that is OFFLINE or RETURNED
-    uint8_t turn;     // entry of the servo that is asked next
-    uint8_t sought;   // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
-    uint8_t news;     // of the servos, when it was chosen
-    bool is_chosen;   // `sought` was not asked yet
-    bool is_running;
+    uint32_t step_us;    // from one servo to the next
+    uint32_t look_us;    // when the next servo is asked
+    uint32_t seek_us;    // when the next servo is asked that is OFFLINE or RETURNED
+    uint8_t turn;        // entry of the servo that is asked next
+    uint8_t sought;      // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
+    uint8_t news;        // of the servos, when it was chosen
+    bool is_chosen;      // `sought` was not asked yet
+    bool is_running;     // begun, and not aborted
     bool asked_returned; // the servo asked last was RETURNED, and its answer was not taken
     uint8_t packet[CDS_PACKET_SIZE(2)];
-    uint8_t reply;
+    uint8_t reply; // to the READ
 };
 
 /* Begins. In each period each servo has its TORQUE_ENABLE read, one after the other and evenly

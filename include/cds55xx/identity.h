@@ -57,8 +57,8 @@ struct cds_identity_config {
 
 /* ID and rate that a servo answers to. */
 struct cds_identity_place {
-    uint8_t id; // 0 to 253; CDS_BROADCAST_ID in the `from` of RESET_ALL
-    uint8_t baud_reg;
+    uint8_t id;       // 0 to 253; CDS_BROADCAST_ID in the `from` of RESET_ALL
+    uint8_t baud_reg; // 0 to 254
 };
 
 /* One change: the caller reads the first six fields and steps.result. */
@@ -103,7 +103,7 @@ void cds_identity_abort(struct cds_identity *identity);
 /* Looks at both places again, without writing, after a change that ended as LOST: a servo that lost
  * its power answers about a second after power is back. Then poll as before. CDS_OK;
  * CDS_BAD_ARGUMENT: it is not LOST; CDS_BUSY: the request is on its way, or an operation holds the
- * bus. */
+ * bus; CDS_NO_ROOM does not come: the buffers were checked. */
 enum cds_result cds_identity_look_again(struct cds_identity *identity);
 
 #ifdef __cplusplus

@@ -71,7 +71,7 @@ static inline uint8_t cds_link_begin(uint8_t port)
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
                      uint8_t begun);
 
-/* Sends a whole packet: both of these. */
+/* Sends the whole packet of `size` bytes (at least 3) at `packet`: both of these. Main context. */
 static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
                                  uint16_t size)
 {
@@ -84,8 +84,8 @@ void cds_link_abort(struct cds_link *link, uint8_t port);
 /* Reads a 16-bit counter that a handler may be changing. Main context. */
 uint16_t cds_link_count(const volatile uint16_t *counter);
 
-/* Notes where a damaged or lost byte broke the stream. True if it was broken already. From on_rx
- * only. */
+/* Notes where a damaged or lost byte broke the stream, and `why`: CDS_LINK_*. True if it was broken
+ * already. From on_rx only. */
 static inline bool cds_link_note_break(struct cds_link *link, uint8_t why)
 {
     bool again = link->broken;

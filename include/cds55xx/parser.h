@@ -1,6 +1,6 @@
 /* Finds and checks status packets in the bytes that a receiver has put into a ring. No input or
- * output of its own. Manual: 2.3; rulings R27 (any number of 0xFF before the ID; LENGTH 2 to 254),
- * R28.
+ * output of its own. All functions: the context of the ring's consumer. Manual: 2.3; rulings R27
+ * (any number of 0xFF before the ID; LENGTH 2 to 254), R28.
  *
  * A packet is examined where it lies, and leaves the ring only when it is accepted or malformed. A
  * malformed one loses only its first byte: the search goes on right after it, so a header inside a
@@ -26,10 +26,10 @@ extern "C" {
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
 /* Bytes that begin no packet are taken out in one call, so many at the most. */
-#define CDS_PARSER_SKIPPED_MAX 8
+#define CDS_PARSER_SKIPPED_MAX 7
 
 /* Bytes of a packet that one call takes. */
-#define CDS_PARSER_TAKEN_MAX 12
+#define CDS_PARSER_TAKEN_MAX 8
 
 /* What a call has made of the bytes. */
 enum cds_parsed {

@@ -58,11 +58,12 @@ struct cds_registered_move_config {
     bool verify;            // see cds_registered_move_begin()
 };
 
+/* One move: the caller reads `steps.result`, `acted` and the goals. */
 struct cds_registered_move {
     struct cds_steps steps; // steps.result: enum cds_result of the whole
     struct cds_goal *goals;
-    uint8_t count;
-    bool acted; // ACTION was sent, or may have been
+    uint8_t count; // of `goals`
+    bool acted;    // ACTION was sent, or may have been
     // internal:
     bool verifies;
     bool is_called_off; // the step in flight is the last one before the goals are cleared

@@ -46,7 +46,7 @@ enum cds_result {
 
 /* Copies the text of `result`, an enum cds_result, to `text`: at most capacity - 1 characters and a
  * 0, `capacity` 1 or more. CDS_RESULT_TEXT_SIZE holds every text. On an AVR the texts stand in
- * flash. Returns the length of what was copied; 0: there is no such result. */
+ * flash. Returns the length of what was copied; 0: there is no such result. Any context. */
 #define CDS_RESULT_TEXT_SIZE 64
 uint8_t cds_result_text(uint8_t result, char *text, uint8_t capacity);
 

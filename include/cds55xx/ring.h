@@ -67,7 +67,7 @@ static inline uint8_t cds_ring_after(uint8_t position, uint8_t count)
     return (uint8_t)(position + count);
 }
 
-/* Bytes from position `from` to position `to`, which is not before it. */
+/* Returns how many bytes lie from position `from` to position `to`, which is not before it. */
 static inline uint8_t cds_ring_distance(uint8_t from, uint8_t to)
 {
     return (uint8_t)(to - from);

@@ -44,14 +44,14 @@ struct cds_scan_config {
     struct cds_bus *bus;
     struct cds_request *request;
     struct cds_scan_found *found; // for the servos that answer; NULL if found_capacity is 0
-    uint8_t found_capacity;
-    uint8_t first_id, last_id; // 0 to 253
-    const uint8_t *baud_regs;  // rates in their order, each 0 to 254; NULL: the six listed ones
-    uint8_t baud_count;        // of baud_regs: 1 to 255; 0 if baud_regs is NULL
-    bool tries_every_rate;     // all 255 rates instead, for a servo at an unlisted one (R24). A
-                               // servo at a slow rate also answers at neighbours of that rate,
-                               // and is found at each
-    bool reads_details;        // READ of registers 0x01 to 0x04 of each servo that is found
+    uint8_t found_capacity;       // entries of `found`, 0 to 255
+    uint8_t first_id, last_id;    // 0 to 253
+    const uint8_t *baud_regs;     // rates in their order, each 0 to 254; NULL: the six listed ones
+    uint8_t baud_count;           // of baud_regs: 1 to 255; 0 if baud_regs is NULL
+    bool tries_every_rate;        // all 255 rates instead, for a servo at an unlisted one (R24). A
+                                  // servo at a slow rate also answers at neighbours of that rate,
+                                  // and is found at each
+    bool reads_details;           // READ of registers 0x01 to 0x04 of each servo that is found
 };
 
 /* One scan: the caller reads the first three fields and steps.result. */
@@ -60,8 +60,8 @@ struct cds_scan {
     uint16_t total; // PINGs of the whole scan
     uint16_t count; // servos that answered so far; the first found_capacity of them are in `found`
     uint8_t id;     // asked now
-    uint8_t baud_index;
-    bool is_reading; // details of the servo found last
+    uint8_t baud_index; // rate: index in config.baud_regs, or the rate itself
+    bool is_reading;    // details of the servo found last
     struct cds_scan_config config;
     struct cds_steps steps;
 };

@@ -1,13 +1,14 @@
 /* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6).
  *
  * Each call builds its packet in the request's buffer and submits it. They return
- *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING
+ *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING. How
+ *                     it may end, as CDS_LINE_BUSY, stands at cds_bus_submit()
  *   CDS_BUSY          this very request is on its way already: nothing was touched; or another one
- *                     is, and the bus has no queue (cds_bus_set_queue())
+ *                     is, and the bus has no queue (queue.h)
  *   CDS_BAD_ARGUMENT  ID, address or length out of range: nothing is sent
  *   CDS_NO_ROOM       the request's buffer is too small for the packet or its reply
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED
- *                     on a bus with a roster (servos.h): nothing is sent
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY
+ *                     the permit of the bus (servos.h) refuses the packet: nothing is sent
  * IDs are 0 to 253; where it says so also CDS_BROADCAST_ID, which no servo answers. Addresses are
  * CDS_REG_* of control_table.h; a length counts bytes, and a value is in the register's own unit.
  * Main context.

@@ -7,7 +7,7 @@
  *   CDS_BAD_ARGUMENT  ID, register or value out of range: nothing is sent
  *   CDS_NO_ROOM       the request's buffer is too small: CDS_PACKET_SIZE(5) is enough for all here
  *   CDS_LIMIT, CDS_INHIBITED
- *                     on a bus with a roster (servos.h): nothing is sent
+ *                     the permit of the bus (servos.h) refuses the packet: nothing is sent
  * IDs are 0 to 253, or CDS_BROADCAST_ID. `profile`, where a call takes one, says what kind of servo
  * that is and must not be NULL. Main context.
  */

@@ -34,6 +34,7 @@ extern "C" {
 /* In `status_return_level`: not known. Replies are expected as at level 2. */
 #define CDS_LEVEL_UNKNOWN 3
 
+/* Whether a servo answers. */
 enum cds_presence {
     CDS_PRESENCE_UNKNOWN,  // the servo was not asked yet
     CDS_PRESENCE_ONLINE,   // it answers, and missed no more than two transactions in a row
@@ -120,8 +121,8 @@ struct cds_servos {
     struct cds_bus *bus;
     struct cds_queue *queue;        // or NULL
     struct cds_servo_state *states; // entry 0 to `count` - 1
-    uint8_t count;
-    uint8_t capacity;
+    uint8_t count;                  // of entries
+    uint8_t capacity;               // the most entries there may be
     // the caller may set these four at any time:
     uint8_t grows;          // enum cds_servos_growth
     uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY

@@ -23,6 +23,7 @@
 extern "C" {
 #endif
 
+/* What is set. */
 enum cds_setup_setting {
     CDS_SETUP_REGISTERS,    // `length` bytes of `data` to `address` and on
     CDS_SETUP_RETURN_DELAY, // how long the servo waits before it replies

@@ -16,6 +16,7 @@
 extern "C" {
 #endif
 
+/* What an operation knows of its steps. */
 struct cds_steps {
     struct cds_bus *bus;
     struct cds_request *request; // of the step under way

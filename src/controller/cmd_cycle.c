@@ -47,9 +47,14 @@ static uint8_t start(struct console *console)
     memset(work, 0, sizeof *work);
     console->phase = CYCLE_LOOK;
     console_job(console)->since_us = cds_port_now_us();
-    return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
-                                              robot->group_count, work->cycle.packets,
-                                              work->cycle.feedback, console->raw));
+    return robot_begun(robot,
+                       cds_cycle_begin(&work->cycle.cycle,
+                                       &(struct cds_cycle_config){.bus = console->bus,
+                                                                  .ids = robot->group,
+                                                                  .packets = work->cycle.packets,
+                                                                  .feedback = work->cycle.feedback,
+                                                                  .count = robot->group_count,
+                                                                  .period_us = console->raw}));
 }
 
 uint8_t cycle_begin(struct console *console)

@@ -186,10 +186,9 @@ static void open(void)
         controller.host_baud = HOST_BAUD_OWN; // follow_host_baud() ends it
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
-    cds_bus_set_queue(&controller.bus, true);
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus);
-    controller.robot.crew.roster.shortest_delay = AVR_SHORTEST_DELAY(0);
+    controller.robot.servos.shortest_delay = AVR_SHORTEST_DELAY(0);
     robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
     begin_keeper();
     host_open(&controller.host, &controller.serial.rx, &controller.text,

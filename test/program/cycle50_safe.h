@@ -1,7 +1,6 @@
 /* What cycle50_safe.c adds to cycle50.c, which includes it. */
 #include <cds55xx/blocking.h>
 #include <cds55xx/health.h>
-#include <cds55xx/servos.h>
 
 #define LOWEST  256
 #define HIGHEST 767
@@ -16,32 +15,30 @@ static struct cds_health health;
 /* Mode, goal and speed of servo `id` are known, and within its limits. */
 static bool prepare(uint8_t id)
 {
-    static uint8_t packet[CDS_PACKET_SIZE(3)], reply[4];
+    static const uint8_t goal[] = {MIDDLE & 0xFF, MIDDLE >> 8, FASTEST & 0xFF, FASTEST >> 8};
+    static uint8_t packet[CDS_PACKET_SIZE(5)], reply[4];
     static struct cds_request request = CDS_REQUEST(packet, reply);
 
-    return cds_blocking_for(&bus, &request,
-                            cds_servo_read(&bus, &request, id, CDS_REG_CW_ANGLE_LIMIT, 4)) ==
-               CDS_OK &&
-           cds_blocking_write_word(&bus, &request, id, CDS_REG_MOVING_SPEED, FASTEST) == CDS_OK &&
-           cds_blocking_write_word(&bus, &request, id, CDS_REG_GOAL_POSITION, MIDDLE) == CDS_OK &&
+    return cds_blocking_read(&bus, &request, id, CDS_REG_CW_ANGLE_LIMIT, 4) == CDS_OK &&
            cds_blocking_for(&bus, &request,
-                            cds_servo_read(&bus, &request, id, CDS_REG_GOAL_POSITION, 4)) ==
+                            cds_servo_write(&bus, &request, id, CDS_REG_GOAL_POSITION, goal, 4)) ==
                CDS_OK &&
+           cds_blocking_read(&bus, &request, id, CDS_REG_GOAL_POSITION, 4) == CDS_OK &&
            cds_blocking_write_byte(&bus, &request, id, CDS_REG_TORQUE_ENABLE, 1) == CDS_OK;
 }
 
 static void begin_servos(void)
 {
-    struct cds_servos_config config = {.bus = &bus,
-                                       .queue = &queue,
-                                       .states = states,
-                                       .count = servo_count,
-                                       .capacity = servo_count};
     uint8_t prepared = 0;
 
     for (uint8_t i = 0; i < servo_count; i++)
         states[i].id = ids[i];
-    say("servos", cds_servos_begin(&servos, &config) == CDS_OK);
+    say("servos",
+        cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+                                                              .queue = &queue,
+                                                              .states = states,
+                                                              .count = servo_count,
+                                                              .capacity = servo_count}) == CDS_OK);
     cds_queue_set_retries(&queue, RETRIES);
     for (uint8_t i = 0; i < servo_count; i++) {
         cds_servos_set_limits(&servos, &states[i], LOWEST, HIGHEST, FASTEST);
@@ -53,7 +50,8 @@ static void begin_servos(void)
 
 static void begin_health(void)
 {
-    cds_health_begin(&health, &servos, CDS_HEALTH_PERIOD_US);
+    cds_health_begin(
+        &health, &(struct cds_health_config){.servos = &servos, .period_us = CDS_HEALTH_PERIOD_US});
     cds_health_set_cycle(&health, &cycle);
 }
 

@@ -182,6 +182,7 @@ static void check_state(void)
 {
     static struct cds_health health;
     uint32_t since_us = cds_port_now_us();
+    static struct cds_queue queue;
     const struct cds_bus_hooks *hooks = bus.hooks;
     bool put_off = false;
 
@@ -193,8 +194,10 @@ static void check_state(void)
         if (!put_off && cds_port_now_us() - since_us >= 25000 && !bus.request) {
             put_off = true;
             bus.hooks = NULL;
+            cds_queue_attach(&queue, &bus);
             cds_blocking_write_byte(&bus, &request, 1, CDS_REG_TORQUE_ENABLE, 0);
-            bus.hooks = hooks;
+            bus.hooks = NULL;
+            cds_bus_attach(&bus, hooks);
         }
     }
     while (cds_bus_poll(&bus)) {

@@ -2,21 +2,10 @@
 #include "cds55xx/bus.h"
 
 #include <stddef.h>
-#include <string.h>
 
-#include "bus/bus_internal.h" // cds_stats_add_link()
-#include "compiler.h"         // NOINLINE
-
-/* Bits of `gate`: why a packet may not leave at once. */
-enum {
-    GATE_SUSPECT = 1, // the line was used or low within two byte times
-    GATE_FAULT = 2,   // it was low when they were over
-    GATE_STALE = 4,   // a stale reply may come: packets that expect a reply wait
-    GATE_LOCKED = 8,  // an operation holds the bus
-    GATE_PERMIT = 16, // the hooks have a permit, which must be asked
-    GATE_LOW = 32,    // the line was low since these two byte times began
-    GATE_LINE = GATE_SUSPECT | GATE_FAULT | GATE_LOW,
-};
+#include "bus/bus_internal.h"  // cds_stats_add_link()
+#include "bus/line_internal.h" // cds_line_rest()
+#include "compiler.h"          // NOINLINE
 
 /* `phase` of a request that waits for the line. */
 enum {
@@ -34,199 +23,19 @@ enum {
 
 #define HEAD_SIZE CDS_AT_ERROR // bytes of a reply before which a search is of no use
 
-/* ---- time ---- */
-
-static uint16_t now_65ms(void)
-{
-    return (uint16_t)(cds_port_now_us() >> 16);
-}
-
-/* Sets the timer to the longest time `bytes` bytes and `more_us` may take after `from`. */
-static NOCLONE void set_deadline(struct cds_bus *bus, uint16_t from, uint16_t bytes,
-                                 uint16_t more_us)
-{
-    bus->timer_wraps = cds_port_set_timer(bus->port, from, bytes, bus->byte_time_us, more_us);
-    if (bus->timer_wraps)
-        bus->deadline_65ms = (uint16_t)(now_65ms() + bus->timer_wraps + 1u);
-}
-
-/* The timer has expired: true if it was for the last time. A poll that comes more than a wrap late
- * sees one expiry of several: then the clock decides. */
-static NOCLONE bool is_last_expiry(struct cds_bus *bus)
-{
-    if (bus->timer_wraps == 0 || (int16_t)(now_65ms() - bus->deadline_65ms) >= 0)
-        return true;
-    bus->timer_wraps--;
-    cds_port_restart_timer(bus->port);
-    return false;
-}
-
-ALWAYS_INLINE bool deadline_is_over(struct cds_bus *bus)
-{
-    return cds_port_timer_expired(bus->port) && is_last_expiry(bus);
-}
-
-/* ---- the line ---- */
-
-static uint16_t two_byte_times_us(const struct cds_bus *bus)
-{
-    return (uint16_t)(2u * bus->byte_time_us);
-}
-
-/* Microseconds since the rest began, 65535 at the most. */
-static NOCLONE uint16_t rested_us(const struct cds_bus *bus)
-{
-    uint32_t elapsed_us = cds_port_now_us() - bus->rest_from_us;
-
-    return elapsed_us > UINT16_MAX ? UINT16_MAX : (uint16_t)elapsed_us;
-}
-
-/* The line was used, or a reply failed: from now on every packet waits for two byte times, and one
- * that expects a reply for `stale_us`, if that is longer. A longer wait under way goes on. */
-static NOCLONE void rest(struct cds_bus *bus, uint16_t stale_us)
-{
-    uint16_t elapsed_us = rested_us(bus), left_us = bus->rest_us;
-
-    left_us = left_us > elapsed_us ? (uint16_t)(left_us - elapsed_us) : 0;
-    bus->rest_us = left_us > stale_us ? left_us : stale_us;
-    bus->rest_from_us = cds_port_now_us();
-    bus->gate = (uint8_t)((bus->gate & ~GATE_LOW) | GATE_SUSPECT | GATE_STALE);
-}
-
-/* True if the receiver has stored or damaged bytes since the last search. */
-ALWAYS_INLINE uint8_t has_unread_bytes(const struct cds_bus *bus)
-{
-    return (uint8_t)(bus->link.broken | (bus->parser.position ^ cds_ring_end(&bus->link.rx)));
-}
-
-/* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
-static COLD void check_rest(struct cds_bus *bus)
-{
-    uint16_t elapsed_us = rested_us(bus);
-    uint8_t gate = bus->gate;
-
-    if (elapsed_us >= bus->rest_us) {
-        bus->rest_us = 0;
-        gate &= (uint8_t)~GATE_STALE;
-    }
-    bus->gate = gate;
-    if (cds_port_line_is_high(bus->port)) {
-        if (elapsed_us < two_byte_times_us(bus))
-            return;
-        if (gate & GATE_LOW)
-            rest(bus, 0); // high for two byte times from now on
-        else
-            bus->gate &= (uint8_t)~GATE_LINE;
-    } else if (!(gate & GATE_LINE)) {
-        rest(bus, 0);
-    } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
-        rest(bus, 0);
-        bus->gate |= GATE_FAULT;
-    } else {
-        bus->gate |= GATE_LOW;
-    }
-}
-
-/* ---- open, rate, settings ---- */
-
-static void cancel_all(struct cds_bus *bus)
-{
-    if (bus->request) {
-        bus->request->result = CDS_CANCELLED;
-        bus->request->retries = 0;
-    }
-    if (bus->hooks)
-        bus->hooks->cancel(bus->hooks->context, NULL);
-}
-
-static void set_rate(struct cds_bus *bus, uint8_t baud_reg)
-{
-    cds_port_open(bus->port, baud_reg);
-    bus->baud_reg = baud_reg;
-    bus->byte_time_us = (uint16_t)(5u * (baud_reg + 1u)); // ten bits of (baud_reg + 1) / 2 us
-    bus->last_id = CDS_NO_ID; // what was asked before is not answered at this rate
-}
-
-void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg)
-{
-    const struct cds_bus_hooks *hooks = bus->hooks;
-    uint8_t gate = bus->gate & GATE_PERMIT;
-    bool again = bus->state != CDS_BUS_CLOSED;
-
-    cds_port_open(port, baud_reg); // first: no handler may run while the struct is cleared
-    cancel_all(bus);
-    memset(bus, 0, sizeof *bus);
-    bus->hooks = hooks;
-    bus->gate = gate;
-    bus->port = port;
-    set_rate(bus, baud_reg);
-    bus->return_delay_us = CDS_RETURN_DELAY_MAX_US;
-    bus->state = CDS_BUS_IDLE;
-    if (again)
-        rest(bus, CDS_STALE_REPLY_US); // what was asked before may be answered yet
-    cds_link_open(&bus->link, port);
-}
-
-enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud_reg)
-{
-    if (bus->state == CDS_BUS_CLOSED || baud_reg > CDS_BAUD_MAX)
-        return CDS_BAD_ARGUMENT;
-    if (bus->request)
-        return CDS_BUSY;
-    if (bus->baud_reg == baud_reg)
-        return CDS_OK;
-    set_rate(bus, baud_reg);
-    bus->gate &= (uint8_t)~GATE_LINE;
-    cds_link_open(&bus->link, bus->port);
-    return CDS_OK;
-}
-
-enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *hooks)
-{
-    if (bus->request || (bus->hooks && bus->hooks != hooks))
-        return CDS_BUSY;
-    bus->hooks = hooks;
-    if (hooks->permit)
-        bus->gate |= GATE_PERMIT;
-    return CDS_OK;
-}
-
-enum cds_result cds_bus_lock(struct cds_bus *bus, const struct cds_bus_lock *lock)
-{
-    if (bus->state == CDS_BUS_CLOSED)
-        return CDS_BAD_ARGUMENT;
-    if (bus->lock && bus->lock != lock)
-        return CDS_BUSY;
-    bus->lock = lock;
-    bus->gate |= GATE_LOCKED;
-    return CDS_OK;
-}
-
-void cds_bus_unlock(struct cds_bus *bus, const struct cds_bus_lock *lock)
-{
-    if (bus->lock != lock)
-        return;
-    bus->lock = NULL;
-    bus->gate &= (uint8_t)~GATE_LOCKED;
-}
-
-bool cds_bus_is_resting(const struct cds_bus *bus)
-{
-    return bus->gate & GATE_STALE;
-}
-
-enum cds_bus_line cds_bus_line(const struct cds_bus *bus)
-{
-    if (bus->gate & GATE_FAULT)
-        return CDS_BUS_LINE_FAULT;
-    return bus->gate & GATE_SUSPECT ? CDS_BUS_LINE_SUSPECT : CDS_BUS_LINE_QUIET;
-}
-
 /* ---- a packet begins ---- */
 
 static bool reply_is_due(const struct cds_request *request)
 {
     return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
+}
+
+/* True while the line or a stale reply keeps the packet from leaving. */
+static NOCLONE bool must_rest(const struct cds_bus *bus, const struct cds_request *request)
+{
+    if (bus->gate & GATE_LINE)
+        return true;
+    return bus->gate & GATE_STALE && !request->ignores_stale && reply_is_due(request);
 }
 
 /* The request waits until line and permit agree. */
@@ -240,10 +49,10 @@ static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_req
     return CDS_OK;
 }
 
-/* The line was low amid a byte, and may be high at the next look. */
 static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_request *request)
 {
-    rest(bus, 0);
+    if (!cds_line_has_unread_bytes(bus))
+        cds_line_rest(bus, 0); // low amid a byte: it may be high at the next look
     return wait_for_line(bus, request);
 }
 
@@ -264,7 +73,7 @@ static NOCLONE enum cds_result send_rest(struct cds_bus *bus, struct cds_request
  * the header. CDS_OK: the packet is on its way, or waits for the line. */
 NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
 {
-    if (has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
+    if (cds_line_has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
         return line_is_in_use(bus, request);
     return send_rest(bus, request, cds_link_begin(bus->port));
 }
@@ -284,7 +93,7 @@ static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds
 
 void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 {
-    if (bus->gate & (GATE_LINE | GATE_STALE) || send_if_permitted(bus, request) != CDS_OK)
+    if (must_rest(bus, request) || send_if_permitted(bus, request) != CDS_OK)
         wait_for_line(bus, request);
 }
 
@@ -300,7 +109,7 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
         result = CDS_BAD_ARGUMENT;
     else if (gate & GATE_LOCKED && !request->passes_lock)
         result = CDS_BUSY;
-    else if (state == CDS_BUS_IDLE && !(gate & (GATE_LINE | GATE_STALE)))
+    else if (state == CDS_BUS_IDLE && !must_rest(bus, request))
         result = send_if_permitted(bus, request);
     if (result == CDS_PENDING) {
         if (hooks)
@@ -311,25 +120,6 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
     if (result != CDS_OK)
         request->result = (uint8_t)result;
     return result;
-}
-
-/* CDS_OK, or what is wrong with the request. */
-static NOCLONE enum cds_result check(const struct cds_request *request)
-{
-    uint16_t size = request->packet.size;
-    uint8_t due = request->reply_parameters;
-
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u)
-        return CDS_BAD_ARGUMENT;
-    if (due == CDS_REPLY_NONE)
-        return CDS_OK;
-    if (due > CDS_REPLY_MAX)
-        return CDS_BAD_ARGUMENT;
-    if (request->any_length)
-        due = CDS_REPLY_ANY;
-    return due > request->reply_capacity ? CDS_NO_ROOM : CDS_OK;
 }
 
 /* The fast path: a request that expects a reply, on a bus that is free and asks no permit. */
@@ -352,7 +142,7 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
                                                 uint16_t check_epoch)
 {
-    enum cds_result result = check(request);
+    enum cds_result result = cds_request_check(request);
 
     if (result == CDS_OK)
         return cds_bus_submit_later(bus, request, check_epoch);
@@ -418,7 +208,7 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
         bus->parser.longest = CDS_PARSER_LENGTH_MAX;
     bus->parser.is_clean = true;
     cds_parser_reset(&bus->parser, &bus->link.rx);
-    set_deadline(bus, bus->begun_ticks, bytes, more_us);
+    cds_line_set_deadline(bus, bus->begun_ticks, bytes, more_us);
 }
 
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
@@ -468,7 +258,7 @@ static COLD bool fail(struct cds_bus *bus)
         if (waited_us < CDS_STALE_REPLY_US)
             stale_us = (uint16_t)(CDS_STALE_REPLY_US - waited_us);
     }
-    rest(bus, stale_us);
+    cds_line_rest(bus, stale_us);
     return finish(bus, result);
 }
 
@@ -606,19 +396,16 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
     // in this order: what breaks meanwhile lies behind the end
     uint8_t end = cds_ring_end(&link->rx);
     bool is_broken = link->broken, is_closing = false;
-    bool is_in_flight = bus->state >= CDS_BUS_AWAITING_REPLY;
 
-    if (is_in_flight) {
+    if (bus->state >= CDS_BUS_AWAITING_REPLY) {
         is_closing = bus->phase & RECEPTION_CLOSING;
-        if (!is_closing && deadline_is_over(bus)) {
+        if (!is_closing && cds_line_deadline_is_over(bus)) {
             if (link->state != CDS_LINK_LISTENING)
                 return abort_sending(bus);
             is_closing = true;
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
-        if (link->state != CDS_LINK_LISTENING)
-            return true; // no reply before the packet has left
         if (is_closing)
             end = bus->closing_end;
     }
@@ -628,8 +415,9 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
         end = link->broken_at;
     if (end != bus->parser.position) {
         examine(bus, end);
-        if (end != bus->parser.position || (is_in_flight && bus->state < CDS_BUS_AWAITING_REPLY))
-            return bus->request; // more to examine, or the transaction has ended
+        if (end != bus->parser.position || is_broken || !is_closing ||
+            bus->state < CDS_BUS_AWAITING_REPLY)
+            return bus->request; // the rest is for the next poll, or the transaction has ended
     }
     if (is_broken)
         return drop_damage(bus);
@@ -641,15 +429,15 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
 /* No packet of ours is on the wire: looks at the line. No request asked for bytes that come. */
 static NOCLONE void listen(struct cds_bus *bus)
 {
-    if (has_unread_bytes(bus)) {
-        rest(bus, 0);
+    if (cds_line_has_unread_bytes(bus)) {
+        cds_line_rest(bus, 0);
         bus->gate &= (uint8_t)~GATE_FAULT;
         bus->parser.longest = CDS_PARSER_LENGTH_MAX;
         examine_within_limits(bus);
     } else if (bus->gate & (GATE_LINE | GATE_STALE)) {
-        check_rest(bus);
+        cds_line_check_rest(bus);
     } else if (!cds_port_line_is_high(bus->port)) {
-        rest(bus, 0);
+        cds_line_rest(bus, 0);
     }
 }
 
@@ -657,27 +445,28 @@ static NOCLONE void listen(struct cds_bus *bus)
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    enum cds_result result = CDS_PENDING;
+    enum cds_result result;
 
     if (bus->phase == WAIT_BEGINS) {
         bus->phase = WAIT_TIMED;
-        set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-                     (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
+        cds_line_set_deadline(
+            bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
+            (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
     }
     listen(bus);
-    if (!(bus->gate & GATE_LINE) &&
-        (!(bus->gate & GATE_STALE) || request->ignores_stale || !reply_is_due(request))) {
+    if (!must_rest(bus, request)) {
         result = send_if_permitted(bus, request);
-        if (result == CDS_OK)
-            return true;
+        if (result != CDS_OK && result != CDS_PENDING)
+            return finish(bus, (uint8_t)result);
+        if (result == CDS_PENDING)
+            bus->phase = WAIT_BEGINS; // the time to wait for the line begins after the check
+        return true;
     }
-    if (result != CDS_PENDING)
-        return finish(bus, (uint8_t)result);
-    if (!deadline_is_over(bus))
+    if (!cds_line_deadline_is_over(bus))
         return true;
     if (bus->phase == WAIT_TIMED) { // what this poll saw may be old
         bus->phase = WAIT_LAST_LOOK;
-        set_deadline(bus, cds_port_ticks(), 2, 0);
+        cds_line_set_deadline(bus, cds_port_ticks(), 2, 0);
         return true;
     }
     bus->stats.line_busy++;
@@ -690,7 +479,7 @@ static COLD bool poll_sending_only(struct cds_bus *bus)
         return true;
     if (bus->link.state == CDS_LINK_LISTENING)
         return finish(bus, CDS_OK);
-    return deadline_is_over(bus) ? abort_sending(bus) : true;
+    return cds_line_deadline_is_over(bus) ? abort_sending(bus) : true;
 }
 
 /* No reply is due, or not yet. */
@@ -723,29 +512,4 @@ bool cds_bus_poll(struct cds_bus *bus)
     if (bus->link.broken || cds_port_timer_expired(bus->port))
         return examine_within_limits(bus);
     return true;
-}
-
-/* ---- the reply ---- */
-
-enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out)
-{
-    if (request->result != CDS_OK)
-        return (enum cds_result)request->result;
-    if (index >= request->length)
-        return CDS_REFUSED;
-    *out = request->reply[index];
-    return CDS_OK;
-}
-
-enum cds_result cds_request_word(const struct cds_request *request, uint8_t index, uint16_t *out)
-{
-    const uint8_t *at;
-
-    if (request->result != CDS_OK)
-        return (enum cds_result)request->result;
-    if (index + 1u >= request->length)
-        return CDS_REFUSED;
-    at = request->reply + index;
-    *out = (uint16_t)(at[0] | (uint16_t)at[1] << 8);
-    return CDS_OK;
 }

@@ -19,6 +19,9 @@ static inline bool cds_was_not_sent(uint8_t result)
 /* Adds what the handlers have counted to the stats: before `broken` of the link is cleared. */
 void cds_stats_add_link(struct cds_bus *bus);
 
+/* CDS_OK, or what is wrong with the request; CDS_BUSY: it is on its way. */
+enum cds_result cds_request_check(const struct cds_request *request);
+
 /* As cds_bus_submit(), for the cycle only: its packet was found good, goal by goal, in the permit's
  * epoch `check`; 0: it was not. The permit skips its check while that epoch lasts. */
 enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,

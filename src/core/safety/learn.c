@@ -265,6 +265,8 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
     if (read.sets & CDS_SETS_TORQUE)
         learn_torque(servos, servo, *cds_written_byte(&read, CDS_REG_TORQUE_ENABLE));
     learn_registers(servos, servo, &read, CDS_SOURCE_READ);
+    if (servo->status_return_level == CDS_LEVEL_PING) // it has answered a READ: another make
+        servo->status_return_level = CDS_LEVEL_READ;
 }
 
 /* ---- replies and their absence ---- */

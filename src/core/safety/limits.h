@@ -46,8 +46,8 @@ static inline bool cds_written_next(struct cds_written *written)
 {
     if (written->left <= written->length)
         return false;
-    written->left = (uint8_t)(written->left - written->length - 1u);
-    written->data += written->length + 1u;
+    written->left = (uint8_t)(written->left - written->length - 1);
+    written->data += (uint8_t)(written->length + 1u);
     written->id = written->data[-1];
     return true;
 }

@@ -191,7 +191,7 @@ static NOINLINE enum cds_result check_goals(struct check *check)
     checked = servos->checked;
     block = bytes + CDS_AT_PARAMETERS + 2 + (uint16_t)(checked * (CDS_GOAL_SIZE + 1u));
     left = (uint8_t)(bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH - block);
-    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1u)) {
+    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1)) {
         if (walk.budget == 0) {
             servos->checked = checked;
             servos->checked_index = walk.index;
@@ -335,8 +335,11 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);
-    if (result == CDS_PENDING)
+    if (result == CDS_PENDING) {
+        if (request->check == 0) // an inhibit from now on refuses it, also if it ends before
+            request->check = (uint16_t)(servos->epoch - 1u);
         return result;
+    }
     if (servos->checked_request == request)
         servos->checked_request = NULL;
     if (result == CDS_OK)

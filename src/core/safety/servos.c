@@ -199,9 +199,11 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
 {
     uint16_t epoch = servos->epoch; // a cycle may hold it from before
     enum cds_result result;
+    uint8_t i = 0;
 
     if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1)
         return CDS_BAD_ARGUMENT;
+    servos->hooks.permit = cds_servos_permit; // the bus looks whether there is one
     result = cds_bus_attach(config->bus, &servos->hooks);
     if (result != CDS_OK)
         return result;
@@ -227,13 +229,13 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     };
     if (config->queue)
         cds_queue_begin(config->queue, config->bus);
-    for (uint8_t i = 0; i < config->count && result == CDS_OK; i++)
-        result = cds_servos_add(servos, config->states[i].id);
-    if (result != CDS_OK)
+    while (i < config->count && cds_servos_add(servos, config->states[i].id) == CDS_OK)
+        i++;
+    if (i < config->count)
         servos->count = 0;
-    cds_servos_note_change(servos, CDS_BROADCAST_ID);
     servos->inhibit_epoch = servos->epoch;
-    return result == CDS_OK ? CDS_OK : CDS_BAD_ARGUMENT;
+    cds_servos_note_change(servos, CDS_BROADCAST_ID); // later than `inhibit_epoch`
+    return i == config->count ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
 /* Limits and inhibits are the same under both IDs that a servo may have. A registered move under

@@ -245,8 +245,6 @@ static void move_on(struct cds_cycle *cycle, uint32_t now_us)
         return;
     if (cycle->is_refused)
         send_again(cycle, now_us);
-    if (cycle->is_reading)
-        return;
     remaining = remaining_us(cycle, now_us);
     if (remaining == 0)
         begin_period(cycle, now_us);
@@ -259,7 +257,7 @@ static NOINLINE enum cds_result move_on_or_end(struct cds_cycle *cycle)
 {
     uint32_t now_us = cds_port_now_us();
 
-    if (cycle->is_reading && cycle->read.result != CDS_PENDING)
+    if (cycle->is_reading)
         take_feedback(cycle, now_us);
     if (cycle->is_aborted)
         return is_on_its_way(cycle) ? CDS_PENDING : CDS_OK;
@@ -272,7 +270,7 @@ static NOINLINE enum cds_result move_on_or_end(struct cds_cycle *cycle)
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle)
 {
     OPTIMIZER_BARRIER(cycle);
-    if (cycle->is_reading && cycle->read.result == CDS_PENDING && !cycle->is_refused)
+    if (cycle->is_reading && cycle->read.result == CDS_PENDING)
         return CDS_PENDING;
     return move_on_or_end(cycle);
 }

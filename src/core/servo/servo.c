@@ -57,11 +57,10 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
         return CDS_BUSY;
     fields->reply_parameters = length;
     fields->any_length = false;
-    if (length > fields->reply_capacity) {
-        result = length > CDS_TABLE_SIZE ? CDS_BAD_ARGUMENT : CDS_NO_ROOM;
-        fields->result = (uint8_t)result;
-        return result;
-    }
+    if (!cds_packet_is_length(length))
+        return CDS_BAD_ARGUMENT;
+    if (length > fields->reply_capacity)
+        return CDS_NO_ROOM;
     result = cds_packet_read(&fields->packet, id, address, length);
     return result == CDS_OK ? cds_bus_submit_good(bus, request) : result;
 }

@@ -31,9 +31,8 @@ ALWAYS_INLINE uint8_t find_head(struct cds_parser *parser, struct cds_ring *ring
     for (;;) {
         uint8_t position = cds_ring_after(at, offset), byte;
 
-        parser->position = position;
         if (position == end)
-            return CDS_PARSED_MORE;
+            break;
         byte = byte_at(ring, position);
         offset++;
         if (offset <= CDS_AT_ID) {
@@ -61,6 +60,8 @@ ALWAYS_INLINE uint8_t find_head(struct cds_parser *parser, struct cds_ring *ring
             return CDS_PARSED_SOME;
         }
     }
+    parser->position = end;
+    return CDS_PARSED_MORE;
 }
 
 /* In two steps, so that less is left to do when ERROR has come: at 1 Mbps and 16 MHz 110 cycles
