@@ -834,7 +834,7 @@ static void judge_unsent(struct job *job, enum cds_result result)
         bool rests = is_stale && reply_is_due(job) && !job->request.ignores_stale &&
                      since(stale_until_us) < 0;
 
-        RULE((is_active && since(active_us) < quiet_us()) || rests || permit_pending, job,
+        RULE((is_active && since(active_us) < quiet_us()) || rests, job,
              "given up on a quiet line");
         RULE(wait_job == job && wait_is_last && since(wait_last_us) >= quiet_us(), job,
              "given up too early, or without a last look");
@@ -1399,6 +1399,8 @@ static void poll(void)
         note_first_poll();
     if (was_polled && ends != ends_before)
         return;
+    if (permit_pending)
+        wait_job = NULL; // the time of the check does not count
     if (head && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);

@@ -85,6 +85,8 @@ static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds
 
     if (bus->gate & GATE_PERMIT) {
         result = bus->hooks->permit(bus->hooks->context, request);
+        if (result == CDS_OK && must_rest(bus, request))
+            result = CDS_PENDING; // a reply is due, though none was when the rest was checked
         if (result != CDS_OK)
             return result;
     }
