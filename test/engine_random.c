@@ -1401,7 +1401,7 @@ static void poll(void)
         return;
     if (permit_pending)
         wait_job = NULL; // the time of the check does not count
-    if (head && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
+    if (head && !permit_pending && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);
 }

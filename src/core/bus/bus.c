@@ -408,6 +408,8 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
+        if (link->state != CDS_LINK_LISTENING)
+            return true; // no reply before the packet has left
         if (is_closing)
             end = bus->closing_end;
     }
