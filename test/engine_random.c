@@ -35,8 +35,8 @@
 #define WAIT_BYTES   56
 #define LATE_US      140000 // a deadline seen by polls more than 30 ms apart
 
-enum mode { WITHOUT_QUEUE, WITH_QUEUE, WITH_PERMIT };
-enum harm { WHOLE, FLIPPED, LOST, MARKED, SPLICED, CUT };
+enum mode { QUIET, WITHOUT_QUEUE, WITH_QUEUE, WITH_PERMIT }; // QUIET: no on_end either
+enum harm { WHOLE, FLIPPED, LOST, MARKED, SPLICED, CUT, BAD_SUM };
 
 /* A packet of a servo on the line. */
 struct emission {
@@ -266,7 +266,9 @@ static void push_packet(uint32_t *at_us, const struct emission *what)
     emission->size = size;
     emission->delivered = 0;
     emission->is_whole = what->harm == WHOLE;
-    if (what->harm != WHOLE) {
+    if (what->harm == BAD_SUM) {
+        bytes[size - 1]++;
+    } else if (what->harm != WHOLE) {
         harmed = (uint8_t)(what->harm >= MARKED ? 1 + any(size - 1u) : 4 + any(size - 4u));
         if (what->harm == LOST && bytes[harmed] == 0xFF)
             harmed = 4;
@@ -343,8 +345,11 @@ static void push_first(uint32_t *at_us, const struct job *job, const struct emis
         return;
     case 3: other.error = CDS_ERROR_NONE_SUCH; break;
     case 4:
-        if (job->sent[2] == CDS_BROADCAST_ID)
-            return;
+        if (job->sent[2] == CDS_BROADCAST_ID || one_in(2)) {
+            other.harm = BAD_SUM; // begins as the reply does
+            push_packet(at_us, &other);
+            other.error = CDS_ERROR_NONE_SUCH;
+        }
         other.id = STRANGER;
         break;
     case 5:
@@ -521,7 +526,10 @@ static void follow(struct emission *emission, const struct event *event, bool is
     if (emission->harm == FLIPPED && is_heard && emission->delivered == emission->size &&
         emission->is_first && awaits_reply() && emission->tag == flying->tag)
         note_harm(true);
-    if (!emission->is_whole) {
+    if (emission->harm == BAD_SUM && is_heard) {
+        if (flying)
+            flying->is_dirty = true; // malformed, and it hides nothing
+    } else if (!emission->is_whole) {
         wire_is_clean = false;
         if (flying)
             flying->is_dirty = flying->is_hidden = true;
@@ -826,7 +834,7 @@ static void judge_unsent(struct job *job, enum cds_result result)
         bool rests = is_stale && reply_is_due(job) && !job->request.ignores_stale &&
                      since(stale_until_us) < 0;
 
-        RULE((is_active && since(active_us) < quiet_us()) || rests || permit_pending, job,
+        RULE((is_active && since(active_us) < quiet_us()) || rests, job,
              "given up on a quiet line");
         RULE(wait_job == job && wait_is_last && since(wait_last_us) >= quiet_us(), job,
              "given up too early, or without a last look");
@@ -918,11 +926,21 @@ static bool on_end_hook(void *context, struct cds_request *request, enum cds_res
     return kept;
 }
 
-static enum cds_bus_event event_of(uint8_t id)
+static enum cds_bus_event event_of(uint8_t id, uint8_t asked_id, enum cds_result result)
 {
-    if (last_id != id && last_id != CDS_BROADCAST_ID)
+    if (asked_id != id && asked_id != CDS_BROADCAST_ID)
         return CDS_EVENT_UNEXPECTED_PACKET;
-    return last_result == CDS_OK ? CDS_EVENT_DUPLICATE_REPLY : CDS_EVENT_STALE_REPLY;
+    return result == CDS_OK ? CDS_EVENT_DUPLICATE_REPLY : CDS_EVENT_STALE_REPLY;
+}
+
+/* By the last transaction that has ended; or by the one in flight once part of its reply was
+ * damaged. */
+static bool is_event(enum cds_bus_event event, uint8_t id)
+{
+    if (event == event_of(id, last_id, last_result))
+        return true;
+    return awaits_reply() && flying->is_dirty &&
+           event == event_of(id, flying->sent[2], CDS_CORRUPT);
 }
 
 static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
@@ -930,7 +948,7 @@ static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8
     uint8_t at = 0;
 
     (void)context;
-    RULE(event == event_of(id), NULL, "packet of servo %u told as %u", id, event);
+    RULE(is_event(event, id), NULL, "packet of servo %u told as %u", id, event);
     count.stale_replies = (uint16_t)(count.stale_replies + (event == CDS_EVENT_STALE_REPLY));
     count.duplicate_replies =
         (uint16_t)(count.duplicate_replies + (event == CDS_EVENT_DUPLICATE_REPLY));
@@ -953,7 +971,7 @@ static void on_end(struct cds_request *request)
     struct job *job = (struct job *)request->context;
 
     RULE(job->is_submitted, job, "told of an end that is none");
-    if (mode == WITHOUT_QUEUE)
+    if (mode <= WITHOUT_QUEUE)
         judge(job, (enum cds_result)request->result);
     RULE(!job->waits && flying != job, job, "told of its end before that");
     job->is_submitted = false;
@@ -1078,7 +1096,7 @@ static enum cds_result expected_of_submit(const struct job *job)
         return CDS_BUSY;
     if (is_locked && !job->request.passes_lock)
         return CDS_BUSY;
-    if (mode == WITHOUT_QUEUE && is_busy)
+    if (mode <= WITHOUT_QUEUE && is_busy)
         return CDS_BUSY;
     if (mode == WITH_PERMIT && job->verdict != CDS_PENDING)
         return (enum cds_result)job->verdict;
@@ -1332,6 +1350,16 @@ static void note_wait(struct job *job)
     }
 }
 
+/* Without on_end: the result tells. */
+static void end_quietly(bool busy)
+{
+    struct job *job = waiting_count ? waiting[0] : flying;
+
+    RULE(busy == (job && job->request.result == CDS_PENDING), job, "poll returns %d", busy);
+    if (job && !busy)
+        on_end(&job->request);
+}
+
 static void poll(void)
 {
     bool is_unread = bus.link.broken || bus.parser.position != cds_ring_end(&bus.link.rx), busy;
@@ -1360,16 +1388,20 @@ static void poll(void)
         port_fake.late = &bus.link;
     busy = cds_bus_poll(&bus);
     port_fake.late = NULL;
+    if (mode == QUIET)
+        end_quietly(busy);
     look();
     TRACE("poll: state %u, gate %u, searched to %u\n", bus.state, bus.gate, bus.parser.position);
-    RULE(busy == (flying || waiting_count), NULL, "poll returns %d", busy);
+    RULE(mode == QUIET || busy == (flying || waiting_count), NULL, "poll returns %d", busy);
     if (flying && was_polled)
         check_deadline(is_unread);
     else if (flying && bus.state != CDS_BUS_SENDING)
         note_first_poll();
     if (was_polled && ends != ends_before)
         return;
-    if (head && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
+    if (permit_pending)
+        wait_job = NULL; // the time of the check does not count
+    if (head && !permit_pending && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);
 }
@@ -1449,7 +1481,7 @@ static void attach(void)
         .on_end = on_end_hook,
         .on_packet = on_packet,
     };
-    if (mode == WITHOUT_QUEUE)
+    if (mode <= WITHOUT_QUEUE)
         max_retries = 0;
     else
         RULE(cds_bus_attach(&bus, &hooks) == CDS_OK, NULL, "hooks are not attached");
@@ -1464,14 +1496,14 @@ static void begin_round(void)
     event_next = event_count = 0;
     holds = is_harmed = false;
     port_fake.now_us = one_in(2) ? 0u - any(300000) : any(0x7FFFFFFF) * 2;
-    mode = one_in(2) ? WITH_PERMIT : (enum mode)any(2);
+    mode = one_in(2) ? WITH_PERMIT : (enum mode)any(3);
     for (uint8_t i = 0; i < JOBS; i++) {
         uint8_t *reply = jobs[i].reply;
 
         jobs[i] = (struct job){.reply = reply};
         jobs[i].request.packet.bytes = jobs[i].buffer;
         jobs[i].request.packet.capacity = sizeof jobs[i].buffer;
-        jobs[i].request.on_end = on_end;
+        jobs[i].request.on_end = mode == QUIET ? NULL : on_end;
         jobs[i].request.context = &jobs[i];
     }
     for (uint8_t i = 0; i < SERVOS; i++)

@@ -1508,6 +1508,46 @@ void test_two_buses_do_not_meet(void)
     TEST_ASSERT_EQUAL(CDS_OK, other_request.result);
 }
 
+void test_submit_of_a_request_pending_on_another_bus_is_refused(void)
+{
+    static struct cds_bus other;
+
+    memset(&other, 0, sizeof other);
+    cds_bus_open(&other, PORT + 1, CDS_BAUD_1M);
+    ping(5);
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_submit(&other, &request));
+    TEST_ASSERT_EQUAL(CDS_BUS_IDLE, other.state);
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+}
+
+/* A bus without hooks, and a request without on_end, end by a shorter path. */
+void test_damaged_reply_then_another_packet_on_a_bus_without_hooks(void)
+{
+    static const uint8_t bad_pong[] = {0xFF, 0xFF, 0x05, 0x02, 0x00, 0x00};
+
+    bus.hooks = NULL;
+    ping(5);
+    hear(bad_pong, sizeof bad_pong);
+    port_fake_answer(&bus.link, 6, 0, NULL, 0);
+    assert_pending();
+    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+}
+
+void test_duplicate_reply_on_a_bus_without_hooks(void)
+{
+    bus.hooks = NULL;
+    ping(5);
+    hear(pong, sizeof pong);
+    assert_ended(CDS_OK);
+    hear(pong, sizeof pong);
+    poll_idle();
+    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, stats().ok);
+}
+
 static uint32_t random_state;
 
 static uint8_t random_below(uint8_t limit)

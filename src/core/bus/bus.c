@@ -85,6 +85,8 @@ static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds
 
     if (bus->gate & GATE_PERMIT) {
         result = bus->hooks->permit(bus->hooks->context, request);
+        if (result == CDS_OK && must_rest(bus, request))
+            result = CDS_PENDING; // a reply is due, though none was when the rest was checked
         if (result != CDS_OK)
             return result;
     }
@@ -342,6 +344,7 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
         if (bus->phase != (END_IS_QUIET | REPLY_IS_FOUND)) // one comparison for most replies
             return end_packet(bus);
         bus->state = CDS_BUS_IDLE;
+        bus->phase = 0; // or the next packet would be taken for a reply
         bus->request->result = CDS_OK;
         bus->request = NULL;
         return false;
@@ -405,6 +408,8 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
+        if (link->state != CDS_LINK_LISTENING)
+            return true; // no reply before the packet has left
         if (is_closing)
             end = bus->closing_end;
     }

@@ -6,8 +6,10 @@
 
 static void cancel_all(struct cds_bus *bus)
 {
-    if (bus->request)
+    if (bus->request) {
         bus->request->result = CDS_CANCELLED;
+        bus->request->retries = 0;
+    }
     if (bus->hooks)
         bus->hooks->cancel(bus->hooks->context, NULL);
 }
