@@ -81,8 +81,7 @@ static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state
 /* Its RAM area may be at initial values, and its settings may have changed. */
 static NOINLINE void forget(struct cds_servo_state *servo)
 {
-    servo->cw_limit = servo->ccw_limit = CDS_ANGLE_UNKNOWN;
-    servo->goal_known = servo->speed_known = false;
+    servo->held &= CDS_HELD_SPEED_0;
     servo->return_delay = CDS_SERVOS_UNKNOWN;
     servo->status_return_level = CDS_LEVEL_UNKNOWN;
     servo->is_registered = false;

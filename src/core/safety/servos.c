@@ -250,9 +250,9 @@ static void set_limits(struct cds_servo_state *servo, uint16_t lowest, uint16_t 
                        uint16_t fastest)
 {
     if (fastest < servo->fastest)
-        servo->speed_known = false;
+        servo->held &= (uint8_t)~CDS_HELD_SPEED;
     if (lowest > servo->lowest || highest < servo->highest)
-        servo->goal_known = false;
+        servo->held &= (uint8_t)~CDS_HELD_GOAL;
     servo->lowest = lowest;
     servo->highest = highest;
     servo->fastest = fastest;
