@@ -90,7 +90,7 @@ static NOINLINE void forget(struct cds_servo_state *servo)
 /* Of a write that was not answered the more careful value counts: an unknown rate, the longer
  * delay, the level at which more is answered. */
 static NOINLINE bool learn_settings(struct cds_servo_state *servo,
-                                    const struct cds_written *written, enum cds_source source)
+                                    const struct cds_written *written, uint8_t source)
 {
     uint8_t delay = servo->return_delay, level = servo->status_return_level;
     uint8_t baud_reg = cds_written_value(written, CDS_REG_BAUD_RATE, servo->baud_reg);
@@ -115,7 +115,7 @@ static NOINLINE bool learn_settings(struct cds_servo_state *servo,
 
 /* What was written or read, but for the ID. */
 static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo_state *servo,
-                                     const struct cds_written *written, enum cds_source source)
+                                     const struct cds_written *written, uint8_t source)
 {
     bool has_changed = false;
 
@@ -140,7 +140,7 @@ static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo
 }
 
 static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo,
-                        const uint8_t *bytes, enum cds_source source)
+                        const uint8_t *bytes, uint8_t source)
 {
     struct cds_servo_state *other;
     struct cds_written written;
@@ -161,7 +161,7 @@ static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo
 }
 
 static NOINLINE void learn_reset(struct cds_servos *servos, struct cds_servo_state *servo,
-                                 enum cds_source source)
+                                 uint8_t source)
 {
     struct cds_servo_state *next = servo;
 
@@ -183,7 +183,7 @@ static NOINLINE void learn_reset(struct cds_servos *servos, struct cds_servo_sta
 }
 
 static NOINLINE void learn_registered(struct cds_servos *servos, struct cds_servo_state *servo,
-                                      const struct cds_request *request, enum cds_source source)
+                                      const struct cds_request *request, uint8_t source)
 {
     struct cds_written written;
 
@@ -204,7 +204,7 @@ static NOINLINE void learn_registered(struct cds_servos *servos, struct cds_serv
 
 /* The packet was carried out, as far as `source` tells. */
 static void learn_packet(struct cds_servos *servos, struct cds_servo_state *servo,
-                         const struct cds_request *request, enum cds_source source)
+                         const struct cds_request *request, uint8_t source)
 {
     switch (request->packet.bytes[CDS_AT_INSTRUCTION]) {
     case CDS_WRITE: learn_write(servos, servo, request->packet.bytes, source); break;
@@ -366,7 +366,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
     bool is_due = request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
-    enum cds_source source = CDS_SOURCE_LOST;
+    uint8_t source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
     if (id == CDS_BROADCAST_ID)

@@ -18,7 +18,7 @@ enum cds_sets {
     CDS_SETS_DRIVE = CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED,
 };
 
-/* How it became known what a servo holds. */
+/* How it became known what a servo holds. Passed as uint8_t: saves registers. */
 enum cds_source {
     CDS_SOURCE_READ,     // the servo was read
     CDS_SOURCE_ANSWERED, // it has answered the packet that wrote it
@@ -63,12 +63,6 @@ static inline const uint8_t *cds_written_byte(const struct cds_written *written,
     return index < written->length && reg >= written->address ? written->data + index : NULL;
 }
 
-/* Returns the word of register `reg`, low byte first (R28), or NULL if a byte is not written. */
-static inline const uint8_t *cds_written_word(const struct cds_written *written, uint8_t reg)
-{
-    return cds_written_byte(written, (uint8_t)(reg + 1)) ? cds_written_byte(written, reg) : NULL;
-}
-
 /* Returns the value of register `reg`, or `otherwise` if it is not written. */
 static inline uint8_t cds_written_value(const struct cds_written *written, uint8_t reg,
                                         uint8_t otherwise)
@@ -90,6 +84,6 @@ enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8
  * what was known; else what differs is no longer known. True if an answer of the permit may have
  * changed. */
 bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
-                      enum cds_source source);
+                      uint8_t source);
 
 #endif

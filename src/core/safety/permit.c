@@ -36,7 +36,7 @@ static inline bool is_goal_and_speed(const struct cds_written *written)
 
 /* For servos of any ID, known or not. Margins, proportions and punch decide how far from its goal a
  * servo stands still whose torque is on. */
-static inline enum cds_result check_any(const struct check *check)
+static NOINLINE enum cds_result check_any(const struct check *check)
 {
     const struct cds_written *written = &check->written;
 
@@ -176,42 +176,6 @@ static inline enum cds_result check_block(struct check *check, struct cds_walk *
     return check_servo(check, servo);
 }
 
-/* Goals and speeds, as a cycle sends them, while driving is allowed: check_sync_write() the short
- * way. */
-static NOINLINE enum cds_result check_goals(struct check *check)
-{
-    const uint8_t *bytes = check->bytes, *block;
-    struct cds_servos *servos = check->servos;
-    struct cds_servo_state *servo;
-    struct cds_walk walk;
-    uint8_t left, checked;
-
-    begin_many(check);
-    cds_walk_begin(&walk, servos, servos->checked_index);
-    checked = servos->checked;
-    block = bytes + CDS_AT_PARAMETERS + 2 + (uint16_t)(checked * (CDS_GOAL_SIZE + 1u));
-    left = (uint8_t)(bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH - block);
-    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1)) {
-        if (walk.budget == 0) {
-            servos->checked = checked;
-            servos->checked_index = walk.index;
-            return CDS_PENDING;
-        }
-        servo = cds_walk_to(&walk, servos, *block);
-        check->refused_id = *block++;
-        if (servo && cds_servo_is_inhibited(servo))
-            return CDS_INHIBITED;
-        if (servo && cds_limits_check_goal(servo, block) != CDS_OK)
-            return CDS_LIMIT;
-        if (!servo && check->refused_id > CDS_ID_MAX && servos->count)
-            return CDS_LIMIT; // it may reach every servo, or none
-        block += CDS_GOAL_SIZE;
-        checked++;
-        cds_walk_pay(&walk, 1);
-    }
-    return CDS_OK;
-}
-
 static NOINLINE enum cds_result check_sync_write(struct check *check)
 {
     uint8_t sets = check->written.sets;
@@ -223,19 +187,16 @@ static NOINLINE enum cds_result check_sync_write(struct check *check)
     if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
         !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
         return CDS_OK;
-    if (is_goal_and_speed(&check->written) && !check->is_inhibited &&
-        servos->grows != CDS_GROWS_ALWAYS)
-        return check_goals(check);
+    if (is_goal_and_speed(&check->written))
+        cost = 1;
     begin_many(check);
     cds_walk_begin(&walk, servos, servos->checked_index);
     cds_written_by(check->bytes, servos->checked, &check->written);
-    for (;;) {
+    while (cds_written_next(&check->written)) {
         if (walk.budget == 0) {
             servos->checked_index = walk.index;
             return CDS_PENDING;
         }
-        if (!cds_written_next(&check->written))
-            break;
         result = check_block(check, &walk);
         if (result != CDS_OK) {
             check->refused_id = check->written.id;
