@@ -115,7 +115,7 @@ ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, const uint8_t 
 
 /* In endless turn a servo has no use for the goal, and stands still at speed 0. In position mode it
  * goes as fast as it can at speed 0. */
-NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
+NOINLINE uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
 {
     uint16_t magnitude;
     uint8_t mode;
@@ -220,7 +220,7 @@ static NOINLINE bool may_hold(struct cds_servo_state *servo, const struct cds_wr
     return true;
 }
 
-enum cds_result cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
+uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
 {
     if (!servo->has_limits || !(written->sets & CDS_SETS_DRIVE) || may_hold(servo, written))
         return CDS_OK;

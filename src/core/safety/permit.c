@@ -36,7 +36,7 @@ static inline bool is_goal_and_speed(const struct cds_written *written)
 
 /* For servos of any ID, known or not. Margins, proportions and punch decide how far from its goal a
  * servo stands still whose torque is on. */
-static NOINLINE enum cds_result check_any(const struct check *check)
+static NOINLINE uint8_t check_any(const struct check *check)
 {
     const struct cds_written *written = &check->written;
 
@@ -54,7 +54,7 @@ static inline bool is_of_move(const struct check *check)
 }
 
 /* What an ACTION that is not heard leaves behind must not change where and how a servo answers. */
-static enum cds_result check_registered(const struct check *check, struct cds_servo_state *servo)
+static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->written;
 
@@ -67,7 +67,7 @@ static enum cds_result check_registered(const struct check *check, struct cds_se
     return cds_limits_check_goal(servo, written->data);
 }
 
-static enum cds_result check_action(const struct check *check, const struct cds_servo_state *servo)
+static uint8_t check_action(const struct check *check, const struct cds_servo_state *servo)
 {
     if (cds_servo_is_inhibited(servo))
         return CDS_INHIBITED;
@@ -78,8 +78,7 @@ static enum cds_result check_action(const struct check *check, const struct cds_
 }
 
 /* A servo that is OFFLINE refuses what is sent to it alone; it stops no packet to others. */
-static NOINLINE enum cds_result check_servo(const struct check *check,
-                                            struct cds_servo_state *servo)
+static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->written;
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
@@ -99,8 +98,7 @@ static NOINLINE enum cds_result check_servo(const struct check *check,
     return cds_limits_check(servo, written);
 }
 
-static enum cds_result check_id(const struct check *check, const struct cds_servo_state *servo,
-                                uint8_t to)
+static uint8_t check_id(const struct check *check, const struct cds_servo_state *servo, uint8_t to)
 {
     uint8_t id = check->bytes[CDS_AT_ID];
 
@@ -123,11 +121,11 @@ static NOINLINE void begin_many(const struct check *check)
     }
 }
 
-static NOINLINE enum cds_result check_all(struct check *check)
+static NOINLINE uint8_t check_all(struct check *check)
 {
     uint8_t cost = check->written.sets == CDS_SETS_TORQUE ? 1 : 3;
     struct cds_servos *servos = check->servos;
-    enum cds_result result;
+    uint8_t result;
     struct cds_walk walk;
 
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(check->written.sets & CDS_SETS_DRIVE))
@@ -149,11 +147,11 @@ static NOINLINE enum cds_result check_all(struct check *check)
     return CDS_OK;
 }
 
-static inline enum cds_result check_block(struct check *check, struct cds_walk *walk)
+static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
 {
     const struct cds_written *written = &check->written;
     struct cds_servos *servos = check->servos;
-    enum cds_result result = check_any(check);
+    uint8_t result = check_any(check);
     struct cds_servo_state *servo;
 
     if (result != CDS_OK)
@@ -176,12 +174,12 @@ static inline enum cds_result check_block(struct check *check, struct cds_walk *
     return check_servo(check, servo);
 }
 
-static NOINLINE enum cds_result check_sync_write(struct check *check)
+static NOINLINE uint8_t check_sync_write(struct check *check)
 {
     uint8_t sets = check->written.sets;
     uint8_t cost = sets & CDS_SETS_DRIVE ? (sets == CDS_SETS_TORQUE ? 2 : 4) : 1;
     struct cds_servos *servos = check->servos;
-    enum cds_result result;
+    uint8_t result;
     struct cds_walk walk;
 
     if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
@@ -211,11 +209,11 @@ static NOINLINE enum cds_result check_sync_write(struct check *check)
 
 /* ---- the packet ---- */
 
-static enum cds_result check_write(struct check *check, struct cds_servo_state *servo)
+static uint8_t check_write(struct check *check, struct cds_servo_state *servo)
 {
     struct cds_written *written = &check->written;
     const uint8_t *bytes = check->bytes;
-    enum cds_result result;
+    uint8_t result;
 
     if (cds_written_is_torque_off(bytes))
         return CDS_OK;
@@ -235,7 +233,7 @@ static enum cds_result check_write(struct check *check, struct cds_servo_state *
     return CDS_OK;
 }
 
-static enum cds_result check_action_or_reset(struct check *check, struct cds_servo_state *servo)
+static uint8_t check_action_or_reset(struct check *check, struct cds_servo_state *servo)
 {
     struct cds_servos *servos = check->servos;
     bool is_to_all = check->bytes[CDS_AT_ID] == CDS_BROADCAST_ID;
@@ -252,7 +250,7 @@ static enum cds_result check_action_or_reset(struct check *check, struct cds_ser
     return check_id(check, servo, CDS_FACTORY_ID);
 }
 
-static inline enum cds_result check_packet(struct check *check, struct cds_servo_state *servo)
+static inline uint8_t check_packet(struct check *check, struct cds_servo_state *servo)
 {
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
 
@@ -273,12 +271,12 @@ static inline enum cds_result check_packet(struct check *check, struct cds_servo
     }
 }
 
-static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds_request *request,
-                                           struct cds_servo_state *servo)
+static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request *request,
+                                   struct cds_servo_state *servo)
 {
     const uint8_t *bytes = request->packet.bytes;
     struct check check;
-    enum cds_result result;
+    uint8_t result;
 
     if (servos->was_asked && servos->checked_request == request) {
         servos->was_asked = false; // by the bus, in this very call of cds_bus_submit()
@@ -340,7 +338,7 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
     if (request->check == servos->epoch ||
         (!servos->inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
         return CDS_OK;
-    return check_anew(servos, request, servo);
+    return (enum cds_result)check_anew(servos, request, servo);
 }
 
 enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index,
@@ -356,5 +354,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         cds_servos_meet(servos, id, false);
         return CDS_OK;
     }
-    return cds_servo_is_inhibited(servo) ? CDS_INHIBITED : cds_limits_check_goal(servo, goal);
+    if (cds_servo_is_inhibited(servo))
+        return CDS_INHIBITED;
+    return (enum cds_result)cds_limits_check_goal(servo, goal);
 }
