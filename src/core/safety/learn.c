@@ -439,15 +439,13 @@ static NOINLINE bool learn_blocks(struct cds_servos *servos, const uint8_t *byte
     if (!cds_written_by(bytes, servos->learnt, &written) ||
         !(written.sets & (CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_TORQUE)))
         return false;
-    while (walk.budget) {
+    while (walk.budget > 0) {
         struct cds_servo_state *servo;
 
         if (!cds_written_next(&written))
             return false;
         servo = cds_walk_to(&walk, servos, written.id);
-        if (servo && written.sets == CDS_SETS_TORQUE)
-            servo->torque = *cds_written_byte(&written, CDS_REG_TORQUE_ENABLE);
-        else if (servo)
+        if (servo)
             learn_registers(servos, servo, &written, CDS_SOURCE_SENT);
         cds_walk_pay(&walk, written.sets == CDS_SETS_TORQUE ? 1 : 3);
         servos->learnt++;
@@ -481,7 +479,7 @@ static NOINLINE bool learn_broadcast(struct cds_servos *servos, const struct cds
     }
     cds_walk_begin(&walk, servos, servos->learnt_index);
     for (; walk.index < servos->count; walk.index++, walk.servo++) {
-        if (walk.budget == 0) {
+        if (walk.budget <= 0) {
             servos->learnt_index = walk.index;
             return true;
         }

@@ -82,13 +82,13 @@ static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_
 {
     const struct cds_written *written = &check->written;
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
-    bool is_inhibited = cds_servo_is_inhibited(servo);
+    uint8_t is_inhibited = cds_servo_is_inhibited(servo);
 
     if (instruction == CDS_ACTION)
         return check_action(check, servo);
     if (servo->presence == CDS_PRESENCE_OFFLINE && check->bytes[CDS_AT_ID] != CDS_BROADCAST_ID &&
         instruction != CDS_SYNC_WRITE)
-        is_inhibited = true;
+        is_inhibited = 1;
     if (is_inhibited && drives(written))
         return CDS_INHIBITED;
     if (instruction == CDS_REG_WRITE)
@@ -133,7 +133,7 @@ static NOINLINE uint8_t check_all(struct check *check)
     begin_many(check);
     cds_walk_begin(&walk, servos, servos->checked_index);
     for (; walk.index < servos->count; walk.index++, walk.servo++) {
-        if (walk.budget == 0) {
+        if (walk.budget <= 0) {
             servos->checked_index = walk.index;
             return CDS_PENDING;
         }
@@ -168,9 +168,6 @@ static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
             servos->checked_epoch = servos->epoch; // what was found good still is
         return CDS_OK;
     }
-    if (is_goal_and_speed(written))
-        return cds_servo_is_inhibited(servo) ? CDS_INHIBITED
-                                             : cds_limits_check_goal(servo, written->data);
     return check_servo(check, servo);
 }
 
@@ -191,7 +188,7 @@ static NOINLINE uint8_t check_sync_write(struct check *check)
     cds_walk_begin(&walk, servos, servos->checked_index);
     cds_written_by(check->bytes, servos->checked, &check->written);
     while (cds_written_next(&check->written)) {
-        if (walk.budget == 0) {
+        if (walk.budget <= 0) {
             servos->checked_index = walk.index;
             return CDS_PENDING;
         }

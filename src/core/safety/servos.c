@@ -24,6 +24,22 @@ NOINLINE struct cds_servo_state *cds_servos_search(const struct cds_servos *serv
     return NULL;
 }
 
+NOINLINE struct cds_servo_state *cds_walk_to(struct cds_walk *walk, const struct cds_servos *servos,
+                                             uint8_t id)
+{
+    struct cds_servo_state *servo = walk->servo;
+
+    if (walk->index >= servos->count || servo->id != id) {
+        cds_walk_pay(walk, (uint8_t)(1u + (servos->count >> 4)));
+        servo = cds_servos_search(servos, id, &walk->index);
+        if (!servo)
+            return NULL;
+    }
+    walk->index++;
+    walk->servo = servo + 1;
+    return servo;
+}
+
 struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
 {
     uint8_t index;
