@@ -23,11 +23,11 @@ static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_se
         return NULL;
     if (!other) {
         other = &servos->states[servos->count];
-        servo->second = servos->count++;
         *other = *servo;
         other->counters = (struct cds_servo_counters){0};
-        other->second = (uint8_t)(servo - servos->states);
+        cds_servos_search(servos, servo->id, &other->second); // no division
         other->id = id;
+        servo->second = servos->count++;
     }
     servo->has_answered = other->has_answered = false;
     servo->misses = other->misses = 0;
@@ -55,6 +55,7 @@ static void remove_entry(struct cds_servos *servos, uint8_t index)
 static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
 {
     struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
+    uint8_t index;
 
     if (!higher || servos->inhibited)
         return;
@@ -66,10 +67,11 @@ static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state
         lower->second = higher->second = CDS_NO_ID;
     } else if ((lower->has_answered && higher->misses == CDS_SERVOS_MISSES) ||
                (higher->has_answered && lower->misses == CDS_SERVOS_MISSES)) {
+        index = lower->second;
         if (higher->has_answered)
             *lower = *higher;
         lower->second = CDS_NO_ID;
-        remove_entry(servos, (uint8_t)(higher - servos->states));
+        remove_entry(servos, index);
     } else {
         return;
     }
@@ -119,20 +121,23 @@ static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo
 {
     bool has_changed = false;
 
-    if (written->sets & CDS_SETS_TORQUE && source != CDS_SOURCE_READ)
-        servo->torque = cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0) ||
-                        (source == CDS_SOURCE_LOST && servo->torque);
+    if (written->sets & CDS_SETS_TORQUE && source != CDS_SOURCE_READ) {
+        if (cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0))
+            servo->torque = true;
+        else if (source != CDS_SOURCE_LOST)
+            servo->torque = false;
+    }
     if (written->sets & CDS_SETS_REPLY)
         has_changed = learn_settings(servo, written, source);
     if (written->sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED) &&
         cds_limits_learn(servo, written, source))
         has_changed = true;
     if (written->sets & CDS_SETS_REGISTERED) {
-        if (source != CDS_SOURCE_READ ||
-            !cds_written_value(written, CDS_REG_REGISTERED_INSTRUCTION, 0))
+        const uint8_t *byte = cds_written_byte(written, CDS_REG_REGISTERED_INSTRUCTION);
+
+        if (source != CDS_SOURCE_READ || !byte || !*byte)
             servo->is_registered = false;
-        if (source <= CDS_SOURCE_ANSWERED &&
-            !cds_written_value(written, CDS_REG_REGISTERED_INSTRUCTION, 1))
+        if (source <= CDS_SOURCE_ANSWERED && byte && !*byte)
             servo->registered_torque = false;
     }
     if (has_changed)
@@ -224,11 +229,11 @@ static void learn_packet(struct cds_servos *servos, struct cds_servo_state *serv
 /* Torque that is off where it was on: the power was gone for a moment, or an alarm has shut it
  * down.
  */
-static void learn_torque(struct cds_servos *servos, struct cds_servo_state *servo, bool is_on)
+static void learn_torque(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t is_on)
 {
-    bool is_lost = servo->torque && !is_on;
+    uint8_t is_lost = !is_on && servo->torque;
 
-    servo->torque = is_on;
+    servo->torque = is_on != 0;
     if (!is_lost && servo->presence != CDS_PRESENCE_RETURNED)
         return; // nothing that the permit uses
     servo->presence = CDS_PRESENCE_ONLINE;
@@ -254,12 +259,14 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
                                 const struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
-    struct cds_written read = {
-        .data = request->reply, .address = bytes[CDS_AT_PARAMETERS], .length = request->length};
+    struct cds_written read;
 
     if (bytes[CDS_AT_LENGTH] != CDS_LENGTH_MIN + 2 ||
         bytes[CDS_AT_PARAMETERS + 1] != request->length)
         return; // not what was asked for
+    read.data = request->reply;
+    read.address = bytes[CDS_AT_PARAMETERS];
+    read.length = request->length;
     read.sets = cds_written_sets(read.address, read.length);
     if (read.sets & CDS_SETS_TORQUE)
         learn_torque(servos, servo, *cds_written_byte(&read, CDS_REG_TORQUE_ENABLE));

@@ -55,8 +55,8 @@ NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
     servos->changed_id = id;
 }
 
-struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
-                                          const struct cds_servo_state *servo)
+NOINLINE struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
+                                                   const struct cds_servo_state *servo)
 {
     return servo->second < servos->count ? &servos->states[servo->second] : NULL;
 }
@@ -75,24 +75,25 @@ bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_ser
     return !servo || (servo->second == CDS_NO_ID && servos->count < servos->capacity);
 }
 
-/* True if the packet on the wire may take an entry: it changes an ID. */
-static bool is_entry_reserved(const struct cds_servos *servos)
+/* Returns 1 if the packet on the wire may take an entry, since it changes an ID; else 0. */
+static uint8_t is_entry_reserved(const struct cds_servos *servos)
 {
     const struct cds_request *request = servos->bus->request;
     const uint8_t *bytes;
 
     if (!request || servos->bus->state < CDS_BUS_SENDING)
-        return false;
+        return 0;
     bytes = request->packet.bytes;
-    return bytes[CDS_AT_INSTRUCTION] == CDS_RESET ||
-           (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_PARAMETERS] <= CDS_REG_ID);
+    if (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE)
+        return bytes[CDS_AT_PARAMETERS] <= CDS_REG_ID;
+    return bytes[CDS_AT_INSTRUCTION] == CDS_RESET;
 }
 
 enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id)
 {
     if (id > CDS_ID_MAX || cds_servos_find(servos, id))
         return CDS_BAD_ARGUMENT;
-    if (servos->count + is_entry_reserved(servos) >= servos->capacity) {
+    if ((uint8_t)(servos->capacity - servos->count) <= is_entry_reserved(servos)) {
         servos->is_full = true;
         return CDS_NO_ROOM;
     }
@@ -282,9 +283,8 @@ enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_serv
 
     if (lowest > highest || highest > CDS_VALUE_MAX || fastest > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
-    set_limits(servo, lowest, highest, fastest);
-    if (other)
-        set_limits(other, lowest, highest, fastest);
+    for (struct cds_servo_state *each = servo; each; each = each == servo ? other : NULL)
+        set_limits(each, lowest, highest, fastest);
     note_guard(servos, servo);
     return CDS_OK;
 }
@@ -322,7 +322,7 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
     return alarms;
 }
 
-void cds_servos_inhibit_all(struct cds_servos *servos)
+NOINLINE void cds_servos_inhibit_all(struct cds_servos *servos)
 {
     servos->inhibited = true;
     note_guard(servos, NULL);
@@ -335,9 +335,8 @@ static void set_inhibited(struct cds_servos *servos, struct cds_servo_state *ser
 {
     struct cds_servo_state *other = cds_servos_second(servos, servo);
 
-    servo->inhibited = (uint8_t)((servo->inhibited & keep) | why) & 3u;
-    if (other)
-        other->inhibited = (uint8_t)((other->inhibited & keep) | why) & 3u;
+    for (struct cds_servo_state *each = servo; each; each = each == servo ? other : NULL)
+        each->inhibited = (uint8_t)((each->inhibited & keep) | why) & 3u;
     note_guard(servos, servo);
 }
 
