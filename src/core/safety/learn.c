@@ -279,11 +279,15 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
 
 static void note_error(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t error)
 {
-    if (error & ~servos->alarms || (servo && error & ~servo->alarms))
-        servos->news++;
+    uint8_t known = servos->alarms;
+
     servos->alarms |= error;
-    if (servo)
+    if (servo) {
+        known &= servo->alarms;
         servo->alarms |= error;
+    }
+    if (error & (uint8_t)~known)
+        servos->news++;
 }
 
 static void set_presence(struct cds_servos *servos, struct cds_servo_state *servo,
@@ -333,7 +337,7 @@ static void take_miss(struct cds_servos *servos, struct cds_servo_state *servo, 
 }
 
 /* Adds to a counter that stays at 255. */
-static void add(uint8_t *counter, uint16_t more)
+static NOINLINE void add(uint8_t *counter, uint16_t more)
 {
     *counter = more < UINT8_MAX - (uint16_t)*counter ? (uint8_t)(*counter + more) : UINT8_MAX;
 }
@@ -412,6 +416,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_servo_state *servo;
+    uint8_t *counter;
 
     if (servos->is_paused)
         return;
@@ -421,14 +426,14 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
     note_error(servos, servo, error);
     if (!servo)
         return;
-    if (event == CDS_EVENT_STALE_REPLY) {
-        add(&servo->counters.stale_replies, 1);
-        return;
-    }
-    add(event == CDS_EVENT_DUPLICATE_REPLY ? &servo->counters.duplicate_replies
-                                           : &servo->counters.unexpected_packets,
-        1);
-    if (servo->status_return_level < CDS_LEVEL_ALL) { // it says more than it was set to
+    counter = &servo->counters.unexpected_packets;
+    if (event == CDS_EVENT_STALE_REPLY)
+        counter = &servo->counters.stale_replies;
+    else if (event == CDS_EVENT_DUPLICATE_REPLY)
+        counter = &servo->counters.duplicate_replies;
+    add(counter, 1);
+    if (event != CDS_EVENT_STALE_REPLY &&
+        servo->status_return_level < CDS_LEVEL_ALL) { // it says more than it was set to
         servo->status_return_level = CDS_LEVEL_UNKNOWN;
         cds_servos_note_change(servos, id);
     }

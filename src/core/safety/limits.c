@@ -69,6 +69,31 @@ NOINLINE bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_wri
     return true;
 }
 
+NOINLINE bool cds_written_next(struct cds_written *written)
+{
+    if (written->left <= written->length)
+        return false;
+    written->left = (uint8_t)(written->left - written->length - 1);
+    written->data += (uint8_t)(written->length + 1u);
+    written->id = written->data[-1];
+    return true;
+}
+
+NOINLINE const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg)
+{
+    uint8_t index = (uint8_t)(reg - written->address);
+
+    return index < written->length && reg >= written->address ? written->data + index : NULL;
+}
+
+NOINLINE uint8_t cds_written_value(const struct cds_written *written, uint8_t reg,
+                                   uint8_t otherwise)
+{
+    const uint8_t *byte = cds_written_byte(written, reg);
+
+    return byte ? *byte : otherwise;
+}
+
 bool cds_written_is_torque_off(const uint8_t *bytes)
 {
     return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&

@@ -42,35 +42,16 @@ uint8_t cds_written_sets(uint8_t address, uint8_t length);
 bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
 
 /* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
-static inline bool cds_written_next(struct cds_written *written)
-{
-    if (written->left <= written->length)
-        return false;
-    written->left = (uint8_t)(written->left - written->length - 1);
-    written->data += (uint8_t)(written->length + 1u);
-    written->id = written->data[-1];
-    return true;
-}
+bool cds_written_next(struct cds_written *written);
 
 /* True if the packet is TORQUE_ENABLE = 0, and nothing else. */
 bool cds_written_is_torque_off(const uint8_t *bytes);
 
 /* Returns the byte of register `reg`, or NULL if it is not written. */
-static inline const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg)
-{
-    uint8_t index = (uint8_t)(reg - written->address);
-
-    return index < written->length && reg >= written->address ? written->data + index : NULL;
-}
+const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg);
 
 /* Returns the value of register `reg`, or `otherwise` if it is not written. */
-static inline uint8_t cds_written_value(const struct cds_written *written, uint8_t reg,
-                                        uint8_t otherwise)
-{
-    const uint8_t *byte = cds_written_byte(written, reg);
-
-    return byte ? *byte : otherwise;
-}
+uint8_t cds_written_value(const struct cds_written *written, uint8_t reg, uint8_t otherwise);
 
 /* Returns CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go
  * beyond a soft limit, or it is not known whether it would. A speed of 0 that is permitted is

@@ -15,6 +15,7 @@ struct check {
     const uint8_t *bytes;
     struct cds_written written;
     uint8_t refused_id;
+    bool is_of_move;   // `request` carries the registered move
     bool is_inhibited; // driving is, or was since this packet was checked last
 };
 
@@ -48,11 +49,6 @@ static NOINLINE uint8_t check_any(const struct check *check)
     return CDS_OK;
 }
 
-static inline bool is_of_move(const struct check *check)
-{
-    return check->request == check->servos->move_request;
-}
-
 /* What an ACTION that is not heard leaves behind must not change where and how a servo answers. */
 static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
@@ -62,7 +58,7 @@ static uint8_t check_registered(const struct check *check, struct cds_servo_stat
         return CDS_LIMIT;
     if (!servo->has_limits)
         return CDS_OK;
-    if (!is_of_move(check) || !is_goal_and_speed(written))
+    if (!check->is_of_move || !is_goal_and_speed(written))
         return CDS_LIMIT;
     return cds_limits_check_goal(servo, written->data);
 }
@@ -73,7 +69,7 @@ static uint8_t check_action(const struct check *check, const struct cds_servo_st
         return CDS_INHIBITED;
     if (!servo->has_limits)
         return CDS_OK;
-    return is_of_move(check) && servo->is_registered && check->servos->move_is_answered ? CDS_OK
+    return check->is_of_move && servo->is_registered && check->servos->move_is_answered ? CDS_OK
                                                                                         : CDS_LIMIT;
 }
 
@@ -251,7 +247,7 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
 {
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
 
-    if (is_of_move(check) && !check->servos->move_is_valid &&
+    if (check->is_of_move && !check->servos->move_is_valid &&
         (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
         return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
     switch (instruction) {
@@ -288,6 +284,7 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     check.bytes = bytes;
     check.refused_id = bytes[CDS_AT_ID];
     check.written.sets = 0;
+    check.is_of_move = request == servos->move_request;
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);

@@ -223,7 +223,7 @@ static bool is_set(const struct cds_cycle *cycle, uint8_t index)
 static void mend(struct cds_cycle *cycle, int16_t work)
 {
     uint8_t i = cycle->mended, count = cycle->count;
-    uint8_t *block, *whole = block_of(cycle->front, 0);
+    uint8_t *block, *whole = cycle->front + BLOCKS_AT;
     const uint8_t *id = cycle->ids, *end = id + count;
 
     for (; *whole != *id; whole += BLOCK_SIZE)
@@ -244,7 +244,7 @@ static void mend(struct cds_cycle *cycle, int16_t work)
 
 bool cds_cycle_goals_are_empty(const struct cds_cycle *cycle)
 {
-    return *block_of(cycle->front, 0) == LEFT_OUT;
+    return cycle->front[BLOCKS_AT] == LEFT_OUT;
 }
 
 /* Checks the goal of servo `index` again. True: the servo is left out of `packet` from now on. */
