@@ -52,7 +52,7 @@ static void remove_entry(struct cds_servos *servos, uint8_t index)
 /* The ID of `servo` is certain as soon as one of its two entries has answered a READ and the other
  * has missed three, or both have answered: then there are two servos. The lower entry stays where
  * it is. Not while driving is inhibited: torque_off goes through the entries. */
-static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
+static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
 {
     struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
     uint8_t index;
@@ -91,8 +91,8 @@ static NOINLINE void forget(struct cds_servo_state *servo)
 
 /* Of a write that was not answered the more careful value counts: an unknown rate, the longer
  * delay, the level at which more is answered. */
-static NOINLINE bool learn_settings(struct cds_servo_state *servo,
-                                    const struct cds_written *written, uint8_t source)
+static bool learn_settings(struct cds_servo_state *servo, const struct cds_written *written,
+                           uint8_t source)
 {
     uint8_t delay = servo->return_delay, level = servo->status_return_level;
     uint8_t baud_reg = cds_written_value(written, CDS_REG_BAUD_RATE, servo->baud_reg);
@@ -165,8 +165,7 @@ static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo
     }
 }
 
-static NOINLINE void learn_reset(struct cds_servos *servos, struct cds_servo_state *servo,
-                                 uint8_t source)
+static void learn_reset(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t source)
 {
     struct cds_servo_state *next = servo;
 
@@ -187,8 +186,8 @@ static NOINLINE void learn_reset(struct cds_servos *servos, struct cds_servo_sta
     cds_servos_note_change(servos, CDS_BROADCAST_ID);
 }
 
-static NOINLINE void learn_registered(struct cds_servos *servos, struct cds_servo_state *servo,
-                                      const struct cds_request *request, uint8_t source)
+static void learn_registered(struct cds_servos *servos, struct cds_servo_state *servo,
+                             const struct cds_request *request, uint8_t source)
 {
     struct cds_written written;
 
@@ -252,7 +251,7 @@ static inline bool is_feedback(const uint8_t *bytes)
     uint8_t address = bytes[CDS_AT_PARAMETERS];
 
     return address > CDS_REG_MOVING_SPEED + 1 && address <= CDS_REG_REGISTERED_INSTRUCTION &&
-           address + bytes[CDS_AT_PARAMETERS + 1] <= CDS_REG_REGISTERED_INSTRUCTION;
+           bytes[CDS_AT_PARAMETERS + 1] <= (uint8_t)(CDS_REG_REGISTERED_INSTRUCTION - address);
 }
 
 static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
@@ -442,7 +441,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 /* ---- what many servos hear, some each call ---- */
 
 /* True while there is more. Goals make nothing known: cds_limits_check() has noted a speed of 0. */
-static NOINLINE bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
+static bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
 {
     struct cds_written written;
     struct cds_walk walk;

@@ -3,7 +3,7 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "cds55xx/packet.h"        // CDS_AT_*
-#include "compiler.h"              // NOINLINE
+#include "compiler.h"              // NOINLINE, OPTIMIZER_BARRIER()
 #include "safety/permit.h"         // cds_servos_permit()
 #include "safety/servos_internal.h"
 
@@ -217,6 +217,7 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     uint16_t epoch = servos->epoch; // a cycle may hold it from before
     enum cds_result result;
 
+    OPTIMIZER_BARRIER(servos);
     if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1)
         return CDS_BAD_ARGUMENT;
     servos->hooks.permit = cds_servos_permit; // the bus looks whether there is one
