@@ -1017,7 +1017,7 @@ void test_while_paused_replies_tell_nothing(void)
     TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, two->presence);
     TEST_ASSERT_EQUAL_UINT16(0, two->counters.timeouts);
     in_position_mode(1); // answered although the level is 0
-    TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, one->ccw_limit);
+    TEST_ASSERT_FALSE(one->held & (CDS_HELD_CCW_SET | CDS_HELD_CCW_0));
     TEST_ASSERT_EQUAL_UINT16(CDS_RETURN_DELAY_MAX_US, request.return_delay_us);
     port_fake_answer(&bus.link, 1, CDS_ERROR_OVERLOAD, NULL, 0);
     look();

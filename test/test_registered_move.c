@@ -1046,7 +1046,7 @@ static void know_servos(uint8_t count)
                                                                      .count = count,
                                                                      .capacity = SERVOS + 1}));
     for (uint8_t i = 0; i < count; i++) {
-        states[i].ccw_limit = CDS_ANGLE_SET;
+        states[i].held = CDS_HELD_CCW_SET;
         TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&known, &states[i], 0, 1022, 1023));
     }
     goals[1].position = 1022;

@@ -488,7 +488,7 @@ void test_a_reset_of_all_on_purpose_leaves_them_inhibited_and_unknown(void)
     for (uint8_t i = 0; i < 3; i++) {
         TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[i].inhibited);
         TEST_ASSERT_EQUAL(CDS_PRESENCE_UNKNOWN, states[i].presence);
-        TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, states[i].ccw_limit);
+        TEST_ASSERT_FALSE(states[i].held & (CDS_HELD_CCW_SET | CDS_HELD_CCW_0));
     }
     assert_refused(CDS_LIMIT, cds_servo_reset(&bus, &request, CDS_BROADCAST_ID));
 }
@@ -684,7 +684,7 @@ void test_of_a_servo_that_returned_nothing_is_known(void)
     answer(cds_servo_ping(&bus, &request, 1), 1, 0);
     read_byte_gives(1, CDS_REG_TORQUE_ENABLE, 1); // it had its power all the time
     TEST_ASSERT_EQUAL_HEX8(0, one->inhibited);
-    TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, one->ccw_limit);
+    TEST_ASSERT_FALSE(one->held & (CDS_HELD_CCW_SET | CDS_HELD_CCW_0));
     assert_admitted(goal_and_speed(1, 500, 200));
 }
 
@@ -1267,10 +1267,10 @@ void test_half_a_change_of_mode_needs_a_speed_for_both(void)
     endless_turn(1);
     cds_servos_set_limits(&servos, one, 0, 1023, 300);
     holds(1, 500, 0);
-    TEST_ASSERT_EQUAL_UINT8(CDS_ANGLE_0, one->cw_limit);
+    TEST_ASSERT_BITS(CDS_HELD_CW_SET | CDS_HELD_CW_0, CDS_HELD_CW_0, one->held);
     read_gives(1, CDS_REG_CW_ANGLE_LIMIT, set, 4);
     read_byte_gives(1, CDS_REG_CW_ANGLE_LIMIT + 1, 0);
-    TEST_ASSERT_EQUAL_UINT8(CDS_ANGLE_UNKNOWN, one->cw_limit); // its low byte was 0, or not
+    TEST_ASSERT_FALSE(one->held & (CDS_HELD_CW_SET | CDS_HELD_CW_0)); // its low byte was 0, or not
     read_byte_gives(1, CDS_REG_CCW_ANGLE_LIMIT + 1, 0);
     assert_refused(CDS_LIMIT, write_byte(1, CDS_REG_CW_ANGLE_LIMIT + 1, 0));
     wrote_word(1, CDS_REG_MOVING_SPEED, 300);
@@ -1316,14 +1316,14 @@ void test_nothing_unacknowledged_makes_goal_or_speed_known(void)
     in_position_mode(1);
     cds_servos_set_limits(&servos, one, 200, 800, 300);
     silence(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, data, sizeof data));
-    TEST_ASSERT_FALSE(one->goal_known);
-    TEST_ASSERT_FALSE(one->speed_known);
+    TEST_ASSERT_FALSE(one->held & CDS_HELD_GOAL);
+    TEST_ASSERT_FALSE(one->held & CDS_HELD_SPEED);
     assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, data, sizeof data));
-    TEST_ASSERT_FALSE(one->goal_known); // rule 6: written is not read
-    TEST_ASSERT_FALSE(one->speed_known);
+    TEST_ASSERT_FALSE(one->held & CDS_HELD_GOAL); // rule 6: written is not read
+    TEST_ASSERT_FALSE(one->held & CDS_HELD_SPEED);
     holds(1, 256, 100);
-    TEST_ASSERT_TRUE(one->goal_known);
-    TEST_ASSERT_TRUE(one->speed_known);
+    TEST_ASSERT_TRUE(one->held & CDS_HELD_GOAL);
+    TEST_ASSERT_TRUE(one->held & CDS_HELD_SPEED);
 }
 
 /* It would go on with what it was told before there was a limit. */

@@ -48,11 +48,16 @@ enum cds_inhibit {
     CDS_INHIBIT_STOPPED = 2,    // the caller has inhibited it
 };
 
-/* What is known of one of the two angle limits, 0x06 and 0x08. */
-enum cds_angle_limit {
-    CDS_ANGLE_UNKNOWN,
-    CDS_ANGLE_SET, // not 0: position mode, whatever the other one is
-    CDS_ANGLE_0,   // both 0: endless turn
+/* What is known of mode, goal and speed of a servo: bits. An angle limit with neither bit is not
+ * known. */
+enum cds_held {
+    CDS_HELD_CW_SET = 0x01,  // the limit 0x06 is not 0: position mode, whatever the other one is
+    CDS_HELD_CW_0 = 0x02,    // the limit 0x06 is 0; if both are: endless turn
+    CDS_HELD_CCW_SET = 0x04, // as CDS_HELD_CW_SET for the limit 0x08
+    CDS_HELD_CCW_0 = 0x08,   // as CDS_HELD_CW_0 for the limit 0x08
+    CDS_HELD_GOAL = 0x10,    // the goal it holds was read and is within the limits
+    CDS_HELD_SPEED = 0x20,   // the speed it holds was read and is within the limit
+    CDS_HELD_SPEED_0 = 0x40, // the speed it holds may be 0
 };
 
 /* When the list grows by a servo that is not in it, up to the capacity. */
@@ -91,12 +96,8 @@ struct cds_servo_state {
     uint8_t inhibited : 2;    // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
     uint8_t misses : 2;       // transactions in a row without its reply, up to 3
     uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN
-    uint8_t cw_limit : 2;            // enum cds_angle_limit
-    uint8_t ccw_limit : 2;           // enum cds_angle_limit
+    uint8_t held;                    // CDS_HELD_* bits
     bool has_limits : 1;             // a soft limit of its goal or of its speed is set
-    bool goal_known : 1;             // the goal it holds was read and is within the limits
-    bool speed_known : 1;            // the speed it holds was read and is within the limit
-    bool speed_0 : 1;                // the speed it holds may be 0
     bool torque : 1;                 // torque is on, as far as is known
     bool has_answered : 1;           // it answered a READ since its ID became uncertain
     bool is_registered : 1;          // it has answered the REG WRITE of the registered move

@@ -5,8 +5,9 @@
 
 #include "compiler.h" // OPTIMIZER_BARRIER(), NOINLINE
 
-enum cds_result cds_steps_check(const struct cds_bus *bus, const struct cds_request *request,
-                                uint16_t packet_capacity, uint8_t reply_capacity)
+NOINLINE enum cds_result cds_steps_check(const struct cds_bus *bus,
+                                         const struct cds_request *request,
+                                         uint16_t packet_capacity, uint8_t reply_capacity)
 {
     if (bus->state == CDS_BUS_CLOSED)
         return CDS_BAD_ARGUMENT;
@@ -17,14 +18,15 @@ enum cds_result cds_steps_check(const struct cds_bus *bus, const struct cds_requ
     return CDS_OK;
 }
 
-enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
-                                          const struct cds_request *request,
-                                          uint16_t packet_capacity, uint8_t reply_capacity)
+NOINLINE enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
+                                                   const struct cds_request *request,
+                                                   uint16_t packet_capacity, uint8_t reply_capacity)
 {
     return bus->lock ? CDS_BUSY : cds_steps_check(bus, request, packet_capacity, reply_capacity);
 }
 
-void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_request *request)
+NOINLINE void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus,
+                              struct cds_request *request)
 {
     *steps = (struct cds_steps){
         .bus = bus,
@@ -76,7 +78,7 @@ void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
     cds_bus_set_return_delay(bus, CDS_RETURN_DELAY_MAX_US);
 }
 
-void cds_steps_end(struct cds_steps *steps, enum cds_result result)
+NOINLINE void cds_steps_end(struct cds_steps *steps, enum cds_result result)
 {
     if (steps->outcome == CDS_PENDING)
         steps->outcome = (uint8_t)result;

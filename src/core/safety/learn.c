@@ -23,11 +23,11 @@ static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_se
         return NULL;
     if (!other) {
         other = &servos->states[servos->count];
-        servo->second = servos->count++;
         *other = *servo;
         other->counters = (struct cds_servo_counters){0};
-        other->second = (uint8_t)(servo - servos->states);
+        cds_servos_search(servos, servo->id, &other->second); // no division
         other->id = id;
+        servo->second = servos->count++;
     }
     servo->has_answered = other->has_answered = false;
     servo->misses = other->misses = 0;
@@ -52,9 +52,10 @@ static void remove_entry(struct cds_servos *servos, uint8_t index)
 /* The ID of `servo` is certain as soon as one of its two entries has answered a READ and the other
  * has missed three, or both have answered: then there are two servos. The lower entry stays where
  * it is. Not while driving is inhibited: torque_off goes through the entries. */
-static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
+static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
 {
     struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
+    uint8_t index;
 
     if (!higher || servos->inhibited)
         return;
@@ -66,10 +67,11 @@ static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state
         lower->second = higher->second = CDS_NO_ID;
     } else if ((lower->has_answered && higher->misses == CDS_SERVOS_MISSES) ||
                (higher->has_answered && lower->misses == CDS_SERVOS_MISSES)) {
+        index = lower->second;
         if (higher->has_answered)
             *lower = *higher;
         lower->second = CDS_NO_ID;
-        remove_entry(servos, (uint8_t)(higher - servos->states));
+        remove_entry(servos, index);
     } else {
         return;
     }
@@ -81,8 +83,7 @@ static NOINLINE void settle_id(struct cds_servos *servos, struct cds_servo_state
 /* Its RAM area may be at initial values, and its settings may have changed. */
 static NOINLINE void forget(struct cds_servo_state *servo)
 {
-    servo->cw_limit = servo->ccw_limit = CDS_ANGLE_UNKNOWN;
-    servo->goal_known = servo->speed_known = false;
+    servo->held &= CDS_HELD_SPEED_0;
     servo->return_delay = CDS_SERVOS_UNKNOWN;
     servo->status_return_level = CDS_LEVEL_UNKNOWN;
     servo->is_registered = false;
@@ -90,8 +91,8 @@ static NOINLINE void forget(struct cds_servo_state *servo)
 
 /* Of a write that was not answered the more careful value counts: an unknown rate, the longer
  * delay, the level at which more is answered. */
-static NOINLINE bool learn_settings(struct cds_servo_state *servo,
-                                    const struct cds_written *written, enum cds_source source)
+static bool learn_settings(struct cds_servo_state *servo, const struct cds_written *written,
+                           uint8_t source)
 {
     uint8_t delay = servo->return_delay, level = servo->status_return_level;
     uint8_t baud_reg = cds_written_value(written, CDS_REG_BAUD_RATE, servo->baud_reg);
@@ -116,24 +117,27 @@ static NOINLINE bool learn_settings(struct cds_servo_state *servo,
 
 /* What was written or read, but for the ID. */
 static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo_state *servo,
-                                     const struct cds_written *written, enum cds_source source)
+                                     const struct cds_written *written, uint8_t source)
 {
     bool has_changed = false;
 
-    if (written->sets & CDS_SETS_TORQUE && source != CDS_SOURCE_READ)
-        servo->torque = cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0) ||
-                        (source == CDS_SOURCE_LOST && servo->torque);
+    if (written->sets & CDS_SETS_TORQUE && source != CDS_SOURCE_READ) {
+        if (cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0))
+            servo->torque = true;
+        else if (source != CDS_SOURCE_LOST)
+            servo->torque = false;
+    }
     if (written->sets & CDS_SETS_REPLY)
         has_changed = learn_settings(servo, written, source);
     if (written->sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED) &&
         cds_limits_learn(servo, written, source))
         has_changed = true;
     if (written->sets & CDS_SETS_REGISTERED) {
-        if (source != CDS_SOURCE_READ ||
-            !cds_written_value(written, CDS_REG_REGISTERED_INSTRUCTION, 0))
+        const uint8_t *byte = cds_written_byte(written, CDS_REG_REGISTERED_INSTRUCTION);
+
+        if (source != CDS_SOURCE_READ || !byte || !*byte)
             servo->is_registered = false;
-        if (source <= CDS_SOURCE_ANSWERED &&
-            !cds_written_value(written, CDS_REG_REGISTERED_INSTRUCTION, 1))
+        if (source <= CDS_SOURCE_ANSWERED && byte && !*byte)
             servo->registered_torque = false;
     }
     if (has_changed)
@@ -141,7 +145,7 @@ static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo
 }
 
 static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo,
-                        const uint8_t *bytes, enum cds_source source)
+                        const uint8_t *bytes, uint8_t source)
 {
     struct cds_servo_state *other;
     struct cds_written written;
@@ -161,8 +165,7 @@ static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo
     }
 }
 
-static NOINLINE void learn_reset(struct cds_servos *servos, struct cds_servo_state *servo,
-                                 enum cds_source source)
+static void learn_reset(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t source)
 {
     struct cds_servo_state *next = servo;
 
@@ -183,8 +186,8 @@ static NOINLINE void learn_reset(struct cds_servos *servos, struct cds_servo_sta
     cds_servos_note_change(servos, CDS_BROADCAST_ID);
 }
 
-static NOINLINE void learn_registered(struct cds_servos *servos, struct cds_servo_state *servo,
-                                      const struct cds_request *request, enum cds_source source)
+static void learn_registered(struct cds_servos *servos, struct cds_servo_state *servo,
+                             const struct cds_request *request, uint8_t source)
 {
     struct cds_written written;
 
@@ -204,7 +207,7 @@ static NOINLINE void learn_registered(struct cds_servos *servos, struct cds_serv
 
 /* The packet was carried out, as far as `source` tells. */
 static void learn_packet(struct cds_servos *servos, struct cds_servo_state *servo,
-                         const struct cds_request *request, enum cds_source source)
+                         const struct cds_request *request, uint8_t source)
 {
     switch (request->packet.bytes[CDS_AT_INSTRUCTION]) {
     case CDS_WRITE: learn_write(servos, servo, request->packet.bytes, source); break;
@@ -224,11 +227,11 @@ static void learn_packet(struct cds_servos *servos, struct cds_servo_state *serv
 /* Torque that is off where it was on: the power was gone for a moment, or an alarm has shut it
  * down.
  */
-static void learn_torque(struct cds_servos *servos, struct cds_servo_state *servo, bool is_on)
+static void learn_torque(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t is_on)
 {
-    bool is_lost = servo->torque && !is_on;
+    uint8_t is_lost = !is_on && servo->torque;
 
-    servo->torque = is_on;
+    servo->torque = is_on != 0;
     if (!is_lost && servo->presence != CDS_PRESENCE_RETURNED)
         return; // nothing that the permit uses
     servo->presence = CDS_PRESENCE_ONLINE;
@@ -247,19 +250,21 @@ static inline bool is_feedback(const uint8_t *bytes)
     uint8_t address = bytes[CDS_AT_PARAMETERS];
 
     return address > CDS_REG_MOVING_SPEED + 1 && address <= CDS_REG_REGISTERED_INSTRUCTION &&
-           address + bytes[CDS_AT_PARAMETERS + 1] <= CDS_REG_REGISTERED_INSTRUCTION;
+           bytes[CDS_AT_PARAMETERS + 1] <= (uint8_t)(CDS_REG_REGISTERED_INSTRUCTION - address);
 }
 
 static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
                                 const struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
-    struct cds_written read = {
-        .data = request->reply, .address = bytes[CDS_AT_PARAMETERS], .length = request->length};
+    struct cds_written read;
 
     if (bytes[CDS_AT_LENGTH] != CDS_LENGTH_MIN + 2 ||
         bytes[CDS_AT_PARAMETERS + 1] != request->length)
         return; // not what was asked for
+    read.data = request->reply;
+    read.address = bytes[CDS_AT_PARAMETERS];
+    read.length = request->length;
     read.sets = cds_written_sets(read.address, read.length);
     if (read.sets & CDS_SETS_TORQUE)
         learn_torque(servos, servo, *cds_written_byte(&read, CDS_REG_TORQUE_ENABLE));
@@ -272,11 +277,15 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
 
 static void note_error(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t error)
 {
-    if (error & ~servos->alarms || (servo && error & ~servo->alarms))
-        servos->news++;
+    uint8_t known = servos->alarms;
+
     servos->alarms |= error;
-    if (servo)
+    if (servo) {
+        known &= servo->alarms;
         servo->alarms |= error;
+    }
+    if (error & (uint8_t)~known)
+        servos->news++;
 }
 
 static void set_presence(struct cds_servos *servos, struct cds_servo_state *servo,
@@ -326,7 +335,7 @@ static void take_miss(struct cds_servos *servos, struct cds_servo_state *servo, 
 }
 
 /* Adds to a counter that stays at 255. */
-static void add(uint8_t *counter, uint16_t more)
+static NOINLINE void add(uint8_t *counter, uint16_t more)
 {
     *counter = more < UINT8_MAX - (uint16_t)*counter ? (uint8_t)(*counter + more) : UINT8_MAX;
 }
@@ -366,7 +375,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
     bool is_due = request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
-    enum cds_source source = CDS_SOURCE_LOST;
+    uint8_t source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
     if (id == CDS_BROADCAST_ID)
@@ -405,6 +414,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_servo_state *servo;
+    uint8_t *counter;
 
     if (servos->is_paused)
         return;
@@ -414,14 +424,14 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
     note_error(servos, servo, error);
     if (!servo)
         return;
-    if (event == CDS_EVENT_STALE_REPLY) {
-        add(&servo->counters.stale_replies, 1);
-        return;
-    }
-    add(event == CDS_EVENT_DUPLICATE_REPLY ? &servo->counters.duplicate_replies
-                                           : &servo->counters.unexpected_packets,
-        1);
-    if (servo->status_return_level < CDS_LEVEL_ALL) { // it says more than it was set to
+    counter = &servo->counters.unexpected_packets;
+    if (event == CDS_EVENT_STALE_REPLY)
+        counter = &servo->counters.stale_replies;
+    else if (event == CDS_EVENT_DUPLICATE_REPLY)
+        counter = &servo->counters.duplicate_replies;
+    add(counter, 1);
+    if (event != CDS_EVENT_STALE_REPLY &&
+        servo->status_return_level < CDS_LEVEL_ALL) { // it says more than it was set to
         servo->status_return_level = CDS_LEVEL_UNKNOWN;
         cds_servos_note_change(servos, id);
     }
@@ -430,7 +440,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 /* ---- what many servos hear, some each call ---- */
 
 /* True while there is more. Goals make nothing known: cds_limits_check() has noted a speed of 0. */
-static NOINLINE bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
+static bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
 {
     struct cds_written written;
     struct cds_walk walk;
@@ -439,15 +449,13 @@ static NOINLINE bool learn_blocks(struct cds_servos *servos, const uint8_t *byte
     if (!cds_written_by(bytes, servos->learnt, &written) ||
         !(written.sets & (CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_TORQUE)))
         return false;
-    while (walk.budget) {
+    while (walk.budget > 0) {
         struct cds_servo_state *servo;
 
         if (!cds_written_next(&written))
             return false;
         servo = cds_walk_to(&walk, servos, written.id);
-        if (servo && written.sets == CDS_SETS_TORQUE)
-            servo->torque = *cds_written_byte(&written, CDS_REG_TORQUE_ENABLE);
-        else if (servo)
+        if (servo)
             learn_registers(servos, servo, &written, CDS_SOURCE_SENT);
         cds_walk_pay(&walk, written.sets == CDS_SETS_TORQUE ? 1 : 3);
         servos->learnt++;
@@ -481,7 +489,7 @@ static NOINLINE bool learn_broadcast(struct cds_servos *servos, const struct cds
     }
     cds_walk_begin(&walk, servos, servos->learnt_index);
     for (; walk.index < servos->count; walk.index++, walk.servo++) {
-        if (walk.budget == 0) {
+        if (walk.budget <= 0) {
             servos->learnt_index = walk.index;
             return true;
         }

@@ -69,6 +69,31 @@ NOINLINE bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_wri
     return true;
 }
 
+NOINLINE bool cds_written_next(struct cds_written *written)
+{
+    if (written->left <= written->length)
+        return false;
+    written->left = (uint8_t)(written->left - written->length - 1);
+    written->data += (uint8_t)(written->length + 1u);
+    written->id = written->data[-1];
+    return true;
+}
+
+NOINLINE const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg)
+{
+    uint8_t index = (uint8_t)(reg - written->address);
+
+    return index < written->length && reg >= written->address ? written->data + index : NULL;
+}
+
+NOINLINE uint8_t cds_written_value(const struct cds_written *written, uint8_t reg,
+                                   uint8_t otherwise)
+{
+    const uint8_t *byte = cds_written_byte(written, reg);
+
+    return byte ? *byte : otherwise;
+}
+
 bool cds_written_is_torque_off(const uint8_t *bytes)
 {
     return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
@@ -77,13 +102,18 @@ bool cds_written_is_torque_off(const uint8_t *bytes)
 
 /* ---- what may be written ---- */
 
+#define HELD_POSITION (CDS_HELD_CW_SET | CDS_HELD_CCW_SET) // any of them: position mode
+#define HELD_TURN     (CDS_HELD_CW_0 | CDS_HELD_CCW_0)     // both of them: endless turn
+#define HELD_CW       (CDS_HELD_CW_SET | CDS_HELD_CW_0)
+#define HELD_CCW      (CDS_HELD_CCW_SET | CDS_HELD_CCW_0)
+
 enum mode { MODE_UNKNOWN, MODE_POSITION, MODE_TURN };
 
-ALWAYS_INLINE uint8_t mode_of(uint8_t cw_limit, uint8_t ccw_limit)
+ALWAYS_INLINE uint8_t mode_of(uint8_t held)
 {
-    if ((cw_limit | ccw_limit) & CDS_ANGLE_SET)
+    if (held & HELD_POSITION)
         return MODE_POSITION;
-    return cw_limit & ccw_limit ? MODE_TURN : MODE_UNKNOWN;
+    return (held & HELD_TURN) == HELD_TURN ? MODE_TURN : MODE_UNKNOWN;
 }
 
 ALWAYS_INLINE uint16_t word_at(const uint8_t *data)
@@ -108,22 +138,9 @@ ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, const uint8_t 
            (word_at(goal) <= servo->highest || servo->highest == CDS_VALUE_MAX);
 }
 
-/* The angle limit at `reg`, of which `known` was known. */
-static NOINLINE uint8_t angle_limit(uint8_t known, const struct cds_written *written, uint8_t reg)
-{
-    const uint8_t *low = cds_written_byte(written, reg);
-    const uint8_t *high = cds_written_byte(written, (uint8_t)(reg + 1));
-
-    if (!low && !high)
-        return known;
-    if ((low && *low) || (high && *high))
-        return CDS_ANGLE_SET;
-    return (low && high) || known == CDS_ANGLE_0 ? CDS_ANGLE_0 : CDS_ANGLE_UNKNOWN;
-}
-
 /* In endless turn a servo has no use for the goal, and stands still at speed 0. In position mode it
  * goes as fast as it can at speed 0. */
-NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
+NOINLINE uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
 {
     uint16_t magnitude;
     uint8_t mode;
@@ -133,123 +150,128 @@ NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, co
     magnitude = magnitude_at(data + 2);
     if (!is_within(servo, data) || magnitude > servo->fastest)
         return CDS_LIMIT;
-    mode = mode_of(servo->cw_limit, servo->ccw_limit);
+    mode = mode_of(servo->held);
     if (magnitude)
         return mode == MODE_POSITION || !has_goal_limit(servo) ? CDS_OK : CDS_LIMIT;
     if (mode != MODE_TURN && servo->fastest < CDS_VALUE_MAX)
         return CDS_LIMIT;
-    servo->speed_0 = true;
+    servo->held |= CDS_HELD_SPEED_0;
     return CDS_OK;
 }
 
-/* Torque on alone, which a SYNC WRITE may bring to 50 servos. */
-static enum cds_result check_held(const struct cds_servo_state *servo)
+/* Returns the two bits of the angle limit at `reg`, CDS_HELD_CW_SET and CDS_HELD_CW_0; those in
+ * `known` were known. */
+static NOINLINE uint8_t angle_after(uint8_t known, const struct cds_written *written, uint8_t reg)
 {
-    uint8_t mode = mode_of(servo->cw_limit, servo->ccw_limit);
+    const uint8_t *low = cds_written_byte(written, reg);
+    const uint8_t *high = cds_written_byte(written, (uint8_t)(reg + 1));
 
-    if (mode == MODE_UNKNOWN || !servo->goal_known || !servo->speed_known)
-        return CDS_LIMIT; // not read
-    if (mode == MODE_TURN)
-        return has_goal_limit(servo) ? CDS_LIMIT : CDS_OK;
-    return servo->speed_0 && servo->fastest < CDS_VALUE_MAX ? CDS_LIMIT : CDS_OK;
+    known &= HELD_CW;
+    if (!low && !high)
+        return known;
+    if ((low && *low) || (high && *high))
+        return CDS_HELD_CW_SET;
+    return (low && high) ? CDS_HELD_CW_0 : known & CDS_HELD_CW_0;
+}
+
+/* Returns the word of register `reg`, low byte first (R28), or NULL if a byte is not written.
+ * NOINLINE: saves 40 bytes. */
+static NOINLINE const uint8_t *word_of(const struct cds_written *written, uint8_t reg)
+{
+    return cds_written_byte(written, (uint8_t)(reg + 1)) ? cds_written_byte(written, reg) : NULL;
+}
+
+/* Returns what the servo holds after the write or READ. Of a speed of which one byte is missing
+ * only CDS_HELD_SPEED_0 is set. */
+static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
+                                   const struct cds_written *written)
+{
+    uint8_t held = servo->held, sets = written->sets;
+    const uint8_t *word;
+
+    if (sets & CDS_SETS_MODE)
+        held = (uint8_t)((held & ~(HELD_CW | HELD_CCW)) |
+                         angle_after(held, written, CDS_REG_CW_ANGLE_LIMIT) |
+                         angle_after(held >> 2, written, CDS_REG_CCW_ANGLE_LIMIT) << 2);
+    if (sets & CDS_SETS_GOAL) {
+        held &= (uint8_t)~CDS_HELD_GOAL;
+        word = word_of(written, CDS_REG_GOAL_POSITION);
+        if (word && is_within(servo, word))
+            held |= CDS_HELD_GOAL;
+    }
+    if (sets & CDS_SETS_SPEED) {
+        held = (uint8_t)((held & ~CDS_HELD_SPEED) | CDS_HELD_SPEED_0);
+        word = word_of(written, CDS_REG_MOVING_SPEED);
+        if (word && magnitude_at(word) <= servo->fastest)
+            held |= CDS_HELD_SPEED;
+        if (word && magnitude_at(word))
+            held &= (uint8_t)~CDS_HELD_SPEED_0;
+    }
+    return held;
 }
 
 /* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
  */
-static NOINLINE enum cds_result check_held_after(struct cds_servo_state *servo,
-                                                 const struct cds_written *written)
+static NOINLINE bool may_hold(struct cds_servo_state *servo, const struct cds_written *written)
 {
-    uint8_t sets = written->sets, cw = servo->cw_limit, ccw = servo->ccw_limit;
-    uint8_t before = mode_of(cw, ccw), mode = before;
-    bool goal = servo->goal_known, speed = servo->speed_known, is_0 = servo->speed_0, on;
-    const uint8_t *word;
+    uint8_t sets = written->sets, before = servo->held, after = held_after(servo, written);
+    uint8_t mode_before = mode_of(before), mode = mode_of(after);
+    const uint8_t speed_is_0 = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
 
-    on = sets & CDS_SETS_TORQUE && cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0);
-    if (on && (before == MODE_UNKNOWN || !goal || !speed))
-        return CDS_LIMIT; // not read
-    if (sets & CDS_SETS_MODE)
-        mode = mode_of(angle_limit(cw, written, CDS_REG_CW_ANGLE_LIMIT),
-                       angle_limit(ccw, written, CDS_REG_CCW_ANGLE_LIMIT));
-    if (sets & CDS_SETS_GOAL)
-        goal = (word = cds_written_word(written, CDS_REG_GOAL_POSITION)) && is_within(servo, word);
-    if (sets & CDS_SETS_SPEED) {
-        word = cds_written_word(written, CDS_REG_MOVING_SPEED);
-        speed = word && magnitude_at(word) <= servo->fastest;
-        is_0 = word && magnitude_at(word) == 0;
-    }
+    if (!cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0))
+        sets &= (uint8_t)~CDS_SETS_TORQUE; // the bit then says: switched on
+    if (sets & CDS_SETS_TORQUE &&
+        (mode_before == MODE_UNKNOWN || !(before & CDS_HELD_GOAL) || !(before & CDS_HELD_SPEED)))
+        return false; // not read
     if (has_goal_limit(servo)) {
-        if (!goal &&
-            (on || sets & CDS_SETS_GOAL || (sets & CDS_SETS_MODE && before != MODE_POSITION)))
-            return CDS_LIMIT;
+        if (!(after & CDS_HELD_GOAL) && (sets & (CDS_SETS_TORQUE | CDS_SETS_GOAL) ||
+                                         (sets & CDS_SETS_MODE && mode_before != MODE_POSITION)))
+            return false;
         if (mode != MODE_POSITION &&
-            (on || sets & CDS_SETS_MODE || (sets & CDS_SETS_SPEED && !is_0)))
-            return CDS_LIMIT;
+            (sets & (CDS_SETS_TORQUE | CDS_SETS_MODE) ||
+             (sets & CDS_SETS_SPEED && (after & speed_is_0) != speed_is_0)))
+            return false;
     }
     if (servo->fastest < CDS_VALUE_MAX) {
         if ((sets & (CDS_SETS_GOAL | CDS_SETS_SPEED)) == CDS_SETS_GOAL)
-            return CDS_LIMIT; // at which speed is not certain
-        if ((on || sets & CDS_SETS_SPEED ||
-             (sets & CDS_SETS_MODE && (mode == MODE_UNKNOWN || mode != before))) &&
-            (!speed || (is_0 && mode != MODE_TURN)))
-            return CDS_LIMIT;
+            return false; // at which speed is not certain
+        if ((sets & (CDS_SETS_TORQUE | CDS_SETS_SPEED) ||
+             (sets & CDS_SETS_MODE && (mode == MODE_UNKNOWN || mode != mode_before))) &&
+            (!(after & CDS_HELD_SPEED) || (after & CDS_HELD_SPEED_0 && mode != MODE_TURN)))
+            return false;
     }
-    if (sets & CDS_SETS_SPEED && is_0)
-        servo->speed_0 = true;
-    return CDS_OK;
+    if (sets & CDS_SETS_SPEED && (after & speed_is_0) == speed_is_0)
+        servo->held |= CDS_HELD_SPEED_0;
+    return true;
 }
 
-enum cds_result cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
+uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
 {
-    uint8_t sets = written->sets & CDS_SETS_DRIVE;
-
-    if (!servo->has_limits || !sets)
+    if (!servo->has_limits || !(written->sets & CDS_SETS_DRIVE) || may_hold(servo, written))
         return CDS_OK;
-    if (sets == CDS_SETS_TORQUE)
-        return *cds_written_byte(written, CDS_REG_TORQUE_ENABLE) ? check_held(servo) : CDS_OK;
-    return check_held_after(servo, written);
+    return CDS_LIMIT;
 }
 
 /* ---- what the servo holds ---- */
 
-/* Returns what is known of the angle limit at `reg`. */
-static uint8_t learn_angle(uint8_t known, const struct cds_written *written, uint8_t reg,
-                           enum cds_source source)
-{
-    uint8_t next = angle_limit(known, written, reg);
-
-    if (source == CDS_SOURCE_READ || next == known ||
-        (source == CDS_SOURCE_ANSWERED && known != CDS_ANGLE_UNKNOWN))
-        return next;
-    return CDS_ANGLE_UNKNOWN;
-}
-
 NOINLINE bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
-                               enum cds_source source)
+                               uint8_t source)
 {
-    uint8_t cw = servo->cw_limit, ccw = servo->ccw_limit;
-    bool goal = servo->goal_known, speed = servo->speed_known, is_0 = servo->speed_0, changed;
-    const uint8_t *word;
+    uint8_t before = servo->held, after = held_after(servo, written), changed = before ^ after;
 
-    if (written->sets & CDS_SETS_MODE) {
-        cw = learn_angle(cw, written, CDS_REG_CW_ANGLE_LIMIT, source);
-        ccw = learn_angle(ccw, written, CDS_REG_CCW_ANGLE_LIMIT, source);
-        if (cw != servo->cw_limit || ccw != servo->ccw_limit)
-            servo->is_registered = false; // its registered write was checked in the other mode
+    if (source != CDS_SOURCE_READ) { // a write makes no goal and no speed known
+        if (source != CDS_SOURCE_ANSWERED)
+            changed &= HELD_CW | HELD_CCW;
+        changed &= (uint8_t) ~(CDS_HELD_GOAL | CDS_HELD_SPEED);
+        after = before ^ changed;
+        if (changed & HELD_CW && (source != CDS_SOURCE_ANSWERED || !(before & HELD_CW)))
+            after &= (uint8_t)~HELD_CW;
+        if (changed & HELD_CCW && (source != CDS_SOURCE_ANSWERED || !(before & HELD_CCW)))
+            after &= (uint8_t)~HELD_CCW;
+        changed = before ^ after;
     }
-    if (written->sets & CDS_SETS_GOAL && source == CDS_SOURCE_READ)
-        goal = (word = cds_written_word(written, CDS_REG_GOAL_POSITION)) && is_within(servo, word);
-    if (written->sets & CDS_SETS_SPEED && source <= CDS_SOURCE_ANSWERED) {
-        word = cds_written_word(written, CDS_REG_MOVING_SPEED);
-        if (source == CDS_SOURCE_READ)
-            speed = word && magnitude_at(word) <= servo->fastest;
-        is_0 = !word || magnitude_at(word) == 0;
-    }
-    changed = cw != servo->cw_limit || ccw != servo->ccw_limit || goal != servo->goal_known ||
-              speed != servo->speed_known || is_0 != servo->speed_0;
-    servo->cw_limit = cw & 3u;
-    servo->ccw_limit = ccw & 3u;
-    servo->goal_known = goal;
-    servo->speed_known = speed;
-    servo->speed_0 = is_0;
+    if (changed & (HELD_CW | HELD_CCW))
+        servo->is_registered = false; // its registered write was checked in the other mode
+    servo->held = after;
     return changed;
 }

@@ -18,7 +18,7 @@ enum cds_sets {
     CDS_SETS_DRIVE = CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED,
 };
 
-/* How it became known what a servo holds. */
+/* How it became known what a servo holds. Passed as uint8_t: saves registers. */
 enum cds_source {
     CDS_SOURCE_READ,     // the servo was read
     CDS_SOURCE_ANSWERED, // it has answered the packet that wrote it
@@ -42,54 +42,30 @@ uint8_t cds_written_sets(uint8_t address, uint8_t length);
 bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
 
 /* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
-static inline bool cds_written_next(struct cds_written *written)
-{
-    if (written->left <= written->length)
-        return false;
-    written->left = (uint8_t)(written->left - written->length - 1);
-    written->data += (uint8_t)(written->length + 1u);
-    written->id = written->data[-1];
-    return true;
-}
+bool cds_written_next(struct cds_written *written);
 
 /* True if the packet is TORQUE_ENABLE = 0, and nothing else. */
 bool cds_written_is_torque_off(const uint8_t *bytes);
 
 /* Returns the byte of register `reg`, or NULL if it is not written. */
-static inline const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg)
-{
-    uint8_t index = (uint8_t)(reg - written->address);
-
-    return index < written->length && reg >= written->address ? written->data + index : NULL;
-}
-
-/* Returns the word of register `reg`, low byte first (R28), or NULL if a byte is not written. */
-static inline const uint8_t *cds_written_word(const struct cds_written *written, uint8_t reg)
-{
-    return cds_written_byte(written, (uint8_t)(reg + 1)) ? cds_written_byte(written, reg) : NULL;
-}
+const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg);
 
 /* Returns the value of register `reg`, or `otherwise` if it is not written. */
-static inline uint8_t cds_written_value(const struct cds_written *written, uint8_t reg,
-                                        uint8_t otherwise)
-{
-    const uint8_t *byte = cds_written_byte(written, reg);
+uint8_t cds_written_value(const struct cds_written *written, uint8_t reg, uint8_t otherwise);
 
-    return byte ? *byte : otherwise;
-}
-
-/* CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go beyond a
- * soft limit, or it is not known whether it would. A speed of 0 that is permitted is noted. */
-enum cds_result cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written);
+/* Returns CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go
+ * beyond a soft limit, or it is not known whether it would. A speed of 0 that is permitted is
+ * noted. */
+uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written);
 
 /* As cds_limits_check() for goal and speed, `data` as in registers 0x1E to 0x21: shorter, because a
  * cycle sets 50 of them in 4 ms. */
-enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data);
+uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data);
 
 /* Takes mode, goal and speed over: a READ makes them known; a write that was answered keeps known
  * what was known; else what differs is no longer known. True if an answer of the permit may have
  * changed. */
 bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
-                      enum cds_source source);
+                      uint8_t source);
 
 #endif

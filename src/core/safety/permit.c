@@ -15,6 +15,7 @@ struct check {
     const uint8_t *bytes;
     struct cds_written written;
     uint8_t refused_id;
+    bool is_of_move;   // `request` carries the registered move
     bool is_inhibited; // driving is, or was since this packet was checked last
 };
 
@@ -36,7 +37,7 @@ static inline bool is_goal_and_speed(const struct cds_written *written)
 
 /* For servos of any ID, known or not. Margins, proportions and punch decide how far from its goal a
  * servo stands still whose torque is on. */
-static inline enum cds_result check_any(const struct check *check)
+static NOINLINE uint8_t check_any(const struct check *check)
 {
     const struct cds_written *written = &check->written;
 
@@ -48,13 +49,8 @@ static inline enum cds_result check_any(const struct check *check)
     return CDS_OK;
 }
 
-static inline bool is_of_move(const struct check *check)
-{
-    return check->request == check->servos->move_request;
-}
-
 /* What an ACTION that is not heard leaves behind must not change where and how a servo answers. */
-static enum cds_result check_registered(const struct check *check, struct cds_servo_state *servo)
+static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->written;
 
@@ -62,34 +58,33 @@ static enum cds_result check_registered(const struct check *check, struct cds_se
         return CDS_LIMIT;
     if (!servo->has_limits)
         return CDS_OK;
-    if (!is_of_move(check) || !is_goal_and_speed(written))
+    if (!check->is_of_move || !is_goal_and_speed(written))
         return CDS_LIMIT;
     return cds_limits_check_goal(servo, written->data);
 }
 
-static enum cds_result check_action(const struct check *check, const struct cds_servo_state *servo)
+static uint8_t check_action(const struct check *check, const struct cds_servo_state *servo)
 {
     if (cds_servo_is_inhibited(servo))
         return CDS_INHIBITED;
     if (!servo->has_limits)
         return CDS_OK;
-    return is_of_move(check) && servo->is_registered && check->servos->move_is_answered ? CDS_OK
+    return check->is_of_move && servo->is_registered && check->servos->move_is_answered ? CDS_OK
                                                                                         : CDS_LIMIT;
 }
 
 /* A servo that is OFFLINE refuses what is sent to it alone; it stops no packet to others. */
-static NOINLINE enum cds_result check_servo(const struct check *check,
-                                            struct cds_servo_state *servo)
+static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->written;
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
-    bool is_inhibited = cds_servo_is_inhibited(servo);
+    uint8_t is_inhibited = cds_servo_is_inhibited(servo);
 
     if (instruction == CDS_ACTION)
         return check_action(check, servo);
     if (servo->presence == CDS_PRESENCE_OFFLINE && check->bytes[CDS_AT_ID] != CDS_BROADCAST_ID &&
         instruction != CDS_SYNC_WRITE)
-        is_inhibited = true;
+        is_inhibited = 1;
     if (is_inhibited && drives(written))
         return CDS_INHIBITED;
     if (instruction == CDS_REG_WRITE)
@@ -99,8 +94,7 @@ static NOINLINE enum cds_result check_servo(const struct check *check,
     return cds_limits_check(servo, written);
 }
 
-static enum cds_result check_id(const struct check *check, const struct cds_servo_state *servo,
-                                uint8_t to)
+static uint8_t check_id(const struct check *check, const struct cds_servo_state *servo, uint8_t to)
 {
     uint8_t id = check->bytes[CDS_AT_ID];
 
@@ -123,11 +117,11 @@ static NOINLINE void begin_many(const struct check *check)
     }
 }
 
-static NOINLINE enum cds_result check_all(struct check *check)
+static NOINLINE uint8_t check_all(struct check *check)
 {
     uint8_t cost = check->written.sets == CDS_SETS_TORQUE ? 1 : 3;
     struct cds_servos *servos = check->servos;
-    enum cds_result result;
+    uint8_t result;
     struct cds_walk walk;
 
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(check->written.sets & CDS_SETS_DRIVE))
@@ -135,7 +129,7 @@ static NOINLINE enum cds_result check_all(struct check *check)
     begin_many(check);
     cds_walk_begin(&walk, servos, servos->checked_index);
     for (; walk.index < servos->count; walk.index++, walk.servo++) {
-        if (walk.budget == 0) {
+        if (walk.budget <= 0) {
             servos->checked_index = walk.index;
             return CDS_PENDING;
         }
@@ -149,11 +143,11 @@ static NOINLINE enum cds_result check_all(struct check *check)
     return CDS_OK;
 }
 
-static inline enum cds_result check_block(struct check *check, struct cds_walk *walk)
+static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
 {
     const struct cds_written *written = &check->written;
     struct cds_servos *servos = check->servos;
-    enum cds_result result = check_any(check);
+    uint8_t result = check_any(check);
     struct cds_servo_state *servo;
 
     if (result != CDS_OK)
@@ -170,72 +164,30 @@ static inline enum cds_result check_block(struct check *check, struct cds_walk *
             servos->checked_epoch = servos->epoch; // what was found good still is
         return CDS_OK;
     }
-    if (is_goal_and_speed(written))
-        return cds_servo_is_inhibited(servo) ? CDS_INHIBITED
-                                             : cds_limits_check_goal(servo, written->data);
     return check_servo(check, servo);
 }
 
-/* Goals and speeds, as a cycle sends them, while driving is allowed: check_sync_write() the short
- * way. */
-static NOINLINE enum cds_result check_goals(struct check *check)
-{
-    const uint8_t *bytes = check->bytes, *block;
-    struct cds_servos *servos = check->servos;
-    struct cds_servo_state *servo;
-    struct cds_walk walk;
-    uint8_t left, checked;
-
-    begin_many(check);
-    cds_walk_begin(&walk, servos, servos->checked_index);
-    checked = servos->checked;
-    block = bytes + CDS_AT_PARAMETERS + 2 + (uint16_t)(checked * (CDS_GOAL_SIZE + 1u));
-    left = (uint8_t)(bytes + bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH - block);
-    for (; left > CDS_GOAL_SIZE; left = (uint8_t)(left - CDS_GOAL_SIZE - 1)) {
-        if (walk.budget == 0) {
-            servos->checked = checked;
-            servos->checked_index = walk.index;
-            return CDS_PENDING;
-        }
-        servo = cds_walk_to(&walk, servos, *block);
-        check->refused_id = *block++;
-        if (servo && cds_servo_is_inhibited(servo))
-            return CDS_INHIBITED;
-        if (servo && cds_limits_check_goal(servo, block) != CDS_OK)
-            return CDS_LIMIT;
-        if (!servo && check->refused_id > CDS_ID_MAX && servos->count)
-            return CDS_LIMIT; // it may reach every servo, or none
-        block += CDS_GOAL_SIZE;
-        checked++;
-        cds_walk_pay(&walk, 1);
-    }
-    return CDS_OK;
-}
-
-static NOINLINE enum cds_result check_sync_write(struct check *check)
+static NOINLINE uint8_t check_sync_write(struct check *check)
 {
     uint8_t sets = check->written.sets;
     uint8_t cost = sets & CDS_SETS_DRIVE ? (sets == CDS_SETS_TORQUE ? 2 : 4) : 1;
     struct cds_servos *servos = check->servos;
-    enum cds_result result;
+    uint8_t result;
     struct cds_walk walk;
 
     if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
         !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
         return CDS_OK;
-    if (is_goal_and_speed(&check->written) && !check->is_inhibited &&
-        servos->grows != CDS_GROWS_ALWAYS)
-        return check_goals(check);
+    if (is_goal_and_speed(&check->written))
+        cost = 1;
     begin_many(check);
     cds_walk_begin(&walk, servos, servos->checked_index);
     cds_written_by(check->bytes, servos->checked, &check->written);
-    for (;;) {
-        if (walk.budget == 0) {
+    while (cds_written_next(&check->written)) {
+        if (walk.budget <= 0) {
             servos->checked_index = walk.index;
             return CDS_PENDING;
         }
-        if (!cds_written_next(&check->written))
-            break;
         result = check_block(check, &walk);
         if (result != CDS_OK) {
             check->refused_id = check->written.id;
@@ -250,11 +202,11 @@ static NOINLINE enum cds_result check_sync_write(struct check *check)
 
 /* ---- the packet ---- */
 
-static enum cds_result check_write(struct check *check, struct cds_servo_state *servo)
+static uint8_t check_write(struct check *check, struct cds_servo_state *servo)
 {
     struct cds_written *written = &check->written;
     const uint8_t *bytes = check->bytes;
-    enum cds_result result;
+    uint8_t result;
 
     if (cds_written_is_torque_off(bytes))
         return CDS_OK;
@@ -274,7 +226,7 @@ static enum cds_result check_write(struct check *check, struct cds_servo_state *
     return CDS_OK;
 }
 
-static enum cds_result check_action_or_reset(struct check *check, struct cds_servo_state *servo)
+static uint8_t check_action_or_reset(struct check *check, struct cds_servo_state *servo)
 {
     struct cds_servos *servos = check->servos;
     bool is_to_all = check->bytes[CDS_AT_ID] == CDS_BROADCAST_ID;
@@ -291,11 +243,11 @@ static enum cds_result check_action_or_reset(struct check *check, struct cds_ser
     return check_id(check, servo, CDS_FACTORY_ID);
 }
 
-static inline enum cds_result check_packet(struct check *check, struct cds_servo_state *servo)
+static inline uint8_t check_packet(struct check *check, struct cds_servo_state *servo)
 {
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
 
-    if (is_of_move(check) && !check->servos->move_is_valid &&
+    if (check->is_of_move && !check->servos->move_is_valid &&
         (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
         return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
     switch (instruction) {
@@ -312,12 +264,12 @@ static inline enum cds_result check_packet(struct check *check, struct cds_servo
     }
 }
 
-static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds_request *request,
-                                           struct cds_servo_state *servo)
+static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request *request,
+                                   struct cds_servo_state *servo)
 {
     const uint8_t *bytes = request->packet.bytes;
     struct check check;
-    enum cds_result result;
+    uint8_t result;
 
     if (servos->was_asked && servos->checked_request == request) {
         servos->was_asked = false; // by the bus, in this very call of cds_bus_submit()
@@ -332,6 +284,7 @@ static NOINLINE enum cds_result check_anew(struct cds_servos *servos, struct cds
     check.bytes = bytes;
     check.refused_id = bytes[CDS_AT_ID];
     check.written.sets = 0;
+    check.is_of_move = request == servos->move_request;
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
     result = check_packet(&check, servo);
@@ -379,7 +332,7 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
     if (request->check == servos->epoch ||
         (!servos->inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
         return CDS_OK;
-    return check_anew(servos, request, servo);
+    return (enum cds_result)check_anew(servos, request, servo);
 }
 
 enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index,
@@ -395,5 +348,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         cds_servos_meet(servos, id, false);
         return CDS_OK;
     }
-    return cds_servo_is_inhibited(servo) ? CDS_INHIBITED : cds_limits_check_goal(servo, goal);
+    if (cds_servo_is_inhibited(servo))
+        return CDS_INHIBITED;
+    return (enum cds_result)cds_limits_check_goal(servo, goal);
 }

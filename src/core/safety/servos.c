@@ -3,7 +3,7 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "cds55xx/packet.h"        // CDS_AT_*
-#include "compiler.h"              // NOINLINE
+#include "compiler.h"              // NOINLINE, OPTIMIZER_BARRIER()
 #include "safety/permit.h"         // cds_servos_permit()
 #include "safety/servos_internal.h"
 
@@ -24,6 +24,22 @@ NOINLINE struct cds_servo_state *cds_servos_search(const struct cds_servos *serv
     return NULL;
 }
 
+NOINLINE struct cds_servo_state *cds_walk_to(struct cds_walk *walk, const struct cds_servos *servos,
+                                             uint8_t id)
+{
+    struct cds_servo_state *servo = walk->servo;
+
+    if (walk->index >= servos->count || servo->id != id) {
+        cds_walk_pay(walk, (uint8_t)(1u + (servos->count >> 4)));
+        servo = cds_servos_search(servos, id, &walk->index);
+        if (!servo)
+            return NULL;
+    }
+    walk->index++;
+    walk->servo = servo + 1;
+    return servo;
+}
+
 struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
 {
     uint8_t index;
@@ -39,8 +55,8 @@ NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
     servos->changed_id = id;
 }
 
-struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
-                                          const struct cds_servo_state *servo)
+NOINLINE struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
+                                                   const struct cds_servo_state *servo)
 {
     return servo->second < servos->count ? &servos->states[servo->second] : NULL;
 }
@@ -59,24 +75,25 @@ bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_ser
     return !servo || (servo->second == CDS_NO_ID && servos->count < servos->capacity);
 }
 
-/* True if the packet on the wire may take an entry: it changes an ID. */
-static bool is_entry_reserved(const struct cds_servos *servos)
+/* Returns 1 if the packet on the wire may take an entry, since it changes an ID; else 0. */
+static uint8_t is_entry_reserved(const struct cds_servos *servos)
 {
     const struct cds_request *request = servos->bus->request;
     const uint8_t *bytes;
 
     if (!request || servos->bus->state < CDS_BUS_SENDING)
-        return false;
+        return 0;
     bytes = request->packet.bytes;
-    return bytes[CDS_AT_INSTRUCTION] == CDS_RESET ||
-           (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_PARAMETERS] <= CDS_REG_ID);
+    if (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE)
+        return bytes[CDS_AT_PARAMETERS] <= CDS_REG_ID;
+    return bytes[CDS_AT_INSTRUCTION] == CDS_RESET;
 }
 
 enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id)
 {
     if (id > CDS_ID_MAX || cds_servos_find(servos, id))
         return CDS_BAD_ARGUMENT;
-    if (servos->count + is_entry_reserved(servos) >= servos->capacity) {
+    if ((uint8_t)(servos->capacity - servos->count) <= is_entry_reserved(servos)) {
         servos->is_full = true;
         return CDS_NO_ROOM;
     }
@@ -201,6 +218,7 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     enum cds_result result;
     uint8_t i = 0;
 
+    OPTIMIZER_BARRIER(servos);
     if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1)
         return CDS_BAD_ARGUMENT;
     servos->hooks.permit = cds_servos_permit; // the bus looks whether there is one
@@ -251,9 +269,9 @@ static void set_limits(struct cds_servo_state *servo, uint16_t lowest, uint16_t 
                        uint16_t fastest)
 {
     if (fastest < servo->fastest)
-        servo->speed_known = false;
+        servo->held &= (uint8_t)~CDS_HELD_SPEED;
     if (lowest > servo->lowest || highest < servo->highest)
-        servo->goal_known = false;
+        servo->held &= (uint8_t)~CDS_HELD_GOAL;
     servo->lowest = lowest;
     servo->highest = highest;
     servo->fastest = fastest;
@@ -267,9 +285,8 @@ enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_serv
 
     if (lowest > highest || highest > CDS_VALUE_MAX || fastest > CDS_VALUE_MAX)
         return CDS_BAD_ARGUMENT;
-    set_limits(servo, lowest, highest, fastest);
-    if (other)
-        set_limits(other, lowest, highest, fastest);
+    for (struct cds_servo_state *each = servo; each; each = each == servo ? other : NULL)
+        set_limits(each, lowest, highest, fastest);
     note_guard(servos, servo);
     return CDS_OK;
 }
@@ -307,7 +324,7 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
     return alarms;
 }
 
-void cds_servos_inhibit_all(struct cds_servos *servos)
+NOINLINE void cds_servos_inhibit_all(struct cds_servos *servos)
 {
     servos->inhibited = true;
     note_guard(servos, NULL);
@@ -320,9 +337,8 @@ static void set_inhibited(struct cds_servos *servos, struct cds_servo_state *ser
 {
     struct cds_servo_state *other = cds_servos_second(servos, servo);
 
-    servo->inhibited = (uint8_t)((servo->inhibited & keep) | why) & 3u;
-    if (other)
-        other->inhibited = (uint8_t)((other->inhibited & keep) | why) & 3u;
+    for (struct cds_servo_state *each = servo; each; each = each == servo ? other : NULL)
+        each->inhibited = (uint8_t)((each->inhibited & keep) | why) & 3u;
     note_guard(servos, servo);
 }
 

@@ -33,7 +33,7 @@ ALWAYS_INLINE struct cds_servo_state *cds_servos_at(const struct cds_servos *ser
 struct cds_walk {
     struct cds_servo_state *servo; // the entry that is tried first,
     uint8_t index;                 // and its index
-    uint8_t budget;
+    int8_t budget;                 // no more in this call if it is not above 0
 };
 
 ALWAYS_INLINE void cds_walk_begin(struct cds_walk *walk, const struct cds_servos *servos,
@@ -46,39 +46,22 @@ ALWAYS_INLINE void cds_walk_begin(struct cds_walk *walk, const struct cds_servos
 
 ALWAYS_INLINE void cds_walk_pay(struct cds_walk *walk, uint8_t cost)
 {
-    walk->budget = walk->budget > cost ? (uint8_t)(walk->budget - cost) : 0;
+    walk->budget = (int8_t)(walk->budget - cost);
 }
 
 /* Returns the entry of servo `id`, or NULL. */
-ALWAYS_INLINE struct cds_servo_state *cds_walk_to(struct cds_walk *walk,
-                                                  const struct cds_servos *servos, uint8_t id)
-{
-    struct cds_servo_state *servo;
-    uint8_t found;
+struct cds_servo_state *cds_walk_to(struct cds_walk *walk, const struct cds_servos *servos,
+                                    uint8_t id);
 
-    if (walk->index >= servos->count) {
-        if (servos->count == 0)
-            return NULL;
-        walk->index = 0;
-        walk->servo = servos->states;
-    }
-    servo = walk->servo;
-    if (servo->id != id) {
-        cds_walk_pay(walk, (uint8_t)(1u + (servos->count >> 4)));
-        servo = cds_servos_search(servos, id, &found); // not &walk->index: walk is in registers
-        if (!servo)
-            return NULL;
-        walk->index = found;
-    }
-    walk->index++;
-    walk->servo = servo + 1;
-    return servo;
-}
-
-/* True if the servo is inhibited itself, or its state is not known since it returned. */
-ALWAYS_INLINE bool cds_servo_is_inhibited(const struct cds_servo_state *servo)
+/* Returns not 0 if the servo is inhibited itself, or its state is not known since it returned. No
+ * bool: saves 12 bytes a call. */
+ALWAYS_INLINE uint8_t cds_servo_is_inhibited(const struct cds_servo_state *servo)
 {
-    return servo->inhibited || servo->presence == CDS_PRESENCE_RETURNED;
+    uint8_t why = servo->inhibited;
+
+    if (servo->presence == CDS_PRESENCE_RETURNED)
+        why = UINT8_MAX;
+    return why;
 }
 
 /* Counts a change of what the permit's answers for servo `id` use; CDS_BROADCAST_ID: for all. */

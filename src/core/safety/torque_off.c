@@ -106,9 +106,12 @@ static enum cds_result conclude(const struct cds_servos *servos)
     const struct cds_servo_state *servo = servos->states;
     uint8_t worst = UINT8_MAX;
 
-    for (uint8_t i = servos->count; i; i--, servo++)
-        if (servo->torque_off >= CDS_TORQUE_OFF_ON && servo->torque_off < worst)
-            worst = servo->torque_off;
+    for (uint8_t i = servos->count; i; i--, servo++) {
+        uint8_t outcome = servo->torque_off;
+
+        if (outcome >= CDS_TORQUE_OFF_ON && outcome < worst)
+            worst = outcome;
+    }
     if (worst == CDS_TORQUE_OFF_ON) // no switch: its table would be in RAM
         return CDS_REFUSED;
     if (worst == CDS_TORQUE_OFF_SILENT)
@@ -135,7 +138,7 @@ static void choose_from(struct cds_torque_off *off, uint8_t index)
     cds_steps_end(&off->steps, conclude(off->servos));
 }
 
-static void settle(struct cds_torque_off *off, enum cds_torque_off_outcome outcome)
+static void settle(struct cds_torque_off *off, uint8_t outcome)
 {
     servo_of(off)->torque_off = outcome & 7u;
     choose_from(off, (uint8_t)(off->index + 1u));
@@ -145,6 +148,7 @@ static enum cds_result send(void *operation)
 {
     struct cds_torque_off *off = (struct cds_torque_off *)operation;
     struct cds_bus *bus = off->servos->bus;
+    uint8_t id;
 
     if (off->tries >= CDS_TORQUE_OFF_TRIES) {
         take_back(off);
@@ -156,10 +160,10 @@ static enum cds_result send(void *operation)
     if (off->phase == TELL_ALL || !has_own_rate(bus))
         return CDS_BUSY;
     off->requests->servo_index = off->index;
+    id = servo_of(off)->id;
     if (off->phase == TELL)
-        return cds_servo_write_byte(bus, off->requests, servo_of(off)->id, CDS_REG_TORQUE_ENABLE,
-                                    0);
-    return cds_servo_read(bus, off->requests, servo_of(off)->id, CDS_REG_TORQUE_ENABLE, 1);
+        return cds_servo_write_byte(bus, off->requests, id, CDS_REG_TORQUE_ENABLE, 0);
+    return cds_servo_read(bus, off->requests, id, CDS_REG_TORQUE_ENABLE, 1);
 }
 
 static void ended(void *operation, enum cds_result result)
@@ -183,16 +187,15 @@ static void ended(void *operation, enum cds_result result)
 
 /* ---- */
 
-/* Submits the first broadcast in request `i`, unless its packet is on the wire since the last
- * begin. The other fields of the request are 0. NOINLINE: saves 40 bytes. */
-static NOINLINE void take_up(struct cds_torque_off *off, uint8_t i)
+/* Submits the first broadcast in `request`, unless its packet is on the wire since the last begin.
+ * The other fields of the request are 0. NOINLINE: saves 40 bytes. */
+static NOINLINE void take_up(struct cds_torque_off *off, struct cds_request *request,
+                             uint8_t *packet)
 {
-    struct cds_request *request = &off->requests[i];
-
     if (request->result == CDS_PENDING)
         return;
-    request->packet.bytes = off->packets[i];
-    request->packet.capacity = sizeof off->packets[i];
+    request->packet.bytes = packet;
+    request->packet.capacity = sizeof off->packets[0];
     request->reply = &off->reply;
     request->reply_capacity = 1;
     request->priority = CDS_PRIORITY_TORQUE_OFF;
@@ -214,9 +217,9 @@ enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_serv
     off->tries = 0;
     off->broadcasts = off->submitted = off->round = 0;
     off->phase = TELL_ALL;
-    take_up(off, 0); // before all that can wait
+    take_up(off, &off->requests[0], off->packets[0]); // before all that can wait
     cds_steps_begin(&off->steps, servos->bus, off->requests);
-    take_up(off, 1);
+    take_up(off, &off->requests[1], off->packets[1]);
     for (uint8_t i = servos->count; i; i--, servo++)
         servo->torque_off = CDS_TORQUE_OFF_UNKNOWN;
     return off->steps.outcome == CDS_PENDING ? CDS_OK : CDS_BAD_ARGUMENT;

@@ -284,7 +284,7 @@ void cds_cycle_abort(struct cds_cycle *cycle)
     cycle->is_aborted = true;
 }
 
-uint16_t cds_cycle_spare_us(const struct cds_cycle *cycle)
+NOINLINE uint16_t cds_cycle_spare_us(const struct cds_cycle *cycle)
 {
     return cycle->latest_us > 2 * SUBMIT_US ? (uint16_t)(cycle->latest_us - 2 * SUBMIT_US) : 0;
 }

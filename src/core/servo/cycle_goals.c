@@ -19,9 +19,15 @@ static bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
     return cycle->goals.result == CDS_PENDING && cycle->goals.packet.bytes == packet;
 }
 
-static uint8_t *block_of(uint8_t *packet, uint8_t index)
+ALWAYS_INLINE uint8_t *fast_block_of(uint8_t *packet, uint8_t index)
 {
     return packet + BLOCKS_AT + (uint8_t)(index * BLOCK_SIZE);
+}
+
+/* NOCLONE: saves 100 bytes. */
+static NOCLONE uint8_t *block_of(uint8_t *packet, uint8_t index)
+{
+    return fast_block_of(packet, index);
 }
 
 ALWAYS_INLINE uint8_t sum_of(const uint8_t *goal)
@@ -89,18 +95,24 @@ void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
 
 /* Asks the permit whether servo `index` may be sent `goal`. Before the first commit a servo that is
  * refused is left out, so that the others need not wait for it. */
-ALWAYS_INLINE enum cds_result ask_permit(struct cds_cycle *cycle, uint8_t index,
-                                         const uint8_t *goal)
+ALWAYS_INLINE uint8_t ask_permit(struct cds_cycle *cycle, uint8_t index, const uint8_t *goal)
 {
     const struct cds_bus_hooks *hooks = cycle->bus->hooks;
-    enum cds_result result;
+    uint8_t result;
 
     cycle->index_offset = (uint8_t)(cycle->index_offset + index);
-    result = hooks->permit_goal(hooks->context, cycle->ids[index], &cycle->index_offset, goal);
+    result =
+        (uint8_t)hooks->permit_goal(hooks->context, cycle->ids[index], &cycle->index_offset, goal);
     cycle->index_offset = (uint8_t)(cycle->index_offset - index);
     if (result != CDS_OK && !cycle->is_committed)
         leave_out(cycle, cycle->front, index);
     return result;
+}
+
+/* NOINLINE: cds_cycle_goal() has a copy of its own, which saves 25 cycles; the others share one. */
+static NOINLINE uint8_t ask_again(struct cds_cycle *cycle, uint8_t index, const uint8_t *goal)
+{
+    return ask_permit(cycle, index, goal);
 }
 
 static bool has_permit(const struct cds_cycle *cycle)
@@ -120,7 +132,7 @@ static void begin_filling(struct cds_cycle *cycle)
 static NOINLINE enum cds_result check_appended(struct cds_cycle *cycle, uint8_t index,
                                                uint8_t *goal)
 {
-    enum cds_result result;
+    uint8_t result;
 
     goal[-1] = cycle->ids[index];
     result = ask_permit(cycle, index, goal);
@@ -128,14 +140,14 @@ static NOINLINE enum cds_result check_appended(struct cds_cycle *cycle, uint8_t 
         cycle->sum = (uint8_t)(cycle->sum - sum_of(block_of(cycle->back, index) + 1));
         cycle->filled--;
     }
-    return result;
+    return (enum cds_result)result;
 }
 
 /* Sets the goal of the servo at `filled`. */
 static NOINLINE enum cds_result append_goal(struct cds_cycle *cycle, uint8_t index,
                                             uint16_t position, uint16_t speed)
 {
-    uint8_t *goal = block_of(cycle->back, index) + 1;
+    uint8_t *goal = fast_block_of(cycle->back, index) + 1;
 
     cds_goal_put(goal, position, speed);
     cycle->sum = (uint8_t)(cycle->sum + sum_of(goal));
@@ -149,12 +161,13 @@ static enum cds_result replace_goal(struct cds_cycle *cycle, uint8_t index, uint
 {
     uint8_t *block = block_of(cycle->back, index);
     uint8_t goal[CDS_GOAL_SIZE];
-    enum cds_result result;
+    uint8_t result = CDS_OK;
 
     cds_goal_put(goal, position, speed);
-    result = cycle->has_permit ? ask_permit(cycle, index, goal) : CDS_OK;
+    if (cycle->has_permit)
+        result = ask_again(cycle, index, goal);
     if (result != CDS_OK)
-        return result;
+        return (enum cds_result)result;
     if (block[2] == NO_GOAL)
         cycle->skipped--;
     else
@@ -210,7 +223,7 @@ static bool is_set(const struct cds_cycle *cycle, uint8_t index)
 static void mend(struct cds_cycle *cycle, int16_t work)
 {
     uint8_t i = cycle->mended, count = cycle->count;
-    uint8_t *block, *whole = block_of(cycle->front, 0);
+    uint8_t *block, *whole = cycle->front + BLOCKS_AT;
     const uint8_t *id = cycle->ids, *end = id + count;
 
     for (; *whole != *id; whole += BLOCK_SIZE)
@@ -231,14 +244,14 @@ static void mend(struct cds_cycle *cycle, int16_t work)
 
 bool cds_cycle_goals_are_empty(const struct cds_cycle *cycle)
 {
-    return *block_of(cycle->front, 0) == LEFT_OUT;
+    return cycle->front[BLOCKS_AT] == LEFT_OUT;
 }
 
 /* Checks the goal of servo `index` again. True: the servo is left out of `packet` from now on. */
 static NOINLINE bool drop(struct cds_cycle *cycle, uint8_t *packet, uint8_t index,
                           const uint8_t *goal)
 {
-    if (ask_permit(cycle, index, goal) == CDS_OK)
+    if (ask_again(cycle, index, goal) == CDS_OK)
         return false;
     leave_out(cycle, packet, index);
     return true;

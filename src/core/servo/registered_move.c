@@ -6,6 +6,7 @@
 #include "bus/steps_internal.h"    // cds_steps_poll()
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_reg_write()
+#include "compiler.h"              // NOINLINE
 #include "servo/goal.h"            // cds_goal_put()
 
 /* Steps. All but ACTION are done for one goal after the other; READ_BACK follows each CLEAR. */
@@ -71,14 +72,14 @@ enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
 }
 
 /* The goal of the step. */
-static struct cds_goal *current(const struct cds_registered_move *move)
+static NOINLINE struct cds_goal *current(const struct cds_registered_move *move)
 {
     return &move->goals[move->next];
 }
 
-static void enter(struct cds_registered_move *move, enum phase phase)
+static NOINLINE void enter(struct cds_registered_move *move, uint8_t phase)
 {
-    move->phase = (uint8_t)phase;
+    move->phase = phase;
     move->next = 0;
     move->retries = 0;
     if (phase == CLEAR)
@@ -156,11 +157,11 @@ static uint8_t take_registered(const struct cds_registered_move *move, uint8_t r
 }
 
 /* True if the reply has the goal and the speed that were registered. */
-static bool is_at_goal(const struct cds_registered_move *move)
+static bool is_at_goal(const struct cds_registered_move *move, const struct cds_goal *goal)
 {
     uint8_t data[CDS_GOAL_SIZE];
 
-    cds_goal_put(data, current(move)->position, current(move)->speed);
+    cds_goal_put(data, goal->position, goal->speed);
     return memcmp(move->steps.request->reply, data, sizeof data) == 0;
 }
 
@@ -168,7 +169,7 @@ static bool is_at_goal(const struct cds_registered_move *move)
 static void on_goal(struct cds_registered_move *move, uint8_t result)
 {
     struct cds_goal *goal = current(move);
-    enum phase phase = (enum phase)move->phase, next = ACTION;
+    uint8_t phase = move->phase, next = ACTION;
 
     if (move->steps.request->result == CDS_OK)
         goal->error = move->steps.request->error;
@@ -176,7 +177,7 @@ static void on_goal(struct cds_registered_move *move, uint8_t result)
         result = take_registered(move, result);
     else if (result == CDS_OK)
         goal->registered = CDS_REGISTERED_YES;
-    if (phase == CONFIRM && result == CDS_OK && !is_at_goal(move))
+    if (phase == CONFIRM && result == CDS_OK && !is_at_goal(move, goal))
         result = CDS_REFUSED;
     goal->result = result;
     note_reason(move, result);
@@ -193,9 +194,11 @@ static void on_goal(struct cds_registered_move *move, uint8_t result)
 
 static void on_action(struct cds_registered_move *move, uint8_t result)
 {
+    struct cds_goal *goal = move->goals;
+
     move->acted = !cds_was_not_sent(result) && result != CDS_BAD_ARGUMENT;
     note_reason(move, result);
-    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
+    for (uint8_t i = move->count; i; i--, goal++) {
         goal->result = result;
         if (result == CDS_OK && !move->verifies)
             goal->registered = CDS_REGISTERED_NO;
