@@ -133,7 +133,7 @@ build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
 		$(patsubst %.c,build/$(1)/obj/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC))) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
 
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
