@@ -60,7 +60,7 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
 }
 
 /* True if there is time for a transaction of `us` now. */
-static bool has_time(struct cds_health *health, uint16_t us)
+static NOINLINE bool has_time(struct cds_health *health, uint16_t us)
 {
     const struct cds_bus *bus = health->servos->bus;
 

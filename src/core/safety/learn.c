@@ -477,7 +477,7 @@ static void expire(struct cds_servo_state *servo)
 }
 
 /* True while there is more. */
-static NOINLINE bool learn_broadcast(struct cds_servos *servos, const struct cds_request *request)
+static bool learn_broadcast(struct cds_servos *servos, const struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
     struct cds_servo_state *servo = servos->states;

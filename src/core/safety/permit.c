@@ -30,7 +30,7 @@ static inline bool drives(const struct cds_written *written)
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-static inline bool is_goal_and_speed(const struct cds_written *written)
+static NOINLINE bool is_goal_and_speed(const struct cds_written *written)
 {
     return written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
 }
