@@ -10,10 +10,10 @@
 
 /* One packet under check. */
 struct check {
+    struct cds_written written; // first: one address is that of both
     struct cds_servos *servos;
     struct cds_request *request;
     const uint8_t *bytes;
-    struct cds_written written;
     uint8_t refused_id;
     bool is_of_move;   // `request` carries the registered move
     bool is_inhibited; // driving is, or was since this packet was checked last
