@@ -371,23 +371,27 @@ bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_req
 }
 
 NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
-                                   enum cds_result result)
+                                   uint8_t result)
 {
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
-    bool is_due = request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
-    uint8_t source = CDS_SOURCE_LOST;
+    uint8_t is_due = 0, source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
+    if (request->reply_parameters != CDS_REPLY_NONE)
+        is_due = !request->is_muted;
     if (id == CDS_BROADCAST_ID)
         id = result == CDS_OK ? request->id : CDS_NO_ID; // of a PING: the servo that has answered
     if (id <= CDS_ID_MAX)
         servo = cds_servos_at(servos, id, &request->servo_index);
     if (result == CDS_OK) {
-        source = is_due ? CDS_SOURCE_ANSWERED : CDS_SOURCE_SENT;
-        error = is_due ? request->error : 0;
-        if (!servo && is_due && !servos->is_paused)
-            servo = cds_servos_meet(servos, request->id, error);
+        source = CDS_SOURCE_SENT;
+        if (is_due) {
+            source = CDS_SOURCE_ANSWERED;
+            error = request->error;
+            if (!servo && !servos->is_paused)
+                servo = cds_servos_meet(servos, request->id, error);
+        }
     }
     count_echo_errors(servos, servo);
     if (error && !servos->is_paused)

@@ -209,7 +209,7 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
 
 /* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
  */
-static NOINLINE bool may_hold(struct cds_servo_state *servo, const struct cds_written *written)
+static bool may_hold(struct cds_servo_state *servo, const struct cds_written *written)
 {
     uint8_t sets = written->sets, before = servo->held, after = held_after(servo, written);
     uint8_t mode_before = mode_of(before), mode = mode_of(after);

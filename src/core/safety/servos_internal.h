@@ -87,8 +87,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
                            uint8_t result);
 
-/* Learns from a transaction that has ended. */
-void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
-                          enum cds_result result);
+/* Learns from a transaction that has ended as `result`, enum cds_result. */
+void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request, uint8_t result);
 
 #endif

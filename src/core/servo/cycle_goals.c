@@ -288,7 +288,7 @@ static void check_some(struct cds_cycle *cycle)
 }
 
 /* Asks which servos a change concerns. A round of checks under way begins anew. */
-static NOINLINE void note_changes(struct cds_cycle *cycle)
+static void note_changes(struct cds_cycle *cycle)
 {
     const struct cds_bus_hooks *hooks = cycle->bus->hooks;
     bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached
