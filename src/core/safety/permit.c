@@ -160,7 +160,7 @@ static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
         return CDS_OK;
     servo = cds_walk_to(walk, servos, written->id);
     if (!servo) {
-        if (cds_servos_meet(servos, written->id, false))
+        if (cds_servos_meet(servos, written->id, 0))
             servos->checked_epoch = servos->epoch; // what was found good still is
         return CDS_OK;
     }
@@ -345,7 +345,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         return CDS_INHIBITED;
     servo = cds_servos_at(servos, id, index);
     if (!servo) {
-        cds_servos_meet(servos, id, false);
+        cds_servos_meet(servos, id, 0);
         return CDS_OK;
     }
     if (cds_servo_is_inhibited(servo))

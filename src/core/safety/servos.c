@@ -110,10 +110,10 @@ enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id)
     return CDS_OK;
 }
 
-struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, bool is_setting)
+struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_due)
 {
     if (servos->grows == CDS_GROWS_NEVER ||
-        (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING && !is_setting) ||
+        (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING && !is_due) ||
         cds_servos_add(servos, id) != CDS_OK)
         return NULL;
     return &servos->states[servos->count - 1];
