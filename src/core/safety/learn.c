@@ -276,7 +276,8 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
 
 /* ---- replies and their absence ---- */
 
-static void note_error(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t error)
+static NOINLINE void note_error(struct cds_servos *servos, struct cds_servo_state *servo,
+                                uint8_t error)
 {
     uint8_t known = servos->alarms;
 
@@ -470,7 +471,7 @@ static bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
 }
 
 /* A RESET of all on purpose. */
-static void expire(struct cds_servo_state *servo)
+static NOINLINE void expire(struct cds_servo_state *servo)
 {
     forget(servo);
     servo->inhibited |= CDS_INHIBIT_STATE_LOST;
