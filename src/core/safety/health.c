@@ -47,8 +47,11 @@ static NOINLINE uint16_t read_us(const struct cds_health *health,
 
 enum cds_result cds_health_set_cycle(struct cds_health *health, struct cds_cycle *cycle)
 {
-    for (uint8_t i = 0; cycle && i < health->servos->count; i++)
-        if (read_us(health, &health->servos->states[i]) > cds_cycle_spare_us(cycle))
+    const struct cds_servo_state *servo = health->servos->states;
+    uint16_t spare_us = cycle ? cds_cycle_spare_us(cycle) : UINT16_MAX;
+
+    for (uint8_t i = health->servos->count; i; i--, servo++)
+        if (read_us(health, servo) > spare_us)
             return CDS_BAD_ARGUMENT;
     health->cycle = cycle;
     return CDS_OK;
@@ -60,7 +63,7 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
 }
 
 /* True if there is time for a transaction of `us` now. */
-static bool has_time(struct cds_health *health, uint16_t us)
+static NOINLINE bool has_time(struct cds_health *health, uint16_t us)
 {
     const struct cds_bus *bus = health->servos->bus;
 

@@ -275,7 +275,8 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
 
 /* ---- replies and their absence ---- */
 
-static void note_error(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t error)
+static NOINLINE void note_error(struct cds_servos *servos, struct cds_servo_state *servo,
+                                uint8_t error)
 {
     uint8_t known = servos->alarms;
 
@@ -370,23 +371,27 @@ bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_req
 }
 
 NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
-                                   enum cds_result result)
+                                   uint8_t result)
 {
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
-    bool is_due = request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
-    uint8_t source = CDS_SOURCE_LOST;
+    uint8_t is_due = 0, source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
+    if (request->reply_parameters != CDS_REPLY_NONE)
+        is_due = !request->is_muted;
     if (id == CDS_BROADCAST_ID)
         id = result == CDS_OK ? request->id : CDS_NO_ID; // of a PING: the servo that has answered
     if (id <= CDS_ID_MAX)
         servo = cds_servos_at(servos, id, &request->servo_index);
     if (result == CDS_OK) {
-        source = is_due ? CDS_SOURCE_ANSWERED : CDS_SOURCE_SENT;
-        error = is_due ? request->error : 0;
-        if (!servo && is_due && !servos->is_paused)
-            servo = cds_servos_meet(servos, request->id, error);
+        source = CDS_SOURCE_SENT;
+        if (is_due) {
+            source = CDS_SOURCE_ANSWERED;
+            error = request->error;
+            if (!servo && !servos->is_paused)
+                servo = cds_servos_meet(servos, request->id, error);
+        }
     }
     count_echo_errors(servos, servo);
     if (error && !servos->is_paused)
@@ -465,7 +470,7 @@ static bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
 }
 
 /* A RESET of all on purpose. */
-static void expire(struct cds_servo_state *servo)
+static NOINLINE void expire(struct cds_servo_state *servo)
 {
     forget(servo);
     servo->inhibited |= CDS_INHIBIT_STATE_LOST;
@@ -476,7 +481,7 @@ static void expire(struct cds_servo_state *servo)
 }
 
 /* True while there is more. */
-static NOINLINE bool learn_broadcast(struct cds_servos *servos, const struct cds_request *request)
+static bool learn_broadcast(struct cds_servos *servos, const struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
     struct cds_servo_state *servo = servos->states;

@@ -8,10 +8,9 @@
 
 /* ---- what a packet writes ---- */
 
-static inline bool touches(uint8_t address, uint8_t end, uint8_t first, uint8_t last)
-{
-    return address <= last && end > first;
-}
+/* True if registers `first` to `last` are written. A macro: a function makes a bool of it first,
+ * which costs 8 bytes each. */
+#define TOUCHES(first, last) (address <= (last) && end > (first))
 
 NOINLINE uint8_t cds_written_sets(uint8_t address, uint8_t length)
 {
@@ -22,34 +21,32 @@ NOINLINE uint8_t cds_written_sets(uint8_t address, uint8_t length)
     if (end < address) // longer than any servo takes
         return UINT8_MAX;
     if (address <= CDS_REG_STATUS_RETURN_LEVEL) {
-        if (touches(address, end, CDS_REG_ID, CDS_REG_ID))
+        if (TOUCHES(CDS_REG_ID, CDS_REG_ID))
             sets |= CDS_SETS_ID;
-        if (touches(address, end, CDS_REG_BAUD_RATE, CDS_REG_RETURN_DELAY) ||
-            end > CDS_REG_STATUS_RETURN_LEVEL)
+        if (TOUCHES(CDS_REG_BAUD_RATE, CDS_REG_RETURN_DELAY) || end > CDS_REG_STATUS_RETURN_LEVEL)
             sets |= CDS_SETS_REPLY;
-        if (touches(address, end, CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1))
+        if (TOUCHES(CDS_REG_CW_ANGLE_LIMIT, CDS_REG_CCW_ANGLE_LIMIT + 1))
             sets |= CDS_SETS_MODE;
     }
-    if (touches(address, end, CDS_REG_TORQUE_ENABLE, CDS_REG_TORQUE_ENABLE))
+    if (TOUCHES(CDS_REG_TORQUE_ENABLE, CDS_REG_TORQUE_ENABLE))
         sets |= CDS_SETS_TORQUE;
     if (end <= CDS_REG_CW_COMPLIANCE_MARGIN)
         return sets;
-    if (touches(address, end, CDS_REG_CW_COMPLIANCE_MARGIN, CDS_REG_CCW_PROPORTION) ||
-        touches(address, end, CDS_REG_PUNCH, CDS_REG_PUNCH + 1))
+    if (TOUCHES(CDS_REG_CW_COMPLIANCE_MARGIN, CDS_REG_CCW_PROPORTION) ||
+        TOUCHES(CDS_REG_PUNCH, CDS_REG_PUNCH + 1))
         sets |= CDS_SETS_GAIN;
-    if (touches(address, end, CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1))
+    if (TOUCHES(CDS_REG_GOAL_POSITION, CDS_REG_GOAL_POSITION + 1))
         sets |= CDS_SETS_GOAL;
-    if (touches(address, end, CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1))
+    if (TOUCHES(CDS_REG_MOVING_SPEED, CDS_REG_MOVING_SPEED + 1))
         sets |= CDS_SETS_SPEED;
-    if (touches(address, end, CDS_REG_REGISTERED_INSTRUCTION, CDS_REG_REGISTERED_INSTRUCTION))
+    if (TOUCHES(CDS_REG_REGISTERED_INSTRUCTION, CDS_REG_REGISTERED_INSTRUCTION))
         sets |= CDS_SETS_REGISTERED;
     return sets;
 }
 
 NOINLINE bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written)
 {
-    uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN), length;
-    uint16_t before;
+    uint8_t count = (uint8_t)(bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN), length, before;
 
     if (count < 2)
         return false;
@@ -58,7 +55,7 @@ NOINLINE bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_wri
     written->data = bytes + CDS_AT_PARAMETERS + 1;
     if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE) {
         length = bytes[CDS_AT_SYNC_LENGTH];
-        before = (uint16_t)(index * (length + 1u));
+        before = (uint8_t)(index * (uint8_t)(length + 1u)); // a packet has fewer bytes than 256
         written->data = bytes + CDS_AT_PARAMETERS + 2 + before - length; // up to the block
         written->left = (uint8_t)(count - 2u - before);
     } else {
@@ -94,7 +91,7 @@ NOINLINE uint8_t cds_written_value(const struct cds_written *written, uint8_t re
     return byte ? *byte : otherwise;
 }
 
-bool cds_written_is_torque_off(const uint8_t *bytes)
+NOINLINE bool cds_written_is_torque_off(const uint8_t *bytes)
 {
     return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && bytes[CDS_AT_LENGTH] == CDS_LENGTH_MIN + 2 &&
            bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE && bytes[CDS_AT_PARAMETERS + 1] == 0;
@@ -212,7 +209,7 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
 
 /* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
  */
-static NOINLINE bool may_hold(struct cds_servo_state *servo, const struct cds_written *written)
+static bool may_hold(struct cds_servo_state *servo, const struct cds_written *written)
 {
     uint8_t sets = written->sets, before = servo->held, after = held_after(servo, written);
     uint8_t mode_before = mode_of(before), mode = mode_of(after);

@@ -10,10 +10,10 @@
 
 /* One packet under check. */
 struct check {
+    struct cds_written written; // first: one address is that of both
     struct cds_servos *servos;
     struct cds_request *request;
     const uint8_t *bytes;
-    struct cds_written written;
     uint8_t refused_id;
     bool is_of_move;   // `request` carries the registered move
     bool is_inhibited; // driving is, or was since this packet was checked last
@@ -30,7 +30,7 @@ static inline bool drives(const struct cds_written *written)
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-static inline bool is_goal_and_speed(const struct cds_written *written)
+static NOINLINE bool is_goal_and_speed(const struct cds_written *written)
 {
     return written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
 }
@@ -160,7 +160,7 @@ static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
         return CDS_OK;
     servo = cds_walk_to(walk, servos, written->id);
     if (!servo) {
-        if (cds_servos_meet(servos, written->id, false))
+        if (cds_servos_meet(servos, written->id, 0))
             servos->checked_epoch = servos->epoch; // what was found good still is
         return CDS_OK;
     }
@@ -345,7 +345,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         return CDS_INHIBITED;
     servo = cds_servos_at(servos, id, index);
     if (!servo) {
-        cds_servos_meet(servos, id, false);
+        cds_servos_meet(servos, id, 0);
         return CDS_OK;
     }
     if (cds_servo_is_inhibited(servo))

@@ -110,10 +110,10 @@ enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id)
     return CDS_OK;
 }
 
-struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, bool is_setting)
+struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_due)
 {
     if (servos->grows == CDS_GROWS_NEVER ||
-        (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING && !is_setting) ||
+        (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING && !is_due) ||
         cds_servos_add(servos, id) != CDS_OK)
         return NULL;
     return &servos->states[servos->count - 1];
@@ -129,7 +129,7 @@ void cds_servos_forget(struct cds_servos *servos)
 /* ---- hooks ---- */
 
 static NOINLINE void take_end(struct cds_servos *servos, struct cds_request *request,
-                              enum cds_result result)
+                              uint8_t result)
 {
     if (servos->checked_request == request)
         servos->checked_request = NULL;
@@ -144,7 +144,7 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     struct cds_queue *queue = servos->queue;
 
     if (!cds_servos_is_routine(servos, request, (uint8_t)result))
-        take_end(servos, request, result);
+        take_end(servos, request, (uint8_t)result);
     if (!queue)
         return false;
     if (queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)

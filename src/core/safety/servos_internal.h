@@ -76,8 +76,9 @@ struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
 bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_servo_state *servo,
                            uint8_t id, uint8_t to);
 
-/* Adds servo `id` if the list grows by it. Returns its entry, or NULL. */
-struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, bool is_setting);
+/* Adds servo `id` if the list grows by it; `is_due` is not 0 for an alarm or a setting. Returns its
+ * entry, or NULL. */
+struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_due);
 
 /* Hooks of learn.c: see bus.h. */
 bool cds_servos_on_sending(void *context, struct cds_request *request);
@@ -87,8 +88,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
                            uint8_t result);
 
-/* Learns from a transaction that has ended. */
-void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request,
-                          enum cds_result result);
+/* Learns from a transaction that has ended as `result`, enum cds_result. */
+void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request, uint8_t result);
 
 #endif

@@ -22,7 +22,7 @@ static NOINLINE void add(uint32_t *sum_us, uint16_t us)
     *sum_us += us;
 }
 
-static bool is_on_its_way(const struct cds_cycle *cycle)
+static NOINLINE bool is_on_its_way(const struct cds_cycle *cycle)
 {
     return cycle->goals.result == CDS_PENDING || cycle->read.result == CDS_PENDING;
 }
@@ -153,7 +153,7 @@ static NOINLINE void begin_period(struct cds_cycle *cycle, uint32_t now_us)
 
 /* The goals were refused on the bus: now without the servo that was refused, if they do not hold up
  * those of the next period. */
-static NOINLINE void send_again(struct cds_cycle *cycle, uint32_t now_us)
+static void send_again(struct cds_cycle *cycle, uint32_t now_us)
 {
     cycle->is_refused = false;
     if (remaining_us(cycle, now_us) < cycle->period_us - cycle->latest_us ||

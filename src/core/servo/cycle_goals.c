@@ -14,7 +14,7 @@
 #define WORK_PER_POLL 32 // a block looked at is 1, written 5 more, checked 8 more: 1200 cycles
 
 /* True while this packet is on the wire or waits for it. */
-static bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
+static NOINLINE bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
 {
     return cycle->goals.result == CDS_PENDING && cycle->goals.packet.bytes == packet;
 }
@@ -115,7 +115,7 @@ static NOINLINE uint8_t ask_again(struct cds_cycle *cycle, uint8_t index, const 
     return ask_permit(cycle, index, goal);
 }
 
-static bool has_permit(const struct cds_cycle *cycle)
+static NOINLINE bool has_permit(const struct cds_cycle *cycle)
 {
     return cycle->bus->hooks && cycle->bus->hooks->permit_goal;
 }
@@ -288,7 +288,7 @@ static void check_some(struct cds_cycle *cycle)
 }
 
 /* Asks which servos a change concerns. A round of checks under way begins anew. */
-static NOINLINE void note_changes(struct cds_cycle *cycle)
+static void note_changes(struct cds_cycle *cycle)
 {
     const struct cds_bus_hooks *hooks = cycle->bus->hooks;
     bool is_first = cycle->epoch == 0; // goals may have been set before the hooks were attached

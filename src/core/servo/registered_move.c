@@ -157,7 +157,7 @@ static uint8_t take_registered(const struct cds_registered_move *move, uint8_t r
 }
 
 /* True if the reply has the goal and the speed that were registered. */
-static bool is_at_goal(const struct cds_registered_move *move, const struct cds_goal *goal)
+static NOINLINE bool is_at_goal(const struct cds_registered_move *move, const struct cds_goal *goal)
 {
     uint8_t data[CDS_GOAL_SIZE];
 
