@@ -99,7 +99,7 @@ static bool ask(struct cds_health *health, uint8_t index)
 
 /* A servo that was RETURNED has answered, or not. If it answers a PING after three READs without an
  * answer, its status return level is 0, and its state is taken for lost. */
-static void take_returned(struct cds_health *health)
+static NOINLINE void take_returned(struct cds_health *health)
 {
     const struct cds_request *request = &health->request;
     struct cds_servos *servos = health->servos;

@@ -121,7 +121,7 @@ static enum cds_result conclude(const struct cds_servos *servos)
 
 /* Chooses the next servo to read, from `index` on, round after round: a silent servo does not hold
  * up the others. */
-static NOINLINE void choose_from(struct cds_torque_off *off, uint8_t index)
+static void choose_from(struct cds_torque_off *off, uint8_t index)
 {
     for (; off->round < CDS_TORQUE_OFF_ROUNDS; off->round++) {
         for (; index < off->servos->count; index++) {

@@ -35,6 +35,12 @@ ALWAYS_INLINE uint8_t sum_of(const uint8_t *goal)
     return (uint8_t)(goal[0] + goal[1] + goal[2] + goal[3]);
 }
 
+/* As sum_of(), for what is called seldom. NOINLINE: saves 20 bytes. */
+static NOINLINE uint8_t shared_sum_of(const uint8_t *goal)
+{
+    return sum_of(goal);
+}
+
 /* The block of a servo that is left out has another ID. */
 static bool is_own(const struct cds_cycle *cycle, uint8_t *packet, uint8_t index)
 {
@@ -137,7 +143,7 @@ static NOINLINE enum cds_result check_appended(struct cds_cycle *cycle, uint8_t 
     goal[-1] = cycle->ids[index];
     result = ask_permit(cycle, index, goal);
     if (result != CDS_OK) {
-        cycle->sum = (uint8_t)(cycle->sum - sum_of(block_of(cycle->back, index) + 1));
+        cycle->sum = (uint8_t)(cycle->sum - shared_sum_of(goal));
         cycle->filled--;
     }
     return (enum cds_result)result;
@@ -171,8 +177,8 @@ static enum cds_result replace_goal(struct cds_cycle *cycle, uint8_t index, uint
     if (block[2] == NO_GOAL)
         cycle->skipped--;
     else
-        cycle->sum = (uint8_t)(cycle->sum - sum_of(block + 1));
-    cycle->sum = (uint8_t)(cycle->sum + sum_of(goal));
+        cycle->sum = (uint8_t)(cycle->sum - shared_sum_of(block + 1));
+    cycle->sum = (uint8_t)(cycle->sum + shared_sum_of(goal));
     *block = cycle->ids[index];
     memcpy(block + 1, goal, sizeof goal);
     return CDS_OK;
