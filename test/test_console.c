@@ -79,7 +79,7 @@ static void type(const char *text)
             turn();
         text++;
     }
-    for (uint16_t i = 0; i < 20 || (i < 5000 && moves()); i++)
+    for (uint16_t i = 0; i < 100 || (i < 5000 && moves()); i++) // 50 goals are checked in parts
         turn();
 }
 

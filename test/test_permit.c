@@ -1081,10 +1081,7 @@ void test_goals_in_a_list_that_grows_are_checked_alike(void)
     pass(sync_goals(500, 2, 500));
     TEST_ASSERT_EQUAL_UINT8(2, servos.count);
     cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
-    TEST_ASSERT_EQUAL(CDS_OK, sync_goals(500, 2, 500)); // the second block waits for a poll
-    look();
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
-    TEST_ASSERT_NULL(bus.request);
+    refuse(CDS_INHIBITED, sync_goals(500, 2, 500));
     TEST_ASSERT_EQUAL_UINT8(2, servos.refused_id);
     pass(sync_goals(500, 40, 500));
     TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 40));
@@ -1169,19 +1166,19 @@ void test_half_an_angle_limit_of_0_keeps_endless_turn(void)
     in_endless_turn(1);
     holds(1, 0, 100);
     pass(byte(1, CDS_REG_CW_ANGLE_LIMIT, 0));
-    TEST_ASSERT_EQUAL(CDS_ANGLE_0, one->cw_limit);
+    TEST_ASSERT_BITS(CDS_HELD_CW_0 | CDS_HELD_CW_SET, CDS_HELD_CW_0, one->held);
     pass(word(1, CDS_REG_MOVING_SPEED, 0)); // stands still: only in endless turn
     in_mode(2, 0);
-    two->cw_limit = CDS_ANGLE_UNKNOWN;
+    two->held &= (uint8_t) ~(CDS_HELD_CW_0 | CDS_HELD_CW_SET);
     pass(byte(2, CDS_REG_CW_ANGLE_LIMIT, 0));
-    TEST_ASSERT_EQUAL(CDS_ANGLE_UNKNOWN, two->cw_limit);
+    TEST_ASSERT_BITS(CDS_HELD_CW_0 | CDS_HELD_CW_SET, 0, two->held);
 }
 
 void test_angle_limits_that_keep_the_mode_need_no_speed(void)
 {
     limit_speed(one);
     in_position_mode(1);
-    TEST_ASSERT_FALSE(one->speed_known);
+    TEST_ASSERT_BITS_LOW(CDS_HELD_SPEED, one->held);
     pass(angles(1, 100, 800));
     refuse(CDS_LIMIT, angles(1, 0, 0)); // another mode
 }
@@ -1199,13 +1196,14 @@ void test_half_a_goal_or_speed_read_is_not_known(void)
     static const uint8_t half[1] = {100};
 
     holds(1, 500, 100);
-    TEST_ASSERT_TRUE(one->goal_known && one->speed_known && !one->speed_0);
+    TEST_ASSERT_BITS(CDS_HELD_GOAL | CDS_HELD_SPEED | CDS_HELD_SPEED_0,
+                     CDS_HELD_GOAL | CDS_HELD_SPEED, one->held);
     read_gives(1, CDS_REG_GOAL_POSITION, half, 1);
-    TEST_ASSERT_FALSE(one->goal_known);
-    TEST_ASSERT_TRUE(one->speed_known);
+    TEST_ASSERT_BITS_LOW(CDS_HELD_GOAL, one->held);
+    TEST_ASSERT_BITS_HIGH(CDS_HELD_SPEED, one->held);
     read_gives(1, CDS_REG_MOVING_SPEED, half, 1);
-    TEST_ASSERT_FALSE(one->speed_known);
-    TEST_ASSERT_TRUE(one->speed_0);
+    TEST_ASSERT_BITS_LOW(CDS_HELD_SPEED, one->held);
+    TEST_ASSERT_BITS_HIGH(CDS_HELD_SPEED_0, one->held);
 }
 
 /* ---- every register, every length ---- */
