@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "answer.h"
-#include "compiler.h" // NOINLINE
+#include "compiler.h" // NOINLINE, OPTIMIZER_BARRIER()
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
@@ -177,6 +177,7 @@ static void on_end(struct cds_request *ended)
 void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
                  struct cds_ring *output)
 {
+    OPTIMIZER_BARRIER(gather);
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
         gather->read[i].packet.bytes = gather->packets[i];
@@ -192,6 +193,7 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
     bool sense = true;
 
+    OPTIMIZER_BARRIER(gather);
     gather->device_id = device_id;
     gather->asked = gather->read;
     gather->spare = gather->read + 1;

@@ -215,7 +215,7 @@ enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t 
 }
 
 /* True if the goal of servo `index` was set since the last commit. */
-static bool is_set(const struct cds_cycle *cycle, uint8_t index)
+static NOINLINE bool is_set(const struct cds_cycle *cycle, uint8_t index)
 {
     return cycle->filled != NOT_FILLING && index < cycle->filled &&
            block_of(cycle->back, index)[2] != NO_GOAL;
