@@ -7,6 +7,7 @@
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
 {
+    OPTIMIZER_BARRIER(bridge);
     *bridge = (struct bridge){.host = host};
     bridge->request.packet.bytes = bytes;
     bridge->request.packet.capacity = HOST_PACKET_MAX;
@@ -138,6 +139,7 @@ NOINLINE static void take(struct bridge *bridge)
 
 void bridge_poll(struct bridge *bridge)
 {
+    OPTIMIZER_BARRIER(bridge);
     switch (bridge->state) {
     case BRIDGE_IDLE:
         if (bridge->host->whole)

@@ -15,6 +15,7 @@
 
 void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
 {
+    OPTIMIZER_BARRIER(host);
     *host = (struct host){.input = input, .text = text, .bytes = bytes};
 }
 

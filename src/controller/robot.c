@@ -9,6 +9,7 @@
 
 void robot_begin(struct robot *robot, struct cds_bus *bus)
 {
+    OPTIMIZER_BARRIER(robot);
     robot->bus = bus;
     robot->strangers = ROBOT_NOT_SCANNED;
     cds_servos_begin(&robot->servos,

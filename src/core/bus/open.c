@@ -3,6 +3,7 @@
 
 #include "bus/line_internal.h"
 #include "cds55xx/bus.h"
+#include "compiler.h" // OPTIMIZER_BARRIER()
 
 static void cancel_all(struct cds_bus *bus)
 {
@@ -24,10 +25,14 @@ static void set_rate(struct cds_bus *bus, uint8_t baud_reg)
 
 void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg)
 {
-    const struct cds_bus_hooks *hooks = bus->hooks;
-    uint8_t gate = bus->gate & GATE_PERMIT;
-    bool again = bus->state != CDS_BUS_CLOSED;
+    const struct cds_bus_hooks *hooks;
+    uint8_t gate;
+    bool again;
 
+    OPTIMIZER_BARRIER(bus);
+    hooks = bus->hooks;
+    gate = bus->gate & GATE_PERMIT;
+    again = bus->state != CDS_BUS_CLOSED;
     cds_port_open(port, baud_reg); // first: no handler may run while the struct is cleared
     cancel_all(bus);
     memset(bus, 0, sizeof *bus);

@@ -2,6 +2,7 @@
 #include "cds55xx/queue.h"
 
 #include "cds55xx/control_table.h" // CDS_REG_*
+#include "compiler.h"              // OPTIMIZER_BARRIER()
 
 /* Puts the request before all of a lower priority than `priority`. */
 static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t priority)
@@ -101,6 +102,7 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
 
 void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
 {
+    OPTIMIZER_BARRIER(queue);
     *queue = (struct cds_queue){
         .hooks = {.context = queue, .submit = submit, .cancel = cancel, .on_end = on_end},
         .bus = bus,
