@@ -11,8 +11,12 @@
 #define SERVOS    21 // more than one poll checks
 #define PERIOD_US 2000
 #define SIZE      (8 + 5 * SERVOS)
-#define STEPS     10000
-#define RUNS      10
+#ifdef __AVR__
+#define STEPS 200 // the simulated AVR is slower
+#else
+#define STEPS 10000
+#endif
+#define RUNS 10
 
 enum state { NO_GOAL_YET, GOAL, OUT };
 

@@ -30,7 +30,7 @@ static uint8_t packet[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_MAX];
 static struct cds_request request = CDS_REQUEST(packet, reply);
 __attribute__((used)) static volatile uint8_t loops;
 
-ISR(FOREIGN_VECTOR, ISR_NAKED)
+ISR(FOREIGN_VECTOR, ISR_NAKED AVR_NEAR) // reached by rjmp
 {
     __asm__ volatile("push r24              \n\t" // 4 of the entry and 2 of the vector before it; 2
                      "in   r24, __SREG__    \n\t" // 1

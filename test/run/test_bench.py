@@ -99,7 +99,7 @@ class Account(unittest.TestCase):
         spent = program.cycles(begun, begun + 500)
         self.assertEqual(sum(spent.values()), 500)
         self.assertGreater(spent["handlers"], 40)
-        self.assertGreater(spent["cds_bus_begin_"], 10)
+        self.assertGreater(spent["cds_servo_send"], 10)
 
 
 class Times(unittest.TestCase):

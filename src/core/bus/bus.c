@@ -449,21 +449,20 @@ static NOCLONE void listen(struct cds_bus *bus)
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    enum cds_result result;
+    enum cds_result result = CDS_PENDING;
 
+    listen(bus);
+    if (!(bus->gate & GATE_LINE)) {
+        if (!must_rest(bus, request))
+            result = send_if_permitted(bus, request);
+        if (result == CDS_PENDING)
+            bus->phase = WAIT_BEGINS; // neither a rest nor a check is a wait for the line
+        return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, (uint8_t)result);
+    }
     if (bus->phase == WAIT_BEGINS) {
         bus->phase = WAIT_TIMED;
-        cds_line_set_deadline(
-            bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-            (uint16_t)(CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US + bus->rest_us));
-    }
-    listen(bus);
-    if (!must_rest(bus, request)) {
-        result = send_if_permitted(bus, request);
-        if (result != CDS_OK && result != CDS_PENDING)
-            return finish(bus, (uint8_t)result);
-        if (result == CDS_PENDING)
-            bus->phase = WAIT_BEGINS; // the time to wait for the line begins after the check
+        cds_line_set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
+                              CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
         return true;
     }
     if (!cds_line_deadline_is_over(bus))

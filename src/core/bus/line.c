@@ -47,10 +47,13 @@ static NOCLONE uint16_t rested_us(const struct cds_bus *bus, uint32_t now_us)
 NOCLONE void cds_line_rest(struct cds_bus *bus, uint16_t stale_us)
 {
     uint32_t now_us = cds_port_now_us();
-    uint16_t elapsed_us = rested_us(bus, now_us);
 
-    if (bus->rest_us > elapsed_us && (uint16_t)(bus->rest_us - elapsed_us) > stale_us)
-        stale_us = (uint16_t)(bus->rest_us - elapsed_us);
+    if (bus->rest_us > stale_us) {
+        uint16_t elapsed_us = rested_us(bus, now_us);
+
+        if (bus->rest_us > elapsed_us && (uint16_t)(bus->rest_us - elapsed_us) > stale_us)
+            stale_us = (uint16_t)(bus->rest_us - elapsed_us);
+    }
     bus->rest_us = stale_us;
     bus->rest_from_us = now_us;
     bus->gate = (uint8_t)((bus->gate & ~GATE_LOW) | GATE_SUSPECT | GATE_STALE);
