@@ -1341,8 +1341,6 @@ static void note_wait(struct job *job)
         wait_from_us = wait_least_us = port_fake.now_us;
         wait_overdue = 0;
         wait_is_sloppy = wait_is_last = false;
-        if (is_stale && since(stale_until_us) < 0)
-            wait_least_us = stale_until_us;
         wait_least_us += (uint32_t)(wait_limit_us() - quiet_us());
     } else if (!wait_is_last && since(wait_least_us) >= 0) {
         wait_is_last = true; // the last look begins here, or later
@@ -1399,8 +1397,8 @@ static void poll(void)
         note_first_poll();
     if (was_polled && ends != ends_before)
         return;
-    if (permit_pending)
-        wait_job = NULL; // the time of the check does not count
+    if (permit_pending || !is_active || since(active_us) >= quiet_us())
+        wait_job = NULL; // neither a check nor a rest on a quiet line counts
     if (head && !permit_pending && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);
