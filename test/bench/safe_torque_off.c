@@ -6,7 +6,7 @@
 
 #define ABSENT    99
 #define DAMAGED   60
-#define PHASES    40
+#define PHASES    60
 #define PHASE_US  8
 #define LONGER    8 // times: a SYNC WRITE takes so much longer than a READ
 #define SETTLE_US 3000
