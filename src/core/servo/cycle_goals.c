@@ -6,12 +6,14 @@
 #include "servo/cycle_internal.h"
 #include "servo/goal.h" // cds_goal_put(), CDS_GOAL_SIZE
 
-#define BLOCK_SIZE    (1u + CDS_GOAL_SIZE)     // ID, goal
-#define BLOCKS_AT     (CDS_AT_PARAMETERS + 2u) // behind address and length
-#define NO_GOAL       UINT8_MAX                // high byte of a position that is not set
-#define LEFT_OUT      CDS_BROADCAST_ID         // ID in the block of a servo that is left out
-#define NOT_FILLING   UINT8_MAX                // `filled`: no goal was set since the last commit
-#define WORK_PER_POLL 32 // a block looked at is 1, written 5 more, checked 8 more: 1200 cycles
+#define BLOCK_SIZE  (1u + CDS_GOAL_SIZE)     // ID, goal
+#define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
+#define NO_GOAL     UINT8_MAX                // high byte of a position that is not set
+#define LEFT_OUT    CDS_BROADCAST_ID         // ID in the block of a servo that is left out
+#define NOT_FILLING UINT8_MAX                // `filled`: no goal was set since the last commit
+#define WORK_PER_POLL                                                                              \
+    81 // a block looked at is 1, written 5 more, checked 8 more: 9 checks in 2100 cycles, so that
+       // 50 end in 1 ms
 
 /* True while this packet is on the wire or waits for it. */
 static NOINLINE bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
@@ -267,6 +269,7 @@ static NOINLINE bool drop(struct cds_cycle *cycle, uint8_t *packet, uint8_t inde
 static void check_some(struct cds_cycle *cycle)
 {
     uint8_t changed = cycle->changed_id, i = cycle->checked;
+    bool is_filling = cycle->filled != NOT_FILLING;
     int16_t work = WORK_PER_POLL;
     uint8_t *front = block_of(cycle->front, i), *back = block_of(cycle->back, i);
     const uint8_t *ids = cycle->ids + i;
@@ -279,12 +282,13 @@ static void check_some(struct cds_cycle *cycle)
             continue;
         if (*front == id && front[2] != NO_GOAL) {
             work -= 8;
-            if (drop(cycle, cycle->front, i, front + 1)) {
+            if (ask_permit(cycle, i, front + 1) != CDS_OK) { // inline: 100 cycles less for each
+                leave_out(cycle, cycle->front, i);
                 cycle->counters.dropped++;
                 cycle->mended = 0;
             }
         }
-        if (is_set(cycle, i) && *back == id) {
+        if (is_filling && is_set(cycle, i) && *back == id) {
             work -= 8;
             if (drop(cycle, cycle->back, i, back + 1))
                 cycle->has_left_out = true;
