@@ -11,7 +11,7 @@
 #define NO_GOAL       UINT8_MAX                // high byte of a position that is not set
 #define LEFT_OUT      CDS_BROADCAST_ID         // ID in the block of a servo that is left out
 #define NOT_FILLING   UINT8_MAX                // `filled`: no goal was set since the last commit
-#define WORK_PER_POLL 63 // a block looked at is 1, written 5 more, checked 8 more: at most 8
+#define WORK_PER_POLL 46 // a block looked at is 1, written 5 more, checked 8 more: at most 8
 
 /* True while this packet is on the wire or waits for it. */
 static NOINLINE bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
