@@ -6,12 +6,13 @@
 #include "servo/cycle_internal.h"
 #include "servo/goal.h" // cds_goal_put(), CDS_GOAL_SIZE
 
-#define BLOCK_SIZE    (1u + CDS_GOAL_SIZE)     // ID, goal
-#define BLOCKS_AT     (CDS_AT_PARAMETERS + 2u) // behind address and length
-#define NO_GOAL       UINT8_MAX                // high byte of a position that is not set
-#define LEFT_OUT      CDS_BROADCAST_ID         // ID in the block of a servo that is left out
-#define NOT_FILLING   UINT8_MAX                // `filled`: no goal was set since the last commit
-#define WORK_PER_POLL 46 // a block looked at is 1, written 5 more, checked 8 more: at most 8
+#define BLOCK_SIZE      (1u + CDS_GOAL_SIZE)     // ID, goal
+#define BLOCKS_AT       (CDS_AT_PARAMETERS + 2u) // behind address and length
+#define NO_GOAL         UINT8_MAX                // high byte of a position that is not set
+#define LEFT_OUT        CDS_BROADCAST_ID         // ID in the block of a servo that is left out
+#define NOT_FILLING     UINT8_MAX                // `filled`: no goal was set since the last commit
+#define CHECKS_PER_POLL 8
+#define WORK_PER_POLL   32 // of mend(): a block looked at is 1, written 5 more
 
 /* True while this packet is on the wire or waits for it. */
 static NOINLINE bool is_being_sent(const struct cds_cycle *cycle, const uint8_t *packet)
@@ -266,28 +267,26 @@ static NOINLINE bool drop(struct cds_cycle *cycle, uint8_t *packet, uint8_t inde
 /* Checks the goals again that the last change concerns, as many as a poll may. */
 static void check_some(struct cds_cycle *cycle)
 {
-    uint8_t changed = cycle->changed_id, i = cycle->checked;
+    uint8_t changed = cycle->changed_id, i = cycle->checked, checks = CHECKS_PER_POLL;
     bool is_filling = cycle->filled != NOT_FILLING;
-    int16_t work = WORK_PER_POLL;
     uint8_t *front = block_of(cycle->front, i), *back = block_of(cycle->back, i);
     const uint8_t *ids = cycle->ids + i;
 
-    for (; i < cycle->count && work > 0; i++, front += BLOCK_SIZE, back += BLOCK_SIZE) {
+    for (; i < cycle->count && checks > is_filling; i++, front += BLOCK_SIZE, back += BLOCK_SIZE) {
         uint8_t id = *ids++;
 
-        work--;
         if (changed != CDS_BROADCAST_ID && changed != id)
             continue;
         if (*front == id && front[2] != NO_GOAL) {
-            work -= 8;
-            if (ask_permit(cycle, i, front + 1) != CDS_OK) { // inline: 100 cycles less for each
+            checks--;
+            if (ask_permit(cycle, i, front + 1) != CDS_OK) { // inline: 100 cycles less
                 leave_out(cycle, cycle->front, i);
                 cycle->counters.dropped++;
                 cycle->mended = 0;
             }
         }
         if (is_filling && is_set(cycle, i) && *back == id) {
-            work -= 8;
+            checks--;
             if (drop(cycle, cycle->back, i, back + 1))
                 cycle->has_left_out = true;
         }
