@@ -549,7 +549,7 @@ def safe_torque_off():
     run = Run("bench/safe_torque_off", "--stamp", "B", "--seconds", "60", "--allow-duplicates",
               "--fault", f"turnaround {DAMAGED_ID} 25", servos=f"{SAFE},{DAMAGED_ID},{DAMAGED_ID}")
     run.check(run.figure["good"] == 1, "not all servos were prepared")
-    run.check(run.figure["stops"] == run.figure["over"] == 7 * 40, "torque off did not end well")
+    run.check(run.figure["stops"] == run.figure["over"] == 7 * 60, "torque off did not end well")
     wire = list(run.wire())
     offs = [begun for begun, ours, raw in wire if ours and raw == TORQUE_OFF]
     transactions = list(ends(wire))
