@@ -119,7 +119,7 @@ uint16_t cds_port_ticks(void)
 
 #define LAP_US (0x10000u / CDS_PORT_TICKS_PER_US)
 
-/* An alarm of 16 bits, as that of a timer: it rings once in every lap, and goes on ringing. */
+/* A timer of 16 bits: it expires once in every wrap, and counts as expired from then on. */
 uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
@@ -128,14 +128,14 @@ uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t
         (uint16_t)(port_fake.now_us * CDS_PORT_TICKS_PER_US - from) / CDS_PORT_TICKS_PER_US;
 
     (void)line(port);
-    port_fake.alarms[port % FAKE_PORTS] =
-        (struct fake_alarm){.from_us = port_fake.now_us - passed_us, .wait_us = us % LAP_US};
+    port_fake.timers[port % FAKE_PORTS] =
+        (struct fake_timer){.from_us = port_fake.now_us - passed_us, .wait_us = us % LAP_US};
     return (uint8_t)(us / LAP_US);
 }
 
 bool cds_port_timer_expired(uint8_t port)
 {
-    const struct fake_alarm *alarm = &port_fake.alarms[port % FAKE_PORTS];
+    const struct fake_timer *timer = &port_fake.timers[port % FAKE_PORTS];
 
     if (port_fake.late)
         cds_link_on_tx_complete(port_fake.late, port);
@@ -143,18 +143,18 @@ bool cds_port_timer_expired(uint8_t port)
     port_fake.clock_reads++;
     (void)line(port);
     port_fake.now_us += port_fake.us_per_reading;
-    return port_fake.now_us - alarm->from_us >= alarm->wait_us;
+    return port_fake.now_us - timer->from_us >= timer->wait_us;
 }
 
 void cds_port_restart_timer(uint8_t port)
 {
-    struct fake_alarm *alarm = &port_fake.alarms[port % FAKE_PORTS];
+    struct fake_timer *timer = &port_fake.timers[port % FAKE_PORTS];
 
     (void)line(port);
-    alarm->wait_us += LAP_US;
-    if (port_fake.now_us - alarm->from_us >= alarm->wait_us) // those in between rang unnoticed
-        alarm->wait_us +=
-            (port_fake.now_us - alarm->from_us - alarm->wait_us) / LAP_US * LAP_US + LAP_US;
+    timer->wait_us += LAP_US;
+    if (port_fake.now_us - timer->from_us >= timer->wait_us) // expiries in between went unnoticed
+        timer->wait_us +=
+            (port_fake.now_us - timer->from_us - timer->wait_us) / LAP_US * LAP_US + LAP_US;
 }
 
 void port_fake_settle(struct cds_bus *bus)

@@ -24,11 +24,11 @@ struct fake_entry {
 #define FAKE_LOG_SIZE  40  // verbs kept; later ones are only counted
 #define FAKE_SENT_SIZE 258 // the longest packet there is
 #define FAKE_PORTS     4
-#define FAKE_ALARM_US  32000 // the furthest an alarm is exact
+#define FAKE_TIMER_US  32000 // the furthest a timer is exact
 
 struct port_fake {
     uint32_t now_us;      // what cds_port_now_us() answers
-    uint16_t clock_reads; // how often it, or an alarm, was asked
+    uint16_t clock_reads; // how often the clock or a timer was asked
     uint16_t verbs;       // how many since reset or forget; the first of them are in `log`
     struct fake_entry log[FAKE_LOG_SIZE];
     uint8_t sent[FAKE_SENT_SIZE]; // what the driver has put on the line since the last talk
@@ -37,15 +37,15 @@ struct port_fake {
     uint16_t breaches;         // verbs out of place
     uint8_t lines[FAKE_PORTS]; // enum fake_verb: the last one that changed the direction
     uint8_t bauds[FAKE_PORTS]; // the register value each was last opened with
-    struct fake_alarm {
+    struct fake_timer {
         uint32_t from_us; // the moment it is counted from,
-        uint32_t wait_us; // and when it rings next, behind that
-    } alarms[FAKE_PORTS];
+        uint32_t wait_us; // and when it expires next, behind that
+    } timers[FAKE_PORTS];
     bool followed;           // the packet that has begun goes on
     uint16_t us_per_reading; // how far the clock moves on whenever it is asked
     bool low;                // somebody holds the line low
     struct cds_link *eager;  // if set: its packets are on the line before talk returns
-    struct cds_link *late;   // if set: its "complete" was held up, until the alarm is asked
+    struct cds_link *late;   // if set: its "complete" was held up, until the timer is asked
 };
 
 extern struct port_fake port_fake;

@@ -190,7 +190,7 @@ struct cds_bus {
     uint8_t line;              // enum cds_bus_state
     bool rests;                // until `rest_until_us`: a stale reply may come
     bool last_look;            // the request that waits ends unless the line is quiet when the
-                               // alarm rings
+                               // timer expires
     bool closing;              // the deadline is over, and bytes up to this index of the
     uint8_t close_at;          // ring are still looked at
     bool has_ended;            // an exchange with a reply due, since the bus was opened at this
@@ -201,7 +201,7 @@ struct cds_bus {
     uint8_t last;              // and of its checksum
     uint8_t sum;               // ... of its bytes from the ID on
     uint8_t *to;               // ... where its next parameter goes
-    uint8_t laps;              // how often the alarm rings before its time
+    uint8_t laps;              // how often the timer expires before its time
     uint8_t asked;             // who was asked
     struct cds_bus_asked what; // and for what
     uint16_t return_delay_us;  // longest of any servo on this bus

@@ -5,7 +5,7 @@
 
 #include "cds55xx/control_table.h" // CDS_REG_STATUS_RETURN_LEVEL
 #include "cds55xx/packet.h"        // CDS_AT_*
-#include "safety/permit.h"         // cds_gate_check()
+#include "safety/permit.h"         // cds_permit_check()
 #include "safety/observe.h"        // cds_servos_admit()
 #include "compiler.h"              // NOINLINE
 
@@ -69,7 +69,7 @@ static enum cds_result admit(struct cds_bus_observer *observer, struct cds_reque
 
     if (crew->away) {
         request->vetted = 0;
-        return cds_gate_check(&crew->roster, bytes);
+        return cds_permit_check(&crew->roster, bytes);
     }
     if (crew->open || changes_settings(bytes))
         meet_addressed(crew, bytes);

@@ -1,18 +1,27 @@
-/* Small code for structs of which a program has one. There the compiler knows the address, and an
- * AVR takes 4 bytes of code to reach a variable by that, but 2 to reach a field behind a pointer,
- * if it is among the first 64 bytes. So structs have what is used often in front, and who moves an
- * operation on hides where it is. For src/core and src/controller. */
+/* What the library asks of the compiler, each by its usual name. For src/core and src/controller.
+ */
 #ifndef CDS_COMPILER_H
 #define CDS_COMPILER_H
 
-/* From here on nothing is known of this pointer. */
+/* The compiler forgets where `pointer` comes from. Where a program has one struct, its address is
+ * known at link time, and an AVR needs 4 bytes of code to reach a field by that, but 2 behind a
+ * pointer if the field is among the first 64 bytes. */
 #define OPTIMIZER_BARRIER(pointer) __asm__("" : "+r"(pointer))
 
-/* Not copied into its callers: seldom run, or called from several places; registers that it needs
- * are saved only where it is called. */
+/* Not merged into its callers: the registers it needs are saved only where it is called. */
 #define NOINLINE __attribute__((noinline))
 
-/* The same of a function that a header has declared. */
+/* NOINLINE for a function that a header has declared. */
 #define DECLARED_NOINLINE(function) extern __typeof__(function) function NOINLINE
+
+/* Neither merged nor copied for a bus that is known when the program is linked: less flash. Where
+ * the time for a byte counts, NOINLINE leaves the compiler that copy: it saves a pointer. */
+#define NOCLONE __attribute__((noclone, noinline))
+
+/* NOCLONE, and kept out of the way of what runs for every byte and every transaction. */
+#define COLD __attribute__((noinline, noclone, cold))
+
+/* Merged into each caller. */
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
 
 #endif

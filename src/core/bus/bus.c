@@ -4,20 +4,9 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "compiler.h" // NOINLINE
+#include "compiler.h" // NOINLINE, NOCLONE, COLD, ALWAYS_INLINE
 
 #define RING_MASK (CDS_RING_SIZE - 1)
-
-/* Kept out of the way of what runs for every byte and every exchange. */
-#define COLD __attribute__((noinline, noclone, cold))
-
-/* Not copied for a bus that is known when the program is linked: by a pointer, an AVR reaches the
- * fields in half as many words. What is only NOINLINE may be copied so: a pointer less, where the
- * time for a byte counts. */
-#define NOCLONE __attribute__((noclone, noinline))
-
-/* Part of the one or two that call it, whichever bus that is. */
-#define ALWAYS_INLINE static inline __attribute__((always_inline))
 
 /* What a program does not use: account.c, asked.c, queue.c and repeat.c have those that do
  * something. Here, so that the linker looks for none of those. */
@@ -287,13 +276,13 @@ static NOCLONE void search(struct cds_bus *bus)
         drop_broken(bus);
 }
 
-/* The time in units of 2^16 us, two laps of the alarm. */
+/* The time in units of 2^16 us, two wraps of the timer. */
 static uint16_t now_65ms(void)
 {
     return (uint16_t)(cds_port_now_us() >> 16);
 }
 
-/* Sets the alarm to the longest that so many bytes may take, with a return delay in between. */
+/* Sets the timer to the longest that so many bytes may take, with a return delay in between. */
 static NOCLONE void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
                           uint16_t return_delay_us)
 {
@@ -303,7 +292,7 @@ static NOCLONE void allow(struct cds_bus *bus, uint16_t from, uint16_t bytes,
         bus->over_at = (uint16_t)(now_65ms() + bus->laps + 1u);
 }
 
-/* The alarm rings: is that time over? Polls that are more than a lap apart see only one ring of
+/* The timer has expired: is that time over? Polls more than a wrap apart see only one expiry of
  * several: for them the clock tells. */
 static NOCLONE bool is_over(struct cds_bus *bus)
 {
@@ -618,7 +607,7 @@ NOINLINE static bool end_well(struct cds_bus *bus)
     return request->on_end ? tell_end(bus, request) : false;
 }
 
-/* The alarm has rung. Once that is the deadline, what has come by then is still looked at, and
+/* The timer has expired. Once that is the deadline, what has come by then is still looked at, and
  * nothing behind it, or a line never quiet would let the deadline slip. */
 static COLD bool look_at_deadline(struct cds_bus *bus)
 {

@@ -9,7 +9,7 @@
 
 /* True if a request with this result ended before its packet left. CDS_CANCELLED is not among them:
  * only the caller of cds_bus_cancel() knows. */
-static inline bool cds_operation_not_sent(uint8_t result)
+static inline bool cds_was_not_sent(uint8_t result)
 {
     return result == CDS_LINE_BUSY || result == CDS_NO_REPLY_DUE || result == CDS_LIMIT ||
            result == CDS_INHIBITED || result == CDS_TOO_EARLY;

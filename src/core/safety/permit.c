@@ -1,4 +1,4 @@
-/* The check of every packet before it is sent; see gate.h. Manual: 2.4; 3.1, registers 0x05, 0x06
+/* The check of every packet before it is sent; see permit.h. Manual: 2.4; 3.1, registers 0x05, 0x06
  * to 0x09, 0x18, 0x1A to 0x21, 0x30. */
 #include "safety/permit.h"
 
@@ -30,7 +30,7 @@ static enum cds_result check_writes(const struct cds_servos *roster, const uint8
     return CDS_OK;
 }
 
-enum cds_result cds_gate_check(const struct cds_servos *roster, const uint8_t *bytes)
+enum cds_result cds_permit_check(const struct cds_servos *roster, const uint8_t *bytes)
 {
     uint8_t longest = CDS_LENGTH_MIN;
 

@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
-#include "safety/permit.h"         // cds_gate_check()
+#include "safety/permit.h"         // cds_permit_check()
 #include "servo/goal.h"            // CDS_GOAL_SIZE
 #include "safety/limits.h"         // cds_limits_check()
 #include "safety/observe.h"
@@ -335,7 +335,7 @@ static bool is_torque_off(const uint8_t *bytes)
 
 /* ---- what may be sent ---- */
 
-static inline __attribute__((always_inline)) bool is_held(const struct cds_servo_state *servo)
+ALWAYS_INLINE bool is_held(const struct cds_servo_state *servo)
 {
     return servo->held || servo->presence == CDS_PRESENCE_RETURNED;
 }
@@ -551,7 +551,7 @@ NOINLINE static enum cds_result judge_anew(struct cds_servos *roster, struct cds
 enum cds_result cds_servos_admit(struct cds_bus_observer *observer, struct cds_request *request)
 {
     struct cds_servos *roster = of(observer);
-    enum cds_result result = cds_gate_check(roster, request->packet.bytes);
+    enum cds_result result = cds_permit_check(roster, request->packet.bytes);
 
     if (result != CDS_OK) {
         roster->refused_id = request->packet.bytes[CDS_AT_ID];

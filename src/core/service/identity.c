@@ -221,7 +221,7 @@ static void changed(struct cds_identity *identity)
     const struct cds_request *request = identity->request;
 
     identity->reason = request->result;
-    identity->written = !cds_operation_not_sent(request->result);
+    identity->written = !cds_was_not_sent(request->result);
     if (request->result == CDS_OK)
         identity->error = request->error;
     if (identity->error & CDS_ERRORS_OF_PACKET)

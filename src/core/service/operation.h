@@ -5,7 +5,7 @@
 
 #include <stdbool.h>
 
-#include "bus/bus_internal.h" // cds_operation_not_sent()
+#include "bus/bus_internal.h" // cds_was_not_sent()
 #include "cds55xx/bus.h"      // struct cds_bus
 
 /* What an operation has the bus wait: the longest, and 1 us more, by which the operation knows its

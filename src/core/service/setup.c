@@ -6,7 +6,7 @@
 
 #include "cds55xx/servo.h"     // cds_servo_read(), cds_servo_write()
 #include "compiler.h"          // OPTIMIZER_BARRIER(), DECLARED_NOINLINE()
-#include "service/operation.h" // cds_operation_not_sent()
+#include "service/operation.h" // cds_was_not_sent()
 
 enum setup_phase { COMPARE, WRITE, READ_BACK };
 
@@ -87,7 +87,7 @@ static bool has_refused(const struct cds_setup *setup)
 static void written(struct cds_setup *setup)
 {
     setup->reason = setup->request->result;
-    setup->written = !cds_operation_not_sent(setup->reason);
+    setup->written = !cds_was_not_sent(setup->reason);
     setup->phase = READ_BACK;
     if (setup->reason == CDS_OK)
         setup->reason = CDS_REFUSED; // if it does not hold it then

@@ -6,7 +6,7 @@
 #include "cds55xx/control_table.h" // CDS_REG_GOAL_POSITION, CDS_VALUE_MAX
 #include "servo/goal.h"            // cds_goal_put(), CDS_GOAL_SIZE
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
-#include "bus/bus_internal.h"      // cds_operation_not_sent()
+#include "bus/bus_internal.h"      // cds_was_not_sent()
 
 #define BLOCK_SIZE  (1u + CDS_GOAL_SIZE)     // ID, goal
 #define BLOCKS_AT   (CDS_AT_PARAMETERS + 2u) // behind address and length
@@ -432,7 +432,7 @@ static NOINLINE void take_feedback(struct cds_cycle *cycle, uint32_t now_us)
         if (known && between_us > cycle->counters.oldest_us)
             cycle->counters.oldest_us = between_us;
     } else {
-        if (!cds_operation_not_sent(cycle->read.result))
+        if (!cds_was_not_sent(cycle->read.result))
             add(&cycle->wire_us, (uint16_t)taken_us);
         count(&cycle->counters.failed);
     }

@@ -6,7 +6,7 @@
 #define SUM_OF_ALL                                                                                 \
     UINT8_MAX // of a packet from the ID on, with its checksum, which is ~ of the rest
 
-static inline __attribute__((always_inline)) uint8_t peek(const struct cds_ring *ring, uint8_t at)
+ALWAYS_INLINE uint8_t peek(const struct cds_ring *ring, uint8_t at)
 {
     return ring->bytes[at & (CDS_RING_SIZE - 1)];
 }
