@@ -68,7 +68,7 @@ SPECIFIERS = {"const", "static", "struct", "enum", "union", "unsigned", "signed"
 CONSTANT = re.compile(r"[A-Z][A-Z0-9_]+")
 BOOL_NAME = re.compile(r"\bbool\s+(?!\*)(\w+)((?:\s*,\s*\w+)*)")
 # Statements without effect on behaviour: (void)x, and a barrier for the optimizer.
-NO_EFFECT = re.compile(r"\(void\)\s*\w+(?:\s*,\s*\(void\)\s*\w+)*|\w*(?:OPAQUE|BARRIER)\w*\s*\(.*\)", re.S)
+NO_EFFECT = re.compile(r"\(void\)\s*\w+(?:\s*,\s*\(void\)\s*\w+)*|\w*BARRIER\w*\s*\(.*\)", re.S)
 
 
 class Mutant:

@@ -52,17 +52,18 @@ uint32_t cds_port_now_us(void);
 #define CDS_PORT_TICKS_PER_US 2
 uint16_t cds_port_ticks(void);
 
-/* Sets the alarm of the port: `count` times `each_us`, and `more_us`, 0 to 2^20 - 1 in all, after
- * the moment `from`, as of cds_port_ticks(), it rings, and goes on. It may have to ring before that
- * too: returns how often, 0 to 31. Never too early; too late if it is set later than 32 ms after
- * that moment, and by as much as what rings before is silenced late. Main context. */
+/* Sets the timer of the port to expire `count` times `each_us` and `more_us` after the moment
+ * `from`, as of cds_port_ticks(): 0 to 2^20 - 1 us in all. The timer wraps every 32.8 ms, so it may
+ * expire earlier, too: returns how often, 0 to 31. The last expiry never comes too early. It comes
+ * too late if the timer is set more than 32 ms after `from`, and by the time that an earlier expiry
+ * waits for cds_port_restart_timer(). Main context. */
 uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us);
 
-/* Does it ring? For every poll. Main context. */
+/* Returns true from an expiry on. For every poll. Main context. */
 bool cds_port_timer_expired(uint8_t port);
 
-/* Until the next time. Main context. */
+/* The timer counts as not expired until its next expiry. Main context. */
 void cds_port_restart_timer(uint8_t port);
 
 #ifdef __cplusplus

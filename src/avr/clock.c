@@ -1,4 +1,4 @@
-/* The timer of the clock, and the alarms; see clock.h. */
+/* The timer of the clock, and of each bus; see clock.h. */
 #include "clock.h"
 
 #include <avr/io.h>
@@ -18,7 +18,7 @@ void cds_avr_clock_open(void)
 }
 
 /* Each bus has a compare unit of the timer: A, B or C. */
-AVR_INLINE uint8_t alarm_flag(uint8_t port)
+AVR_INLINE uint8_t compare_flag(uint8_t port)
 {
 #if BOARD_BUS_COUNT > 2
     if (port == 2)
@@ -87,7 +87,7 @@ AVR_INLINE uint8_t sum_up(uint16_t count, uint16_t each_us, uint16_t *ticks)
 }
 
 /* The timer sets the flag when it passes the compare register, every 32 ms. What was passed while a
- * handler held up these lines would ring late: so it is moved to a few microseconds from now, or
+ * handler held up these lines would expire late: so it is moved to a few microseconds from now, or
  * counted as a lap that is over. */
 uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
@@ -97,9 +97,9 @@ uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t
 
     for (;;) {
         set_compare(port, (uint16_t)(from + wait));
-        TIMER_FLAGS = alarm_flag(port);
+        TIMER_FLAGS = compare_flag(port);
         passed = (uint16_t)(TIMER_COUNT - from);
-        if (passed < wait || (TIMER_FLAGS & alarm_flag(port)))
+        if (passed < wait || (TIMER_FLAGS & compare_flag(port)))
             return laps;
         if (laps && passed != wait) // it would have rung by now, and does so again in time
             return (uint8_t)(laps - 1u);
@@ -109,10 +109,10 @@ uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t
 
 void cds_port_restart_timer(uint8_t port)
 {
-    TIMER_FLAGS = alarm_flag(port);
+    TIMER_FLAGS = compare_flag(port);
 }
 
 bool cds_port_timer_expired(uint8_t port)
 {
-    return TIMER_FLAGS & alarm_flag(port);
+    return TIMER_FLAGS & compare_flag(port);
 }

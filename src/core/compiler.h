@@ -14,12 +14,14 @@
 /* NOINLINE for a function that a header has declared. */
 #define DECLARED_NOINLINE(function) extern __typeof__(function) function NOINLINE
 
-/* Neither merged nor copied for a bus that is known when the program is linked: saves flash. */
+/* Neither merged nor copied for a bus that is known when the program is linked: saves flash. Where
+ * the time of a byte counts, use NOINLINE: the compiler may then make that copy. */
 #define NOCLONE __attribute__((noclone, noinline))
 
 /* NOCLONE, and kept out of the way of what runs for every byte and every transaction. */
 #define COLD __attribute__((noinline, noclone, cold))
 
+/* Merged into each caller. */
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
 
 #endif

@@ -57,6 +57,14 @@ class Layering(unittest.TestCase):
         self.breach("src/core/wire/parser.c", '#include "cds55xx/bus.h"')
         self.breach("include/cds55xx/bus.h", '#include "cds55xx/servos.h"')
         self.breach("src/core/safety/servos.c", '#include "cds55xx/scan.h"')
+        self.breach("src/core/safety/permit.c", '#include "cds55xx/cycle.h"')
+        self.breach("src/core/wire/packet.c", '#include "cds55xx/units.h"')
+
+    def test_a_header_or_folder_without_a_storey_is_told(self):
+        (self.root / "src/core/new").mkdir()
+        self.breach("include/cds55xx/new.h", "")
+        self.assertIn("src/core/new: no storey", run(sys.executable, ROOT / "scripts/layering.py",
+                                                     self.root)[1])
 
     def test_simulator_includes_nothing_of_the_library(self):
         self.breach("sim/codec.c", '#include "cds55xx/packet.h"')
