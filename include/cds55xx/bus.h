@@ -66,7 +66,7 @@ enum cds_bus_state {
     CDS_BUS_SENDING_ONLY,     // the packet is on the wire, and no reply is due
     CDS_BUS_AWAITING_REPLY,   // the bytes that come are searched for the reply
     CDS_BUS_RECEIVING,        // the head of the reply was found; its parameters are taken
-};
+} __attribute__((packed));
 
 /* State of the line. */
 enum cds_bus_line {
@@ -75,7 +75,7 @@ enum cds_bus_line {
                           // within the last two byte times. Nothing is sent
     CDS_BUS_LINE_FAULT,   // low when two byte times were over: a short circuit or a dead driver if
                           // it lasts; one look may have met a start bit
-};
+} __attribute__((packed));
 
 /* Parameters a reply must have. A reply that refuses the packet (CDS_ERRORS_OF_PACKET) may also
  * have none. */
@@ -88,7 +88,7 @@ enum cds_priority {
     CDS_PRIORITY_NORMAL,
     CDS_PRIORITY_HIGH,       // goals of a cycle
     CDS_PRIORITY_TORQUE_OFF, // before every other request
-};
+} __attribute__((packed));
 
 /* One transaction. The caller owns it, and leaves it, its packet and its reply buffer alone from
  * submit until `result` is no longer CDS_PENDING. The bus never changes the packet: a request that
@@ -170,7 +170,7 @@ enum cds_bus_event {
     CDS_EVENT_STALE_REPLY,
     CDS_EVENT_DUPLICATE_REPLY,
     CDS_EVENT_UNEXPECTED_PACKET,
-};
+} __attribute__((packed));
 
 /* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
  * Each function gets `context`, and must be there unless its comment allows NULL. Called from

@@ -67,7 +67,7 @@ enum cds_finding {
 #define CDS_FINDING_ENUM_(name, number, text, remedy) name = number,
     CDS_FINDINGS(CDS_FINDING_ENUM_)
 #undef CDS_FINDING_ENUM_
-};
+} __attribute__((packed));
 
 /* Capacities of the request. */
 #define CDS_DIAGNOSE_PACKET_SIZE CDS_PACKET_SIZE(2)

@@ -32,7 +32,7 @@ enum cds_identity_change {
     CDS_IDENTITY_RESET_ALL, // factory values for every servo that listens at the bus's rate,
                             // without looking first: all have ID 1 afterwards. CHANGED: a servo
                             // answers there; at_to is CDS_CORRUPT if several do
-};
+} __attribute__((packed));
 
 /* Where the servo is. */
 enum cds_identity_state {
@@ -43,7 +43,7 @@ enum cds_identity_state {
                         // tells whether the servo is at the old one
     CDS_IDENTITY_LOST,  // answers well at neither: see cds_identity_look_again()
     CDS_IDENTITY_BOTH,  // both answer: two servos were in the old place, or there is noise
-};
+} __attribute__((packed));
 
 /* What to change. Bus and request stay in place until the operation has ended. */
 struct cds_identity_config {

@@ -25,13 +25,22 @@ extern "C" {
 #endif
 
 /* As in the picture above. */
-enum cds_link_state { CDS_LINK_HIGH_Z, CDS_LINK_LISTENING, CDS_LINK_TALKING, CDS_LINK_DRAINING };
+enum cds_link_state {
+    CDS_LINK_HIGH_Z,
+    CDS_LINK_LISTENING,
+    CDS_LINK_TALKING,
+    CDS_LINK_DRAINING
+} __attribute__((packed));
 
 /* What a receiver says of a byte: the port maps its status register to these. */
-enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 };
+enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 } __attribute__((packed));
 
 /* What broke the stream of bytes first. Bit 0 is that it is broken. */
-enum cds_link_break { CDS_LINK_WHOLE = 0, CDS_LINK_DAMAGED = 1, CDS_LINK_FULL = 3 };
+enum cds_link_break {
+    CDS_LINK_WHOLE = 0,
+    CDS_LINK_DAMAGED = 1,
+    CDS_LINK_FULL = 3
+} __attribute__((packed));
 
 /* What handlers and main context share of one bus. The ring last: an AVR reaches the first 64 bytes
  * of a struct in one instruction.

@@ -47,7 +47,7 @@ enum cds_instruction {
     CDS_ACTION = 0x05,
     CDS_RESET = 0x06,
     CDS_SYNC_WRITE = 0x83,
-};
+} __attribute__((packed));
 
 /* Bits of the ERROR byte of a status packet (manual 2.3). */
 enum cds_error {
@@ -62,7 +62,7 @@ enum cds_error {
     /* The bits that say "this packet was not carried out", and those that report a condition. */
     CDS_ERRORS_OF_PACKET = 0x5A,
     CDS_ERRORS_OF_CONDITION = 0x25,
-};
+} __attribute__((packed));
 
 /* A packet in the making. The buffer is the caller's. */
 struct cds_packet {

@@ -38,7 +38,7 @@ enum cds_parsed {
     CDS_PARSED_HEAD,      // a head was found: header, ID, a LENGTH in range, ERROR
     CDS_PARSED_PACKET,    // the packet is whole, its checksum is right, and it has left the ring
     CDS_PARSED_MALFORMED, // LENGTH or checksum is wrong: the first byte has left the ring
-};
+} __attribute__((packed));
 
 /* A search, and the packet whose head was found. Zeroed, cds_parser_reset(). */
 struct cds_parser {

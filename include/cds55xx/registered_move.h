@@ -37,7 +37,7 @@ enum cds_registered {
     CDS_REGISTERED_NO,
     CDS_REGISTERED_YES,
     CDS_REGISTERED_IN_DOUBT, // REG WRITE was sent, and the servo did not answer since
-};
+} __attribute__((packed));
 
 /* The goal of one servo, and what became of it. */
 struct cds_goal {

@@ -37,12 +37,13 @@ extern "C" {
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \
       "set the servo's RETURN_DELAY to 1 (2 us) or more")
 
-/* CDS_OK, CDS_PENDING, ...: what each one means stands in the list. */
+/* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else
+ * avr-gcc takes two. */
 enum cds_result {
 #define CDS_RESULT_ENUM_(name, number, text, remedy) name = number,
     CDS_RESULTS(CDS_RESULT_ENUM_)
 #undef CDS_RESULT_ENUM_
-};
+} __attribute__((packed));
 
 /* Copies the text of `result`, an enum cds_result, to `text`: at most capacity - 1 characters and a
  * 0, `capacity` 1 or more. CDS_RESULT_TEXT_SIZE holds every text. On an AVR the texts stand in

@@ -40,13 +40,13 @@ enum cds_presence {
     CDS_PRESENCE_ONLINE,   // it answers, and missed no more than two transactions in a row
     CDS_PRESENCE_OFFLINE,  // it missed CDS_SERVOS_MISSES transactions in a row
     CDS_PRESENCE_RETURNED, // it was OFFLINE and answers again; its TORQUE_ENABLE was not read yet
-};
+} __attribute__((packed));
 
 /* Why a servo must not be driven: bits. */
 enum cds_inhibit {
     CDS_INHIBIT_STATE_LOST = 1, // its torque was on and is off: its RAM area is at initial values
     CDS_INHIBIT_STOPPED = 2,    // the caller has inhibited it
-};
+} __attribute__((packed));
 
 /* What is known of mode, goal and speed of a servo: bits. An angle limit with neither bit is not
  * known. */
@@ -58,7 +58,7 @@ enum cds_held {
     CDS_HELD_GOAL = 0x10,    // the goal it holds was read and is within the limits
     CDS_HELD_SPEED = 0x20,   // the speed it holds was read and is within the limit
     CDS_HELD_SPEED_0 = 0x40, // the speed it holds may be 0
-};
+} __attribute__((packed));
 
 /* When the list grows by a servo that is not in it, up to the capacity. */
 enum cds_servos_growth {
@@ -66,7 +66,7 @@ enum cds_servos_growth {
     CDS_GROWS_ON_ALARM_OR_SETTING, // the servo reports error bits, or registers 0x00 to 0x10 of it
                                    // are written
     CDS_GROWS_ALWAYS,              // also when it answers, sends a packet or is written to
-};
+} __attribute__((packed));
 
 /* Counts of one servo since it is in the list. The first three are modulo 65536, the others stay at
  * 255. */

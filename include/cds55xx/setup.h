@@ -29,7 +29,7 @@ enum cds_setup_setting {
     CDS_SETUP_RETURN_DELAY, // how long the servo waits before it replies
     CDS_SETUP_LOCK, // until its power is removed, only registers 0x18 to 0x23 can be written
                     // (R6; manual, example 20)
-};
+} __attribute__((packed));
 
 /* What to set. Bus, request and data stay in place until the operation has ended. */
 struct cds_setup_config {

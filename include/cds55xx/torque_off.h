@@ -41,7 +41,7 @@ enum cds_torque_off_outcome {
     CDS_TORQUE_OFF_ON,      // read: torque is still on
     CDS_TORQUE_OFF_SILENT,  // no good answer
     CDS_TORQUE_OFF_MUTE,    // the servo answers no READ (status return level 0)
-};
+} __attribute__((packed));
 
 /* Zero it (static storage is), then cds_torque_off_begin(). */
 struct cds_torque_off {

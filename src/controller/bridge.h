@@ -27,7 +27,7 @@ enum bridge_state {
     BRIDGE_DEVICE,    // the device cannot do yet what was asked
     BRIDGE_GATHERING, // servo after servo
     BRIDGE_ANSWERING,
-};
+} __attribute__((packed));
 
 /* Counted modulo 65536. */
 struct bridge_counters {

@@ -10,7 +10,7 @@
 
 /* ---- scan ---- */
 
-enum scan_choice { SCAN_HERE, SCAN_ALL, SCAN_RESCUE };
+enum scan_choice { SCAN_HERE, SCAN_ALL, SCAN_RESCUE } __attribute__((packed));
 
 uint8_t scan_begin(struct console *console)
 {

@@ -12,8 +12,8 @@
 #define PERIOD_MAX_MS 65
 #define KNOWN_US      1000000 // within which each servo must have said where it is
 
-enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF };
-enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END };
+enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
+enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
 
 /* As said, or as set: 0 and console->raw in us, or an error. */
 static uint8_t period(struct console *console)

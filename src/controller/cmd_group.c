@@ -63,7 +63,7 @@ bool group_poll(struct console *console)
 
 /* ---- pose ---- */
 
-enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE };
+enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE } __attribute__((packed));
 
 static uint16_t angle_of(const struct console *console, uint8_t index)
 {

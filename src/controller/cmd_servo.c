@@ -10,7 +10,7 @@
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-enum phase { LOOK, WRITE };
+enum phase { LOOK, WRITE } __attribute__((packed));
 
 /* Number `index` of the line as what is written; its error, or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)

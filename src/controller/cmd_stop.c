@@ -95,7 +95,7 @@ enum servos_part {
     PART_ALARMS, // and on: a part for each bit
     PART_END = PART_ALARMS + 7,
     PARTS,
-};
+} __attribute__((packed));
 
 uint8_t servos_begin(struct console *console)
 {

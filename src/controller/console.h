@@ -27,7 +27,7 @@
 #define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
 #define CONSOLE_STOP     0x18 // Ctrl-X
 
-enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING };
+enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING } __attribute__((packed));
 
 /* Servos that monitor draws. */
 #define MONITOR_SERVOS 8

@@ -29,14 +29,14 @@ enum gather_turn {
     GATHER_MORE,
     GATHER_ANSWER, // over: a status packet of the device is due
     GATHER_DONE,   // over
-};
+} __attribute__((packed));
 
 enum gather_other {
     GATHER_ENDED, // its reply is there, or none
     GATHER_SPENT, // ... and was handed over
     GATHER_READY, // to be sent to the next servo, if there is one
     GATHER_WAITS, // likewise, and a servo is asked: the bus sees to its end
-};
+} __attribute__((packed));
 
 /* All state of it. Fields without a word are its own. */
 struct gather { // the buffers last: what is near costs less to reach

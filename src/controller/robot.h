@@ -45,7 +45,7 @@ enum robot_operation {
     ROBOT_DIAGNOSE,
     ROBOT_IDENTITY,
     ROBOT_MOVE,
-};
+} __attribute__((packed));
 
 /* Storage of the operation. */
 union robot_work {

@@ -104,7 +104,7 @@ NOINLINE bool cds_written_is_torque_off(const uint8_t *bytes)
 #define HELD_CW       (CDS_HELD_CW_SET | CDS_HELD_CW_0)
 #define HELD_CCW      (CDS_HELD_CCW_SET | CDS_HELD_CCW_0)
 
-enum mode { MODE_UNKNOWN, MODE_POSITION, MODE_TURN };
+enum mode { MODE_UNKNOWN, MODE_POSITION, MODE_TURN } __attribute__((packed));
 
 ALWAYS_INLINE uint8_t mode_of(uint8_t held)
 {

@@ -16,7 +16,7 @@ enum cds_sets {
     CDS_SETS_SPEED = 64,       // one byte of it, or both
     CDS_SETS_REGISTERED = 128, // 0x2C
     CDS_SETS_DRIVE = CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED,
-};
+} __attribute__((packed));
 
 /* How it became known what a servo holds. Passed as uint8_t: saves registers. */
 enum cds_source {
@@ -24,7 +24,7 @@ enum cds_source {
     CDS_SOURCE_ANSWERED, // it has answered the packet that wrote it
     CDS_SOURCE_SENT,     // no reply was due
     CDS_SOURCE_LOST,     // the reply is missing: written or not
-};
+} __attribute__((packed));
 
 /* `length` bytes of servo `id`, from register `address` on. */
 struct cds_written {

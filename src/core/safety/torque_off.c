@@ -10,7 +10,7 @@ enum phase {
     TELL_ALL, // broadcasts
     READ,     // TORQUE_ENABLE of a servo
     TELL,     // a servo that is not known to be off; then READ
-};
+} __attribute__((packed));
 
 /* True if the bus has the servos' own rate. An operation at another rate is aborted; it restores
  * the rate now, or when its transaction on the wire has ended. */

@@ -35,11 +35,11 @@ enum diagnose_phase {
     RESYNC,       // PING of the target until it hears again
     TRY_RATE,     // PING of the target at another rate
     TRY_RATE_ANY, // broadcast PING at another rate
-};
+} __attribute__((packed));
 
 /* What a candidate is looked for. TO_COMPARE: if the replies of another servo are clean, damage of
  * the target comes from a second servo with its ID, not from noise. */
-enum diagnose_purpose { TO_EXAMINE, TO_TELL_OTHER_ID, TO_COMPARE };
+enum diagnose_purpose { TO_EXAMINE, TO_TELL_OTHER_ID, TO_COMPARE } __attribute__((packed));
 
 /* Each series: how many transactions, and the registers of a READ; length 0: PING. A deaf servo
  * hears again after 43 PINGs of 6 bytes: more bytes than any LENGTH. */

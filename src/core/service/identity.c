@@ -14,7 +14,7 @@ enum identity_phase {
     CHANGE,       // write, once
     LOOK_FOR_ARRIVAL,
     LOOK_FOR_LEAVING,
-};
+} __attribute__((packed));
 
 static bool is_same_place(const struct cds_identity *identity)
 {

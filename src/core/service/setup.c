@@ -6,7 +6,7 @@
 #include "bus/steps_internal.h" // cds_steps_poll(), cds_was_not_sent()
 #include "cds55xx/servo.h"      // cds_servo_read(), cds_servo_write()
 
-enum setup_phase { COMPARE, WRITE, READ_BACK };
+enum setup_phase { COMPARE, WRITE, READ_BACK } __attribute__((packed));
 
 /* Sets address, length and data. CDS_OK, or CDS_BAD_ARGUMENT. */
 static enum cds_result set_value(struct cds_setup *setup, const struct cds_setup_config *config)

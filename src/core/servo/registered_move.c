@@ -17,7 +17,7 @@ enum phase {
     CONFIRM,   // READ of goal to 0x2C
     CLEAR,     // 0x2C = 0, unless the servo has nothing registered
     READ_BACK, // READ of 0x2C: 0?
-};
+} __attribute__((packed));
 
 static bool is_in_range(const struct cds_goal *goal)
 {
