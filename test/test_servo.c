@@ -72,6 +72,8 @@ static void assert_waits_for(uint8_t id, uint8_t parameters)
 static void assert_refused(enum cds_result reason, enum cds_result result)
 {
     TEST_ASSERT_EQUAL(reason, result);
+    TEST_ASSERT_EQUAL(reason, request.result); // a READ before it must not look like its answer
+    request.result = CDS_OK;
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
 }

@@ -1,18 +1,15 @@
 /* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6).
  *
- * Each call builds its packet in the request's buffer and submits it. They return
- *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING. How
- *                     it may end, as CDS_LINE_BUSY, stands at cds_bus_submit()
- *   CDS_BUSY          this very request is on its way already: nothing was touched; or another one
- *                     is, and the bus has no queue (queue.h)
- *   CDS_BAD_ARGUMENT  ID, address or length out of range: nothing is sent
+ * Each call builds its packet in the request's buffer and submits it. It returns
+ *   CDS_OK            on its way: poll the bus until request->result is not CDS_PENDING
+ *   CDS_BUSY          this request is on its way already, and stays as it is; or another one is,
+ *                     and the bus has no queue (queue.h)
+ *   CDS_BAD_ARGUMENT  ID, address or length is out of range, or the bus is not open
  *   CDS_NO_ROOM       the request's buffer is too small for the packet or its reply
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY
- *                     the permit of the bus (servos.h) refuses the packet: nothing is sent
- * IDs are 0 to 253; where it says so also CDS_BROADCAST_ID, which no servo answers. Addresses are
- * CDS_REG_* of control_table.h; a length counts bytes, and a value is in the register's own unit.
- * Main context.
- */
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY  the permit (servos.h) refuses
+ * A refused packet is not sent, and the refusal is request->result too. IDs are 0 to 253, and
+ * CDS_BROADCAST_ID where a call says so. Addresses are CDS_REG_* of control_table.h; a length
+ * counts bytes; a value is in the register's own unit. Main context. */
 #ifndef CDS_SERVO_H
 #define CDS_SERVO_H
 
@@ -25,8 +22,8 @@
 extern "C" {
 #endif
 
-/* Is it there? Broadcast: answered by whoever is alone on the bus; request->id says who (2.4.5,
- * R1). */
+/* Asks whether a servo is there. A broadcast is answered by a servo that is alone on the bus;
+ * request->id is its ID (2.4.5, R1). */
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id);
 
 /* Reads `length` bytes (1 to 50) from `address` on; cds_request_byte() and cds_request_word() give

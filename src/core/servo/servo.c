@@ -15,30 +15,37 @@ NOINLINE void cds_servo_start(struct cds_request *request, const uint8_t *data, 
         cds_packet_start(&request->packet, data, count, id, instruction);
 }
 
-NOINLINE uint8_t cds_servo_send(struct cds_bus *bus, struct cds_request *request)
+/* No earlier result stays, which would be taken for the answer to this call. */
+static NOINLINE enum cds_result refuse(struct cds_request *request, enum cds_result result)
 {
+    request->result = result;
+    return result;
+}
+
+NOINLINE enum cds_result cds_servo_send(struct cds_bus *bus, struct cds_request *request)
+{
+    enum cds_result result;
     const uint8_t *bytes;
-    uint8_t result;
 
     OPTIMIZER_BARRIER(request);
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    result = (uint8_t)cds_packet_end(&request->packet);
+    result = cds_packet_end(&request->packet);
     if (result != CDS_OK)
-        return result;
+        return refuse(request, result);
     bytes = request->packet.bytes;
     request->reply_parameters = 0;
     if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // only PING is answered (R1)
     request->any_length = false;
-    return (uint8_t)cds_bus_submit_good(bus, request);
+    return cds_bus_submit_good(bus, request);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                             uint8_t instruction)
 {
     cds_servo_start(request, NULL, 0, id, instruction);
-    return (enum cds_result)cds_servo_send(bus, request);
+    return cds_servo_send(bus, request);
 }
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
@@ -55,14 +62,14 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
     OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it: saves 10 cycles
     if (fields->result == CDS_PENDING)
         return CDS_BUSY;
+    result = cds_packet_read(&fields->packet, id, address, length);
+    if (result == CDS_OK && length > fields->reply_capacity)
+        result = CDS_NO_ROOM;
+    if (result != CDS_OK)
+        return refuse(request, result);
     fields->reply_parameters = length;
     fields->any_length = false;
-    if (!cds_packet_is_length(length))
-        return CDS_BAD_ARGUMENT;
-    if (length > fields->reply_capacity)
-        return CDS_NO_ROOM;
-    result = cds_packet_read(&fields->packet, id, address, length);
-    return result == CDS_OK ? cds_bus_submit_good(bus, request) : result;
+    return cds_bus_submit_good(bus, request);
 }
 
 static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -72,7 +79,7 @@ static enum cds_result with_data(struct cds_bus *bus, struct cds_request *reques
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
     cds_packet_begin_write(&request->packet, id, instruction, address, data, length);
-    return (enum cds_result)cds_servo_send(bus, request);
+    return cds_servo_send(bus, request);
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -81,14 +88,14 @@ enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request
     return with_data(bus, request, id, CDS_WRITE, address, data, length);
 }
 
-/* A WRITE of `count` bytes from `address` on, which `data` begins with. */
+/* A WRITE of `count` bytes: data[0] is the address of the first, and they follow it. */
 static enum cds_result write_few(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                  const uint8_t *data, uint8_t count)
 {
     if (!cds_packet_is_within(data[0], count))
         id = cds_packet_refused_id(&request->packet, id);
     cds_servo_start(request, data, (uint8_t)(1 + count), id, CDS_WRITE);
-    return (enum cds_result)cds_servo_send(bus, request);
+    return cds_servo_send(bus, request);
 }
 
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,

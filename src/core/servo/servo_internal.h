@@ -12,7 +12,7 @@ void cds_servo_start(struct cds_request *request, const uint8_t *data, uint8_t c
                      uint8_t instruction);
 
 /* Ends the packet and submits the request. Returns what cds_packet_end() and cds_bus_submit()
- * return, and CDS_BUSY while the request is on its way. */
-uint8_t cds_servo_send(struct cds_bus *bus, struct cds_request *request);
+ * return, and CDS_BUSY while the request is on its way. A refusal is the request's result too. */
+enum cds_result cds_servo_send(struct cds_bus *bus, struct cds_request *request);
 
 #endif

@@ -53,7 +53,7 @@ void cds_sync_write_add_goal(struct cds_request *request, uint8_t id, uint16_t p
 
 enum cds_result cds_sync_write_send(struct cds_bus *bus, struct cds_request *request)
 {
-    return (enum cds_result)cds_servo_send(bus, request);
+    return cds_servo_send(bus, request);
 }
 
 /* ---- as many packets as it takes ---- */
