@@ -142,7 +142,7 @@ enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose,
  *                  it is) */
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose);
 
-/* Ends the diagnosis as CDS_CANCELLED with the transaction in flight; poll it until then. */
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
 void cds_diagnose_abort(struct cds_diagnose *diagnose);
 
 #ifdef __cplusplus

@@ -66,7 +66,7 @@ enum cds_result cds_group_read_begin(struct cds_group_read *read,
  * its ID, or address and length; CDS_CANCELLED: that, or the operation was aborted. */
 enum cds_result cds_group_read_poll(struct cds_group_read *read);
 
-/* Ends the group read as CDS_CANCELLED with the transaction in flight; poll it until then. */
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
 void cds_group_read_abort(struct cds_group_read *read);
 
 /* How old the data of this answer are, in microseconds, or CDS_GROUP_READ_NEVER. Counted from the

@@ -97,7 +97,7 @@ enum cds_result cds_identity_begin(struct cds_identity *identity,
  *   CDS_LIMIT, CDS_INHIBITED   as cds_bus_submit(): nothing was written */
 enum cds_result cds_identity_poll(struct cds_identity *identity);
 
-/* Ends the change as CDS_CANCELLED with the transaction in flight; poll it until then. */
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
 void cds_identity_abort(struct cds_identity *identity);
 
 /* Looks at both places again, without writing, after a change that ended as LOST: a servo that lost

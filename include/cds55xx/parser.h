@@ -25,7 +25,7 @@ extern "C" {
 /* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
-/* Bytes that begin no packet are taken out in one call, so many at the most. */
+/* How many bytes that begin no packet one call takes out at most. */
 #define CDS_PARSER_SKIPPED_MAX 7
 
 /* Bytes of a packet that one call takes. */

@@ -25,7 +25,7 @@ struct cds_queue {
     struct cds_bus_hooks hooks;
     struct cds_bus *bus;
     struct cds_request *first; // waiting requests, in their order
-    uint8_t retries;           // each idempotent request may be sent so many times more
+    uint8_t retries;           // how many times an idempotent request may be sent again
 };
 
 /* Attaches the queue to `bus`, and stays in place. CDS_OK; CDS_BUSY: other hooks are attached, or a

@@ -29,7 +29,7 @@ extern "C" {
 #define CDS_REGISTERED_MOVE_REPLY        1
 #define CDS_REGISTERED_MOVE_VERIFY_REPLY 15 // registers 0x1E to 0x2C
 
-/* A goal is cleared again so many times, until the servo says that it is cleared. */
+/* How many times a goal is cleared again if the servo does not say that it is cleared. */
 #define CDS_REGISTERED_MOVE_RETRIES 2
 
 /* Has a servo a registered write, which the next ACTION on this bus starts? */

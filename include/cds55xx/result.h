@@ -1,5 +1,6 @@
 /* Did it work? One answer for every call of the library, apart from what the servo itself reports
- * (the CDS_ERROR_* bits of packet.h): the two are never mixed into one number.
+ * (the CDS_ERROR_* bits of packet.h). A request is CDS_OK as soon as its servo has answered, also
+ * if that refuses; calls that wait and operations of several steps then end as CDS_REFUSED.
  *
  * This table is the only list: the enum below, the console's texts and docs/errors.md come from it.
  */
@@ -30,8 +31,8 @@ extern "C" {
       "look for a servo that babbles, a short circuit, or a second controller")                    \
     X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
-    X(CDS_LIMIT, 11, "beyond a soft limit of this servo, nothing was sent",                        \
-      "stay within its limits, or change them")                                                    \
+    X(CDS_LIMIT, 11, "against a limit or a rule of the permit, nothing was sent",                  \
+      "stay within the limits of the servo, or look at docs/permit.md")                            \
     X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \

@@ -81,7 +81,7 @@ enum cds_result cds_scan_begin(struct cds_scan *scan, const struct cds_scan_conf
  *   CDS_LINE_BUSY  the line was not quiet, so the scan has ended early */
 enum cds_result cds_scan_poll(struct cds_scan *scan);
 
-/* Ends the scan as CDS_CANCELLED with the transaction in flight; poll it until then. */
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
 void cds_scan_abort(struct cds_scan *scan);
 
 #ifdef __cplusplus

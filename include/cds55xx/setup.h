@@ -79,11 +79,11 @@ enum cds_result cds_setup_begin(struct cds_setup *setup, const struct cds_setup_
  *                  read back
  *   CDS_CANCELLED  aborted, or the request was cancelled, or the bus opened anew
  *   CDS_LINE_BUSY  nothing was sent
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED   as cds_bus_submit(). A servo of status return
- *                  level 0 answers no READ, and so cannot be set up with this */
+ *   CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit (servos.h) refuses the WRITE
+ *   CDS_NO_REPLY_DUE   the servo answers no READ (status return level 0) */
 enum cds_result cds_setup_poll(struct cds_setup *setup);
 
-/* Ends it as CDS_CANCELLED with the transaction in flight; poll it until then. */
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
 void cds_setup_abort(struct cds_setup *setup);
 
 #ifdef __cplusplus

@@ -91,10 +91,10 @@ void cds_steps_abort(struct cds_steps *steps)
     if (steps->result != CDS_PENDING)
         return;
     cds_steps_end(steps, CDS_CANCELLED);
-    if (steps->is_sent)
+    if (steps->is_submitted)
         taken_back = cds_bus_cancel(steps->bus, steps->request);
     if (taken_back == CDS_OK)
-        steps->is_sent = false; // for ended(): nothing was sent
+        steps->is_submitted = false; // so ended() is not called
     if (taken_back != CDS_BUSY)
         restore(steps);
 }
@@ -131,21 +131,21 @@ enum cds_result cds_steps_poll(struct cds_steps *steps, void *operation,
 
     if (steps->result != CDS_PENDING)
         return (enum cds_result)steps->result;
-    if (steps->is_sent) {
+    if (steps->is_submitted) {
         result = result_of(steps->request);
         if (result == CDS_PENDING)
             return CDS_PENDING;
         if (steps->is_exclusive && result == CDS_CANCELLED)
             steps->outcome = CDS_CANCELLED;
         ended(operation, result);
-        steps->is_sent = false;
+        steps->is_submitted = false;
     }
     if (steps->is_exclusive && steps->bus->lock != &steps->lock)
         cds_steps_end(steps, CDS_CANCELLED); // aborted, or the bus was opened anew
     if (steps->outcome == CDS_PENDING) {
         result = send(operation);
         if (result == CDS_OK)
-            steps->is_sent = true;
+            steps->is_submitted = true;
         else if (result != CDS_BUSY)
             ended(operation, result);
     }

@@ -43,9 +43,10 @@ void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
  * which is also the answer if the step has to wait, it is called again at the next poll.
  *
  * ended(): the step has ended as `result`: request->result, or CDS_REFUSED if the servo answered
- * with an error of the packet. If steps->is_sent is false, the submit was refused and nothing was
- * sent. ended() chooses the next step, or calls cds_steps_end(). It is called once for each request
- * that was submitted, also after an abort, unless the abort has taken the request back unsent. */
+ * with an error of the packet. If steps->is_submitted is false, the submit was refused and nothing
+ * was sent. ended() chooses the next step, or calls cds_steps_end(). It is called once for each
+ * request that was submitted, also after an abort, unless the abort has taken the request back
+ * unsent. */
 enum cds_result cds_steps_poll(struct cds_steps *steps, void *operation,
                                enum cds_result (*send)(void *operation),
                                void (*ended)(void *operation, enum cds_result result));

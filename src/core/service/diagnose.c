@@ -246,7 +246,7 @@ static void ended(void *operation, enum cds_result result)
     struct cds_diagnose_tally tally;
     uint8_t count = heard_count(diagnose);
 
-    if (!diagnose->steps.is_sent || result == CDS_CANCELLED) {
+    if (!diagnose->steps.is_submitted || result == CDS_CANCELLED) {
         cds_steps_end(&diagnose->steps, result);
         return;
     }

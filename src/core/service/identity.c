@@ -208,7 +208,7 @@ static void ended(void *operation, enum cds_result result)
         cancelled(identity);
         return;
     }
-    if (!identity->steps.is_sent) {
+    if (!identity->steps.is_submitted) {
         refused(identity, result);
         return;
     }

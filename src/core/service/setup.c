@@ -84,7 +84,7 @@ static void ended(void *operation, enum cds_result result)
 
     if (request->result == CDS_OK && (holds || !was_refused))
         setup->error = request->error;
-    if (!setup->steps.is_sent || result == CDS_CANCELLED)
+    if (!setup->steps.is_submitted || result == CDS_CANCELLED)
         cds_steps_end(&setup->steps, result);
     else if (setup->phase == WRITE)
         write_ended(setup, result);

@@ -250,12 +250,12 @@ void cds_registered_move_abort(struct cds_registered_move *move)
     if (steps->result != CDS_PENDING || move->phase >= CLEAR)
         return;
     note_reason(move, CDS_CANCELLED);
-    if (steps->is_sent) {
+    if (steps->is_submitted) {
         if (cds_bus_cancel(steps->bus, steps->request) != CDS_OK) {
             move->is_called_off = true; // when the transaction has ended
             return;
         }
-        steps->is_sent = false;
+        steps->is_submitted = false;
     }
     enter(move, CLEAR);
     skip_cleared(move);
