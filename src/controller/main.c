@@ -29,6 +29,9 @@
 #define POLLS        1500
 #define POLLS_OTHERS 150
 
+/* A turn takes a reply of up to 50 bytes in so many polls. */
+#define REPLY_POLLS 8
+
 /* So often is the host listened to in a turn while a packet comes in. */
 #define HOST_POLLS 8
 
@@ -276,8 +279,22 @@ static void poll_console(void)
     send_to_host();
 }
 
-/* What the bridge has to say leaves at once. A reply is in the ring already when cds_bus_poll()
- * returns. While a servo is asked, nothing comes between two polls. */
+/* Polls until what has come of a reply is taken: a poll takes a part of it. */
+static bool take_reply(void)
+{
+    struct cds_bus *bus = &controller.bus;
+    uint8_t left = REPLY_POLLS;
+    bool is_in_use;
+
+    do {
+        is_in_use = cds_bus_poll(bus);
+    } while (bus->state == CDS_BUS_RECEIVING && cds_parser_has_unread(&bus->parser, &bus->link.rx) &&
+             --left);
+    return is_in_use;
+}
+
+/* What the bridge has to say leaves at once. While a servo is asked, nothing comes between two
+ * polls. */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
@@ -287,7 +304,7 @@ static void poll_bus(void)
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
-        while (cds_bus_poll(&controller.bus) && bridge_waits(bridge) &&
+        while (take_reply() && bridge_waits(bridge) &&
                sent == controller.serial.tx.head && --left) {
         }
         sent = send_to_host();
