@@ -328,8 +328,12 @@ bool cds_bus_poll(struct cds_bus *bus);
 enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *hooks);
 
 /* Gives the bus to one operation: until cds_bus_unlock() requests without `passes_lock` are
- * answered by CDS_BUSY. `lock` stays in place. CDS_OK, also if `lock` holds the bus already;
- * CDS_BUSY: another operation holds it; CDS_BAD_ARGUMENT: the bus is not open. */
+ * answered by CDS_BUSY. Requests that were accepted before are still sent, retries too, and the
+ * rate cannot be changed before they have ended. The operation gives its requests
+ * CDS_PRIORITY_NORMAL: they leave behind all of these, and then only requests with `passes_lock`
+ * leave. Torque off passes the lock, and leaves first. `lock` stays in place. CDS_OK, also if
+ * `lock` holds the bus already; CDS_BUSY: another operation holds it; CDS_BAD_ARGUMENT: the bus is
+ * not open. */
 enum cds_result cds_bus_lock(struct cds_bus *bus, const struct cds_bus_lock *lock);
 
 /* Ends the lock if `lock` holds the bus. */
