@@ -30,12 +30,14 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
 }
 
-/* True while the line or a stale reply keeps the packet from leaving. */
-static NOCLONE bool must_rest(const struct cds_bus *bus, const struct cds_request *request)
+/* Not 0 while the line or a stale reply keeps the packet from leaving. */
+static NOCLONE uint8_t must_rest(const struct cds_bus *bus, const struct cds_request *request)
 {
-    if (bus->gate & GATE_LINE)
-        return true;
-    return bus->gate & GATE_STALE && !request->ignores_stale && reply_is_due(request);
+    uint8_t gate = bus->gate & (GATE_LINE | GATE_STALE);
+
+    if (gate == GATE_STALE && (request->ignores_stale || !reply_is_due(request)))
+        gate = 0;
+    return gate;
 }
 
 /* The request waits until line and permit agree. */
