@@ -81,18 +81,18 @@ NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *r
 }
 
 /* Sends the packet if the permit agrees. CDS_PENDING: not now; else why it does not. */
-static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds_request *request)
+static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request *request)
 {
-    enum cds_result result;
+    uint8_t result;
 
     if (bus->gate & GATE_PERMIT) {
-        result = bus->hooks->permit(bus->hooks->context, request);
+        result = (uint8_t)bus->hooks->permit(bus->hooks->context, request);
         if (result == CDS_OK && must_rest(bus, request))
             result = CDS_PENDING; // a reply is due, though none was when the rest was checked
         if (result != CDS_OK)
             return result;
     }
-    return cds_bus_send(bus, request);
+    return (uint8_t)cds_bus_send(bus, request);
 }
 
 void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
@@ -451,7 +451,7 @@ static NOCLONE void listen(struct cds_bus *bus)
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    enum cds_result result = CDS_PENDING;
+    uint8_t result = CDS_PENDING;
 
     listen(bus);
     if (!(bus->gate & GATE_LINE)) {
@@ -459,7 +459,7 @@ static COLD bool wait_on(struct cds_bus *bus)
             result = send_if_permitted(bus, request);
         if (result == CDS_PENDING)
             bus->phase = WAIT_BEGINS; // neither a rest nor a check is a wait for the line
-        return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, (uint8_t)result);
+        return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, result);
     }
     if (bus->phase == WAIT_BEGINS) {
         bus->phase = WAIT_TIMED;
