@@ -105,7 +105,7 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
                                              uint16_t check)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
-    enum cds_result result = CDS_PENDING;
+    uint8_t result = CDS_PENDING;
     uint8_t state = bus->state, gate = bus->gate;
 
     request->check = check;
@@ -117,13 +117,13 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
         result = send_if_permitted(bus, request);
     if (result == CDS_PENDING) {
         if (hooks)
-            result = hooks->submit(hooks->context, request);
+            result = (uint8_t)hooks->submit(hooks->context, request);
         else
-            result = bus->request ? CDS_BUSY : wait_for_line(bus, request);
+            result = (uint8_t)(bus->request ? CDS_BUSY : wait_for_line(bus, request));
     }
     if (result != CDS_OK)
-        request->result = (uint8_t)result;
-    return result;
+        request->result = result;
+    return (enum cds_result)result;
 }
 
 /* The fast path: a request that expects a reply, on a bus that is free and asks no permit. */
