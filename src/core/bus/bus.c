@@ -451,7 +451,8 @@ static NOCLONE void listen(struct cds_bus *bus)
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    uint8_t result = CDS_PENDING;
+    uint8_t result = CDS_PENDING, phase = bus->phase;
+    uint16_t bytes = 2, more_us = 0; // of the last look: what the poll before it saw may be old
 
     listen(bus);
     if (!(bus->gate & GATE_LINE)) {
@@ -461,21 +462,18 @@ static COLD bool wait_on(struct cds_bus *bus)
             bus->phase = WAIT_BEGINS; // neither a rest nor a check is a wait for the line
         return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, result);
     }
-    if (bus->phase == WAIT_BEGINS) {
-        bus->phase = WAIT_TIMED;
-        cds_line_set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-                              CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
+    if (phase == WAIT_BEGINS) {
+        bytes = CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u;
+        more_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
+    } else if (!cds_line_deadline_is_over(bus)) {
         return true;
+    } else if (phase == WAIT_LAST_LOOK) {
+        bus->stats.line_busy++;
+        return finish(bus, CDS_LINE_BUSY);
     }
-    if (!cds_line_deadline_is_over(bus))
-        return true;
-    if (bus->phase == WAIT_TIMED) { // what this poll saw may be old
-        bus->phase = WAIT_LAST_LOOK;
-        cds_line_set_deadline(bus, cds_port_ticks(), 2, 0);
-        return true;
-    }
-    bus->stats.line_busy++;
-    return finish(bus, CDS_LINE_BUSY);
+    bus->phase = (uint8_t)(phase + 1u);
+    cds_line_set_deadline(bus, cds_port_ticks(), bytes, more_us);
+    return true;
 }
 
 static COLD bool poll_sending_only(struct cds_bus *bus)
