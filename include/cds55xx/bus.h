@@ -230,9 +230,8 @@ struct cds_bus_lock {
 
 /* What the bus itself counts of struct cds_stats, which says what these are. */
 struct cds_bus_counts {
-    // fields of struct cds_stats
     uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
-    uint16_t stale_replies, duplicate_replies, unexpected_packets;
+    uint16_t not_due[3]; // good packets, by enum cds_bus_event
     uint16_t framing_errors, overruns, ring_overflows;
 };
 

@@ -280,21 +280,14 @@ static COLD bool abort_sending(struct cds_bus *bus)
 /* A good packet that is not the reply due. */
 static COLD bool note_unexpected(struct cds_bus *bus)
 {
-    uint16_t *counter = &bus->stats.unexpected_packets;
-    enum cds_bus_event event = CDS_EVENT_UNEXPECTED_PACKET;
-    uint8_t id = bus->parser.id;
+    uint8_t id = bus->parser.id, event = CDS_EVENT_UNEXPECTED_PACKET;
 
-    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
-        event = CDS_EVENT_STALE_REPLY;
-        counter = &bus->stats.stale_replies;
-        if (bus->last_result == CDS_OK) {
-            event = CDS_EVENT_DUPLICATE_REPLY;
-            counter = &bus->stats.duplicate_replies;
-        }
-    }
-    ++*counter;
+    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID)
+        event = bus->last_result == CDS_OK ? CDS_EVENT_DUPLICATE_REPLY : CDS_EVENT_STALE_REPLY;
+    bus->stats.not_due[event]++;
     if (bus->gate & GATE_PERMIT)
-        bus->hooks->on_packet(bus->hooks->context, event, id, bus->parser.error);
+        bus->hooks->on_packet(bus->hooks->context, (enum cds_bus_event)event, id,
+                              bus->parser.error);
     return true;
 }
 

@@ -43,9 +43,9 @@ void cds_bus_stats(const struct cds_bus *bus, struct cds_stats *out)
     out->line_busy = counts->line_busy;
     out->malformed = counts->malformed;
     out->noise_bytes = bus->parser.noise_bytes;
-    out->stale_replies = counts->stale_replies;
-    out->duplicate_replies = counts->duplicate_replies;
-    out->unexpected_packets = counts->unexpected_packets;
+    out->stale_replies = counts->not_due[CDS_EVENT_STALE_REPLY];
+    out->duplicate_replies = counts->not_due[CDS_EVENT_DUPLICATE_REPLY];
+    out->unexpected_packets = counts->not_due[CDS_EVENT_UNEXPECTED_PACKET];
     out->framing_errors = counts->framing_errors;
     out->overruns = counts->overruns;
     out->ring_overflows = counts->ring_overflows;
