@@ -266,11 +266,11 @@ static COLD bool fail(struct cds_bus *bus)
     return finish(bus, result);
 }
 
-/* The packet has not left by the deadline. */
-static COLD bool abort_sending(struct cds_bus *bus)
+/* The packet was seen on the wire: it fails if it has not left by the deadline. */
+static COLD bool wait_until_sent(struct cds_bus *bus)
 {
-    if (bus->link.state == CDS_LINK_LISTENING)
-        return true; // it has left just now, and the next poll finds it so
+    if (!cds_line_deadline_is_over(bus) || bus->link.state == CDS_LINK_LISTENING)
+        return true; // it may have left just now: the next poll finds it so
     cds_link_abort(&bus->link, bus->port);
     return fail(bus);
 }
@@ -392,24 +392,22 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
     struct cds_link *link = &bus->link;
     // in this order: what breaks meanwhile lies behind the end
     uint8_t end = cds_ring_end(&link->rx);
-    bool is_broken = link->broken, is_closing = false;
+    uint8_t is_broken = link->broken, is_closing = 0;
 
     if (bus->state >= CDS_BUS_AWAITING_REPLY) {
+        if (link->state != CDS_LINK_LISTENING)
+            return wait_until_sent(bus); // no reply before the packet has left
         is_closing = bus->phase & RECEPTION_CLOSING;
         if (!is_closing && cds_line_deadline_is_over(bus)) {
-            if (link->state != CDS_LINK_LISTENING)
-                return abort_sending(bus);
-            is_closing = true;
+            is_closing = RECEPTION_CLOSING;
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
-        if (link->state != CDS_LINK_LISTENING)
-            return true; // no reply before the packet has left
         if (is_closing)
             end = bus->closing_end;
     }
     if (is_broken && cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
-        is_broken = false; // behind the end
+        is_broken = 0; // behind the end
     if (is_broken)
         end = link->broken_at;
     if (end != bus->parser.position) {
@@ -475,7 +473,7 @@ static COLD bool poll_sending_only(struct cds_bus *bus)
         return true;
     if (bus->link.state == CDS_LINK_LISTENING)
         return finish(bus, CDS_OK);
-    return cds_line_deadline_is_over(bus) ? abort_sending(bus) : true;
+    return wait_until_sent(bus);
 }
 
 /* No reply is due, or not yet. */
