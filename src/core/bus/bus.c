@@ -336,13 +336,14 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
 {
     switch (cds_parser_take_some(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_PACKET:
-        if (bus->phase != (END_IS_QUIET | REPLY_IS_FOUND)) // one comparison for most replies
-            return end_packet(bus);
-        bus->state = CDS_BUS_IDLE;
-        bus->phase = 0; // or the next packet would be taken for a reply
-        bus->request->result = CDS_OK;
-        bus->request = NULL;
-        return false;
+        if (bus->phase == (END_IS_QUIET | REPLY_IS_FOUND)) { // one comparison for most replies
+            bus->state = CDS_BUS_IDLE;
+            bus->phase = 0; // or the next packet would be taken for a reply
+            bus->request->result = CDS_OK;
+            bus->request = NULL;
+            return false;
+        }
+        return end_packet(bus);
     case CDS_PARSED_MALFORMED: return note_malformed(bus);
     default: return true;
     }
