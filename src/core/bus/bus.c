@@ -413,9 +413,7 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
         end = link->broken_at;
     if (end != bus->parser.position) {
         examine(bus, end);
-        if (end != bus->parser.position || is_broken || !is_closing ||
-            bus->state < CDS_BUS_AWAITING_REPLY)
-            return bus->request; // the rest is for the next poll, or the transaction has ended
+        return bus->request; // the rest is for the next poll, or the transaction has ended
     }
     if (is_broken)
         return drop_damage(bus);
@@ -446,7 +444,8 @@ static COLD bool wait_on(struct cds_bus *bus)
     uint8_t result = CDS_PENDING, phase = bus->phase;
     uint16_t bytes = 2, more_us = 0; // of the last look: what the poll before it saw may be old
 
-    listen(bus);
+    if (phase != WAIT_LAST_LOOK || !cds_line_has_unread_bytes(bus))
+        listen(bus); // else the line is in use, and a poll that may end the wait examines nothing
     if (!(bus->gate & GATE_LINE)) {
         if (!must_rest(bus, request))
             result = send_if_permitted(bus, request);
