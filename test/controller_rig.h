@@ -49,7 +49,7 @@ static void open_all(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     host_open(&host, &input, &text, packets[0] + ANSWER_BEFORE);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings,
                              .store = &store,

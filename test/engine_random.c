@@ -675,6 +675,15 @@ static void wait_no_more(struct job *job)
 
 /* ---- a packet begins ---- */
 
+/* False while the line was surely in use less than two byte times ago. The engine looks at moments
+ * that the model does not know, and may find the line in use for longer: is_active. */
+static bool line_may_be_quiet(void)
+{
+    return !level_is_low() && (is_rx_exempt || since(last_rx_us) >= quiet_us()) &&
+           (!is_low_known || since(low_us) >= quiet_us()) &&
+           (!is_failure_known || since(failed_us) >= quiet_us());
+}
+
 static void check_line(const struct job *job)
 {
     RULE(!level_is_low(), job, "sent into a low line");
@@ -744,7 +753,7 @@ static void look(void)
 static struct job *wait_job; // the request that has waited for the line
 static uint32_t wait_from_us, wait_least_us, wait_last_us, wait_overdue_us;
 static uint16_t wait_overdue;
-static bool wait_is_sloppy, wait_is_last;
+static bool wait_is_sloppy, wait_is_last, wait_restarts;
 
 static void check_value(const struct job *job)
 {
@@ -1340,11 +1349,15 @@ static void note_wait(struct job *job)
         wait_job = job;
         wait_from_us = wait_least_us = port_fake.now_us;
         wait_overdue = 0;
-        wait_is_sloppy = wait_is_last = false;
+        wait_is_sloppy = wait_is_last = wait_restarts = false;
         wait_least_us += (uint32_t)(wait_limit_us() - quiet_us());
     } else if (!wait_is_last && since(wait_least_us) >= 0) {
         wait_is_last = true; // the last look begins here, or later
         wait_last_us = port_fake.now_us;
+    }
+    if (wait_restarts) {
+        wait_from_us = port_fake.now_us;
+        wait_overdue = 0;
     }
 }
 
@@ -1398,7 +1411,8 @@ static void poll(void)
     if (was_polled && ends != ends_before)
         return;
     if (permit_pending || !is_active || since(active_us) >= quiet_us())
-        wait_job = NULL; // neither a check nor a rest on a quiet line counts
+        wait_job = NULL;                 // neither a check nor a rest on a quiet line counts
+    wait_restarts = line_may_be_quiet(); // the engine may have found it so
     if (head && !permit_pending && ends == ends_before && bus.state == CDS_BUS_WAITING_FOR_LINE &&
         bus.request == &head->request)
         check_wait(head);

@@ -46,7 +46,7 @@ void setUp(void)
     eeprom_fake_reset();
     memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};

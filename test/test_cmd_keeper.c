@@ -29,7 +29,7 @@ void setUp(void)
     memset(&output, 0, sizeof output);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     settings_load(&store, &settings);
     keeper = (struct keeper){.settings = &settings,
                              .store = &store,

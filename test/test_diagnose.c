@@ -290,7 +290,7 @@ void test_it_waits_while_others_use_the_bus_and_until_all_late_answers_are_over(
     port_fake_answer(&bus.link, 78, 0, NULL, 0);
     TEST_ASSERT_EQUAL(CDS_OK, go_on());
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, diagnose.finding);
-    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.not_due[CDS_EVENT_STALE_REPLY]);
 }
 
 void test_an_abort_at_any_poll_gives_all_back(void)

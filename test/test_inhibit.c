@@ -18,12 +18,19 @@ static struct cds_request request, other;
 
 static const uint8_t ids[] = {1, 77, CDS_BROADCAST_ID}; // known, unknown, all
 
+static enum cds_result begin_with_delay(uint8_t count, uint8_t shortest_delay)
+{
+    return cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+                                                                 .queue = &queue,
+                                                                 .states = states,
+                                                                 .count = count,
+                                                                 .capacity = 2,
+                                                                 .shortest_delay = shortest_delay});
+}
+
 static enum cds_result begin(uint8_t count)
 {
-    return cds_servos_begin(
-        &servos,
-        &(struct cds_servos_config){
-            .bus = &bus, .queue = &queue, .states = states, .count = count, .capacity = 2});
+    return begin_with_delay(count, 0);
 }
 
 void setUp(void)
@@ -301,7 +308,7 @@ void test_delay_below_what_the_board_bears_is_refused(void)
 {
     static const uint8_t from_id[3] = {9, 1, 0}, none = 0, enough = 1;
 
-    servos.shortest_delay = 1;
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with_delay(2, 1));
     for (uint8_t i = 0; i < sizeof ids; i++) {
         TEST_ASSERT_EQUAL(CDS_TOO_EARLY, write_byte(ids[i], CDS_REG_RETURN_DELAY, 0));
         TEST_ASSERT_EQUAL(CDS_TOO_EARLY,
@@ -312,6 +319,6 @@ void test_delay_below_what_the_board_bears_is_refused(void)
     }
     TEST_ASSERT_EQUAL(CDS_TOO_EARLY, sync_one(77, CDS_REG_RETURN_DELAY, &none, 1));
     assert_sent(sync_one(77, CDS_REG_RETURN_DELAY, &enough, 1));
-    servos.shortest_delay = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, begin(2));
     assert_sent(write_byte(77, CDS_REG_RETURN_DELAY, 0));
 }

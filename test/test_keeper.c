@@ -30,7 +30,7 @@ void setUp(void)
     memset(&request, 0, sizeof request);
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     robot.servos.grows = CDS_GROWS_ALWAYS;
     settings_default(&settings);
     settings.link_loss_ms = LIMIT_MS;

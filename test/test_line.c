@@ -146,6 +146,7 @@ void test_babbling_line_ends_the_request_unsent(void)
     TEST_ASSERT_EQUAL_UINT16(1, stats().line_busy);
     TEST_ASSERT_EQUAL_UINT16(1, stats().sent);
     TEST_ASSERT_FALSE(is_sent());
+    poll_at(0); // examines the last byte
     poll_at(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     assert_answered(&request, 5);
@@ -348,6 +349,46 @@ void test_priority_request_that_overtakes_waits_its_full_time(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     poll_at(0);
     poll_at(WAIT_US - QUIET_US);
+    poll_at(QUIET_US - 1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
+    poll_at(1);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
+}
+
+/* A fault ends during the rest after a failure, and the line is low again 30 us later. `is_quiet`:
+ * a poll finds it high for two byte times meanwhile. */
+static void wait_for_a_line_low_again(bool is_quiet)
+{
+    setUp();
+    give_up(5);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6)); // rests
+    port_fake.low = true;
+    poll_at(0);
+    poll_at(QUIET_US);
+    TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
+    poll_at(200);
+    port_fake.low = false;
+    poll_at(is_quiet ? QUIET_US : QUIET_US - 1);
+    port_fake.low = true;
+    poll_at(is_quiet ? 10 : 11);
+    poll_at(0);
+}
+
+void test_wait_for_the_line_begins_anew_after_a_quiet_rest(void)
+{
+    wait_for_a_line_low_again(true);
+    poll_at(WAIT_US - QUIET_US - 1);
+    poll_at(1); // the last look begins
+    poll_at(QUIET_US - 1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
+    poll_at(1);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
+}
+
+void test_wait_for_the_line_goes_on_after_a_short_silence(void)
+{
+    wait_for_a_line_low_again(false);
+    poll_at(WAIT_US - QUIET_US - 250); // the last look begins
     poll_at(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
     poll_at(1);

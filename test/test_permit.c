@@ -304,11 +304,21 @@ void test_06_level_0_refuses_read(void)
     silence(cds_servo_read(&bus, &request, 1, 0x24, 2));
 }
 
+static enum cds_result begin_with_delay(uint8_t shortest_delay)
+{
+    return cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+                                                                 .queue = &queue,
+                                                                 .states = states,
+                                                                 .count = 2,
+                                                                 .capacity = 3,
+                                                                 .shortest_delay = shortest_delay});
+}
+
 void test_07_a_delay_too_short_is_refused(void)
 {
     static const uint8_t zero = 0;
 
-    servos.shortest_delay = 2;
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with_delay(2));
     for (uint8_t i = 0; i < 3; i++) {
         refuse(CDS_TOO_EARLY, byte(all_ids[i], CDS_REG_RETURN_DELAY, 1));
         pass(byte(all_ids[i], CDS_REG_RETURN_DELAY, 2));
@@ -316,6 +326,15 @@ void test_07_a_delay_too_short_is_refused(void)
     refuse(CDS_TOO_EARLY, registers(77, CDS_REG_RETURN_DELAY, &zero, 1));
     refuse(CDS_TOO_EARLY, sync(CDS_REG_RETURN_DELAY, 2, 77, 1));
     TEST_ASSERT_EQUAL_UINT16(5, servos.too_early);
+}
+
+void test_07_the_shortest_delay_stays_while_a_packet_waits(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, byte(1, CDS_REG_RETURN_DELAY, 1));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_with_delay(2));
+    TEST_ASSERT_EQUAL_UINT8(0, servos.shortest_delay);
+    TEST_ASSERT_EQUAL_UINT8(2, servos.count);
 }
 
 /* A READ of servo 2 is in flight; the other request waits. Then the READ ends. */

@@ -554,6 +554,40 @@ void test_opening_again_cancels_all(void)
     TEST_ASSERT_EQUAL_UINT8(0, ended_count);
 }
 
+/* ---- lock ---- */
+
+static void no_abort(void *context)
+{
+    (void)context;
+}
+
+void test_lock_lets_what_waited_leave_before_its_holder(void)
+{
+    static const struct cds_bus_lock lock = {.abort = no_abort};
+    static const uint8_t order[] = {4, 1, 0, 2, 3};
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request unlocked = CDS_REQUEST_WITHOUT_DATA(buffer);
+
+    cds_queue_set_retries(&queue, 1);
+    requests[1].priority = CDS_PRIORITY_HIGH;
+    for (uint8_t i = 0; i < 3; i++)
+        ping(i);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_lock(&bus, &lock));
+    requests[3].passes_lock = requests[4].passes_lock = true;
+    requests[4].priority = CDS_PRIORITY_TORQUE_OFF;
+    ping(3); // of the holder
+    ping(4);
+    stay_silent(); // 0 is sent again
+    for (uint8_t i = 0; i < sizeof order; i++) {
+        TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_set_baud(&bus, CDS_BAUD(500000)));
+        TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_ping(&bus, &unlocked, 9));
+        answer((uint8_t)(order[i] + 1));
+    }
+    assert_ended_in_order(order, sizeof order);
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.retried);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD(500000)));
+}
+
 /* ---- waiting ---- */
 
 /* The clock runs while the caller waits: that is what ends a transaction without a reply. */

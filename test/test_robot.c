@@ -22,7 +22,7 @@ void setUp(void)
     memset(&robot, 0, sizeof robot);
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     robot.servos.grows = CDS_GROWS_ALWAYS;
 }
 

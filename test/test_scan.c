@@ -408,6 +408,28 @@ void test_a_scan_has_the_bus_to_itself_but_for_requests_that_pass_the_lock(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &ping, 7));
 }
 
+void test_a_scan_leaves_behind_a_request_that_waited(void)
+{
+    struct cds_request pings[] = {CDS_REQUEST_WITHOUT_DATA(ping_buffer),
+                                  CDS_REQUEST_WITHOUT_DATA(ping_buffer)};
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
+    request.priority = CDS_PRIORITY_HIGH;
+    set_bauds(&bus.baud_reg, 1);
+    for (uint8_t i = 0; i < 2; i++)
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &pings[i], 9));
+    begin();
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_scan_poll(&scan));
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
+    while (pings[0].result == CDS_PENDING) {
+        servos_turn(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL_PTR(&pings[1], bus.request);
+    TEST_ASSERT_EQUAL(CDS_OK, go_on());
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, pings[1].result);
+}
+
 void test_a_scan_ends_when_a_request_that_passes_the_lock_lets_it_restore_the_rate(void)
 {
     static const uint8_t slow[] = {7};

@@ -230,9 +230,8 @@ struct cds_bus_lock {
 
 /* What the bus itself counts of struct cds_stats, which says what these are. */
 struct cds_bus_counts {
-    // fields of struct cds_stats
     uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
-    uint16_t stale_replies, duplicate_replies, unexpected_packets;
+    uint16_t not_due[3]; // good packets, by enum cds_bus_event
     uint16_t framing_errors, overruns, ring_overflows;
 };
 
@@ -328,8 +327,12 @@ bool cds_bus_poll(struct cds_bus *bus);
 enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *hooks);
 
 /* Gives the bus to one operation: until cds_bus_unlock() requests without `passes_lock` are
- * answered by CDS_BUSY. `lock` stays in place. CDS_OK, also if `lock` holds the bus already;
- * CDS_BUSY: another operation holds it; CDS_BAD_ARGUMENT: the bus is not open. */
+ * answered by CDS_BUSY. Requests that were accepted before are still sent, retries too, and the
+ * rate cannot be changed before they have ended. The operation gives its requests
+ * CDS_PRIORITY_NORMAL: they leave behind all of these, and then only requests with `passes_lock`
+ * leave. Torque off passes the lock, and leaves first. `lock` stays in place. CDS_OK, also if
+ * `lock` holds the bus already; CDS_BUSY: another operation holds it; CDS_BAD_ARGUMENT: the bus is
+ * not open. */
 enum cds_result cds_bus_lock(struct cds_bus *bus, const struct cds_bus_lock *lock);
 
 /* Ends the lock if `lock` holds the bus. */

@@ -113,7 +113,8 @@ struct cds_servos_config {
     uint8_t count;                  // 0 to 254
     uint8_t capacity;               // `count` to 254
     uint8_t grows;                  // enum cds_servos_growth
-    uint8_t shortest_delay;         // the smallest value of register 0x05 the board can bear
+    uint8_t shortest_delay;         // the smallest value of register 0x05 the board can bear; it
+                                    // stays until the next cds_servos_begin()
 };
 
 /* All servos of a bus. Zero it (static storage is), then cds_servos_begin(). */
@@ -124,20 +125,20 @@ struct cds_servos {
     struct cds_servo_state *states; // entry 0 to `count` - 1
     uint8_t count;                  // of entries
     uint8_t capacity;               // the most entries there may be
-    // the caller may set these four at any time:
-    uint8_t grows;          // enum cds_servos_growth
-    uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
-    bool is_paused;         // nothing is learnt from replies and their absence, and delays and
-                            // levels are not used: for an operation that tries other rates
-    bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
+    // the caller may set these two at any time:
+    uint8_t grows;  // enum cds_servos_growth
+    bool is_paused; // nothing is learnt from replies and their absence, and delays and
+                    // levels are not used: for an operation that tries other rates
     // to be read:
-    bool inhibited;     // driving is inhibited at all: every packet that can drive is refused
-    bool is_full;       // a servo was met for which the list has no room
-    uint8_t alarms;     // of all servos, known or not, until acknowledged
-    uint8_t news;       // counts changes of error bits or presence, modulo 256
-    uint8_t refused_id; // of the servo for which the last refused packet was refused
-    uint16_t too_early; // packets refused as CDS_TOO_EARLY, modulo 65536
-    uint16_t epoch;     // counts changes of what the permit's answers use; never 0
+    uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
+    bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
+    bool inhibited;         // driving is inhibited at all: every packet that can drive is refused
+    bool is_full;           // a servo was met for which the list has no room
+    uint8_t alarms;         // of all servos, known or not, until acknowledged
+    uint8_t news;           // counts changes of error bits or presence, modulo 256
+    uint8_t refused_id;     // of the servo for which the last refused packet was refused
+    uint16_t too_early;     // packets refused as CDS_TOO_EARLY, modulo 65536
+    uint16_t epoch;         // counts changes of what the permit's answers use; never 0
     // the servos' own:
     uint16_t inhibit_epoch; // `epoch` when driving was inhibited last
     uint16_t echo_errors;   // of the bus, when the last transaction ended

@@ -190,8 +190,7 @@ static void open(void)
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
-    robot_begin(&controller.robot, &controller.bus);
-    controller.robot.servos.shortest_delay = AVR_SHORTEST_DELAY(0);
+    robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
     robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
     begin_keeper();
     host_open(&controller.host, &controller.serial.rx, &controller.text,

@@ -7,7 +7,7 @@
 #include "errors.h"
 #include "compiler.h" // NOINLINE
 
-void robot_begin(struct robot *robot, struct cds_bus *bus)
+void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay)
 {
     OPTIMIZER_BARRIER(robot);
     robot->bus = bus;
@@ -17,7 +17,8 @@ void robot_begin(struct robot *robot, struct cds_bus *bus)
                                                  .queue = &robot->queue,
                                                  .states = robot->states,
                                                  .capacity = ROBOT_SERVOS,
-                                                 .grows = CDS_GROWS_ON_ALARM_OR_SETTING});
+                                                 .grows = CDS_GROWS_ON_ALARM_OR_SETTING,
+                                                 .shortest_delay = shortest_delay});
 }
 
 static void store(const struct robot *robot, uint16_t state)

@@ -95,8 +95,9 @@ struct robot {
     struct cds_servo_state states[ROBOT_SERVOS];
 };
 
-/* Begins with no servos on `bus`, which must be open. Zero *robot first (static storage is). */
-void robot_begin(struct robot *robot, struct cds_bus *bus);
+/* Begins with no servos on `bus`, which must be open. `shortest_delay`: the smallest value of
+ * register 0x05 the board can bear. Zero *robot first (static storage is). */
+void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay);
 
 /* Moves everything on; once in each turn of the main loop, after cds_bus_poll(). */
 void robot_poll(struct robot *robot);

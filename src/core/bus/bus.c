@@ -30,12 +30,14 @@ static bool reply_is_due(const struct cds_request *request)
     return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
 }
 
-/* True while the line or a stale reply keeps the packet from leaving. */
-static NOCLONE bool must_rest(const struct cds_bus *bus, const struct cds_request *request)
+/* Not 0 while the line or a stale reply keeps the packet from leaving. */
+static NOCLONE uint8_t must_rest(const struct cds_bus *bus, const struct cds_request *request)
 {
-    if (bus->gate & GATE_LINE)
-        return true;
-    return bus->gate & GATE_STALE && !request->ignores_stale && reply_is_due(request);
+    uint8_t gate = bus->gate & (GATE_LINE | GATE_STALE);
+
+    if (gate == GATE_STALE && (request->ignores_stale || !reply_is_due(request)))
+        gate = 0;
+    return gate;
 }
 
 /* The request waits until line and permit agree. */
@@ -79,18 +81,18 @@ NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *r
 }
 
 /* Sends the packet if the permit agrees. CDS_PENDING: not now; else why it does not. */
-static NOCLONE enum cds_result send_if_permitted(struct cds_bus *bus, struct cds_request *request)
+static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request *request)
 {
-    enum cds_result result;
+    uint8_t result;
 
     if (bus->gate & GATE_PERMIT) {
-        result = bus->hooks->permit(bus->hooks->context, request);
+        result = (uint8_t)bus->hooks->permit(bus->hooks->context, request);
         if (result == CDS_OK && must_rest(bus, request))
             result = CDS_PENDING; // a reply is due, though none was when the rest was checked
         if (result != CDS_OK)
             return result;
     }
-    return cds_bus_send(bus, request);
+    return (uint8_t)cds_bus_send(bus, request);
 }
 
 void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
@@ -103,7 +105,7 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
                                              uint16_t check)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
-    enum cds_result result = CDS_PENDING;
+    uint8_t result = CDS_PENDING;
     uint8_t state = bus->state, gate = bus->gate;
 
     request->check = check;
@@ -115,13 +117,13 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
         result = send_if_permitted(bus, request);
     if (result == CDS_PENDING) {
         if (hooks)
-            result = hooks->submit(hooks->context, request);
+            result = (uint8_t)hooks->submit(hooks->context, request);
         else
-            result = bus->request ? CDS_BUSY : wait_for_line(bus, request);
+            result = (uint8_t)(bus->request ? CDS_BUSY : wait_for_line(bus, request));
     }
     if (result != CDS_OK)
-        request->result = (uint8_t)result;
-    return result;
+        request->result = result;
+    return (enum cds_result)result;
 }
 
 /* The fast path: a request that expects a reply, on a bus that is free and asks no permit. */
@@ -264,11 +266,11 @@ static COLD bool fail(struct cds_bus *bus)
     return finish(bus, result);
 }
 
-/* The packet has not left by the deadline. */
-static COLD bool abort_sending(struct cds_bus *bus)
+/* The packet was seen on the wire: it fails if it has not left by the deadline. */
+static COLD bool wait_until_sent(struct cds_bus *bus)
 {
-    if (bus->link.state == CDS_LINK_LISTENING)
-        return true; // it has left just now, and the next poll finds it so
+    if (!cds_line_deadline_is_over(bus) || bus->link.state == CDS_LINK_LISTENING)
+        return true; // it may have left just now: the next poll finds it so
     cds_link_abort(&bus->link, bus->port);
     return fail(bus);
 }
@@ -278,21 +280,14 @@ static COLD bool abort_sending(struct cds_bus *bus)
 /* A good packet that is not the reply due. */
 static COLD bool note_unexpected(struct cds_bus *bus)
 {
-    uint16_t *counter = &bus->stats.unexpected_packets;
-    enum cds_bus_event event = CDS_EVENT_UNEXPECTED_PACKET;
-    uint8_t id = bus->parser.id;
+    uint8_t id = bus->parser.id, event = CDS_EVENT_UNEXPECTED_PACKET;
 
-    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID) {
-        event = CDS_EVENT_STALE_REPLY;
-        counter = &bus->stats.stale_replies;
-        if (bus->last_result == CDS_OK) {
-            event = CDS_EVENT_DUPLICATE_REPLY;
-            counter = &bus->stats.duplicate_replies;
-        }
-    }
-    ++*counter;
+    if (bus->last_id == id || bus->last_id == CDS_BROADCAST_ID)
+        event = bus->last_result == CDS_OK ? CDS_EVENT_DUPLICATE_REPLY : CDS_EVENT_STALE_REPLY;
+    bus->stats.not_due[event]++;
     if (bus->gate & GATE_PERMIT)
-        bus->hooks->on_packet(bus->hooks->context, event, id, bus->parser.error);
+        bus->hooks->on_packet(bus->hooks->context, (enum cds_bus_event)event, id,
+                              bus->parser.error);
     return true;
 }
 
@@ -341,13 +336,14 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
 {
     switch (cds_parser_take_some(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_PACKET:
-        if (bus->phase != (END_IS_QUIET | REPLY_IS_FOUND)) // one comparison for most replies
-            return end_packet(bus);
-        bus->state = CDS_BUS_IDLE;
-        bus->phase = 0; // or the next packet would be taken for a reply
-        bus->request->result = CDS_OK;
-        bus->request = NULL;
-        return false;
+        if (bus->phase == (END_IS_QUIET | REPLY_IS_FOUND)) { // one comparison for most replies
+            bus->state = CDS_BUS_IDLE;
+            bus->phase = 0; // or the next packet would be taken for a reply
+            bus->request->result = CDS_OK;
+            bus->request = NULL;
+            return false;
+        }
+        return end_packet(bus);
     case CDS_PARSED_MALFORMED: return note_malformed(bus);
     default: return true;
     }
@@ -397,31 +393,27 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
     struct cds_link *link = &bus->link;
     // in this order: what breaks meanwhile lies behind the end
     uint8_t end = cds_ring_end(&link->rx);
-    bool is_broken = link->broken, is_closing = false;
+    uint8_t is_broken = link->broken, is_closing = 0;
 
     if (bus->state >= CDS_BUS_AWAITING_REPLY) {
+        if (link->state != CDS_LINK_LISTENING)
+            return wait_until_sent(bus); // no reply before the packet has left
         is_closing = bus->phase & RECEPTION_CLOSING;
         if (!is_closing && cds_line_deadline_is_over(bus)) {
-            if (link->state != CDS_LINK_LISTENING)
-                return abort_sending(bus);
-            is_closing = true;
+            is_closing = RECEPTION_CLOSING;
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
-        if (link->state != CDS_LINK_LISTENING)
-            return true; // no reply before the packet has left
         if (is_closing)
             end = bus->closing_end;
     }
     if (is_broken && cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
-        is_broken = false; // behind the end
+        is_broken = 0; // behind the end
     if (is_broken)
         end = link->broken_at;
     if (end != bus->parser.position) {
         examine(bus, end);
-        if (end != bus->parser.position || is_broken || !is_closing ||
-            bus->state < CDS_BUS_AWAITING_REPLY)
-            return bus->request; // the rest is for the next poll, or the transaction has ended
+        return bus->request; // the rest is for the next poll, or the transaction has ended
     }
     if (is_broken)
         return drop_damage(bus);
@@ -449,31 +441,30 @@ static NOCLONE void listen(struct cds_bus *bus)
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
-    enum cds_result result = CDS_PENDING;
+    uint8_t result = CDS_PENDING, phase = bus->phase;
+    uint16_t bytes = 2, more_us = 0; // of the last look: what the poll before it saw may be old
 
-    listen(bus);
+    if (phase != WAIT_LAST_LOOK || !cds_line_has_unread_bytes(bus))
+        listen(bus); // else the line is in use, and a poll that may end the wait examines nothing
     if (!(bus->gate & GATE_LINE)) {
         if (!must_rest(bus, request))
             result = send_if_permitted(bus, request);
         if (result == CDS_PENDING)
             bus->phase = WAIT_BEGINS; // neither a rest nor a check is a wait for the line
-        return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, (uint8_t)result);
+        return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, result);
     }
-    if (bus->phase == WAIT_BEGINS) {
-        bus->phase = WAIT_TIMED;
-        cds_line_set_deadline(bus, cds_port_ticks(), CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u,
-                              CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US);
+    if (phase == WAIT_BEGINS) {
+        bytes = CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u;
+        more_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
+    } else if (!cds_line_deadline_is_over(bus)) {
         return true;
+    } else if (phase == WAIT_LAST_LOOK) {
+        bus->stats.line_busy++;
+        return finish(bus, CDS_LINE_BUSY);
     }
-    if (!cds_line_deadline_is_over(bus))
-        return true;
-    if (bus->phase == WAIT_TIMED) { // what this poll saw may be old
-        bus->phase = WAIT_LAST_LOOK;
-        cds_line_set_deadline(bus, cds_port_ticks(), 2, 0);
-        return true;
-    }
-    bus->stats.line_busy++;
-    return finish(bus, CDS_LINE_BUSY);
+    bus->phase = (uint8_t)(phase + 1u);
+    cds_line_set_deadline(bus, cds_port_ticks(), bytes, more_us);
+    return true;
 }
 
 static COLD bool poll_sending_only(struct cds_bus *bus)
@@ -482,7 +473,7 @@ static COLD bool poll_sending_only(struct cds_bus *bus)
         return true;
     if (bus->link.state == CDS_LINK_LISTENING)
         return finish(bus, CDS_OK);
-    return cds_line_deadline_is_over(bus) ? abort_sending(bus) : true;
+    return wait_until_sent(bus);
 }
 
 /* No reply is due, or not yet. */

@@ -24,11 +24,11 @@ enum {
 void cds_line_set_deadline(struct cds_bus *bus, uint16_t from, uint16_t bytes, uint16_t more_us);
 
 /* The timer has expired: true if it was for the last time. */
-bool cds_line_is_last_expiry(struct cds_bus *bus);
+uint8_t cds_line_is_last_expiry(struct cds_bus *bus);
 
-ALWAYS_INLINE bool cds_line_deadline_is_over(struct cds_bus *bus)
+ALWAYS_INLINE uint8_t cds_line_deadline_is_over(struct cds_bus *bus)
 {
-    return cds_port_timer_expired(bus->port) && cds_line_is_last_expiry(bus);
+    return cds_port_timer_expired(bus->port) ? cds_line_is_last_expiry(bus) : 0;
 }
 
 /* The line was used, or a reply failed: from now on every packet waits for two byte times, and one

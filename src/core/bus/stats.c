@@ -32,25 +32,24 @@ void cds_bus_stats(const struct cds_bus *bus, struct cds_stats *out)
 
     if (link->broken == CDS_LINK_FULL)
         full++;
-    *out = (struct cds_stats){
-        .sent = counts->sent,
-        .retried = counts->retried,
-        .ok = (uint16_t)(counts->sent - counts->timeouts - counts->corrupt),
-        .timeouts = counts->timeouts,
-        .corrupt = counts->corrupt,
-        .line_busy = counts->line_busy,
-        .malformed = counts->malformed,
-        .noise_bytes = bus->parser.noise_bytes,
-        .stale_replies = counts->stale_replies,
-        .duplicate_replies = counts->duplicate_replies,
-        .unexpected_packets = counts->unexpected_packets,
-        .framing_errors = counts->framing_errors,
-        .overruns = counts->overruns,
-        .ring_overflows = counts->ring_overflows,
-        .echo_errors = cds_link_count(&link->echo_errors),
-    };
+    // one by one: a struct in braces is put together on the stack, for 150 bytes more
+    out->sent = counts->sent;
+    out->retried = counts->retried;
+    out->ok = (uint16_t)(counts->sent - counts->timeouts - counts->corrupt);
     if (bus->state >= CDS_BUS_SENDING)
         out->ok--; // the packet in flight
+    out->timeouts = counts->timeouts;
+    out->corrupt = counts->corrupt;
+    out->line_busy = counts->line_busy;
+    out->malformed = counts->malformed;
+    out->noise_bytes = bus->parser.noise_bytes;
+    out->stale_replies = counts->not_due[CDS_EVENT_STALE_REPLY];
+    out->duplicate_replies = counts->not_due[CDS_EVENT_DUPLICATE_REPLY];
+    out->unexpected_packets = counts->not_due[CDS_EVENT_UNEXPECTED_PACKET];
+    out->framing_errors = counts->framing_errors;
+    out->overruns = counts->overruns;
+    out->ring_overflows = counts->ring_overflows;
+    out->echo_errors = cds_link_count(&link->echo_errors);
     catch_up(&out->framing_errors, (uint8_t)(link->framing_errors + both));
     catch_up(&out->overruns, (uint8_t)(link->overruns + both));
     catch_up(&out->ring_overflows, (uint8_t)(link->ring_overflows + full));

@@ -72,6 +72,7 @@ void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
     steps->is_exclusive = true;
     steps->lock = (struct cds_bus_lock){abort_steps, steps, bus->baud_reg};
     request->passes_lock = true;
+    request->priority = CDS_PRIORITY_NORMAL; // behind all that was accepted before the lock
     request->on_end = on_end;
     request->context = steps;
     cds_bus_lock(bus, &steps->lock);

@@ -32,8 +32,9 @@ enum cds_result cds_steps_check_exclusive(const struct cds_bus *bus,
 void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus, struct cds_request *request);
 
 /* Begins an operation after cds_steps_check_exclusive(): takes the lock, and lets the bus wait for
- * the longest return delay. The operation uses on_end, context and passes_lock of the request, and
- * may set ignores_stale, ignores_servo_state and no_retry; it clears all of them when it ends. */
+ * the longest return delay. Sets the priority of the request to CDS_PRIORITY_NORMAL:
+ * cds_bus_lock(). The operation uses on_end, context and passes_lock of the request, and may set
+ * ignores_stale, ignores_servo_state and no_retry; it clears all of these when it ends. */
 void cds_steps_begin_exclusive(struct cds_steps *steps, struct cds_bus *bus,
                                struct cds_request *request);
 

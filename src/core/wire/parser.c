@@ -115,13 +115,14 @@ uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, u
         } while (at != last);
     }
     sum = (uint8_t)(sum + byte_at(ring, at));
-    if (sum != SUM_OF_PACKET)
-        return reject(parser, ring);
-    at = cds_ring_after(at, 1);
-    parser->position = at;
-    parser->is_in_packet = false;
-    cds_ring_release(ring, at);
-    return CDS_PARSED_PACKET;
+    if (sum == SUM_OF_PACKET) {
+        at = cds_ring_after(at, 1);
+        parser->position = at;
+        parser->is_in_packet = false;
+        cds_ring_release(ring, at);
+        return CDS_PARSED_PACKET;
+    }
+    return reject(parser, ring);
 }
 
 NOINLINE void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring,
