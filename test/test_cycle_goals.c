@@ -309,8 +309,8 @@ void test_goals_random_match_the_model(void)
         srand(run + 1u);
         for (uint16_t i = 0; i < STEPS; i++)
             step();
-        TEST_ASSERT_GREATER_THAN_UINT32(100, sent);
-        TEST_ASSERT_GREATER_THAN_UINT32(50, sent_with_holes);
+        TEST_ASSERT_GREATER_THAN_UINT32(STEPS / 100, sent);
+        TEST_ASSERT_GREATER_THAN_UINT32(STEPS / 200, sent_with_holes);
         while (cycle.is_checking)
             poll();
         for (uint8_t i = 0; i < SERVOS; i++)
