@@ -83,6 +83,10 @@ static bool tell_all(struct cds_torque_off *off)
     for (struct cds_request *request = off->requests; request < off->requests + 2; request++) {
         bool is_unsent = request->result == CDS_LINE_BUSY || request->result == CDS_CANCELLED;
 
+        if (request->result == CDS_PENDING) { // the bus must be polled soon
+            is_done = false;
+            continue;
+        }
         if (!is_unsent)
             tell_next(off, request);
         else if (has_own_rate(bus))
