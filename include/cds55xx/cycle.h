@@ -128,7 +128,7 @@ enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
 
 /* Moves the cycle on; call it after cds_bus_poll() from the main loop, as often as possible. A
  * period is missed if its goals would hold up those of the next one; the phase of the periods
- * stays. When the permit of the bus has changed, the goals it concerns are checked again, at most 5
+ * stays. When the permit of the bus has changed, the goals it concerns are checked again, at most 8
  * in one poll, and no goals are sent meanwhile. A servo whose goal is refused is left out; the
  * others go on. CDS_PENDING: the cycle runs, or ends. CDS_OK: it has ended; its storage is free. */
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle);

@@ -80,6 +80,8 @@ static bool tell_all(struct cds_torque_off *off)
     struct cds_bus *bus = off->servos->bus;
     bool is_done = true;
 
+    if (off->requests[0].result == CDS_PENDING && off->requests[1].result == CDS_PENDING)
+        return false;
     for (struct cds_request *request = off->requests; request < off->requests + 2; request++) {
         bool is_unsent = request->result == CDS_LINE_BUSY || request->result == CDS_CANCELLED;
 
@@ -207,7 +209,7 @@ static NOINLINE void take_up(struct cds_torque_off *off, struct cds_request *req
 
 enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_servos *servos)
 {
-    struct cds_servo_state *servo = servos->states;
+    struct cds_servo_state *servo;
 
     OPTIMIZER_BARRIER(off);
     cds_servos_inhibit_all(servos);
@@ -220,6 +222,7 @@ enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_serv
     take_up(off, &off->requests[0], off->packets[0]); // before all that can wait
     cds_steps_begin(&off->steps, servos->bus, off->requests);
     take_up(off, &off->requests[1], off->packets[1]);
+    servo = servos->states; // not before: the loop is 20 us shorter
     for (uint8_t i = servos->count; i; i--, servo++)
         servo->torque_off = CDS_TORQUE_OFF_UNKNOWN;
     return off->steps.outcome == CDS_PENDING ? CDS_OK : CDS_BAD_ARGUMENT;

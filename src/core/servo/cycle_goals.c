@@ -74,6 +74,8 @@ static void leave_out(struct cds_cycle *cycle, uint8_t *packet, uint8_t index)
 
     *checksum = (uint8_t)(*checksum + *block - LEFT_OUT);
     *block = LEFT_OUT;
+    cycle->mended = 0;
+    cycle->has_left_out = true;
 }
 
 /* ---- begin ---- */
@@ -100,26 +102,16 @@ void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size)
 
 /* ---- setting goals ---- */
 
-/* Asks the permit whether servo `index` may be sent `goal`. Before the first commit a servo that is
- * refused is left out, so that the others need not wait for it. */
-ALWAYS_INLINE uint8_t ask_permit(struct cds_cycle *cycle, uint8_t index, const uint8_t *goal)
+/* Asks the permit whether the servo at `index` may be sent the goal in `block`. */
+ALWAYS_INLINE uint8_t ask_permit(struct cds_cycle *cycle, uint8_t index, const uint8_t *block)
 {
     const struct cds_bus_hooks *hooks = cycle->bus->hooks;
     uint8_t result;
 
     cycle->index_offset = (uint8_t)(cycle->index_offset + index);
-    result =
-        (uint8_t)hooks->permit_goal(hooks->context, cycle->ids[index], &cycle->index_offset, goal);
+    result = (uint8_t)hooks->permit_goal(hooks->context, *block, &cycle->index_offset, block + 1);
     cycle->index_offset = (uint8_t)(cycle->index_offset - index);
-    if (result != CDS_OK && !cycle->is_committed)
-        leave_out(cycle, cycle->front, index);
     return result;
-}
-
-/* NOINLINE: cds_cycle_goal() has a copy of its own, which saves 25 cycles; the others share one. */
-static NOINLINE uint8_t ask_again(struct cds_cycle *cycle, uint8_t index, const uint8_t *goal)
-{
-    return ask_permit(cycle, index, goal);
 }
 
 static NOINLINE bool has_permit(const struct cds_cycle *cycle)
@@ -135,17 +127,20 @@ static void begin_filling(struct cds_cycle *cycle)
     cycle->has_permit = has_permit(cycle);
 }
 
-/* Takes the goal that was appended last back if the permit refuses it. */
-static NOINLINE enum cds_result check_appended(struct cds_cycle *cycle, uint8_t index,
-                                               uint8_t *goal)
+/* Asks the permit about the goal that was written to `block`. If the permit refuses it, the goal
+ * does not count. */
+static NOINLINE enum cds_result check_new(struct cds_cycle *cycle, uint8_t index, uint8_t *block)
 {
     uint8_t result;
 
-    goal[-1] = cycle->ids[index];
-    result = ask_permit(cycle, index, goal);
+    *block = cycle->ids[index];
+    result = ask_permit(cycle, index, block);
     if (result != CDS_OK) {
-        cycle->sum = (uint8_t)(cycle->sum - shared_sum_of(goal));
-        cycle->filled--;
+        cycle->sum = (uint8_t)(cycle->sum - shared_sum_of(block + 1));
+        if (!cycle->is_committed) // the others need not wait for this servo
+            leave_out(cycle, cycle->front, index);
+    } else if (cycle->filled == index) {
+        cycle->filled++;
     }
     return (enum cds_result)result;
 }
@@ -154,12 +149,14 @@ static NOINLINE enum cds_result check_appended(struct cds_cycle *cycle, uint8_t 
 static NOINLINE enum cds_result append_goal(struct cds_cycle *cycle, uint8_t index,
                                             uint16_t position, uint16_t speed)
 {
-    uint8_t *goal = fast_block_of(cycle->back, index) + 1;
+    uint8_t *block = fast_block_of(cycle->back, index);
 
-    cds_goal_put(goal, position, speed);
-    cycle->sum = (uint8_t)(cycle->sum + sum_of(goal));
+    cds_goal_put(block + 1, position, speed);
+    cycle->sum = (uint8_t)(cycle->sum + sum_of(block + 1));
+    if (cycle->has_permit)
+        return check_new(cycle, index, block);
     cycle->filled = (uint8_t)(index + 1u);
-    return cycle->has_permit ? check_appended(cycle, index, goal) : CDS_OK;
+    return CDS_OK;
 }
 
 /* Sets the goal of a servo before `filled`, which may have one already. */
@@ -167,22 +164,21 @@ static enum cds_result replace_goal(struct cds_cycle *cycle, uint8_t index, uint
                                     uint16_t speed)
 {
     uint8_t *block = block_of(cycle->back, index);
-    uint8_t goal[CDS_GOAL_SIZE];
-    uint8_t result = CDS_OK;
+    uint8_t old[BLOCK_SIZE];
+    enum cds_result result = CDS_OK;
 
-    cds_goal_put(goal, position, speed);
+    memcpy(old, block, sizeof old);
+    cds_goal_put(block + 1, position, speed);
+    cycle->sum = (uint8_t)(cycle->sum + shared_sum_of(block + 1));
     if (cycle->has_permit)
-        result = ask_again(cycle, index, goal);
+        result = check_new(cycle, index, block);
     if (result != CDS_OK)
-        return (enum cds_result)result;
-    if (block[2] == NO_GOAL)
+        memcpy(block, old, sizeof old);
+    else if (old[2] == NO_GOAL)
         cycle->skipped--;
     else
-        cycle->sum = (uint8_t)(cycle->sum - shared_sum_of(block + 1));
-    cycle->sum = (uint8_t)(cycle->sum + shared_sum_of(goal));
-    *block = cycle->ids[index];
-    memcpy(block + 1, goal, sizeof goal);
-    return CDS_OK;
+        cycle->sum = (uint8_t)(cycle->sum - shared_sum_of(old + 1));
+    return result;
 }
 
 /* The first goal since a commit, or one that is not set in the order of the servos. */
@@ -254,44 +250,43 @@ bool cds_cycle_goals_are_empty(const struct cds_cycle *cycle)
     return cycle->front[BLOCKS_AT] == LEFT_OUT;
 }
 
-/* Checks the goal of servo `index` again. True: the servo is left out of `packet` from now on. */
-static NOINLINE bool drop(struct cds_cycle *cycle, uint8_t *packet, uint8_t index,
-                          const uint8_t *goal)
+/* Checks the goals of `servos` servos, from servo `i` on, in `packet` again. Returns how many the
+ * permit refused; they are left out of the packet. */
+static NOINLINE uint8_t check_again(struct cds_cycle *cycle, uint8_t *packet, uint8_t i,
+                                    uint8_t servos)
 {
-    if (ask_again(cycle, index, goal) == CDS_OK)
-        return false;
-    leave_out(cycle, packet, index);
-    return true;
+    const uint8_t *block = fast_block_of(packet, i);
+    uint8_t refused = 0;
+
+    for (; servos; servos--, i++, block += BLOCK_SIZE) {
+        OPTIMIZER_BARRIER(cycle); // or gcc keeps addresses of its fields: saves 12 bytes
+        if (*block != cycle->ids[i] || block[2] == NO_GOAL || ask_permit(cycle, i, block) == CDS_OK)
+            continue;
+        leave_out(cycle, packet, i);
+        refused++;
+    }
+    return refused;
 }
 
-/* Checks the goals again that the last change concerns, as many as a poll may. */
+/* Checks the goals again that the last change concerns, in both packets, as many as a poll may. */
 static void check_some(struct cds_cycle *cycle)
 {
-    uint8_t changed = cycle->changed_id, i = cycle->checked, checks = CHECKS_PER_POLL;
+    uint8_t changed = cycle->changed_id, i = cycle->checked, left = (uint8_t)(cycle->count - i);
     bool is_filling = cycle->filled != NOT_FILLING;
-    uint8_t *front = block_of(cycle->front, i), *back = block_of(cycle->back, i);
-    const uint8_t *ids = cycle->ids + i;
+    uint8_t servos = is_filling ? CHECKS_PER_POLL / 2 : CHECKS_PER_POLL;
 
-    for (; i < cycle->count && checks > is_filling; i++, front += BLOCK_SIZE, back += BLOCK_SIZE) {
-        uint8_t id = *ids++;
-
-        if (changed != CDS_BROADCAST_ID && changed != id)
-            continue;
-        if (*front == id && front[2] != NO_GOAL) {
-            checks--;
-            if (ask_permit(cycle, i, front + 1) != CDS_OK) { // inline: 100 cycles less
-                leave_out(cycle, cycle->front, i);
-                cycle->counters.dropped++;
-                cycle->mended = 0;
-            }
-        }
-        if (is_filling && is_set(cycle, i) && *back == id) {
-            checks--;
-            if (drop(cycle, cycle->back, i, back + 1))
-                cycle->has_left_out = true;
-        }
+    if (changed != CDS_BROADCAST_ID) {
+        for (; left && cycle->ids[i] != changed; left--)
+            i++;
+        servos = 1;
     }
-    cycle->checked = i;
+    if (servos > left)
+        servos = left;
+    cycle->checked = (uint8_t)(i + servos);
+    cycle->counters.dropped =
+        (uint16_t)(cycle->counters.dropped + check_again(cycle, cycle->front, i, servos));
+    if (is_filling)
+        check_again(cycle, cycle->back, i, servos);
 }
 
 /* Asks which servos a change concerns. A round of checks under way begins anew. */
@@ -329,10 +324,9 @@ bool cds_cycle_goals_are_good(struct cds_cycle *cycle)
 
     if (hooks && hooks->changed_since)
         note_changes(cycle);
-    if (!cycle->is_checking)
-        return true;
-    go_on_checking(cycle);
-    return false;
+    if (cycle->is_checking)
+        go_on_checking(cycle);
+    return !cycle->is_checking;
 }
 
 /* ---- commit ---- */
