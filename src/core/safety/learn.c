@@ -244,15 +244,6 @@ static void learn_torque(struct cds_servos *servos, struct cds_servo_state *serv
     cds_servos_note_change(servos, servo->id);
 }
 
-/* True if this READ, as one of feedback, has none of the registers that are learnt. */
-static inline bool is_feedback(const uint8_t *bytes)
-{
-    uint8_t address = bytes[CDS_AT_PARAMETERS];
-
-    return address > CDS_REG_MOVING_SPEED + 1 && address <= CDS_REG_REGISTERED_INSTRUCTION &&
-           bytes[CDS_AT_PARAMETERS + 1] <= (uint8_t)(CDS_REG_REGISTERED_INSTRUCTION - address);
-}
-
 static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
                                 const struct cds_request *request)
 {
@@ -361,8 +352,9 @@ bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_req
         index >= servos->count)
         return false;
     servo = &servos->states[index];
-    if (servo->id != bytes[CDS_AT_ID] || !is_feedback(bytes) ||
+    if (servo->id != bytes[CDS_AT_ID] || bytes[CDS_AT_PARAMETERS] <= CDS_REG_MOVING_SPEED + 1 ||
         servo->presence != CDS_PRESENCE_ONLINE || servo->misses || servo->second != CDS_NO_ID ||
+        servo->is_registered || servo->registered_torque ||
         servo->baud_reg != servos->bus->baud_reg || servos->is_paused ||
         (uint8_t)servos->echo_errors != (uint8_t)servos->bus->link.echo_errors)
         return false;
@@ -409,7 +401,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
     if (!(error & CDS_ERRORS_OF_PACKET)) {
         if (instruction != CDS_READ)
             learn_packet(servos, servo, request, source);
-        else if (result == CDS_OK && !servos->is_paused && !is_feedback(request->packet.bytes))
+        else if (result == CDS_OK && !servos->is_paused)
             learn_read(servos, servo, request);
     }
     settle_id(servos, servo);
