@@ -848,6 +848,22 @@ void test_a_long_packet_is_checked_some_blocks_a_call(void)
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
 }
 
+/* A search through 50 servos is all that one call does. */
+void test_each_search_of_a_check_has_a_call_of_its_own(void)
+{
+    uint8_t polls = 0;
+
+    begin_fifty();
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    for (uint8_t id = COUNT; id; id--)
+        cds_sync_write_add_goal(&request, id, 500, 100);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    for (; polls < 200 && bus.state == CDS_BUS_WAITING_FOR_LINE; polls++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_TRUE(polls >= 2 * COUNT - 2 && polls <= 2 * COUNT + 1);
+    pass(CDS_OK);
+}
+
 void test_a_block_behind_the_first_calls_refuses_the_packet(void)
 {
     begin_fifty();
@@ -1140,17 +1156,18 @@ void test_check_cancelled_in_the_queue_begins_anew(void)
     begin_fifty();
     in_position_mode(1);
     limit_goal(one);
+    pass(cds_servo_ping(&bus, &request, 2));
     TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
     cds_bus_poll(&bus);
     other.priority = CDS_PRIORITY_HIGH;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2)); // before them
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &other, 2, CDS_REG_PRESENT_POSITION, 2));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
     for (uint8_t id = 1; id <= COUNT; id++) // the first goal was found good, and is another now
         cds_sync_write_add_goal(&request, id, id == 1 ? 900 : 500, 100);
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
-    port_fake_answer(&bus.link, 2, 0, NULL, 0);
+    port_fake_answer(&bus.link, 2, 0, inside, 2);
     look();
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
     TEST_ASSERT_EQUAL(CDS_LIMIT, request.result);

@@ -21,7 +21,11 @@ static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_se
 
     if (id == servo->id || (!other && servos->count == servos->capacity))
         return NULL;
-    if (!other) {
+    if (other) { // it may be either: known is only what is the same
+        uint8_t speed_0 = (other->held | servo->held) & CDS_HELD_SPEED_0;
+
+        other->held = (other->held & servo->held) | speed_0;
+    } else {
         other = &servos->states[servos->count];
         *other = *servo;
         other->counters = (struct cds_servo_counters){0};

@@ -207,8 +207,8 @@ static bool cancel(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
 
-    if (!request)
-        servos->walk_request = NULL; // the bus is opened again, perhaps amid a packet
+    if (!request || servos->walk_request == request) // NULL: the bus is opened again
+        servos->walk_request = NULL;
     return servos->queue && servos->queue->hooks.cancel(servos->queue, request);
 }
 
