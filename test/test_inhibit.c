@@ -57,9 +57,18 @@ static void inhibit(void)
     cds_servos_inhibit_all(&servos);
 }
 
+/* What reaches many servos is checked while it waits. */
+static enum cds_result result_of_check(enum cds_result submitted)
+{
+    if (submitted != CDS_OK || request.packet.bytes[CDS_AT_ID] != CDS_BROADCAST_ID)
+        return submitted;
+    port_fake_settle(&bus);
+    return bus.request ? CDS_OK : (enum cds_result)request.result;
+}
+
 static void assert_refused(enum cds_result submitted)
 {
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, submitted);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, result_of_check(submitted));
     TEST_ASSERT_NULL(bus.request);
 }
 
@@ -317,7 +326,7 @@ void test_delay_below_what_the_board_bears_is_refused(void)
                                                              CDS_REG_RETURN_DELAY, &none, 1));
         assert_sent(write_byte(ids[i], CDS_REG_RETURN_DELAY, 1));
     }
-    TEST_ASSERT_EQUAL(CDS_TOO_EARLY, sync_one(77, CDS_REG_RETURN_DELAY, &none, 1));
+    TEST_ASSERT_EQUAL(CDS_TOO_EARLY, result_of_check(sync_one(77, CDS_REG_RETURN_DELAY, &none, 1)));
     assert_sent(sync_one(77, CDS_REG_RETURN_DELAY, &enough, 1));
     TEST_ASSERT_EQUAL(CDS_OK, begin(2));
     assert_sent(write_byte(77, CDS_REG_RETURN_DELAY, 0));

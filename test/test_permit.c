@@ -55,10 +55,19 @@ static void look(void)
         cds_bus_poll(&bus);
 }
 
+/* What reaches many servos is checked while it waits. */
+static enum cds_result result_of_check(enum cds_result submitted)
+{
+    if (submitted != CDS_OK || request.packet.bytes[CDS_AT_ID] != CDS_BROADCAST_ID)
+        return submitted;
+    port_fake_settle(&bus);
+    return bus.request ? CDS_OK : (enum cds_result)request.result;
+}
+
 /* The packet of `request` leaves; `answers`: its servo answers with `data`, else no reply comes. */
 static void pass_with(enum cds_result submitted, bool answers, const uint8_t *data, uint8_t length)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, submitted);
+    TEST_ASSERT_EQUAL(CDS_OK, result_of_check(submitted));
     port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     if (answers && request.reply_parameters != CDS_REPLY_NONE && !request.is_muted)
@@ -81,8 +90,11 @@ static void silence(enum cds_result submitted)
 
 static void refuse(enum cds_result why, enum cds_result submitted)
 {
-    TEST_ASSERT_EQUAL(why, submitted);
+    uint16_t packets = port_fake.packets;
+
+    TEST_ASSERT_EQUAL(why, result_of_check(submitted));
     TEST_ASSERT_NULL(bus.request);
+    TEST_ASSERT_EQUAL_UINT16(packets, port_fake.packets);
 }
 
 static enum cds_result byte(uint8_t id, uint8_t reg, uint8_t value)
@@ -850,17 +862,31 @@ void test_a_long_packet_is_checked_some_blocks_a_call(void)
         cds_bus_poll(&bus);
         polls++;
     }
-    TEST_ASSERT_TRUE(polls >= 4 && polls <= 14);
+    TEST_ASSERT_TRUE(polls >= 50 / 8 && polls <= 18);
     pass(CDS_OK);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
+}
+
+/* A search through 50 servos is all that one call does. */
+void test_each_search_of_a_check_has_a_call_of_its_own(void)
+{
+    uint8_t polls = 0;
+
+    begin_fifty();
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
+    for (uint8_t id = COUNT; id; id--)
+        cds_sync_write_add_goal(&request, id, 500, 100);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    for (; polls < 200 && bus.state == CDS_BUS_WAITING_FOR_LINE; polls++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_TRUE(polls >= 2 * COUNT - 2 && polls <= 2 * COUNT + 1);
+    pass(CDS_OK);
 }
 
 void test_a_block_behind_the_first_calls_refuses_the_packet(void)
 {
     begin_fifty();
-    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(900));
-    look();
-    TEST_ASSERT_EQUAL(CDS_LIMIT, request.result);
+    refuse(CDS_LIMIT, fifty_goals(900));
     TEST_ASSERT_EQUAL_UINT8(COUNT, servos.refused_id);
     TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets); // the READ, and no more
 }
@@ -880,10 +906,11 @@ void test_a_check_that_was_cancelled_is_not_continued(void)
 {
     begin_fifty();
     TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    cds_bus_poll(&bus); // the first goals were found good
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
-    servos.epoch = servos.checked_epoch; // as if that had not counted
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, fifty_goals(500));
+    servos.epoch = servos.walk_epoch; // as if that had not counted
+    refuse(CDS_INHIBITED, fifty_goals(500));
 }
 
 void test_a_caller_cannot_mark_a_packet_as_checked(void)
@@ -904,7 +931,7 @@ void test_torque_to_fifty_by_sync_write_is_learnt(void)
     for (uint8_t id = 1; id <= COUNT; id++)
         cds_sync_write_add(&request, id, &on);
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
-    for (uint8_t i = 0; i < 40 && bus.state < CDS_BUS_SENDING; i++)
+    for (uint8_t i = 0; i < 60 && bus.state < CDS_BUS_SENDING; i++)
         cds_bus_poll(&bus);
     cds_bus_poll(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
@@ -1148,13 +1175,21 @@ void test_check_cancelled_in_the_queue_begins_anew(void)
     begin_fifty();
     in_position_mode(1);
     limit_goal(one);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2)); // on the wire
+    pass(cds_servo_ping(&bus, &request, 2));
     TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    cds_bus_poll(&bus);
+    other.priority = CDS_PRIORITY_HIGH;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &other, 2, CDS_REG_PRESENT_POSITION, 2));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
     for (uint8_t id = 1; id <= COUNT; id++) // the first goal was found good, and is another now
         cds_sync_write_add_goal(&request, id, id == 1 ? 900 : 500, 100);
-    TEST_ASSERT_EQUAL(CDS_LIMIT, cds_sync_write_send(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 2, 0, inside, 2);
+    look();
+    TEST_ASSERT_EQUAL(CDS_OK, other.result);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, request.result);
     TEST_ASSERT_EQUAL_UINT8(1, servos.refused_id);
 }
 
@@ -1257,8 +1292,8 @@ void test_refused_packet_built_anew_is_checked_from_its_start(void)
 {
     limit_goal(one); // neither mode nor goal is known: torque stays off
     cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, sync(CDS_REG_TORQUE_ENABLE, 0, 2, 1)); // the second block
-    TEST_ASSERT_EQUAL(CDS_LIMIT, sync(CDS_REG_TORQUE_ENABLE, 1, 2, 0));     // the first one
+    refuse(CDS_INHIBITED, sync(CDS_REG_TORQUE_ENABLE, 0, 2, 1)); // the second block
+    refuse(CDS_LIMIT, sync(CDS_REG_TORQUE_ENABLE, 1, 2, 0));     // the first one
 }
 
 void test_broadcast_to_fifty_is_learnt_some_entries_a_poll(void)

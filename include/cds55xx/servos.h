@@ -145,13 +145,10 @@ struct cds_servos {
     uint8_t changed_id;     // the servo of the last change, or CDS_BROADCAST_ID
     bool move_is_valid;     // no limit and no inhibit has changed since the move began
     bool move_is_answered;  // every REG WRITE of the move was answered
-    uint8_t learnt;         // entries or blocks learnt of the packet on the wire
-    uint8_t learnt_index;   // entry to try for the next block
-    uint8_t checked;        // entries or blocks of `checked_request` found good
-    uint8_t checked_index;  // entry to try for the next block
-    uint16_t checked_epoch; // `epoch` of that check
-    bool was_asked;         // a call of cds_bus_submit() has had its part of that check
-    const struct cds_request *checked_request;
+    uint8_t walked;         // blocks or entries that the walk of `walk_request` has reached
+    uint8_t walk_index;     // entry to try for the next block
+    uint16_t walk_epoch;    // `epoch` of its check; 0: it is learnt
+    const struct cds_request *walk_request; // whose servos are checked or learnt, some each call
     const struct cds_request *move_request; // of the registered move under way, or NULL
 };
 

@@ -7,7 +7,7 @@
 #include "safety/servos_internal.h"
 
 #define FACTORY_RETURN_DELAY 1
-#define ALL_LEARNT           UINT8_MAX // in `learnt`
+#define ALL_LEARNT           UINT8_MAX // in `walked`
 
 /* ---- the ID ---- */
 
@@ -21,7 +21,11 @@ static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_se
 
     if (id == servo->id || (!other && servos->count == servos->capacity))
         return NULL;
-    if (!other) {
+    if (other) { // it may be either: known is only what is the same
+        uint8_t speed_0 = (other->held | servo->held) & CDS_HELD_SPEED_0;
+
+        other->held = (other->held & servo->held) | speed_0;
+    } else {
         other = &servos->states[servos->count];
         *other = *servo;
         other->counters = (struct cds_servo_counters){0};
@@ -99,7 +103,7 @@ static bool learn_settings(struct cds_servo_state *servo, const struct cds_writt
     uint8_t next_delay = cds_written_value(written, CDS_REG_RETURN_DELAY, delay);
     uint8_t next_level = cds_written_value(written, CDS_REG_STATUS_RETURN_LEVEL, level);
 
-    if (cds_written_byte(written, CDS_REG_STATUS_RETURN_LEVEL) && next_level > CDS_LEVEL_ALL)
+    if (next_level != level && next_level > CDS_LEVEL_ALL)
         next_level = CDS_LEVEL_ALL; // as no servo should have
     if (source == CDS_SOURCE_LOST) {
         if (baud_reg != servo->baud_reg)
@@ -244,17 +248,8 @@ static void learn_torque(struct cds_servos *servos, struct cds_servo_state *serv
     cds_servos_note_change(servos, servo->id);
 }
 
-/* True if this READ, as one of feedback, has none of the registers that are learnt. */
-static inline bool is_feedback(const uint8_t *bytes)
-{
-    uint8_t address = bytes[CDS_AT_PARAMETERS];
-
-    return address > CDS_REG_MOVING_SPEED + 1 && address <= CDS_REG_REGISTERED_INSTRUCTION &&
-           bytes[CDS_AT_PARAMETERS + 1] <= (uint8_t)(CDS_REG_REGISTERED_INSTRUCTION - address);
-}
-
-static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
-                                const struct cds_request *request)
+static void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
+                       const struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
     struct cds_written read;
@@ -361,8 +356,9 @@ bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_req
         index >= servos->count)
         return false;
     servo = &servos->states[index];
-    if (servo->id != bytes[CDS_AT_ID] || !is_feedback(bytes) ||
+    if (servo->id != bytes[CDS_AT_ID] || bytes[CDS_AT_PARAMETERS] <= CDS_REG_MOVING_SPEED + 1 ||
         servo->presence != CDS_PRESENCE_ONLINE || servo->misses || servo->second != CDS_NO_ID ||
+        servo->is_registered || servo->registered_torque ||
         servo->baud_reg != servos->bus->baud_reg || servos->is_paused ||
         (uint8_t)servos->echo_errors != (uint8_t)servos->bus->link.echo_errors)
         return false;
@@ -409,7 +405,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
     if (!(error & CDS_ERRORS_OF_PACKET)) {
         if (instruction != CDS_READ)
             learn_packet(servos, servo, request, source);
-        else if (result == CDS_OK && !servos->is_paused && !is_feedback(request->packet.bytes))
+        else if (result == CDS_OK && !servos->is_paused)
             learn_read(servos, servo, request);
     }
     settle_id(servos, servo);
@@ -444,31 +440,6 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 
 /* ---- what many servos hear, some each call ---- */
 
-/* True while there is more. Goals make nothing known: cds_limits_check() has noted a speed of 0. */
-static bool learn_blocks(struct cds_servos *servos, const uint8_t *bytes)
-{
-    struct cds_written written;
-    struct cds_walk walk;
-
-    cds_walk_begin(&walk, servos, servos->learnt_index);
-    if (!cds_written_by(bytes, servos->learnt, &written) ||
-        !(written.sets & (CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_TORQUE)))
-        return false;
-    while (walk.budget > 0) {
-        struct cds_servo_state *servo;
-
-        if (!cds_written_next(&written))
-            return false;
-        servo = cds_walk_to(&walk, servos, written.id);
-        if (servo)
-            learn_registers(servos, servo, &written, CDS_SOURCE_SENT);
-        cds_walk_pay(&walk, written.sets == CDS_SETS_TORQUE ? 1 : 3);
-        servos->learnt++;
-    }
-    servos->learnt_index = walk.index;
-    return true;
-}
-
 /* A RESET of all on purpose. */
 static NOINLINE void expire(struct cds_servo_state *servo)
 {
@@ -480,48 +451,58 @@ static NOINLINE void expire(struct cds_servo_state *servo)
     servo->baud_reg = CDS_SERVOS_UNKNOWN;
 }
 
-/* True while there is more. */
-static bool learn_broadcast(struct cds_servos *servos, const struct cds_request *request)
+/* At once: the next packet of torque_off must not wait. */
+static void learn_torque_off(struct cds_servos *servos)
 {
-    const uint8_t *bytes = request->packet.bytes;
     struct cds_servo_state *servo = servos->states;
-    struct cds_walk walk;
 
-    if (cds_written_is_torque_off(bytes)) { // at once: the next packet of torque_off must not wait
-        for (uint8_t i = servos->count; i; i--, servo++)
-            servo->torque = false;
-        return false;
-    }
-    cds_walk_begin(&walk, servos, servos->learnt_index);
-    for (; walk.index < servos->count; walk.index++, walk.servo++) {
-        if (walk.budget <= 0) {
-            servos->learnt_index = walk.index;
-            return true;
-        }
-        if (bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
-            expire(walk.servo);
-        else
-            learn_packet(servos, walk.servo, request, CDS_SOURCE_SENT);
-        cds_walk_pay(&walk, 3);
-    }
-    if (bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
-        cds_servos_note_change(servos, CDS_BROADCAST_ID);
-    return false;
+    for (uint8_t i = servos->count; i; i--, servo++)
+        servo->torque = false;
 }
 
+static void learn_one(struct cds_walk *walk, const struct cds_request *request)
+{
+    struct cds_servos *servos = walk->servos;
+
+    if (!walk->servo)
+        return;
+    if (walk->is_sync_write)
+        learn_registers(servos, walk->servo, &walk->written, CDS_SOURCE_SENT);
+    else if (request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
+        expire(walk->servo);
+    else
+        learn_packet(servos, walk->servo, request, CDS_SOURCE_SENT);
+}
+
+/* Goals make nothing known: cds_limits_check() has noted a speed of 0. */
 bool cds_servos_on_sending(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     const uint8_t *bytes = request->packet.bytes;
-    bool has_more = false;
+    struct cds_walk walk;
+    uint8_t result;
 
-    if (servos->learnt == ALL_LEARNT || servos->count == 0)
+    if (servos->count == 0 ||
+        (bytes[CDS_AT_ID] != CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE))
         return false;
-    if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE)
-        has_more = learn_blocks(servos, bytes);
-    else if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID)
-        has_more = learn_broadcast(servos, request);
-    if (!has_more)
-        servos->learnt = ALL_LEARNT;
-    return has_more;
+    cds_walk_begin(&walk, servos, request, 0);
+    if (servos->walked == ALL_LEARNT)
+        return false;
+    walk.written.sets = 0;
+    cds_written_by(bytes, servos->walked, &walk.written);
+    if (cds_written_is_torque_off(bytes)) {
+        learn_torque_off(servos);
+    } else if (!walk.is_sync_write ||
+               walk.written.sets & (CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_TORQUE)) {
+        while ((result = cds_walk_next(&walk, 2)) == CDS_OK)
+            learn_one(&walk, request);
+        if (result == CDS_WALK_ENDS) {
+            servos->walked = ALL_LEARNT;
+            if (bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
+                cds_servos_note_change(servos, CDS_BROADCAST_ID);
+        }
+        return true; // the end is for the next call
+    }
+    servos->walked = ALL_LEARNT;
+    return false;
 }

@@ -60,13 +60,14 @@ NOINLINE bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_wri
         written->left = (uint8_t)(count - 2u - before);
     } else {
         length = (uint8_t)(count - 1u);
+        written->left = 0;
     }
     written->length = length;
     written->sets = cds_written_sets(written->address, length);
     return true;
 }
 
-NOINLINE bool cds_written_next(struct cds_written *written)
+bool cds_written_next(struct cds_written *written)
 {
     if (written->left <= written->length)
         return false;
@@ -156,26 +157,29 @@ NOINLINE uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint
     return CDS_OK;
 }
 
-/* Returns the two bits of the angle limit at `reg`, CDS_HELD_CW_SET and CDS_HELD_CW_0; those in
- * `known` were known. */
-static NOINLINE uint8_t angle_after(uint8_t known, const struct cds_written *written, uint8_t reg)
-{
-    const uint8_t *low = cds_written_byte(written, reg);
-    const uint8_t *high = cds_written_byte(written, (uint8_t)(reg + 1));
-
-    known &= HELD_CW;
-    if (!low && !high)
-        return known;
-    if ((low && *low) || (high && *high))
-        return CDS_HELD_CW_SET;
-    return (low && high) ? CDS_HELD_CW_0 : known & CDS_HELD_CW_0;
-}
-
 /* Returns the word of register `reg`, low byte first (R28), or NULL if a byte is not written.
  * NOINLINE: saves 40 bytes. */
 static NOINLINE const uint8_t *word_of(const struct cds_written *written, uint8_t reg)
 {
-    return cds_written_byte(written, (uint8_t)(reg + 1)) ? cds_written_byte(written, reg) : NULL;
+    const uint8_t *high = cds_written_byte(written, (uint8_t)(reg + 1));
+
+    return high && high != written->data ? high - 1 : NULL;
+}
+
+/* Returns the two bits of the angle limit at `reg`, CDS_HELD_CW_SET and CDS_HELD_CW_0; those in
+ * `known` were known. */
+static NOINLINE uint8_t angle_after(uint8_t known, const struct cds_written *written, uint8_t reg)
+{
+    const uint8_t *word = word_of(written, reg);
+
+    if (word)
+        return word[0] || word[1] ? CDS_HELD_CW_SET : CDS_HELD_CW_0;
+    if (cds_written_value(written, reg, 0) || cds_written_value(written, (uint8_t)(reg + 1), 0))
+        return CDS_HELD_CW_SET;
+    known &= HELD_CW;
+    return cds_written_byte(written, reg) || cds_written_byte(written, (uint8_t)(reg + 1))
+               ? known & CDS_HELD_CW_0
+               : known;
 }
 
 /* Returns what the servo holds after the write or READ. Of a speed of which one byte is missing
@@ -242,7 +246,7 @@ static bool may_hold(struct cds_servo_state *servo, const struct cds_written *wr
     return true;
 }
 
-uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
+NOINLINE uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
 {
     if (!servo->has_limits || !(written->sets & CDS_SETS_DRIVE) || may_hold(servo, written))
         return CDS_OK;
@@ -251,8 +255,8 @@ uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written
 
 /* ---- what the servo holds ---- */
 
-NOINLINE bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
-                               uint8_t source)
+bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
+                      uint8_t source)
 {
     uint8_t before = servo->held, after = held_after(servo, written), changed = before ^ after;
 

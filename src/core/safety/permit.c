@@ -10,11 +10,11 @@
 
 /* One packet under check. */
 struct check {
-    struct cds_written written; // first: one address is that of both
-    struct cds_servos *servos;
-    struct cds_request *request;
+    struct cds_walk walk; // its `written` first: one address is that of all three
     const uint8_t *bytes;
     uint8_t refused_id;
+    bool has_turn;     // `request` is to leave next: what reaches many servos is checked
+    bool is_goal;      // goal and speed are written, and no more
     bool is_of_move;   // `request` carries the registered move
     bool is_inhibited; // driving is, or was since this packet was checked last
 };
@@ -30,21 +30,17 @@ static inline bool drives(const struct cds_written *written)
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-static NOINLINE bool is_goal_and_speed(const struct cds_written *written)
-{
-    return written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
-}
-
 /* For servos of any ID, known or not. Margins, proportions and punch decide how far from its goal a
  * servo stands still whose torque is on. */
 static NOINLINE uint8_t check_any(const struct check *check)
 {
-    const struct cds_written *written = &check->written;
+    const struct cds_written *written = &check->walk.written;
 
-    if (check->is_inhibited && (written->sets & CDS_SETS_GAIN || drives(written)))
+    if (check->is_inhibited && drives(written))
         return CDS_INHIBITED;
     if (written->sets & CDS_SETS_REPLY &&
-        cds_written_value(written, CDS_REG_RETURN_DELAY, UINT8_MAX) < check->servos->shortest_delay)
+        cds_written_value(written, CDS_REG_RETURN_DELAY, UINT8_MAX) <
+            check->walk.servos->shortest_delay)
         return CDS_TOO_EARLY;
     return CDS_OK;
 }
@@ -52,13 +48,13 @@ static NOINLINE uint8_t check_any(const struct check *check)
 /* What an ACTION that is not heard leaves behind must not change where and how a servo answers. */
 static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
-    const struct cds_written *written = &check->written;
+    const struct cds_written *written = &check->walk.written;
 
     if (written->sets & (CDS_SETS_ID | CDS_SETS_REPLY | CDS_SETS_MODE))
         return CDS_LIMIT;
     if (!servo->has_limits)
         return CDS_OK;
-    if (!check->is_of_move || !is_goal_and_speed(written))
+    if (!check->is_of_move || !check->is_goal)
         return CDS_LIMIT;
     return cds_limits_check_goal(servo, written->data);
 }
@@ -69,14 +65,15 @@ static uint8_t check_action(const struct check *check, const struct cds_servo_st
         return CDS_INHIBITED;
     if (!servo->has_limits)
         return CDS_OK;
-    return check->is_of_move && servo->is_registered && check->servos->move_is_answered ? CDS_OK
-                                                                                        : CDS_LIMIT;
+    return check->is_of_move && servo->is_registered && check->walk.servos->move_is_answered
+               ? CDS_OK
+               : CDS_LIMIT;
 }
 
 /* A servo that is OFFLINE refuses what is sent to it alone; it stops no packet to others. */
 static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_state *servo)
 {
-    const struct cds_written *written = &check->written;
+    const struct cds_written *written = &check->walk.written;
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
     uint8_t is_inhibited = cds_servo_is_inhibited(servo);
 
@@ -89,7 +86,7 @@ static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_
         return CDS_INHIBITED;
     if (instruction == CDS_REG_WRITE)
         return check_registered(check, servo);
-    if (is_goal_and_speed(written))
+    if (check->is_goal)
         return cds_limits_check_goal(servo, written->data);
     return cds_limits_check(servo, written);
 }
@@ -98,57 +95,21 @@ static uint8_t check_id(const struct check *check, const struct cds_servo_state 
 {
     uint8_t id = check->bytes[CDS_AT_ID];
 
-    return cds_servos_may_become(check->servos, servo, id, to) ? CDS_OK : CDS_LIMIT;
+    return cds_servos_may_become(check->walk.servos, servo, id, to) ? CDS_OK : CDS_LIMIT;
 }
 
 /* ---- many servos, some each call ---- */
 
-/* The check begins, unless it goes on: nothing has changed since the last call. When a request
- * ends, `checked_request` is cleared. */
-static NOINLINE void begin_many(const struct check *check)
+ALWAYS_INLINE uint8_t check_goal(struct cds_servo_state *servo, const uint8_t *goal)
 {
-    struct cds_servos *servos = check->servos;
-
-    if (servos->checked_request != check->request || servos->checked_epoch != servos->epoch) {
-        servos->checked_request = check->request;
-        servos->checked_epoch = servos->epoch;
-        servos->checked = 0;
-        servos->checked_index = 0;
-    }
+    return cds_servo_is_inhibited(servo) ? CDS_INHIBITED : cds_limits_check_goal(servo, goal);
 }
 
-static NOINLINE uint8_t check_all(struct check *check)
+static uint8_t check_block(struct check *check)
 {
-    uint8_t cost = check->written.sets == CDS_SETS_TORQUE ? 1 : 3;
-    struct cds_servos *servos = check->servos;
-    uint8_t result;
-    struct cds_walk walk;
-
-    if (check->bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(check->written.sets & CDS_SETS_DRIVE))
-        return CDS_OK;
-    begin_many(check);
-    cds_walk_begin(&walk, servos, servos->checked_index);
-    for (; walk.index < servos->count; walk.index++, walk.servo++) {
-        if (walk.budget <= 0) {
-            servos->checked_index = walk.index;
-            return CDS_PENDING;
-        }
-        result = check_servo(check, walk.servo);
-        if (result != CDS_OK) {
-            check->refused_id = walk.servo->id;
-            return result;
-        }
-        cds_walk_pay(&walk, cost);
-    }
-    return CDS_OK;
-}
-
-static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
-{
-    const struct cds_written *written = &check->written;
-    struct cds_servos *servos = check->servos;
+    const struct cds_written *written = &check->walk.written;
+    struct cds_servos *servos = check->walk.servos;
     uint8_t result = check_any(check);
-    struct cds_servo_state *servo;
 
     if (result != CDS_OK)
         return result;
@@ -156,86 +117,90 @@ static inline uint8_t check_block(struct check *check, struct cds_walk *walk)
         return CDS_LIMIT;
     if (written->id > CDS_ID_MAX) // it may reach every servo, or none
         return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
-    if (!(written->sets & CDS_SETS_DRIVE) && servos->grows != CDS_GROWS_ALWAYS)
-        return CDS_OK;
-    servo = cds_walk_to(walk, servos, written->id);
-    if (!servo) {
-        if (cds_servos_meet(servos, written->id, 0))
-            servos->checked_epoch = servos->epoch; // what was found good still is
-        return CDS_OK;
-    }
-    return check_servo(check, servo);
+    if (check->walk.servo)
+        return check_servo(check, check->walk.servo);
+    if (cds_servos_meet(servos, written->id, 0))
+        servos->walk_epoch = servos->epoch; // what was found good still is
+    return CDS_OK;
 }
 
-static NOINLINE uint8_t check_sync_write(struct check *check)
+static NOINLINE uint8_t check_many(struct check *check)
 {
-    uint8_t sets = check->written.sets;
-    uint8_t cost = sets & CDS_SETS_DRIVE ? (sets == CDS_SETS_TORQUE ? 2 : 4) : 1;
-    struct cds_servos *servos = check->servos;
+    struct cds_walk *walk = &check->walk;
+    uint8_t cost = check->is_goal ? 1 : 3;
     uint8_t result;
-    struct cds_walk walk;
 
-    if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
-        !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
-        return CDS_OK;
-    if (is_goal_and_speed(&check->written))
-        cost = 1;
-    begin_many(check);
-    cds_walk_begin(&walk, servos, servos->checked_index);
-    cds_written_by(check->bytes, servos->checked, &check->written);
-    while (cds_written_next(&check->written)) {
-        if (walk.budget <= 0) {
-            servos->checked_index = walk.index;
-            return CDS_PENDING;
-        }
-        result = check_block(check, &walk);
+    if (!check->has_turn)
+        return CDS_PENDING;
+    while ((result = cds_walk_next(walk, cost)) == CDS_OK) {
+        if (!walk->is_sync_write)
+            result = check_servo(check, walk->servo);
+        else if (check->is_goal && walk->servo)
+            result = check_goal(walk->servo, walk->written.data);
+        else
+            result = check_block(check);
         if (result != CDS_OK) {
-            check->refused_id = check->written.id;
+            check->refused_id = walk->written.id;
             return result;
         }
-        servos->checked++;
-        cds_walk_pay(&walk, cost);
     }
+    if (result == CDS_PENDING)
+        return result;
     // what a servo makes of a block that is cut is not known
-    return check->is_inhibited && check->written.left ? CDS_INHIBITED : CDS_OK;
+    return check->is_inhibited && walk->written.left ? CDS_INHIBITED : CDS_OK;
 }
 
 /* ---- the packet ---- */
 
 static uint8_t check_write(struct check *check, struct cds_servo_state *servo)
 {
-    struct cds_written *written = &check->written;
+    struct cds_written *written = &check->walk.written;
+    struct cds_servos *servos = check->walk.servos;
     const uint8_t *bytes = check->bytes;
-    uint8_t result;
+    uint8_t result, sets;
 
     if (cds_written_is_torque_off(bytes))
         return CDS_OK;
-    if (!cds_written_by(bytes, 0, written))
+    if (!cds_written_by(bytes, check->has_turn ? servos->walked : 0, written))
         return check->is_inhibited ? CDS_INHIBITED : CDS_OK;
-    if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE)
-        return check_sync_write(check);
+    sets = written->sets;
+    check->is_goal = written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
+    if (check->is_inhibited &&
+        sets & (CDS_SETS_GAIN | CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED))
+        return CDS_INHIBITED;
+    if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE) {
+        if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
+            !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
+            return CDS_OK;
+        return check_many(check);
+    }
     result = check_any(check);
     if (result == CDS_OK && servo)
         result = check_servo(check, servo);
     if (result != CDS_OK)
         return result;
-    if (written->id == CDS_BROADCAST_ID)
-        return written->sets & CDS_SETS_ID && check->servos->count ? CDS_LIMIT : check_all(check);
-    if (written->sets & CDS_SETS_ID)
+    if (written->id == CDS_BROADCAST_ID) {
+        if (sets & CDS_SETS_ID && servos->count)
+            return CDS_LIMIT;
+        return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(sets & CDS_SETS_DRIVE)
+                   ? CDS_OK
+                   : check_many(check);
+    }
+    if (sets & CDS_SETS_ID)
         return check_id(check, servo, cds_written_value(written, CDS_REG_ID, written->id));
     return CDS_OK;
 }
 
 static uint8_t check_action_or_reset(struct check *check, struct cds_servo_state *servo)
 {
-    struct cds_servos *servos = check->servos;
+    struct cds_servos *servos = check->walk.servos;
     bool is_to_all = check->bytes[CDS_AT_ID] == CDS_BROADCAST_ID;
 
     if (check->is_inhibited)
         return CDS_INHIBITED;
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_ACTION) {
         if (is_to_all)
-            return check_all(check);
+            return check_many(check);
         return servo ? check_action(check, servo) : CDS_OK;
     }
     if (is_to_all)
@@ -247,7 +212,7 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
 {
     uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
 
-    if (check->is_of_move && !check->servos->move_is_valid &&
+    if (check->is_of_move && !check->walk.servos->move_is_valid &&
         (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
         return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
     switch (instruction) {
@@ -269,21 +234,23 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
 {
     const uint8_t *bytes = request->packet.bytes;
     struct check check;
+    bool has_turn = request == servos->bus->request;
     uint8_t result;
 
-    if (servos->was_asked && servos->checked_request == request) {
-        servos->was_asked = false; // by the bus, in this very call of cds_bus_submit()
-        return CDS_PENDING;
-    }
+    if (!servo && request->check && !has_turn)
+        return CDS_PENDING; // it was asked for before
     if (!servo &&
         (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
         servo = cds_servos_meet(servos, bytes[CDS_AT_ID],
                                 bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL);
-    check.servos = servos;
-    check.request = request;
     check.bytes = bytes;
     check.refused_id = bytes[CDS_AT_ID];
-    check.written.sets = 0;
+    check.walk.written.sets = check.walk.written.left = 0;
+    check.walk.servos = servos;
+    check.has_turn = has_turn;
+    check.is_goal = false;
+    if (has_turn)
+        cds_walk_begin(&check.walk, servos, request, servos->epoch);
     check.is_of_move = request == servos->move_request;
     check.is_inhibited = servos->inhibited ||
                          (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
@@ -293,8 +260,6 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
             request->check = (uint16_t)(servos->epoch - 1u);
         return result;
     }
-    if (servos->checked_request == request)
-        servos->checked_request = NULL;
     if (result == CDS_OK)
         request->check = servos->epoch;
     else
@@ -348,7 +313,5 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         cds_servos_meet(servos, id, 0);
         return CDS_OK;
     }
-    if (cds_servo_is_inhibited(servo))
-        return CDS_INHIBITED;
-    return (enum cds_result)cds_limits_check_goal(servo, goal);
+    return (enum cds_result)check_goal(servo, goal);
 }

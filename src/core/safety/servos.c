@@ -24,22 +24,6 @@ NOINLINE struct cds_servo_state *cds_servos_search(const struct cds_servos *serv
     return NULL;
 }
 
-NOINLINE struct cds_servo_state *cds_walk_to(struct cds_walk *walk, const struct cds_servos *servos,
-                                             uint8_t id)
-{
-    struct cds_servo_state *servo = walk->servo;
-
-    if (walk->index >= servos->count || servo->id != id) {
-        cds_walk_pay(walk, (uint8_t)(1u + (servos->count >> 4)));
-        servo = cds_servos_search(servos, id, &walk->index);
-        if (!servo)
-            return NULL;
-    }
-    walk->index++;
-    walk->servo = servo + 1;
-    return servo;
-}
-
 struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
 {
     uint8_t index;
@@ -126,14 +110,62 @@ void cds_servos_forget(struct cds_servos *servos)
     cds_servos_note_change(servos, CDS_BROADCAST_ID);
 }
 
+/* ---- the servos of a packet ---- */
+
+#define WALK_BUDGET 3
+
+NOINLINE void cds_walk_begin(struct cds_walk *walk, struct cds_servos *servos,
+                             const struct cds_request *request, uint16_t epoch)
+{
+    if (servos->walk_request != request || servos->walk_epoch != epoch) {
+        servos->walk_request = request;
+        servos->walk_epoch = epoch;
+        servos->walked = servos->walk_index = 0;
+    }
+    walk->servos = servos;
+    walk->is_sync_write = request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE;
+    walk->budget = WALK_BUDGET;
+}
+
+NOINLINE uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost)
+{
+    struct cds_servos *servos = walk->servos;
+    uint8_t index = servos->walk_index, id;
+    struct cds_servo_state *servo = &servos->states[index];
+
+    if (walk->budget <= 0)
+        return CDS_PENDING;
+    if (walk->is_sync_write) {
+        if (!cds_written_next(&walk->written))
+            return CDS_WALK_ENDS;
+        id = walk->written.id;
+    } else {
+        if (index >= servos->count)
+            return CDS_WALK_ENDS;
+        id = walk->written.id = servo->id;
+    }
+    if (index >= servos->count || servo->id != id) {
+        if (walk->budget != WALK_BUDGET)
+            return CDS_PENDING;
+        if (cds_servos_search(servos, id, &servos->walk_index))
+            return CDS_PENDING; // the next call finds it at once
+        servo = NULL;
+        cost = WALK_BUDGET;
+    } else {
+        servos->walk_index++;
+    }
+    servos->walked++;
+    walk->servo = servo;
+    walk->budget = (int8_t)(walk->budget - cost);
+    return CDS_OK;
+}
+
 /* ---- hooks ---- */
 
 static NOINLINE void take_end(struct cds_servos *servos, struct cds_request *request,
                               uint8_t result)
 {
-    if (servos->checked_request == request)
-        servos->checked_request = NULL;
-    servos->learnt = servos->learnt_index = 0;
+    servos->walk_request = NULL;
     if (result <= CDS_CORRUPT) // it was sent
         cds_servos_learn_end(servos, request, result);
 }
@@ -152,8 +184,8 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     return queue->hooks.on_end(queue, request, result);
 }
 
-/* The permit is asked now, unless the bus has just asked it; and not once more in this call. Of a
- * request of torque off it is asked only when the packet leaves: saves 20 us. */
+/* The permit is asked now, unless the bus has just asked it. Of a request of torque off it is asked
+ * only when the packet leaves: saves 20 us. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
@@ -161,30 +193,23 @@ static enum cds_result submit(void *context, struct cds_request *request)
 
     if (!servos->queue && servos->bus->request)
         return CDS_BUSY;
-    if (servos->checked_request != request && request->priority != CDS_PRIORITY_TORQUE_OFF)
+    if (request->check == 0 && request->priority != CDS_PRIORITY_TORQUE_OFF)
         result = cds_servos_permit(servos, request);
     if (result != CDS_OK && result != CDS_PENDING)
         return result;
-    servos->was_asked = result == CDS_PENDING;
-    if (servos->queue) {
-        result = servos->queue->hooks.submit(servos->queue, request);
-    } else {
-        request->result = CDS_PENDING;
-        cds_bus_start(servos->bus, request);
-        result = CDS_OK;
-    }
-    servos->was_asked = false;
-    return result;
+    if (servos->queue)
+        return servos->queue->hooks.submit(servos->queue, request);
+    request->result = CDS_PENDING;
+    cds_bus_start(servos->bus, request);
+    return CDS_OK;
 }
 
 static bool cancel(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
 
-    if (!request || servos->checked_request == request)
-        servos->checked_request = NULL;
-    if (!request)
-        servos->learnt = servos->learnt_index = 0; // the bus is opened again, perhaps amid a packet
+    if (!request || servos->walk_request == request) // NULL: the bus is opened again
+        servos->walk_request = NULL;
     return servos->queue && servos->queue->hooks.cancel(servos->queue, request);
 }
 

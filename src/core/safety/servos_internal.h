@@ -4,6 +4,7 @@
 
 #include "cds55xx/servos.h" // struct cds_servos
 #include "compiler.h"       // ALWAYS_INLINE
+#include "safety/limits.h"  // struct cds_written
 
 /* Status return levels (R3). */
 #define CDS_LEVEL_PING 0 // only PING is answered
@@ -11,10 +12,6 @@
 #define CDS_LEVEL_ALL  2
 
 #define CDS_FACTORY_ID 1 // what RESET leaves (R11, R25)
-
-/* What one call may check or learn, in units of about 200 cycles of an AVR: a goal counts 1, torque
- * 1 or 2, another block or entry 3 or 4, a search 1 + count / 16. */
-#define CDS_SERVOS_PER_CALL 4
 
 /* Returns the entry of servo `id` and sets *index, or NULL. */
 struct cds_servo_state *cds_servos_search(const struct cds_servos *servos, uint8_t id,
@@ -29,29 +26,26 @@ ALWAYS_INLINE struct cds_servo_state *cds_servos_at(const struct cds_servos *ser
     return cds_servos_search(servos, id, index);
 }
 
-/* Goes through the entries in the order of a packet, some each call. */
+/* Goes through the servos that a SYNC WRITE or a broadcast reaches, some each call: to check it,
+ * and later to learn from it. */
 struct cds_walk {
-    struct cds_servo_state *servo; // the entry that is tried first,
-    uint8_t index;                 // and its index
-    int8_t budget;                 // no more in this call if it is not above 0
+    struct cds_written written; // what the packet writes, or the block
+    struct cds_servos *servos;
+    struct cds_servo_state *servo; // the servo reached, or NULL: it is not known
+    bool is_sync_write;            // else a broadcast: it reaches all entries
+    int8_t budget;                 // left for this call, in units of about 200 cycles of an AVR
 };
 
-ALWAYS_INLINE void cds_walk_begin(struct cds_walk *walk, const struct cds_servos *servos,
-                                  uint8_t index)
-{
-    walk->index = index;
-    walk->servo = &servos->states[index];
-    walk->budget = CDS_SERVOS_PER_CALL;
-}
+#define CDS_WALK_ENDS UINT8_MAX // from cds_walk_next()
 
-ALWAYS_INLINE void cds_walk_pay(struct cds_walk *walk, uint8_t cost)
-{
-    walk->budget = (int8_t)(walk->budget - cost);
-}
+/* Begins the part of this call. The walk goes on where the last call for `request` has stopped; it
+ * begins anew if `epoch` differs. */
+void cds_walk_begin(struct cds_walk *walk, struct cds_servos *servos,
+                    const struct cds_request *request, uint16_t epoch);
 
-/* Returns the entry of servo `id`, or NULL. */
-struct cds_servo_state *cds_walk_to(struct cds_walk *walk, const struct cds_servos *servos,
-                                    uint8_t id);
+/* Goes on to one more servo, whose check or learning costs `cost` units. CDS_OK; CDS_PENDING: no
+ * more in this call; CDS_WALK_ENDS: there is none. A search is all that its call does. */
+uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost);
 
 /* Returns not 0 if the servo is inhibited itself, or its state is not known since it returned. No
  * bool: saves 12 bytes a call. */
