@@ -379,7 +379,7 @@ ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
 /* Examines what has come before position `end`. */
 static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
 {
-    if (bus->parser.is_in_packet)
+    if (bus->parser.found == CDS_FOUND_HEAD)
         return bus->parser.position == end ? true : take(bus, end);
     switch (cds_parser_find(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_HEAD: begin_reply(bus, bus->request); return true;
