@@ -65,7 +65,7 @@ static void note_packet(void)
 /* One call, as of a poll of the bus. */
 static uint8_t step(void)
 {
-    uint8_t parsed = parser.is_in_packet ? take() : find();
+    uint8_t parsed = parser.found == CDS_FOUND_HEAD ? take() : find();
 
     if (parsed == CDS_PARSED_HEAD)
         cds_parser_keep(&parser, parameters);
@@ -642,7 +642,7 @@ void test_one_call_takes_no_more_than_it_may(void)
         TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, find());
         while (take() == CDS_PARSED_SOME)
             calls++;
-        TEST_ASSERT_FALSE(parser.is_in_packet);
+        TEST_ASSERT_EQUAL(CDS_FOUND_NOTHING, parser.found);
         TEST_ASSERT_EQUAL_UINT8((count + 1 + CDS_PARSER_TAKEN_MAX - 1) / CDS_PARSER_TAKEN_MAX,
                                 calls);
     }
@@ -671,7 +671,7 @@ void test_skipped_damage_ends_the_packet_before_it(void)
     for (uint8_t i = 0; i < 6; i++)
         cds_ring_put(&ring, warm[i]);
     parse();
-    TEST_ASSERT_TRUE(parser.is_in_packet);
+    TEST_ASSERT_EQUAL(CDS_FOUND_HEAD, parser.found);
     cds_parser_skip_damage(&parser, &ring, cds_ring_end(&ring));
     TEST_ASSERT_FALSE(parser.is_clean);
     TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));

@@ -40,14 +40,20 @@ enum cds_parsed {
     CDS_PARSED_MALFORMED, // LENGTH or checksum is wrong: the first byte has left the ring
 } __attribute__((packed));
 
+/* How far a search has come. */
+enum cds_found {
+    CDS_FOUND_NOTHING,
+    CDS_FOUND_LENGTH, // the first CDS_AT_ERROR bytes of a head stand at the ring's tail
+    CDS_FOUND_HEAD,   // the packet of the head is being taken
+};
+
 /* A search, and the packet whose head was found. Zeroed, cds_parser_reset(). */
 struct cds_parser {
     uint8_t position;     // bytes before this position of the ring were examined
     uint8_t end;          // position of the checksum of the packet whose head was found
     uint8_t sum;          // of its bytes from the ID on
     uint8_t longest;      // a higher LENGTH is malformed: 2 to CDS_PARSER_LENGTH_MAX
-    bool is_in_packet;    // a head was found, and its packet is being taken
-    bool is_in_head;      // the first CDS_AT_ERROR bytes of a head were found
+    uint8_t found;        // enum cds_found
     uint8_t id;           // of that packet: 0 to CDS_BROADCAST_ID
     uint8_t length;       // LENGTH, 2 to `longest`
     uint8_t error;        // CDS_ERROR_* bits
@@ -61,7 +67,7 @@ struct cds_parser {
 static inline void cds_parser_reset(struct cds_parser *parser, const struct cds_ring *ring)
 {
     parser->position = cds_ring_begin(ring);
-    parser->is_in_packet = parser->is_in_head = false;
+    parser->found = CDS_FOUND_NOTHING;
 }
 
 /* True if the ring has bytes that were not examined. */

@@ -53,7 +53,9 @@ static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_req
 
 static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_request *request)
 {
-    if (!cds_line_has_unread_bytes(bus))
+    if (cds_line_has_unread_bytes(bus))
+        bus->gate |= GATE_SUSPECT; // the next poll examines them, and the rest begins
+    else
         cds_line_rest(bus, 0); // low amid a byte: it may be high at the next look
     return wait_for_line(bus, request);
 }
@@ -377,7 +379,7 @@ ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
 /* Examines what has come before position `end`. */
 static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
 {
-    if (bus->parser.is_in_packet)
+    if (bus->parser.found == CDS_FOUND_HEAD)
         return bus->parser.position == end ? true : take(bus, end);
     switch (cds_parser_find(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_HEAD: begin_reply(bus, bus->request); return true;

@@ -51,14 +51,15 @@ static bool cancel(void *context, struct cds_request *request)
     return true;
 }
 
-static bool is_among(uint8_t address, uint8_t first, uint8_t last)
+/* True if the registers `first` to `last` have one of `from` to `to` among them. */
+static bool covers(uint8_t first, uint8_t last, uint8_t from, uint8_t to)
 {
-    return first <= address && address <= last;
+    return first <= to && from <= last;
 }
 
-/* True if the packet may be sent again when nobody knows whether it was carried out. False if that
+/* True if the packet may be sent again although its servo may have carried it out. False if that
  * does something twice, if the servo may answer under another ID or at another rate by then, or if
- * it refuses the second one: a lock is set once (R6). */
+ * it refuses the second packet: a lock is set once (R6). */
 static bool is_idempotent(const uint8_t *bytes)
 {
     uint8_t first = bytes[CDS_AT_PARAMETERS];
@@ -68,8 +69,8 @@ static bool is_idempotent(const uint8_t *bytes)
     case CDS_PING:
     case CDS_READ: return true;
     case CDS_WRITE:
-        return !is_among(CDS_REG_ID, first, last) && !is_among(CDS_REG_BAUD_RATE, first, last) &&
-               !is_among(CDS_REG_LOCK, first, last);
+        return !covers(first, last, CDS_REG_ID, CDS_REG_BAUD_RATE) &&
+               !covers(first, last, CDS_REG_LOCK, CDS_REG_LOCK);
     default: return false;
     }
 }

@@ -51,7 +51,7 @@ ALWAYS_INLINE uint8_t find_head(struct cds_parser *parser, struct cds_ring *ring
             parser->length = byte;
             if (byte < CDS_LENGTH_MIN || byte > parser->longest)
                 return reject(parser, ring);
-            parser->is_in_head = true;
+            parser->found = CDS_FOUND_LENGTH;
             return CDS_PARSED_HEAD;
         }
         cds_ring_release(ring, at);
@@ -70,7 +70,7 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
 {
     uint8_t at, parsed, error;
 
-    if (!parser->is_in_head) {
+    if (parser->found == CDS_FOUND_NOTHING) {
         parsed = find_head(parser, ring, end);
         if (parsed != CDS_PARSED_HEAD)
             return parsed;
@@ -85,8 +85,7 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
     parser->position = cds_ring_after(at, 1);
     parser->end = cds_ring_after(at, (uint8_t)(parser->length - 1u));
     parser->to = NULL;
-    parser->is_in_head = false;
-    parser->is_in_packet = true;
+    parser->found = CDS_FOUND_HEAD;
     return CDS_PARSED_HEAD;
 }
 
@@ -118,7 +117,7 @@ uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, u
     if (sum == SUM_OF_PACKET) {
         at = cds_ring_after(at, 1);
         parser->position = at;
-        parser->is_in_packet = false;
+        parser->found = CDS_FOUND_NOTHING;
         cds_ring_release(ring, at);
         return CDS_PARSED_PACKET;
     }
@@ -130,6 +129,6 @@ NOINLINE void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring 
 {
     cds_ring_release(ring, position);
     parser->position = position;
-    parser->is_in_packet = parser->is_in_head = false;
+    parser->found = CDS_FOUND_NOTHING;
     parser->is_clean = false;
 }
