@@ -111,6 +111,21 @@ void test_broadcasts_go_first_then_each_servo_is_read(void)
     }
 }
 
+/* The priority of torque off is no permit: what waited while driving was inhibited stays refused.
+ */
+void test_torque_on_at_priority_of_torque_off_is_refused(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[0], 1)); // in flight
+    requests[1].priority = CDS_PRIORITY_TORQUE_OFF;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_write_byte(&bus, &requests[1], CDS_BROADCAST_ID,
+                                                   CDS_REG_TORQUE_ENABLE, 1));
+    cds_servos_inhibit_all(&servos);
+    cds_servos_release_all(&servos);
+    run_for(1000);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, requests[1].result);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+}
+
 /* What was admitted before must not go out behind the torque off. */
 void test_driving_requests_in_the_queue_are_never_sent(void)
 {
