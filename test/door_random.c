@@ -252,6 +252,18 @@ static void note_known(const uint8_t *bytes, struct model *model, uint8_t error)
     model->goal_read |= bytes[5] <= 0x1E && bytes[5] + bytes[6] > 0x21;
 }
 
+/* A reply of servo `id` comes. If the servo was OFFLINE, it is RETURNED by this reply, and what the
+ * reply says was read since then. */
+static void note_return(struct model *model, uint8_t id)
+{
+    const struct cds_servo_state *entry = cds_servos_find(&servos, id);
+
+    if (!entry || entry->presence != CDS_PRESENCE_OFFLINE)
+        return;
+    model->mode_read = model->goal_read = false;
+    model->was_returned = true;
+}
+
 /* The packet on the wire meets the servos. */
 static void hear(void)
 {
@@ -297,7 +309,11 @@ static void hear(void)
             power_up(model);
         }
     }
-    note_known(bytes, answers == 1 && !is_reply_lost ? answering : NULL, error);
+    if (answers != 1 || is_reply_lost)
+        answering = NULL;
+    if (answering)
+        note_return(answering, id);
+    note_known(bytes, answering, error);
     if (answers > 1)
         port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x01\x02\x00\x00", 6);
     else if (answers && !is_reply_lost)

@@ -248,8 +248,8 @@ static void learn_torque(struct cds_servos *servos, struct cds_servo_state *serv
     cds_servos_note_change(servos, servo->id);
 }
 
-static void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
-                       const struct cds_request *request)
+static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_state *servo,
+                                const struct cds_request *request)
 {
     const uint8_t *bytes = request->packet.bytes;
     struct cds_written read;
@@ -352,13 +352,13 @@ bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_req
     uint8_t index = request->servo_index;
     struct cds_servo_state *servo;
 
-    if (result != CDS_OK || bytes[CDS_AT_INSTRUCTION] != CDS_READ || request->error ||
+    if (result != CDS_OK || bytes[CDS_AT_INSTRUCTION] != CDS_READ ||
+        bytes[CDS_AT_PARAMETERS] <= CDS_REG_MOVING_SPEED + 1 || request->error ||
         index >= servos->count)
         return false;
     servo = &servos->states[index];
-    if (servo->id != bytes[CDS_AT_ID] || bytes[CDS_AT_PARAMETERS] <= CDS_REG_MOVING_SPEED + 1 ||
-        servo->presence != CDS_PRESENCE_ONLINE || servo->misses || servo->second != CDS_NO_ID ||
-        servo->is_registered || servo->registered_torque ||
+    if (servo->id != bytes[CDS_AT_ID] || servo->presence != CDS_PRESENCE_ONLINE || servo->misses ||
+        servo->second != CDS_NO_ID || servo->is_registered || servo->registered_torque ||
         servo->baud_reg != servos->bus->baud_reg || servos->is_paused ||
         (uint8_t)servos->echo_errors != (uint8_t)servos->bus->link.echo_errors)
         return false;
@@ -441,7 +441,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 /* ---- what many servos hear, some each call ---- */
 
 /* A RESET of all on purpose. */
-static NOINLINE void expire(struct cds_servo_state *servo)
+static void expire(struct cds_servo_state *servo)
 {
     forget(servo);
     servo->inhibited |= CDS_INHIBIT_STATE_LOST;

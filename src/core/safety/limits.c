@@ -130,15 +130,14 @@ ALWAYS_INLINE bool has_goal_limit(const struct cds_servo_state *servo)
 }
 
 /* A goal above 1023 is refused by the servo itself if the limit does not refuse it. */
-ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, const uint8_t *goal)
+ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, uint16_t goal)
 {
-    return word_at(goal) >= servo->lowest &&
-           (word_at(goal) <= servo->highest || servo->highest == CDS_VALUE_MAX);
+    return goal >= servo->lowest && (goal <= servo->highest || servo->highest == CDS_VALUE_MAX);
 }
 
 /* In endless turn a servo has no use for the goal, and stands still at speed 0. In position mode it
  * goes as fast as it can at speed 0. */
-NOINLINE uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
+NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
 {
     uint16_t magnitude;
     uint8_t mode;
@@ -146,7 +145,7 @@ NOINLINE uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint
     if (!servo->has_limits)
         return CDS_OK;
     magnitude = magnitude_at(data + 2);
-    if (!is_within(servo, data) || magnitude > servo->fastest)
+    if (!is_within(servo, word_at(data)) || magnitude > servo->fastest)
         return CDS_LIMIT;
     mode = mode_of(servo->held);
     if (magnitude)
@@ -168,7 +167,7 @@ static NOINLINE const uint8_t *word_of(const struct cds_written *written, uint8_
 
 /* Returns the two bits of the angle limit at `reg`, CDS_HELD_CW_SET and CDS_HELD_CW_0; those in
  * `known` were known. */
-static NOINLINE uint8_t angle_after(uint8_t known, const struct cds_written *written, uint8_t reg)
+static uint8_t angle_after(uint8_t known, const struct cds_written *written, uint8_t reg)
 {
     const uint8_t *word = word_of(written, reg);
 
@@ -197,7 +196,7 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
     if (sets & CDS_SETS_GOAL) {
         held &= (uint8_t)~CDS_HELD_GOAL;
         word = word_of(written, CDS_REG_GOAL_POSITION);
-        if (word && is_within(servo, word))
+        if (word && is_within(servo, word_at(word)))
             held |= CDS_HELD_GOAL;
     }
     if (sets & CDS_SETS_SPEED) {
@@ -246,7 +245,7 @@ static bool may_hold(struct cds_servo_state *servo, const struct cds_written *wr
     return true;
 }
 
-NOINLINE uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
+uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
 {
     if (!servo->has_limits || !(written->sets & CDS_SETS_DRIVE) || may_hold(servo, written))
         return CDS_OK;

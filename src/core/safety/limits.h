@@ -60,7 +60,7 @@ uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written
 
 /* As cds_limits_check() for goal and speed, `data` as in registers 0x1E to 0x21: shorter, because a
  * cycle sets 50 of them in 4 ms. */
-uint8_t cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data);
+enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data);
 
 /* Takes mode, goal and speed over: a READ makes them known; a write that was answered keeps known
  * what was known; else what differs is no longer known. True if an answer of the permit may have

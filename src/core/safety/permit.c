@@ -56,7 +56,7 @@ static uint8_t check_registered(const struct check *check, struct cds_servo_stat
         return CDS_OK;
     if (!check->is_of_move || !check->is_goal)
         return CDS_LIMIT;
-    return cds_limits_check_goal(servo, written->data);
+    return (uint8_t)cds_limits_check_goal(servo, written->data);
 }
 
 static uint8_t check_action(const struct check *check, const struct cds_servo_state *servo)
@@ -87,7 +87,7 @@ static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_
     if (instruction == CDS_REG_WRITE)
         return check_registered(check, servo);
     if (check->is_goal)
-        return cds_limits_check_goal(servo, written->data);
+        return (uint8_t)cds_limits_check_goal(servo, written->data);
     return cds_limits_check(servo, written);
 }
 
@@ -100,7 +100,7 @@ static uint8_t check_id(const struct check *check, const struct cds_servo_state 
 
 /* ---- many servos, some each call ---- */
 
-ALWAYS_INLINE uint8_t check_goal(struct cds_servo_state *servo, const uint8_t *goal)
+ALWAYS_INLINE enum cds_result check_goal(struct cds_servo_state *servo, const uint8_t *goal)
 {
     return cds_servo_is_inhibited(servo) ? CDS_INHIBITED : cds_limits_check_goal(servo, goal);
 }
@@ -136,7 +136,7 @@ static NOINLINE uint8_t check_many(struct check *check)
         if (!walk->is_sync_write)
             result = check_servo(check, walk->servo);
         else if (check->is_goal && walk->servo)
-            result = check_goal(walk->servo, walk->written.data);
+            result = (uint8_t)check_goal(walk->servo, walk->written.data);
         else
             result = check_block(check);
         if (result != CDS_OK) {
@@ -300,18 +300,27 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
     return (enum cds_result)check_anew(servos, request, servo);
 }
 
+/* The entry is not where the caller has expected it. */
+static NOINLINE enum cds_result search_and_check_goal(struct cds_servos *servos, uint8_t id,
+                                                      uint8_t *index, const uint8_t *goal)
+{
+    struct cds_servo_state *servo = cds_servos_search(servos, id, index);
+
+    if (servo)
+        return check_goal(servo, goal);
+    cds_servos_meet(servos, id, 0);
+    return CDS_OK;
+}
+
 enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index,
                                        const uint8_t *goal)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
-    struct cds_servo_state *servo;
+    struct cds_servo_state *servo = &servos->states[*index];
 
     if (servos->inhibited)
         return CDS_INHIBITED;
-    servo = cds_servos_at(servos, id, index);
-    if (!servo) {
-        cds_servos_meet(servos, id, 0);
-        return CDS_OK;
-    }
-    return (enum cds_result)check_goal(servo, goal);
+    if (*index >= servos->count || servo->id != id)
+        return search_and_check_goal(servos, id, index, goal);
+    return check_goal(servo, goal);
 }

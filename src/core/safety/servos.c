@@ -163,8 +163,7 @@ NOINLINE uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost)
 
 /* ---- hooks ---- */
 
-static NOINLINE void take_end(struct cds_servos *servos, struct cds_request *request,
-                              uint8_t result)
+static void take_end(struct cds_servos *servos, struct cds_request *request, uint8_t result)
 {
     servos->walk_request = NULL;
     if (result <= CDS_CORRUPT) // it was sent
