@@ -515,7 +515,7 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
 
-## eva: Frama-C Eva proves that ring, parser, packet, link and bus have no run-time error (3 min)
+## eva: Frama-C Eva looks for run-time errors in ring, parser, packet, link and bus (2 min)
 .PHONY: eva
 eva:
 	@scripts/deps.sh eva

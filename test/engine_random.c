@@ -1371,6 +1371,33 @@ static void end_quietly(bool busy)
         on_end(&job->request);
 }
 
+/* What test/eva/driver.c assumes of the bus at the beginning of each call. Frama-C Eva proves the
+ * rest from it. */
+static void check_invariants(void)
+{
+    const struct cds_parser *parser = &bus.parser;
+    bool is_receiving = bus.state == CDS_BUS_RECEIVING;
+    uint8_t left = cds_ring_distance(parser->position, parser->end);
+
+    RULE((bus.state >= CDS_BUS_WAITING_FOR_LINE) == (bus.request != NULL), NULL,
+         "state %u, request %s", bus.state, bus.request ? "set" : "NULL");
+    RULE(is_receiving || bus.phase != 6, NULL, "phase 6 in state %u", bus.state);
+    if (is_receiving) {
+        const struct cds_request *request = bus.request;
+
+        RULE(parser->is_in_packet && bus.link.state == CDS_LINK_LISTENING, NULL,
+             "RECEIVING without a packet, or while sending");
+        RULE(parser->to + left <= request->reply + request->reply_capacity, NULL,
+             "reply has no place for %u parameters", left);
+    } else {
+        RULE(!parser->is_in_packet || !parser->to, NULL, "state %u stores a packet", bus.state);
+    }
+    RULE(!(parser->is_in_head || parser->is_in_packet) ||
+             (CDS_LENGTH_MIN <= parser->length && parser->length <= CDS_PARSER_LENGTH_MAX),
+         NULL, "LENGTH %u of a head", parser->length);
+    RULE(parser->longest <= CDS_PARSER_LENGTH_MAX, NULL, "longest %u", parser->longest);
+}
+
 static void poll(void)
 {
     bool is_unread = bus.link.broken || bus.parser.position != cds_ring_end(&bus.link.rx), busy;
@@ -1397,7 +1424,9 @@ static void poll(void)
     if (flying && flying->drains && bus.state == CDS_BUS_SENDING_ONLY &&
         since(deadline_us(flying)) >= 0)
         port_fake.late = &bus.link;
+    check_invariants();
     busy = cds_bus_poll(&bus);
+    check_invariants();
     port_fake.late = NULL;
     if (mode == QUIET)
         end_quietly(busy);
