@@ -155,8 +155,7 @@ struct cds_stats {
     uint16_t malformed;     // would-be packets with a wrong LENGTH or checksum
     uint16_t noise_bytes;   // bytes that begin no packet; an FF and the byte after it count once
     uint16_t stale_replies; // good packets of the servo whose transaction had just failed
-    uint16_t
-        duplicate_replies; // good packets of the servo that had just answered: two share its ID
+    uint16_t duplicate_replies; // good packets of the servo that had just answered: two have its ID
     uint16_t unexpected_packets; // good packets of another servo or of another length
     uint16_t framing_errors;     // bytes damaged: noise, collision or another baud rate
     uint16_t overruns;           // bytes lost because other handlers held up the receive handler
@@ -258,8 +257,7 @@ struct cds_bus {
     const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again
     const struct cds_bus_lock *lock;   // of the operation that holds the bus, or NULL
     struct cds_link link;
-    struct cds_bus_counts
-        stats; // behind the ring: an AVR reaches the first 64 bytes with less code
+    struct cds_bus_counts stats; // last: an AVR reaches the first 64 bytes with less code
 };
 
 /* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud_reg + 1)
