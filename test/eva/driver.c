@@ -372,6 +372,284 @@ void eva_link(void)
     bool hears_itself = any_bool();
     const uint8_t *packet;
 
+    //@ split size;
+    //@ split hears_itself;
+    packet = packet_bytes + PACKET_MAX - size;
+    link.rx.head = any_byte();
+    link.rx.tail = any_byte();
+    cds_link_open(&link, PORT);
+    while (any_bool()) // nothing was sent yet
+        hears_itself ? cds_link_on_rx_echo(&link, any_byte(), (uint8_t)any_in(0, 3))
+                     : cds_link_on_rx(&link, any_byte(), (uint8_t)any_in(0, 3));
+    cds_link_talk(&link, PORT, packet, size);
+    while (any_bool())
+        any_event(hears_itself);
+    if (any_bool())
+        cds_link_abort(&link, PORT);
+    while (any_bool())
+        any_event(hears_itself);
+    cds_link_count(&link.echo_errors);
+}
+
+/* ---- bus ----
+ *
+ * What handlers share with the bus is volatile: Eva assumes that it changes between any two reads.
+ * parser_contract.c stands for the parser. `request` is in flight, if any is; `other` and `third`
+ * wait in the queue. */
+
+static struct cds_queue queue;
+static struct cds_steps steps;
+static struct cds_request request, other, third, wrong;
+
+/* Hooks of an upper layer: any answer. */
+static enum cds_result permit(void *context, struct cds_request *asked)
+{
+    eva_keep_apart();
+    (void)context;
+    asked->return_delay_us = any_word();
+    asked->is_muted = any_bool();
+    return (enum cds_result)any_in(CDS_OK, CDS_TOO_EARLY);
+}
+
+static enum cds_result hold(void *context, struct cds_request *asked)
+{
+    (void)context;
+    if (!bus.request && any_bool())
+        cds_bus_start(&bus, asked);
+    return (enum cds_result)any_in(CDS_OK, CDS_TOO_EARLY);
+}
+
+static bool cancel(void *context, struct cds_request *asked)
+{
+    (void)context, (void)asked;
+    return any_bool();
+}
+
+static bool on_sending(void *context, struct cds_request *asked)
+{
+    eva_keep_apart();
+    (void)context, (void)asked;
+    return any_bool();
+}
+
+static bool on_hook_end(void *context, struct cds_request *asked, enum cds_result result)
+{
+    eva_keep_apart();
+    (void)context, (void)asked, (void)result;
+    if (any_bool())
+        cds_bus_start(&bus, &other);
+    return any_bool();
+}
+
+static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
+{
+    eva_keep_apart();
+    (void)context, (void)event, (void)id, (void)error;
+}
+
+static const struct cds_bus_hooks hooks = {
+    .permit = permit,
+    .submit = hold,
+    .cancel = cancel,
+    .on_sending = on_sending,
+    .on_end = on_hook_end,
+    .on_packet = on_packet,
+};
+
+static void on_end(struct cds_request *ended)
+{
+    eva_keep_apart();
+    if (any_bool())
+        cds_bus_submit(&bus, ended);
+}
+
+/* A request as cds_request_check() accepts it, but for its reply. */
+static void any_request(struct cds_request *of)
+{
+    of->result = any_byte();
+    of->id = any_byte();
+    of->packet.bytes = packet_bytes;
+    of->packet.capacity = any_word();
+    of->packet.size = any_in(CDS_PACKET_SIZE(0), PACKET_MAX);
+    of->reply_parameters = CDS_REPLY_NONE;
+    of->ignores_stale = any_bool();
+    of->passes_lock = any_bool();
+    of->no_retry = any_bool();
+    of->priority = any_byte();
+    of->on_end = any_bool() ? on_end : NULL;
+    of->retries = any_byte();
+    of->is_muted = any_bool();
+    of->return_delay_us = any_word();
+    of->check = any_word();
+}
+
+/* Gives the request a reply of `due` parameters, and a buffer with place for just so many. */
+static void expect(struct cds_request *of, uint8_t due)
+{
+    of->reply = reply + REPLY_MAX - due;
+    of->reply_capacity = of->reply_parameters = due;
+}
+
+/* 0 to 2 requests wait. */
+static void any_queue(void)
+{
+    uint8_t waiting = (uint8_t)any_in(0, 2);
+
+    cds_queue_begin(&queue, &bus);
+    queue.retries = any_byte();
+    any_request(&other);
+    any_request(&third);
+    expect(&other, 2);
+    //@ split waiting;
+    if (waiting) {
+        queue.first = &other;
+        if (waiting == 2)
+            other.next = &third;
+    }
+}
+
+/* A bus in any state that a call may leave; check_bus() checks the same. */
+static void any_bus(uint8_t state)
+{
+    uint8_t remaining = any_bool() ? (uint8_t)any_in(0, CDS_PARSER_TAKEN_MAX + 1) : REPLY_MAX;
+    uint8_t due = any_bool() ? (uint8_t)any_in(0, 2) : CDS_REPLY_MAX, way = (uint8_t)any_in(0, 2);
+    bool in_packet = state == CDS_BUS_RECEIVING || any_bool();
+
+    any_request(&request);
+    Frama_C_make_unknown((char *)packet_bytes, PACKET_MAX);
+    Frama_C_make_unknown((char *)&bus.stats, sizeof bus.stats);
+    bus.state = state;
+    bus.request = state >= CDS_BUS_WAITING_FOR_LINE ? &request : NULL;
+    bus.gate = (uint8_t)(any_in(0, GATE_LOCKED | GATE_STALE | GATE_FAULT | GATE_SUSPECT) |
+                         (any_bool() ? GATE_LOW : 0));
+    bus.phase = (uint8_t)any_in(0, 7);
+    if (state != CDS_BUS_RECEIVING && bus.phase == 6)
+        bus.phase = 0;
+    bus.closing_end = any_byte();
+    bus.timer_wraps = any_byte();
+    bus.last_id = any_byte();
+    bus.last_result = any_byte();
+    bus.baud_reg = any_byte();
+    bus.ring_overflows = any_byte();
+    bus.byte_time_us = any_in(5, 1280);
+    bus.return_delay_us = any_word();
+    bus.begun_ticks = any_word();
+    bus.deadline_65ms = any_word();
+    bus.rest_us = any_word();
+    bus.rest_from_us = cds_port_now_us();
+    bus.parser.position = any_byte();
+    bus.parser.longest = (uint8_t)any_in(0, CDS_PARSER_LENGTH_MAX);
+    bus.parser.id = any_byte();
+    bus.parser.error = any_byte();
+    bus.parser.length = (uint8_t)any_in(CDS_LENGTH_MIN, CDS_PARSER_LENGTH_MAX);
+    bus.parser.is_in_packet = in_packet;
+    bus.parser.is_in_head = in_packet ? false : any_bool();
+    bus.parser.is_clean = any_bool();
+    bus.parser.to = NULL;
+    eva_remaining = (uint8_t)any_in(0, REPLY_MAX);
+    //@ split way;
+    if (way == 1) {
+        any_queue();
+        bus.hooks = &queue.hooks;
+    } else if (way == 2) {
+        any_request(&other);
+        bus.hooks = &hooks;
+        bus.gate |= GATE_PERMIT;
+    }
+    if (state == CDS_BUS_RECEIVING) {
+        //@ split remaining;
+        eva_remaining = remaining;
+        bus.parser.to = reply + REPLY_MAX - eva_remaining;
+    } else if (state == CDS_BUS_AWAITING_REPLY && any_bool()) {
+        request.any_length = true;
+        expect(&request, REPLY_MAX);
+    } else if (state == CDS_BUS_AWAITING_REPLY) {
+        //@ split due;
+        expect(&request, due);
+    } else if (any_bool()) {
+        expect(&request, 2);
+    }
+}
+
+/* What any_bus() assumes of numbers is true again. What it assumes of `request`, `phase` and `to`,
+ * Eva loses where paths join: check_invariants() of test/engine_random.c checks that. */
+static void check_bus(void)
+{
+    //@ assert bus.state <= CDS_BUS_RECEIVING;
+    //@ assert bus.parser.longest <= CDS_PARSER_LENGTH_MAX;
+    if (bus.parser.is_in_head) {
+        //@ assert CDS_LENGTH_MIN <= bus.parser.length <= CDS_PARSER_LENGTH_MAX;
+    }
+}
+
+/* Polls, by the state of the bus. */
+static void poll(uint8_t state)
+{
+    any_bus(state);
+    eva_keep_apart();
+    cds_bus_poll(&bus);
+    check_bus();
+}
+
+void eva_idle(void)
+{
+    uint8_t state = (uint8_t)any_in(CDS_BUS_CLOSED, CDS_BUS_SENDING_ONLY);
+
+    //@ split state;
+    poll(state);
+}
+
+void eva_awaiting(void)
+{
+    poll(CDS_BUS_AWAITING_REPLY);
+}
+
+void eva_receiving(void)
+{
+    poll(CDS_BUS_RECEIVING);
+    if (bus.state == CDS_BUS_RECEIVING) {
+        //@ assert bus.parser.to + eva_remaining <= reply + REPLY_MAX;
+    }
+}
+
+/* Every other call, in any state. */
+static void call(void)
+{
+    struct cds_stats stats;
+    uint8_t byte;
+    uint16_t word;
+
+    //@ dynamic_split bus.parser.is_in_head;
+    switch (any_in(0, 14)) {
+    case 0: cds_bus_open(&bus, PORT, any_byte()); break;
+    case 1: cds_bus_set_baud(&bus, any_byte()); break;
+    case 2: cds_bus_set_return_delay(&bus, any_word()); break;
+    case 3: cds_bus_submit(&bus, &other); break;
+    case 4: cds_bus_submit_checked(&bus, &request, any_word()); break;
+    case 5: cds_bus_cancel(&bus, any_bool() ? &request : &other); break;
+    case 6: cds_bus_attach(&bus, &hooks); break;
+    case 7: cds_queue_attach(&queue, &bus); break;
+    case 8: cds_bus_lock(&bus, &steps.lock); break;
+    case 9: cds_bus_unlock(&bus, &steps.lock); break;
+    case 10: cds_bus_stats(&bus, &stats); break;
+    case 11: cds_bus_line(&bus), cds_bus_is_resting(&bus); break;
+    case 12:
+        request.reply = reply;
+        request.length = (uint8_t)any_in(0, REPLY_MAX);
+        cds_request_byte(&request, any_byte(), &byte);
+        cds_request_word(&request, any_byte(), &word);
+        break;
+    case 13: cds_bus_submit(&bus, &wrong); break;
+    default: cds_queue_set_retries(&queue, any_byte());
+    }
+}
+
+void eva_calls(void)
+{
+    uint8_t state = (uint8_t)any_in(CDS_BUS_CLOSED, CDS_BUS_AWAITING_REPLY);
+
+    //@ split state;
+    any_bus(state);
     wrong.result = any_byte();
     wrong.packet.size =
         any_bool() ? any_in(0, CDS_PACKET_SIZE(0) - 1) : any_in(PACKET_MAX + 1, UINT16_MAX);
