@@ -25,9 +25,10 @@ enum {
 
 /* ---- a packet begins ---- */
 
-static bool reply_is_due(const struct cds_request *request)
+/* No bool: saves 20 bytes. */
+static uint8_t no_reply_is_due(const struct cds_request *request)
 {
-    return request->reply_parameters != CDS_REPLY_NONE && !request->is_muted;
+    return request->reply_parameters == CDS_REPLY_NONE ? 1 : request->is_muted;
 }
 
 /* Not 0 while the line or a stale reply keeps the packet from leaving. */
@@ -35,7 +36,7 @@ static NOCLONE uint8_t must_rest(const struct cds_bus *bus, const struct cds_req
 {
     uint8_t gate = bus->gate & (GATE_LINE | GATE_STALE);
 
-    if (gate == GATE_STALE && (request->ignores_stale || !reply_is_due(request)))
+    if (gate == GATE_STALE && (request->ignores_stale || no_reply_is_due(request)))
         gate = 0;
     return gate;
 }
@@ -203,7 +204,7 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
     }
     forget_reply(request);
     bus->state = CDS_BUS_SENDING_ONLY;
-    if (reply_is_due(request)) {
+    if (!no_reply_is_due(request)) {
         bus->state = CDS_BUS_AWAITING_REPLY;
         bytes = (uint16_t)(bytes + CDS_PACKET_SIZE(due));
         more_us = (uint16_t)(more_us + request->return_delay_us);
