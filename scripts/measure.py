@@ -555,14 +555,18 @@ def safe_torque_off():
     transactions = list(ends(wire))
     longest = {False: 0, True: 0}
     met = {False: 0, True: 0}
+    torque_on = {begun for begun, ours, raw in wire if ours and raw[4:6] == bytes([SYNC_WRITE, 0x18])}
+    met_torque_on = 0
     for _, _, call in run.spans(CALL):
         first = next(begun for begun in offs if begun >= call)
         begun, end, failed = max(one for one in transactions if one[0] < first)
         run.check(begun < call or end <= call, "another packet left before torque off")
         failed &= call < end + FAILED
         met[failed] += end > call
+        met_torque_on += end > call and begun in torque_on
         longest[failed] = max(longest[failed], first - max(call, end))
     run.check(min(met.values()) >= 40, f"hardly any call during a transaction: {met}")
+    run.check(met_torque_on >= 8, f"hardly any call during torque on to all: {met_torque_on}")
     return {**run.everywhere(), "safe_torque_off_us": fractions.Fraction(longest[False], MHZ),
             "safe_torque_off_failed_us": fractions.Fraction(longest[True], MHZ)}
 

@@ -5,6 +5,7 @@
 #include "bus/steps_internal.h" // an operation that holds the bus
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
+#include "cds55xx/sync_write.h"
 #include "port_fake.h"
 #include "torque_fake.h"
 #include "unity.h"
@@ -109,6 +110,34 @@ void test_broadcasts_go_first_then_each_servo_is_read(void)
         TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
         TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STOPPED, cds_servos_inhibits(&servos, &states[i]));
     }
+}
+
+/* What the packet in flight switches on is off soon: to learn it first would hold up torque off. */
+void test_torque_in_flight_is_not_learnt_before_torque_off(void)
+{
+    static uint8_t bytes[CDS_SYNC_WRITE_SIZE(20, 1)];
+    struct cds_request request = CDS_REQUEST_WITHOUT_DATA(bytes);
+    const uint8_t on = 1;
+    uint8_t polls = 0;
+
+    cds_packet_sync_begin(&request.packet, CDS_REG_TORQUE_ENABLE, 1);
+    for (uint8_t i = 0; i < 20; i++)
+        cds_packet_sync_add(&request.packet, (uint8_t)(1 + i % 3), &on);
+    cds_packet_end(&request.packet);
+    request.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    while (bus.state != CDS_BUS_SENDING)
+        cds_bus_poll(&bus);
+    begin();
+    while (wire.count == 0)
+        torque_wire(&bus);
+    for (; bus.request == &request; polls++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_LESS_OR_EQUAL_UINT8(2, polls); // the deadline is set, the request ends
+    TEST_ASSERT_EQUAL_PTR(&torque_off.requests[0], bus.request);
+    TEST_ASSERT_EQUAL(CDS_OK, run());
+    assert_all_told(1);
+    TEST_ASSERT_FALSE(states[0].torque);
 }
 
 /* The priority of torque off is no permit: what waited while driving was inhibited stays refused.

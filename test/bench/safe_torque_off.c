@@ -8,7 +8,7 @@
 #define DAMAGED   60
 #define PHASES    60
 #define PHASE_US  8
-#define LONGER    8 // times: a SYNC WRITE takes so much longer than a READ
+#define LONGER    12 // times: a SYNC WRITE and its check take so much longer than a READ
 #define SETTLE_US 3000
 
 BENCH_REQUEST(read, 8);

@@ -474,7 +474,28 @@ static void learn_one(struct cds_walk *walk, const struct cds_request *request)
         learn_packet(servos, walk->servo, request, CDS_SOURCE_SENT);
 }
 
-/* Goals make nothing known: cds_limits_check() has noted a speed of 0. */
+/* True if the broadcast of torque off is the next packet. */
+static bool torque_off_is_next(const struct cds_servos *servos)
+{
+    const struct cds_queue *queue = servos->queue;
+    const uint8_t *bytes;
+
+    if (!queue || !queue->first)
+        return false;
+    bytes = queue->first->packet.bytes;
+    return bytes[CDS_AT_ID] == CDS_BROADCAST_ID && cds_written_is_torque_off(bytes);
+}
+
+/* Returns true if servos learn from a packet that writes `sets`. Goals make nothing known:
+ * cds_limits_check() has noted a speed of 0. Torque is not learnt before torque off: to learn 50
+ * servos takes 1 ms longer than the packet, and torque off waits for it. */
+static bool is_learnt(const struct cds_servos *servos, uint8_t sets)
+{
+    if (sets == CDS_SETS_TORQUE)
+        return !torque_off_is_next(servos);
+    return sets & (CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_TORQUE);
+}
+
 bool cds_servos_on_sending(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
@@ -492,8 +513,7 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     cds_written_by(bytes, servos->walked, &walk.written);
     if (cds_written_is_torque_off(bytes)) {
         learn_torque_off(servos);
-    } else if (!walk.is_sync_write ||
-               walk.written.sets & (CDS_SETS_REPLY | CDS_SETS_MODE | CDS_SETS_TORQUE)) {
+    } else if (!walk.is_sync_write || is_learnt(servos, walk.written.sets)) {
         while ((result = cds_walk_next(&walk, 2)) == CDS_OK)
             learn_one(&walk, request);
         if (result == CDS_WALK_ENDS) {

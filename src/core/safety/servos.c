@@ -4,7 +4,6 @@
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "cds55xx/packet.h"        // CDS_AT_*
 #include "compiler.h"              // NOINLINE, OPTIMIZER_BARRIER()
-#include "safety/limits.h"         // cds_written_is_torque_off()
 #include "safety/permit.h"         // cds_servos_permit()
 #include "safety/servos_internal.h"
 
@@ -184,8 +183,7 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     return queue->hooks.on_end(queue, request, result);
 }
 
-/* The permit is asked now, unless the bus has just asked it. Of torque off, which always passes, it
- * is asked only when the packet leaves: saves 20 us. */
+/* The permit is asked now, unless the bus has just asked it. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
@@ -193,7 +191,7 @@ static enum cds_result submit(void *context, struct cds_request *request)
 
     if (!servos->queue && servos->bus->request)
         return CDS_BUSY;
-    if (request->check == 0 && !cds_written_is_torque_off(request->packet.bytes))
+    if (request->check == 0)
         result = cds_servos_permit(servos, request);
     if (result != CDS_OK && result != CDS_PENDING)
         return result;
