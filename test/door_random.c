@@ -258,8 +258,8 @@ static void note_return(struct model *model, uint8_t id)
 {
     const struct cds_servo_state *entry = cds_servos_find(&servos, id);
 
-    if (!entry || entry->presence != CDS_PRESENCE_OFFLINE)
-        return;
+    if (!entry || entry->presence != CDS_PRESENCE_OFFLINE || bus.request->is_muted)
+        return; // a reply that is not due is no return
     model->mode_read = model->goal_read = false;
     model->was_returned = true;
 }

@@ -126,10 +126,10 @@ static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo
     bool has_changed = false;
 
     if (written->sets & CDS_SETS_TORQUE && source != CDS_SOURCE_READ) {
-        if (cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0))
-            servo->torque = true;
-        else if (source != CDS_SOURCE_LOST)
-            servo->torque = false;
+        bool is_on = cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0);
+
+        if (is_on || source != CDS_SOURCE_LOST)
+            servo->torque = is_on;
     }
     if (written->sets & CDS_SETS_REPLY)
         has_changed = learn_settings(servo, written, source);

@@ -212,44 +212,41 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
 
 /* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
  */
-static bool may_hold(struct cds_servo_state *servo, const struct cds_written *written)
+uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
 {
-    uint8_t sets = written->sets, before = servo->held, after = held_after(servo, written);
-    uint8_t mode_before = mode_of(before), mode = mode_of(after);
+    uint8_t sets = written->sets, before = servo->held, after, mode_before, mode;
     const uint8_t speed_is_0 = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
 
+    if (!servo->has_limits)
+        return CDS_OK;
+    after = held_after(servo, written);
+    mode_before = mode_of(before);
+    mode = mode_of(after);
     if (!cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0))
         sets &= (uint8_t)~CDS_SETS_TORQUE; // the bit then says: switched on
     if (sets & CDS_SETS_TORQUE &&
         (mode_before == MODE_UNKNOWN || !(before & CDS_HELD_GOAL) || !(before & CDS_HELD_SPEED)))
-        return false; // not read
+        return CDS_LIMIT; // not read
     if (has_goal_limit(servo)) {
         if (!(after & CDS_HELD_GOAL) && (sets & (CDS_SETS_TORQUE | CDS_SETS_GOAL) ||
                                          (sets & CDS_SETS_MODE && mode_before != MODE_POSITION)))
-            return false;
+            return CDS_LIMIT;
         if (mode != MODE_POSITION &&
             (sets & (CDS_SETS_TORQUE | CDS_SETS_MODE) ||
              (sets & CDS_SETS_SPEED && (after & speed_is_0) != speed_is_0)))
-            return false;
+            return CDS_LIMIT;
     }
     if (servo->fastest < CDS_VALUE_MAX) {
         if ((sets & (CDS_SETS_GOAL | CDS_SETS_SPEED)) == CDS_SETS_GOAL)
-            return false; // at which speed is not certain
+            return CDS_LIMIT; // at which speed is not certain
         if ((sets & (CDS_SETS_TORQUE | CDS_SETS_SPEED) ||
              (sets & CDS_SETS_MODE && (mode == MODE_UNKNOWN || mode != mode_before))) &&
             (!(after & CDS_HELD_SPEED) || (after & CDS_HELD_SPEED_0 && mode != MODE_TURN)))
-            return false;
+            return CDS_LIMIT;
     }
     if (sets & CDS_SETS_SPEED && (after & speed_is_0) == speed_is_0)
         servo->held |= CDS_HELD_SPEED_0;
-    return true;
-}
-
-uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
-{
-    if (!servo->has_limits || !(written->sets & CDS_SETS_DRIVE) || may_hold(servo, written))
-        return CDS_OK;
-    return CDS_LIMIT;
+    return CDS_OK;
 }
 
 /* ---- what the servo holds ---- */

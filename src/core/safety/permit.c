@@ -201,7 +201,7 @@ static uint8_t check_action_or_reset(struct check *check, struct cds_servo_state
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_ACTION) {
         if (is_to_all)
             return check_many(check);
-        return servo ? check_action(check, servo) : CDS_OK;
+        return servo ? check_servo(check, servo) : CDS_OK;
     }
     if (is_to_all)
         return servos->count && !servos->may_reset_all ? CDS_LIMIT : CDS_OK;

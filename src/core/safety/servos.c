@@ -162,20 +162,16 @@ NOINLINE uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost)
 
 /* ---- hooks ---- */
 
-static void take_end(struct cds_servos *servos, struct cds_request *request, uint8_t result)
-{
-    servos->walk_request = NULL;
-    if (result <= CDS_CORRUPT) // it was sent
-        cds_servos_learn_end(servos, request, result);
-}
-
 static bool on_end(void *context, struct cds_request *request, enum cds_result result)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_queue *queue = servos->queue;
 
-    if (!cds_servos_is_routine(servos, request, (uint8_t)result))
-        take_end(servos, request, (uint8_t)result);
+    if (!cds_servos_is_routine(servos, request, (uint8_t)result)) {
+        servos->walk_request = NULL;
+        if (result <= CDS_CORRUPT) // it was sent
+            cds_servos_learn_end(servos, request, (uint8_t)result);
+    }
     if (!queue)
         return false;
     if (queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
