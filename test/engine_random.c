@@ -1385,14 +1385,15 @@ static void check_invariants(void)
     if (is_receiving) {
         const struct cds_request *request = bus.request;
 
-        RULE(parser->is_in_packet && bus.link.state == CDS_LINK_LISTENING, NULL,
+        RULE(parser->found == CDS_FOUND_HEAD && bus.link.state == CDS_LINK_LISTENING, NULL,
              "RECEIVING without a packet, or while sending");
         RULE(parser->to + left <= request->reply + request->reply_capacity, NULL,
              "reply has no place for %u parameters", left);
     } else {
-        RULE(!parser->is_in_packet || !parser->to, NULL, "state %u stores a packet", bus.state);
+        RULE(parser->found != CDS_FOUND_HEAD || !parser->to, NULL, "state %u stores a packet",
+             bus.state);
     }
-    RULE(!(parser->is_in_head || parser->is_in_packet) ||
+    RULE(parser->found == CDS_FOUND_NOTHING ||
              (CDS_LENGTH_MIN <= parser->length && parser->length <= CDS_PARSER_LENGTH_MAX),
          NULL, "LENGTH %u of a head", parser->length);
     RULE(parser->longest <= CDS_PARSER_LENGTH_MAX, NULL, "longest %u", parser->longest);

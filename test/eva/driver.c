@@ -145,7 +145,7 @@ void eva_find(void)
     parser.position = any_byte();
     parser.longest = (uint8_t)any_in(0, CDS_PARSER_LENGTH_MAX);
     cds_parser_find(&parser, &ring, any_byte());
-    //@ assert !parser.is_in_packet || parser.to == \null;
+    //@ assert parser.found != CDS_FOUND_HEAD || parser.to == \null;
 }
 
 /* A search in the state that a call before has left: all of the head but ERROR was found. */
@@ -155,18 +155,18 @@ void eva_find_error(void)
 
     any_ring();
     ring.tail = any_bool() ? 0 : 230;
-    parser.is_in_head = true;
+    parser.found = CDS_FOUND_LENGTH;
     parser.length = (uint8_t)any_in(CDS_LENGTH_MIN, CDS_PARSER_LENGTH_MAX);
     //@ split ring.tail;
     //@ split parser.length;
-    //@ dynamic_split parser.is_in_packet;
+    //@ dynamic_split parser.found;
     parsed = cds_parser_find(&parser, &ring, any_byte());
     eva_remaining = cds_ring_distance(parser.position, parser.end);
     if (parsed == CDS_PARSED_HEAD) {
-        //@ assert parser.is_in_packet && parser.to == \null;
+        //@ assert parser.found == CDS_FOUND_HEAD && parser.to == \null;
         //@ assert eva_remaining == parser.length - CDS_LENGTH_MIN;
     } else {
-        //@ assert parser.is_in_head && !parser.is_in_packet;
+        //@ assert parser.found == CDS_FOUND_LENGTH;
     }
 }
 
@@ -179,21 +179,21 @@ void eva_take(void)
 
     any_ring();
     parser.position = 230;
-    parser.is_in_packet = true;
+    parser.found = CDS_FOUND_HEAD;
     //@ dynamic_split parser.position;
     //@ split remaining;
-    //@ dynamic_split parser.is_in_packet;
+    //@ dynamic_split parser.found;
     parser.end = cds_ring_after(parser.position, remaining);
     parser.sum = any_byte();
     parser.to = any_bool() ? reply + REPLY_MAX - remaining : NULL;
     //@ split parser.to == \null;
     if (cds_parser_take(&parser, &ring, any_byte()) == CDS_PARSED_SOME) {
         left = cds_ring_distance(parser.position, parser.end);
-        //@ assert parser.is_in_packet;
+        //@ assert parser.found == CDS_FOUND_HEAD;
         //@ assert left <= remaining;
         //@ assert parser.to == \null || parser.to == reply + REPLY_MAX - left;
     }
-    //@ assert !parser.is_in_head;
+    //@ assert parser.found != CDS_FOUND_LENGTH;
 }
 
 /* ---- packet: any arguments, any data, buffers of every size from 0 to 258 bytes ---- */
@@ -542,8 +542,9 @@ static void any_bus(uint8_t state)
     bus.parser.id = any_byte();
     bus.parser.error = any_byte();
     bus.parser.length = (uint8_t)any_in(CDS_LENGTH_MIN, CDS_PARSER_LENGTH_MAX);
-    bus.parser.is_in_packet = in_packet;
-    bus.parser.is_in_head = in_packet ? false : any_bool();
+    bus.parser.found = any_bool() ? CDS_FOUND_LENGTH : CDS_FOUND_NOTHING;
+    if (in_packet)
+        bus.parser.found = CDS_FOUND_HEAD;
     bus.parser.is_clean = any_bool();
     bus.parser.to = NULL;
     eva_remaining = (uint8_t)any_in(0, REPLY_MAX);
@@ -577,7 +578,7 @@ static void check_bus(void)
 {
     //@ assert bus.state <= CDS_BUS_RECEIVING;
     //@ assert bus.parser.longest <= CDS_PARSER_LENGTH_MAX;
-    if (bus.parser.is_in_head) {
+    if (bus.parser.found == CDS_FOUND_LENGTH) {
         //@ assert CDS_LENGTH_MIN <= bus.parser.length <= CDS_PARSER_LENGTH_MAX;
     }
 }
@@ -619,7 +620,7 @@ static void call(void)
     uint8_t byte;
     uint16_t word;
 
-    //@ dynamic_split bus.parser.is_in_head;
+    //@ dynamic_split bus.parser.found;
     switch (any_in(0, 14)) {
     case 0: cds_bus_open(&bus, PORT, any_byte()); break;
     case 1: cds_bus_set_baud(&bus, any_byte()); break;

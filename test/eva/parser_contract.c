@@ -6,7 +6,7 @@
 
 static void leave_packet(struct cds_parser *parser)
 {
-    parser->is_in_packet = parser->is_in_head = false;
+    parser->found = CDS_FOUND_NOTHING;
     parser->position = any_byte();
 }
 
@@ -22,9 +22,9 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
     uint8_t parsed = (uint8_t)any_in(CDS_PARSED_MORE, CDS_PARSED_MALFORMED);
 
     eva_keep_apart();
-    //@ assert !parser->is_in_packet;
+    //@ assert parser->found != CDS_FOUND_HEAD;
     //@ assert parser->longest <= CDS_PARSER_LENGTH_MAX;
-    if (parser->is_in_head) {
+    if (parser->found == CDS_FOUND_LENGTH) {
         //@ assert CDS_LENGTH_MIN <= parser->length <= CDS_PARSER_LENGTH_MAX;
     }
     //@ split parsed;
@@ -35,9 +35,9 @@ uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_
         cds_parser_skip_damage(parser, ring, end);
     parser->length = (uint8_t)any_in(CDS_LENGTH_MIN, CDS_PARSER_LENGTH_MAX);
     if (parsed == CDS_PARSED_MORE)
-        parser->is_in_head = any_bool();
+        parser->found = any_bool() ? CDS_FOUND_LENGTH : CDS_FOUND_NOTHING;
     if (parsed == CDS_PARSED_HEAD) {
-        parser->is_in_packet = true;
+        parser->found = CDS_FOUND_HEAD;
         parser->error = any_byte();
         parser->to = NULL;
         eva_remaining = (uint8_t)(parser->length - CDS_LENGTH_MIN);
@@ -50,7 +50,7 @@ uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, u
     uint8_t taken = (uint8_t)any_in(0, CDS_PARSER_TAKEN_MAX);
 
     eva_keep_apart();
-    //@ assert parser->is_in_packet;
+    //@ assert parser->found == CDS_FOUND_HEAD;
     //@ split eva_remaining;
     //@ split taken;
     if (taken > eva_remaining)
