@@ -24,7 +24,7 @@ NOINLINE struct cds_servo_state *cds_servos_search(const struct cds_servos *serv
     return NULL;
 }
 
-struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
+NOINLINE struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
 {
     uint8_t index;
 
