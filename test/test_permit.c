@@ -1193,6 +1193,23 @@ void test_check_cancelled_in_the_queue_begins_anew(void)
     TEST_ASSERT_EQUAL_UINT8(1, servos.refused_id);
 }
 
+/* A broadcast between the goals of a cycle would never be checked to its end else. */
+void test_check_goes_on_behind_a_request_that_goes_first(void)
+{
+    begin_fifty();
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT8(3, servos.walked);
+    other.priority = CDS_PRIORITY_HIGH;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 2, 0, NULL, 0);
+    while (other.result == CDS_PENDING)
+        cds_bus_poll(&bus);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_UINT8(6, servos.walked);
+}
+
 void test_id_above_253_is_refused_to_a_known_servo(void)
 {
     refuse(CDS_LIMIT, byte(1, CDS_REG_ID, CDS_BROADCAST_ID));

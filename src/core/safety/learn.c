@@ -503,9 +503,10 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     struct cds_walk walk;
     uint8_t result;
 
-    if (servos->count == 0 ||
-        (bytes[CDS_AT_ID] != CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE))
-        return false;
+    if (servos->count == 0 || (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE
+                                   ? bytes[CDS_AT_PARAMETERS] > CDS_REG_TORQUE_ENABLE
+                                   : bytes[CDS_AT_ID] != CDS_BROADCAST_ID))
+        return false; // goals of a cycle do not touch the walk of a check that waits behind them
     cds_walk_begin(&walk, servos, request, 0);
     if (servos->walked == ALL_LEARNT)
         return false;
@@ -513,7 +514,7 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     cds_written_by(bytes, servos->walked, &walk.written);
     if (cds_written_is_torque_off(bytes)) {
         learn_torque_off(servos);
-    } else if (!walk.is_sync_write || is_learnt(servos, walk.written.sets)) {
+    } else {
         while ((result = cds_walk_next(&walk, 2)) == CDS_OK)
             learn_one(&walk, request);
         if (result == CDS_WALK_ENDS) {

@@ -24,7 +24,7 @@ NOINLINE struct cds_servo_state *cds_servos_search(const struct cds_servos *serv
     return NULL;
 }
 
-struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
+NOINLINE struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id)
 {
     uint8_t index;
 
@@ -168,7 +168,8 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     struct cds_queue *queue = servos->queue;
 
     if (!cds_servos_is_routine(servos, request, (uint8_t)result)) {
-        servos->walk_request = NULL;
+        if (servos->walk_request == request)
+            servos->walk_request = NULL;
         if (result <= CDS_CORRUPT) // it was sent
             cds_servos_learn_end(servos, request, (uint8_t)result);
     }
