@@ -500,12 +500,16 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     const uint8_t *bytes = request->packet.bytes;
+    bool is_sync_write = bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE;
     struct cds_walk walk;
     uint8_t result;
 
-    if (servos->count == 0 ||
-        (bytes[CDS_AT_ID] != CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE))
+    if (servos->count == 0 || (bytes[CDS_AT_ID] != CDS_BROADCAST_ID && !is_sync_write))
         return false;
+    if (is_sync_write &&
+        (bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2 ||
+         !is_learnt(servos, cds_written_sets(bytes[CDS_AT_PARAMETERS], bytes[CDS_AT_SYNC_LENGTH]))))
+        return false; // goals of a cycle must not end the check of a request that waits
     cds_walk_begin(&walk, servos, request, 0);
     if (servos->walked == ALL_LEARNT)
         return false;
@@ -513,7 +517,7 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     cds_written_by(bytes, servos->walked, &walk.written);
     if (cds_written_is_torque_off(bytes)) {
         learn_torque_off(servos);
-    } else if (!walk.is_sync_write || is_learnt(servos, walk.written.sets)) {
+    } else {
         while ((result = cds_walk_next(&walk, 2)) == CDS_OK)
             learn_one(&walk, request);
         if (result == CDS_WALK_ENDS) {
