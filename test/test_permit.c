@@ -945,6 +945,36 @@ void test_torque_to_fifty_by_sync_write_is_learnt(void)
     TEST_ASSERT_TRUE(states[COUNT - 1].torque);
 }
 
+/* Else torque on to all would never leave beside a cycle of 50 servos. */
+void test_a_check_of_fifty_goes_on_behind_goals_of_a_cycle(void)
+{
+    static const uint8_t goal[] = {0, 2, 0, 1};
+    uint8_t checked;
+
+    begin(COUNT);
+    TEST_ASSERT_EQUAL(CDS_OK, torque(CDS_BROADCAST_ID));
+    for (uint8_t i = 0; i < 20; i++)
+        cds_bus_poll(&bus);
+    checked = servos.walked;
+    TEST_ASSERT_GREATER_THAN_UINT8(10, checked);
+    cds_packet_sync_begin(&other.packet, CDS_REG_GOAL_POSITION, 4);
+    cds_packet_sync_add(&other.packet, 1, goal);
+    cds_packet_end(&other.packet);
+    other.reply_parameters = CDS_REPLY_NONE;
+    other.priority = CDS_PRIORITY_HIGH;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_checked(&bus, &other, servos.epoch));
+    TEST_ASSERT_EQUAL_PTR(&other, bus.request);
+    cds_bus_poll(&bus);
+    cds_bus_poll(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_OK, other.result);
+    for (uint8_t i = 0; i < 4; i++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL_PTR(&request, bus.request);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT8(checked, servos.walked);
+}
+
 /* ---- beside the queue ---- */
 
 void test_without_a_queue_a_second_request_is_busy(void)

@@ -500,13 +500,16 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     const uint8_t *bytes = request->packet.bytes;
+    bool is_sync_write = bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE;
     struct cds_walk walk;
     uint8_t result;
 
-    if (servos->count == 0 || (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE
-                                   ? bytes[CDS_AT_PARAMETERS] > CDS_REG_TORQUE_ENABLE
-                                   : bytes[CDS_AT_ID] != CDS_BROADCAST_ID))
-        return false; // goals of a cycle do not touch the walk of a check that waits behind them
+    if (servos->count == 0 || (bytes[CDS_AT_ID] != CDS_BROADCAST_ID && !is_sync_write))
+        return false;
+    if (is_sync_write &&
+        (bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2 ||
+         !is_learnt(servos, cds_written_sets(bytes[CDS_AT_PARAMETERS], bytes[CDS_AT_SYNC_LENGTH]))))
+        return false; // goals of a cycle must not end the check of a request that waits
     cds_walk_begin(&walk, servos, request, 0);
     if (servos->walked == ALL_LEARNT)
         return false;

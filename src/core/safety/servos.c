@@ -168,7 +168,7 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     struct cds_queue *queue = servos->queue;
 
     if (!cds_servos_is_routine(servos, request, (uint8_t)result)) {
-        if (servos->walk_request == request)
+        if (servos->walk_request == request) // the check of another one goes on
             servos->walk_request = NULL;
         if (result <= CDS_CORRUPT) // it was sent
             cds_servos_learn_end(servos, request, (uint8_t)result);
