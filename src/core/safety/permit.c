@@ -127,7 +127,7 @@ static uint8_t check_block(struct check *check)
 static NOINLINE uint8_t check_many(struct check *check)
 {
     struct cds_walk *walk = &check->walk;
-    uint8_t cost = check->is_goal ? 1 : 3;
+    uint8_t cost = check->is_goal ? 1 : 2;
     uint8_t result;
 
     if (!check->has_turn)

@@ -133,17 +133,15 @@ NOINLINE uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost)
     uint8_t index = servos->walk_index, id;
     struct cds_servo_state *servo = &servos->states[index];
 
+    if (walk->is_sync_write ? walk->written.left <= walk->written.length : index >= servos->count)
+        return CDS_WALK_ENDS;
     if (walk->budget <= 0)
         return CDS_PENDING;
-    if (walk->is_sync_write) {
-        if (!cds_written_next(&walk->written))
-            return CDS_WALK_ENDS;
-        id = walk->written.id;
-    } else {
-        if (index >= servos->count)
-            return CDS_WALK_ENDS;
-        id = walk->written.id = servo->id;
-    }
+    if (walk->is_sync_write)
+        cds_written_next(&walk->written);
+    else
+        walk->written.id = servo->id;
+    id = walk->written.id;
     if (index >= servos->count || servo->id != id) {
         if (walk->budget != WALK_BUDGET)
             return CDS_PENDING;

@@ -1,15 +1,10 @@
 /* Torque off for all; see torque_off.h. */
 #include "cds55xx/torque_off.h"
 
-#include <string.h>
-
 #include "bus/steps_internal.h"    // cds_steps_poll()
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/servo.h"         // cds_servo_read(), cds_servo_write_byte()
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
-
-#define PACKET_SIZE CDS_PACKET_SIZE(2)
-#define SUM(reg)    (CDS_BROADCAST_ID + CDS_LENGTH_MIN + 2 + CDS_WRITE + (reg)) // of a broadcast
 
 enum phase {
     TELL_ALL, // broadcasts
@@ -37,44 +32,18 @@ static void take_back(struct cds_torque_off *off)
 
 /* ---- all servos ---- */
 
-/* Submits the packet of `request`. With a queue it waits there without a check at the door, which
- * it always passes: saves 15 us. */
-static NOINLINE enum cds_result submit(const struct cds_servos *servos, struct cds_request *request)
-{
-    const struct cds_queue *queue = servos->queue;
-
-    if (!queue || !servos->bus->request)
-        return cds_bus_submit(servos->bus, request);
-    request->check = 0;
-    return queue->hooks.submit(queue->hooks.context, request);
-}
-
 /* Submits the next broadcast in `request`, if one is due. */
-static NOINLINE void tell_next(struct cds_torque_off *off, struct cds_request *request)
+static void tell_next(struct cds_torque_off *off, struct cds_request *request)
 {
-    static const uint8_t packet[PACKET_SIZE] = {CDS_HEADER,
-                                                CDS_HEADER,
-                                                CDS_BROADCAST_ID,
-                                                CDS_LENGTH_MIN + 2,
-                                                CDS_WRITE,
-                                                CDS_REG_TORQUE_ENABLE,
-                                                0,
-                                                (uint8_t)~SUM(CDS_REG_TORQUE_ENABLE)};
-    uint8_t *bytes = request->packet.bytes;
+    struct cds_bus *bus = off->servos->bus;
+    uint8_t reg = CDS_REG_TORQUE_ENABLE;
     enum cds_result result;
 
-    if (request->result == CDS_PENDING ||
-        off->submitted == CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS ||
-        !has_own_rate(off->servos->bus))
+    if (off->submitted >= CDS_TORQUE_OFF_BROADCASTS)
+        reg = CDS_REG_REGISTERED_INSTRUCTION;
+    if (off->submitted == CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS || !has_own_rate(bus))
         return;
-    memcpy(bytes, packet, sizeof packet);
-    if (off->submitted >= CDS_TORQUE_OFF_BROADCASTS) {
-        bytes[CDS_AT_PARAMETERS] = CDS_REG_REGISTERED_INSTRUCTION;
-        bytes[PACKET_SIZE - 1] = (uint8_t)~SUM(CDS_REG_REGISTERED_INSTRUCTION);
-    }
-    request->packet.size = sizeof packet;
-    request->reply_parameters = CDS_REPLY_NONE;
-    result = submit(off->servos, request);
+    result = cds_servo_write_byte(bus, request, CDS_BROADCAST_ID, reg, 0);
     if (result == CDS_OK)
         off->submitted++;
     else if (result == CDS_BAD_ARGUMENT)
@@ -119,7 +88,7 @@ static bool tell_all(struct cds_torque_off *off)
         if (!is_unsent)
             tell_next(off, request);
         else if (has_own_rate(bus))
-            submit(off->servos, request);
+            cds_bus_submit(bus, request);
         if (is_unsent || request->result == CDS_PENDING)
             is_done = false;
     }
