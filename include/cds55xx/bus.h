@@ -172,19 +172,19 @@ enum cds_bus_event {
 } __attribute__((packed));
 
 /* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
- * Each function gets `context`, and must be there unless its comment allows NULL. Called from
- * cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(). */
+ * Each function gets `context`, and must be there unless its comment allows NULL. The bus calls them
+ * from cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(); the cycle calls
+ * permit_goal and changed_since, and the registered move calls set_move. */
 struct cds_bus_hooks {
     void *context;
 
     /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
-     * else why not. Asked right before each packet leaves. Sets request->return_delay_us and
+     * else why not. Asked at the submit, and right before each packet leaves. Sets request->return_delay_us and
      * request->is_muted. NULL: every packet may leave; on_sending and on_packet are not called. */
     enum cds_result (*permit)(void *context, struct cds_request *request);
 
-    /* The packet cannot leave at once: the bus is in use, or its line is not quiet. Checks the
-     * request, and takes it over, its result then being CDS_PENDING, or gives it to
-     * cds_bus_start(). CDS_OK, or why not. */
+    /* The bus has another request. Takes `request` over, its result then being CDS_PENDING. CDS_OK,
+     * or why not. */
     enum cds_result (*submit)(void *context, struct cds_request *request);
 
     /* Takes back a request that was taken over; NULL: all of them. False: it is not here. */

@@ -83,24 +83,25 @@ NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *r
     return send_rest(bus, request, cds_link_begin(bus->port));
 }
 
-/* Sends the packet if the permit agrees. CDS_PENDING: not now; else why it does not. */
+/* Asks the permit. If it agrees, and bus and line are free, the packet leaves. CDS_PENDING: not now;
+ * else why it may not leave. */
 static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
 
     if (bus->gate & GATE_PERMIT) {
         result = (uint8_t)bus->hooks->permit(bus->hooks->context, request);
-        if (result == CDS_OK && must_rest(bus, request))
-            result = CDS_PENDING; // a reply is due, though none was when the rest was checked
         if (result != CDS_OK)
             return result;
     }
+    if ((bus->request && bus->request != request) || must_rest(bus, request))
+        return CDS_PENDING;
     return (uint8_t)cds_bus_send(bus, request);
 }
 
 void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 {
-    if (must_rest(bus, request) || send_if_permitted(bus, request) != CDS_OK)
+    if (send_if_permitted(bus, request) != CDS_OK)
         wait_for_line(bus, request);
 }
 
@@ -108,21 +109,20 @@ NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_req
                                              uint16_t check)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
-    uint8_t result = CDS_PENDING;
-    uint8_t state = bus->state, gate = bus->gate;
+    uint8_t result;
 
     request->check = check;
-    if (state == CDS_BUS_CLOSED)
+    if (bus->state == CDS_BUS_CLOSED)
         result = CDS_BAD_ARGUMENT;
-    else if (gate & GATE_LOCKED && !request->passes_lock)
+    else if (bus->gate & GATE_LOCKED && !request->passes_lock)
         result = CDS_BUSY;
-    else if (state == CDS_BUS_IDLE && !must_rest(bus, request))
+    else
         result = send_if_permitted(bus, request);
     if (result == CDS_PENDING) {
-        if (hooks)
-            result = (uint8_t)hooks->submit(hooks->context, request);
+        if (!bus->request)
+            result = (uint8_t)wait_for_line(bus, request);
         else
-            result = (uint8_t)(bus->request ? CDS_BUSY : wait_for_line(bus, request));
+            result = (uint8_t)(hooks ? hooks->submit(hooks->context, request) : CDS_BUSY);
     }
     if (result != CDS_OK)
         request->result = result;
@@ -450,8 +450,7 @@ static COLD bool wait_on(struct cds_bus *bus)
     if (phase != WAIT_LAST_LOOK || !cds_line_has_unread_bytes(bus))
         listen(bus); // else the line is in use, and a poll that may end the wait examines nothing
     if (!(bus->gate & GATE_LINE)) {
-        if (!must_rest(bus, request))
-            result = send_if_permitted(bus, request);
+        result = send_if_permitted(bus, request);
         if (result == CDS_PENDING)
             bus->phase = WAIT_BEGINS; // neither a rest nor a check is a wait for the line
         return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, result);

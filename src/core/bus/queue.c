@@ -23,9 +23,7 @@ static enum cds_result submit(void *context, struct cds_request *request)
     struct cds_request *waiting = bus->request;
 
     request->result = CDS_PENDING;
-    if (!waiting) {
-        cds_bus_start(bus, request);
-    } else if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
+    if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
         insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
         cds_bus_start(bus, request);
     } else {

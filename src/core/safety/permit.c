@@ -234,11 +234,10 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
 {
     const uint8_t *bytes = request->packet.bytes;
     struct check check;
-    bool has_turn = request == servos->bus->request;
+    const struct cds_request *current = servos->bus->request;
+    bool has_turn = !current || current == request;
     uint8_t result;
 
-    if (!servo && request->check && !has_turn)
-        return CDS_PENDING; // it was asked for before
     if (!servo &&
         (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
         servo = cds_servos_meet(servos, bytes[CDS_AT_ID],

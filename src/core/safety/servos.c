@@ -178,23 +178,11 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     return queue->hooks.on_end(queue, request, result);
 }
 
-/* The permit is asked now, unless the bus has just asked it. */
 static enum cds_result submit(void *context, struct cds_request *request)
 {
-    struct cds_servos *servos = (struct cds_servos *)context;
-    enum cds_result result = CDS_PENDING;
+    struct cds_queue *queue = ((struct cds_servos *)context)->queue;
 
-    if (!servos->queue && servos->bus->request)
-        return CDS_BUSY;
-    if (request->check == 0)
-        result = cds_servos_permit(servos, request);
-    if (result != CDS_OK && result != CDS_PENDING)
-        return result;
-    if (servos->queue)
-        return servos->queue->hooks.submit(servos->queue, request);
-    request->result = CDS_PENDING;
-    cds_bus_start(servos->bus, request);
-    return CDS_OK;
+    return queue ? queue->hooks.submit(queue, request) : CDS_BUSY;
 }
 
 static bool cancel(void *context, struct cds_request *request)
