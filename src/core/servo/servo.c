@@ -16,7 +16,7 @@ NOINLINE void cds_servo_start(struct cds_request *request, const uint8_t *data, 
 }
 
 /* No earlier result stays, which would be taken for the answer to this call. */
-static NOINLINE enum cds_result refuse(struct cds_request *request, enum cds_result result)
+static enum cds_result refuse(struct cds_request *request, enum cds_result result)
 {
     request->result = result;
     return result;
