@@ -268,21 +268,29 @@ static NOINLINE uint8_t check_again(struct cds_cycle *cycle, uint8_t *packet, ui
     return refused;
 }
 
+/* Returns the index of the next servo from `i` on that the last change concerns, or the count. */
+static NOINLINE uint8_t next_changed(const struct cds_cycle *cycle, uint8_t i)
+{
+    uint8_t changed = cycle->changed_id;
+
+    if (changed != CDS_BROADCAST_ID)
+        while (i < cycle->count && cycle->ids[i] != changed)
+            i++;
+    return i;
+}
+
 /* Checks the goals again that the last change concerns, in both packets, as many as a poll may. */
 static void check_some(struct cds_cycle *cycle)
 {
-    uint8_t changed = cycle->changed_id, i = cycle->checked, left = (uint8_t)(cycle->count - i);
+    uint8_t i = next_changed(cycle, cycle->checked), left = (uint8_t)(cycle->count - i);
     bool is_filling = cycle->filled != NOT_FILLING;
     uint8_t servos = is_filling ? CHECKS_PER_POLL / 2 : CHECKS_PER_POLL;
 
-    if (changed != CDS_BROADCAST_ID) {
-        for (; left && cycle->ids[i] != changed; left--)
-            i++;
+    if (cycle->changed_id != CDS_BROADCAST_ID)
         servos = 1;
-    }
     if (servos > left)
         servos = left;
-    cycle->checked = (uint8_t)(i + servos);
+    cycle->checked = next_changed(cycle, (uint8_t)(i + servos));
     cycle->counters.dropped =
         (uint16_t)(cycle->counters.dropped + check_again(cycle, cycle->front, i, servos));
     if (is_filling)
