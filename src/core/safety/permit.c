@@ -259,6 +259,8 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
             request->check = (uint16_t)(servos->epoch - 1u);
         return result;
     }
+    if (servos->walk_request == request)
+        servos->walk_request = NULL; // the next check of this request begins anew
     if (result == CDS_OK)
         request->check = servos->epoch;
     else
