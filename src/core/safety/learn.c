@@ -462,16 +462,17 @@ static void learn_torque_off(struct cds_servos *servos)
 
 static void learn_one(struct cds_walk *walk, const struct cds_request *request)
 {
-    struct cds_servos *servos = walk->servos;
+    struct cds_servo_state *servo = walk->servo;
+    uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION];
 
-    if (!walk->servo)
+    if (!servo)
         return;
-    if (walk->is_sync_write)
-        learn_registers(servos, walk->servo, &walk->written, CDS_SOURCE_SENT);
-    else if (request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
-        expire(walk->servo);
+    if (instruction == CDS_WRITE || instruction == CDS_SYNC_WRITE) // of no ID: the permit refuses it
+        learn_registers(walk->servos, servo, &walk->written, CDS_SOURCE_SENT);
+    else if (instruction == CDS_RESET)
+        expire(servo);
     else
-        learn_packet(servos, walk->servo, request, CDS_SOURCE_SENT);
+        learn_packet(walk->servos, servo, request, CDS_SOURCE_SENT);
 }
 
 /* True if the broadcast of torque off is the next packet. */
@@ -518,14 +519,14 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     if (cds_written_is_torque_off(bytes)) {
         learn_torque_off(servos);
     } else {
-        while ((result = cds_walk_next(&walk, 2)) == CDS_OK)
+        while ((result = cds_walk_next(&walk, 1)) == CDS_OK)
             learn_one(&walk, request);
         if (result == CDS_WALK_ENDS) {
             servos->walked = ALL_LEARNT;
             if (bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
                 cds_servos_note_change(servos, CDS_BROADCAST_ID);
         }
-        return true; // the end is for the next call
+        return walk.budget <= 0 || result != CDS_WALK_ENDS; // else the end is for the next call
     }
     servos->walked = ALL_LEARNT;
     return false;
