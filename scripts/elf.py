@@ -44,8 +44,8 @@ DIVIDES = re.compile(r"Divides (?:16|32)-bit numbers: not for the hot path")
 # Of functions whose address is taken (object: name): the functions that call them through a pointer.
 POINTERS = {
     r"permit\.o: cds_servos_permit": r"bus\.o: send_if_permitted",
-    r"queue\.o: submit": r"bus\.o: cds_bus_submit_later|servos\.o: submit",
-    r"servos\.o: submit": r"bus\.o: cds_bus_submit_later",
+    r"queue\.o: submit": r"bus\.o: cds_bus_send_or_wait|servos\.o: submit",
+    r"servos\.o: submit": r"bus\.o: cds_bus_send_or_wait",
     r"queue\.o: cancel": r"open\.o: cds_bus_open|bus\.o: cds_bus_cancel|servos\.o: cancel",
     r"servos\.o: cancel": r"open\.o: cds_bus_open|bus\.o: cds_bus_cancel",
     r"queue\.o: on_end": r"bus\.o: (?:finish|cds_bus_cancel)|servos\.o: on_end",

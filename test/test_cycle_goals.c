@@ -137,7 +137,7 @@ static enum cds_result permit(void *context, struct cds_request *request)
     request->is_muted = false;
     if (request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_READ)
         return CDS_NO_REPLY_DUE;
-    TEST_ASSERT_EQUAL_UINT16(epoch, request->check);
+    TEST_ASSERT_EQUAL_UINT16(epoch, request->permit_epoch);
     model_checked(front);
     model_checked(back);
     assert_packet(request->packet.bytes);

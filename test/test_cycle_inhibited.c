@@ -133,12 +133,12 @@ static enum cds_result permit(void *context, struct cds_request *asked)
     asked->is_muted = false;
     if (bytes[CDS_AT_INSTRUCTION] == CDS_READ && is_read_muted)
         return CDS_NO_REPLY_DUE;
-    if (bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE || asked->check == epoch)
+    if (bytes[CDS_AT_INSTRUCTION] != CDS_SYNC_WRITE || asked->permit_epoch == epoch)
         return CDS_OK;
     for (uint8_t i = 0; i < SERVOS && result == CDS_OK; i++)
         result = permit_goal(context, bytes[7 + 5 * i], &index, bytes + 8 + 5 * i);
     if (result == CDS_OK)
-        asked->check = epoch;
+        asked->permit_epoch = epoch;
     return result;
 }
 
@@ -767,7 +767,7 @@ void test_goals_unchanged_are_checked_once(void)
     begin();
     run_periods(5);
     TEST_ASSERT_EQUAL_UINT16(SERVOS, checks);
-    TEST_ASSERT_EQUAL_UINT16(epoch, cycle.goals.check);
+    TEST_ASSERT_EQUAL_UINT16(epoch, cycle.goals.permit_epoch);
     inhibit(1);
     run_periods(1);
     TEST_ASSERT_EQUAL_UINT16(SERVOS + 1, checks);

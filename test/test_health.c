@@ -120,15 +120,15 @@ void test_torque_lost_unseen_shows_within_a_period(void)
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
     brown_out(1, false);
     run_for(PERIOD_US + 200);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
-    TEST_ASSERT_EQUAL_HEX8(0, states[0].inhibited | states[2].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
+    TEST_ASSERT_EQUAL_HEX8(0, states[0].inhibits | states[2].inhibits);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(2));
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
     cds_servos_release(&servos, &states[1]);
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
     run_for(2 * PERIOD_US);
     TEST_ASSERT_EQUAL_HEX8(0,
-                           states[1].inhibited); // torque was not switched on: it is not lost again
+                           states[1].inhibits); // torque was not switched on: it is not lost again
 }
 
 /* Until it is given up: three looks, a period apart. */
@@ -158,7 +158,7 @@ void test_an_offline_servo_is_found_read_and_inhibited(void)
     TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 1));
     run_for(200); // at once
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(1));
 }
 
@@ -170,7 +170,7 @@ void test_a_servo_that_kept_its_state_may_be_driven(void)
     wire.servo[2].dead = false;
     run_for(CDS_HEALTH_SEEK_US + 2000);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[2].presence);
-    TEST_ASSERT_EQUAL_HEX8(0, states[2].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[2].inhibits);
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
 }
 
@@ -208,14 +208,14 @@ void test_a_servo_that_answers_no_read_is_lost_when_back(void)
     run_for(2 * PERIOD_US);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 2, CDS_PING));
-    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
     lose(1);
     wire.servo[1].dead = false;
     first = wire.count;
     run_for(5 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
     TEST_ASSERT_EQUAL_UINT8(0, states[1].status_return_level);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
     TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 2, CDS_READ));
 }
 
@@ -235,7 +235,7 @@ void test_a_servo_whose_first_reads_are_lost_keeps_its_level(void)
     run_for(2 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
     TEST_ASSERT_NOT_EQUAL(0, states[1].status_return_level);
-    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
 }
 
 /* A servo that answers PING only has returned, and has missed three READs. */
@@ -257,11 +257,11 @@ void test_a_damaged_reply_to_ping_tells_nothing(void)
     wire.servo[1].garbled = true;
     run_for(2 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[1].presence);
-    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
     wire.servo[1].garbled = false;
     run_for(2 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
 }
 
 /* Between the PING and the next poll a READ of the application was answered. */
@@ -286,7 +286,7 @@ void test_a_read_of_others_tells_more_than_the_ping(void)
     }
     run_for(100);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
-    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
 }
 
 /* All servos were ONLINE for 40 min, more than half a wrap of the clock. */
@@ -316,7 +316,7 @@ void test_a_returned_servo_that_is_gone_again_is_offline(void)
     wire.servo[1].dead = true;
     run_for(5 * CDS_HEALTH_SEEK_US);
     TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[1].presence);
-    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
 }
 
 /* Every other request goes first. */
@@ -396,7 +396,7 @@ void test_a_servo_returned_before_begin_is_read_at_once(void)
     TEST_ASSERT_EQUAL(CDS_OK, begin_health(1000 * PERIOD_US));
     health.look_us += PERIOD_US; // not by a look that happens to be its own
     run_for(500);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
 }
 
 /* Both are plugged in again: neither waits for the other. */
@@ -409,8 +409,8 @@ void test_two_returned_servos_are_read_at_once(void)
     while (states[0].presence == CDS_PRESENCE_OFFLINE || states[2].presence == CDS_PRESENCE_OFFLINE)
         run_for(1);
     run_for(800);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibited);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[2].inhibited);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[2].inhibits);
 }
 
 void test_a_read_is_not_retried(void)

@@ -1,7 +1,7 @@
 /* The table of docs/permit.md, row by row: the number of the row begins the name of its test. */
 #include <string.h>
 
-#include "bus/bus_internal.h" // cds_bus_submit_checked()
+#include "bus/bus_internal.h" // cds_bus_submit_permitted()
 #include "cds55xx/servo.h"
 #include "cds55xx/servos.h"
 #include "cds55xx/sync_write.h"
@@ -852,6 +852,32 @@ static void begin_fifty(void)
     limit_goal(&states[COUNT - 1]);
 }
 
+/* The inhibit was so long ago that the difference of the two epochs changes its sign. */
+void test_an_old_inhibit_refuses_no_long_packet(void)
+{
+    begin_fifty();
+    cds_servos_inhibit_all(&servos);
+    cds_servos_release_all(&servos);
+    for (uint16_t i = 0; i < 40000u; i++)
+        cds_servos_release(&servos, &states[0]);
+    pass(fifty_goals(500));
+    for (uint16_t i = 0; i < 40000u; i++) // and back again
+        cds_servos_release(&servos, &states[0]);
+    pass(fifty_goals(500));
+}
+
+void test_an_inhibit_amid_the_first_check_refuses_the_packet(void)
+{
+    begin_fifty();
+    servos.epoch = UINT16_MAX;
+    cds_servos_release(&servos, &states[0]); // the epoch wraps
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    cds_servos_inhibit_all(&servos);
+    cds_servos_release_all(&servos);
+    look();
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);
+}
+
 void test_a_long_packet_is_checked_some_blocks_a_call(void)
 {
     uint8_t polls = 0;
@@ -916,10 +942,10 @@ void test_a_check_that_was_cancelled_is_not_continued(void)
 void test_a_caller_cannot_mark_a_packet_as_checked(void)
 {
     cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
-    request.check = servos.epoch;
+    request.permit_epoch = servos.epoch;
     refuse(CDS_INHIBITED, torque(1));
     cds_packet_write(&request.packet, 1, CDS_REG_TORQUE_ENABLE, (const uint8_t[]){1}, 1);
-    refuse(CDS_INHIBITED, cds_bus_submit_checked(&bus, &request, (uint16_t)(servos.epoch - 1)));
+    refuse(CDS_INHIBITED, cds_bus_submit_permitted(&bus, &request, (uint16_t)(servos.epoch - 1)));
 }
 
 void test_torque_to_fifty_by_sync_write_is_learnt(void)
@@ -962,7 +988,7 @@ void test_a_check_of_fifty_goes_on_behind_goals_of_a_cycle(void)
     cds_packet_end(&other.packet);
     other.reply_parameters = CDS_REPLY_NONE;
     other.priority = CDS_PRIORITY_HIGH;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_checked(&bus, &other, servos.epoch));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_permitted(&bus, &other, servos.epoch));
     TEST_ASSERT_EQUAL_PTR(&other, bus.request);
     cds_bus_poll(&bus);
     cds_bus_poll(&bus);

@@ -170,7 +170,7 @@ void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(v
     meet(1); // as the PC might
     wait_ms(2);
     TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_ONLINE, known(1)->presence);
-    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STATE_LOST, known(1)->inhibited);
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STATE_LOST, known(1)->inhibits);
 }
 
 void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)

@@ -42,29 +42,31 @@ extern "C" {
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* A reply that begins up to so many microseconds after the end of its packet is never taken for the
- * reply to a later packet. Register 0x05 allows 508; the rest is for servos that are slower than
- * their register says. A slower servo can still give a wrong value: docs/faults.md, F17-again. */
+/* A reply that begins within this time after the end of its packet, in microseconds, is never taken
+ * for the reply to a later packet. Register 0x05 allows 508; the rest is for servos that are slower
+ * than their register says. A slower servo can still give a wrong value: docs/faults.md, F17-again.
+ */
 #define CDS_STALE_REPLY_US 2000
 
-/* The states of the transaction:
+/* The states of the transaction, in this order:
  *
  *   CLOSED --open--> IDLE --submit--> SENDING --no reply is due--> SENDING_ONLY --complete--> IDLE
  *                     |                  ^  |
- *                  submit,               |  +--a reply is due--> AWAITING_REPLY <--malformed--+
- *               line in use              |                        |         |                 |
+ *              line in use, or           |  +--a reply is due--> AWAITING_REPLY <--malformed--+
+ *             check not ended            |                        |         |                 |
  *                     v                  |                     deadline  its head           |
- *              WAITING_FOR_LINE --quiet--+                        v         v                 |
+ *              WAITING_FOR_LINE --may go-+                        v         v                 |
  *                     |                                          IDLE    RECEIVING -----------+
- *                     +--too long--> IDLE                        IDLE <--whole or deadline--+
+ *                     +--too long, or refused--> IDLE            IDLE <--whole or deadline--+
  */
 enum cds_bus_state {
     CDS_BUS_CLOSED,
     CDS_BUS_IDLE,             // no transaction
-    CDS_BUS_WAITING_FOR_LINE, // the packet leaves when the line is quiet and the permit agrees
-    CDS_BUS_SENDING,          // the packet is on the wire; the next poll sets the deadline
+    CDS_BUS_WAITING_FOR_LINE, // until the line is quiet, no stale reply can come, and the permit
+                              // agrees
+    CDS_BUS_SENDING,          // the packet has begun; the next poll sets the deadline
     CDS_BUS_SENDING_ONLY,     // the packet is on the wire, and no reply is due
-    CDS_BUS_AWAITING_REPLY,   // the bytes that come are searched for the reply
+    CDS_BUS_AWAITING_REPLY,   // a reply is due: the bytes that come behind the packet are searched
     CDS_BUS_RECEIVING,        // the head of the reply was found; its parameters are taken
 } __attribute__((packed));
 
@@ -122,7 +124,7 @@ struct cds_request {
     uint8_t retries;          // retries used; 0 while the request is not on its way
     bool is_muted;            // the servo's status return level lets it answer nothing
     uint16_t return_delay_us; // the longest time this servo waits before it answers
-    uint16_t check;           // epoch of the permit in which the packet was found good; 0: never
+    uint16_t permit_epoch;    // of the permit's latest answer to this packet; 0: none
     struct cds_request *next; // the queue's
 };
 
@@ -149,8 +151,8 @@ struct cds_stats {
     uint16_t sent;          // instruction packets, retries among them
     uint16_t retried;       // packets sent again because no good reply had come
     uint16_t ok;            // transactions that ended well, those without a reply among them
-    uint16_t timeouts;      // transactions without a reply by the deadline
-    uint16_t corrupt;       // transactions with nothing but damage by the deadline
+    uint16_t timeouts;      // transactions without a good reply, and without damage
+    uint16_t corrupt;       // transactions without a good reply, but with damage
     uint16_t line_busy;     // requests that ended as CDS_LINE_BUSY: no packet was sent
     uint16_t malformed;     // would-be packets with a wrong LENGTH or checksum
     uint16_t noise_bytes;   // bytes that begin no packet; an FF and the byte after it count once
@@ -172,15 +174,16 @@ enum cds_bus_event {
 } __attribute__((packed));
 
 /* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
- * Each function gets `context`, and must be there unless its comment allows NULL. The bus calls them
- * from cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(); the cycle calls
+ * Each function gets `context`, and must be there unless its comment allows NULL. The bus calls
+ * them from cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(); the cycle calls
  * permit_goal and changed_since, and the registered move calls set_move. */
 struct cds_bus_hooks {
     void *context;
 
     /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
-     * else why not. Asked at the submit, and right before each packet leaves. Sets request->return_delay_us and
-     * request->is_muted. NULL: every packet may leave; on_sending and on_packet are not called. */
+     * else why not. Asked at the submit, and right before each packet leaves. Sets
+     * request->return_delay_us and request->is_muted. NULL: every packet may leave; on_sending and
+     * on_packet are not called. */
     enum cds_result (*permit)(void *context, struct cds_request *request);
 
     /* The bus has another request. Takes `request` over, its result then being CDS_PENDING. CDS_OK,
@@ -211,9 +214,10 @@ struct cds_bus_hooks {
      * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. NULL: none. */
     uint8_t (*changed_since)(void *context, uint16_t *epoch);
 
-    /* For registered_move.c: `request` carries the registered move that begins; NULL: the move has
-     * ended. The permit lets REG WRITE and ACTION of this request reach servos with limits, as far
-     * as its rules for a move allow (docs/permit.md). NULL: no permit. */
+    /* For registered_move.c: `request` carries the registered move that begins; NULL: none of its
+     * REG WRITE or ACTION follows. The permit lets REG WRITE and ACTION of this request reach
+     * servos with limits, as far as its rules for a move allow (docs/permit.md). NULL: no permit.
+     */
     void (*set_move)(void *context, const struct cds_request *request);
 };
 
@@ -227,8 +231,9 @@ struct cds_bus_lock {
     uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
-/* What the bus itself counts of struct cds_stats, which says what these are. */
+/* What the bus itself counts of struct cds_stats. */
 struct cds_bus_counts {
+    // internal: as struct cds_stats has them
     uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
     uint16_t not_due[3]; // good packets, by enum cds_bus_event
     uint16_t framing_errors, overruns, ring_overflows;
@@ -288,17 +293,17 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  *   CDS_BAD_ARGUMENT  the bus is not open, the packet was never ended, or reply_parameters is
  *                     above CDS_REPLY_MAX
  *   CDS_NO_ROOM       the reply would not fit reply_capacity
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit refuses it (permit.h)
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit refuses it (servos.h)
  *
  * With any result but CDS_OK nothing was sent, and request->result is that result, unless the
  * request is on its way. How it ends (request->result):
  *
- *   CDS_OK            the reply is in request->reply, or none was due
- *   CDS_TIMEOUT       no good reply by the deadline: the time of packet and reply, the return
- *                     delay and CDS_REPLY_MARGIN_US
- *   CDS_CORRUPT       nothing but damage by the deadline
- *   CDS_LINE_BUSY     the line did not become quiet in time, nothing was sent
- *   CDS_CANCELLED     see cds_bus_cancel(), cds_bus_open()
+ *   CDS_OK            the servo has answered, or no reply was due. A servo that refuses answers
+ *                     too: request->error has bits of CDS_ERRORS_OF_PACKET, request->length is 0
+ *   CDS_TIMEOUT       no good reply by the deadline, and no damage; also a reply that was cut
+ * short. The deadline: the time of packet and reply, return delay, CDS_REPLY_MARGIN_US CDS_CORRUPT
+ * no good reply by the deadline, and a byte or a packet was damaged CDS_LINE_BUSY     the line did
+ * not become quiet in time, nothing was sent CDS_CANCELLED     see cds_bus_cancel(), cds_bus_open()
  *   or a refusal of the permit, as above, if what it rests on has changed since */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
@@ -310,8 +315,8 @@ void cds_bus_start(struct cds_bus *bus, struct cds_request *request);
  * it, its result still CDS_PENDING; NULL: the packet has left already, or there is none. */
 struct cds_request *cds_bus_take_back(struct cds_bus *bus);
 
-/* Takes back a request that waits for its turn or for the line: it ends as CDS_CANCELLED, without
- * on_end. CDS_OK; CDS_BUSY: its packet has left, and it will end by its deadline;
+/* Takes back a request that waits for its turn or for the line: it ends as CDS_CANCELLED, and its
+ * on_end is not called. CDS_OK; CDS_BUSY: its packet has left, and it will end by its deadline;
  * CDS_BAD_ARGUMENT: it is not on this bus. */
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request);
 

@@ -113,7 +113,7 @@ enum cds_result cds_cycle_begin(struct cds_cycle *cycle, const struct cds_cycle_
  *   CDS_BAD_ARGUMENT  out of range; nothing was set
  *   CDS_BUSY          the goals of the commit before the last one are still being sent; try again
  *                     within a period
- *   CDS_LIMIT         the permit of the bus (permit.h) refuses the goal; the servo keeps its goal
+ *   CDS_LIMIT         the permit of the bus (servos.h) refuses the goal; the servo keeps its goal
  *   CDS_INHIBITED     the servo may not be driven; the next polls leave it out
  *
  * A servo whose first goal is refused is left out from the beginning. */

@@ -45,16 +45,16 @@ enum cds_link_break {
 /* What handlers and main context share of one bus. The ring last: an AVR reaches the first 64 bytes
  * of a struct in one instruction.
  *
- * Handlers have no time for more than 8 bits: so the bus adds up what they have counted whenever it
- * finds the stream broken, and 256 bytes lost or damaged between two of its looks are none. */
+ * Handlers count in 8 bits, for speed. The bus adds up what they have counted whenever it finds the
+ * stream broken: 256 bytes lost or damaged between two of its polls count as none. */
 struct cds_link {
-    const uint8_t *volatile cursor;  // next byte to be sent
-    const uint8_t *volatile last;    // the packet's last byte
-    const uint8_t *volatile echo;    // next byte to come back, where the receiver hears the driver
-    volatile uint8_t state;          // enum cds_link_state
-    volatile uint8_t broken;         // enum cds_link_break: since the bus last looked
-    volatile uint8_t broken_at;      // the first byte damaged or lost, as an index of the ring
-    volatile uint8_t whole_from;     // the last one
+    const uint8_t *volatile cursor; // next byte to be sent
+    const uint8_t *volatile last;   // the packet's last byte
+    const uint8_t *volatile echo;   // next byte to come back, where the receiver hears the driver
+    volatile uint8_t state;         // enum cds_link_state
+    volatile uint8_t broken;        // enum cds_link_break: since the bus last looked
+    volatile uint8_t broken_at;  // position in the ring where the first damaged or lost byte came
+    volatile uint8_t whole_from; // position of the first byte behind the last one
     volatile uint8_t framing_errors; // modulo 256: bytes with no other error,
     volatile uint8_t overruns;       // likewise,
     volatile uint8_t both_errors;    // bytes with both,

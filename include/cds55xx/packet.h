@@ -68,7 +68,7 @@ enum cds_error {
 struct cds_packet {
     uint8_t *bytes;    // the buffer
     uint16_t capacity; // of `bytes`; 6 to 258 are of use, below 0xC000
-    uint16_t size;     // of the packet once it was ended; above CDS_LENGTH_MAX + 4 before that
+    uint16_t size; // of the packet once it was ended; 0, or above CDS_LENGTH_MAX + 4, before that
 };
 
 /* Begins a packet: header, ID (0 to 253, or CDS_BROADCAST_ID), instruction. */

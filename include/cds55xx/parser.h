@@ -58,7 +58,7 @@ struct cds_parser {
     uint8_t length;       // LENGTH, 2 to `longest`
     uint8_t error;        // CDS_ERROR_* bits
     uint8_t *to;          // where its next parameter goes, or NULL: nowhere
-    bool is_clean;        // nothing was malformed since the caller has set this
+    bool is_clean;        // nothing was malformed, damaged or lost since the caller has set this
     uint16_t noise_bytes; // bytes that begin no packet, modulo 65536; an FF and the byte after it
                           // count once
 };

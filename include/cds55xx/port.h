@@ -53,7 +53,7 @@ uint32_t cds_port_now_us(void);
 uint16_t cds_port_ticks(void);
 
 /* Sets the timer of the port to the moment `from` (as of cds_port_ticks()) plus `count` x `each_us`
- * plus `more_us`; both together are 0 to 2^20 - 1 us. The timer wraps every 32.8 ms and expires
+ * plus `more_us`: 0 to 2^20 - 1 us after `from`. The timer wraps every 32.8 ms and expires
  * once in each wrap. Returns how many expiries come before the last one, 0 to 31; the caller
  * answers each with cds_port_restart_timer(). The last one never comes early. It comes late by the
  * time that an earlier one waited for that call, and if the timer is set more than 32 ms after

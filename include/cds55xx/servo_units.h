@@ -2,7 +2,8 @@
  * conversions, their ranges and the profiles are those of units.h; raw access stays servo.h.
  *
  * A call that sends checks its arguments, converts them, and then does what its twin in servo.h
- * does. It returns what that returns; CDS_BAD_ARGUMENT also for a register or value out of range.
+ * does. It returns what that returns: CDS_OK, CDS_BUSY, CDS_NO_ROOM, CDS_NO_REPLY_DUE, CDS_LIMIT,
+ * CDS_INHIBITED, CDS_TOO_EARLY; and CDS_BAD_ARGUMENT also for a register or value out of range.
  * CDS_PACKET_SIZE(5) is room for every packet here.
  * IDs are 0 to 253, or CDS_BROADCAST_ID. `profile`, where a call takes one, says what kind of servo
  * that is and must not be NULL. Main context.

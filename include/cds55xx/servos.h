@@ -72,8 +72,8 @@ enum cds_servos_growth {
  * 255. */
 struct cds_servo_counters {
     uint16_t ok;                // transactions that it answered
-    uint16_t timeouts;          // transactions that it did not answer
-    uint16_t corrupt;           // transactions of whose reply only damage came
+    uint16_t timeouts;          // transactions without a good reply, and without damage
+    uint16_t corrupt;           // transactions without a good reply, but with damage
     uint8_t stale_replies;      // its packets that came after their deadline
     uint8_t duplicate_replies;  // its packets that came after its reply: two servos share its ID
     uint8_t unexpected_packets; // its packets that no request asked for, or of another length
@@ -93,7 +93,7 @@ struct cds_servo_state {
     uint8_t return_delay;     // register 0x05 in 2 us, or CDS_SERVOS_UNKNOWN
     uint8_t alarms;           // CDS_ERROR_* bits of all its packets, until acknowledged
     uint8_t presence : 2;     // enum cds_presence
-    uint8_t inhibited : 2;    // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
+    uint8_t inhibits : 2;     // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
     uint8_t misses : 2;       // transactions in a row without its reply, up to 3
     uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN
     uint8_t held;                    // CDS_HELD_* bits
@@ -132,7 +132,7 @@ struct cds_servos {
     // to be read:
     uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
     bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
-    bool inhibited;         // driving is inhibited at all: every packet that can drive is refused
+    bool is_inhibited;      // driving is: every packet that can drive any servo is refused
     bool is_full;           // a servo was met for which the list has no room
     uint8_t alarms;         // of all servos, known or not, until acknowledged
     uint8_t news;           // counts changes of error bits or presence, modulo 256
@@ -173,9 +173,9 @@ struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id);
 
 /* Sets the soft limits of `servo`, an entry: goals from `lowest` to `highest` (0 to 1023: 0 to 300
  * degrees), speeds up to `fastest` (0 to 1023, in 62/1023 RPM). Nothing is sent. Where a limit is
- * narrowed, goal and speed must be read anew before torque is switched on; a registered move under
- * way is aborted. CDS_OK; CDS_BAD_ARGUMENT: out of range, or `lowest` above `highest`; nothing was
- * set. */
+ * narrowed, goal and speed must be read anew before torque is switched on; the packets of a
+ * registered move under way are refused from then on. CDS_OK; CDS_BAD_ARGUMENT: out of range, or
+ * `lowest` above `highest`; nothing was set. */
 enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_servo_state *servo,
                                       uint16_t lowest, uint16_t highest, uint16_t fastest);
 
@@ -196,22 +196,22 @@ void cds_servos_inhibit_all(struct cds_servos *servos);
 void cds_servos_inhibit(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t why);
 
 /* Returns the CDS_INHIBIT_* bits that apply to `servo`: its own, and CDS_INHIBIT_STOPPED while
- * driving is inhibited at all. */
+ * driving is inhibited for all. */
 static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
                                           const struct cds_servo_state *servo)
 {
-    return (uint8_t)(servo->inhibited | (servos->inhibited ? CDS_INHIBIT_STOPPED : 0));
+    return (uint8_t)(servo->inhibits | (servos->is_inhibited ? CDS_INHIBIT_STOPPED : 0));
 }
 
-/* Ends the inhibits of `servo`, an entry. It may be driven unless driving is inhibited at all. A
+/* Ends the inhibits of `servo`, an entry. It may be driven unless driving is inhibited for all. A
  * RETURNED servo stays inhibited until its TORQUE_ENABLE was read. Nothing is sent: torque is off,
  * and the caller sets speed, goal and torque anew. */
 void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo);
 
-/* Ends every inhibit: of driving at all, and of each servo. What was refused stays refused. */
+/* Ends every inhibit: for all, and of each servo. What was refused stays refused. */
 void cds_servos_release_all(struct cds_servos *servos);
 
-/* Ends the inhibit of driving at all, and CDS_INHIBIT_STOPPED of each servo. A servo that lost its
+/* Ends the inhibit for all, and CDS_INHIBIT_STOPPED of each servo. A servo that lost its
  * state stays inhibited. */
 void cds_servos_allow(struct cds_servos *servos);
 

@@ -134,7 +134,7 @@ NOINLINE static void servo_part(struct writer *writer, const struct cds_servos *
         writer_text(writer, writer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
         break;
     case PART_LOST:
-        if (servo->inhibited & CDS_INHIBIT_STATE_LOST)
+        if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
             writer_text(writer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:

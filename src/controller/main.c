@@ -287,8 +287,8 @@ static bool take_reply(void)
 
     do {
         is_in_use = cds_bus_poll(bus);
-    } while (bus->state == CDS_BUS_RECEIVING && cds_parser_has_unread(&bus->parser, &bus->link.rx) &&
-             --left);
+    } while (bus->state == CDS_BUS_RECEIVING &&
+             cds_parser_has_unread(&bus->parser, &bus->link.rx) && --left);
     return is_in_use;
 }
 
@@ -303,8 +303,8 @@ static void poll_bus(void)
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
-        while (take_reply() && bridge_waits(bridge) &&
-               sent == controller.serial.tx.head && --left) {
+        while (take_reply() && bridge_waits(bridge) && sent == controller.serial.tx.head &&
+               --left) {
         }
         sent = send_to_host();
         poll_bridge();

@@ -122,7 +122,7 @@ bool robot_release(struct robot *robot);
 /* Is driving inhibited? */
 static inline bool robot_is_inhibited(const struct robot *robot)
 {
-    return robot->servos.inhibited;
+    return robot->servos.is_inhibited;
 }
 
 /* How many servos there may be that the robot does not look at: 0 to 254. After a whole scan, those

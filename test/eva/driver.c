@@ -480,7 +480,7 @@ static void any_request(struct cds_request *of)
     of->retries = any_byte();
     of->is_muted = any_bool();
     of->return_delay_us = any_word();
-    of->check = any_word();
+    of->permit_epoch = any_word();
 }
 
 /* Gives the request a reply of `due` parameters, and a buffer with place for just so many. */
@@ -626,7 +626,7 @@ static void call(void)
     case 1: cds_bus_set_baud(&bus, any_byte()); break;
     case 2: cds_bus_set_return_delay(&bus, any_word()); break;
     case 3: cds_bus_submit(&bus, &other); break;
-    case 4: cds_bus_submit_checked(&bus, &request, any_word()); break;
+    case 4: cds_bus_submit_permitted(&bus, &request, any_word()); break;
     case 5: cds_bus_cancel(&bus, any_bool() ? &request : &other); break;
     case 6: cds_bus_attach(&bus, &hooks); break;
     case 7: cds_queue_attach(&queue, &bus); break;

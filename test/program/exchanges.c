@@ -75,7 +75,7 @@ static void tell_known(struct job_known *known)
     known->alarms = servo->alarms;
     known->presence = servo->presence;
     known->misses = servo->misses;
-    known->inhibited = servo->inhibited;
+    known->inhibited = servo->inhibits;
     known->torque = servo->torque;
 }
 

@@ -203,7 +203,7 @@ static void check_state(void)
     while (cds_bus_poll(&bus)) {
     }
     for (uint8_t i = 0; i <= SERVOS; i++)
-        say("state", states[i].inhibited * 10u + states[i].presence);
+        say("state", states[i].inhibits * 10u + states[i].presence);
 }
 
 static void diagnose(uint8_t id)

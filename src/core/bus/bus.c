@@ -62,8 +62,8 @@ static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_reque
 }
 
 /* The header is on the wire, `begun` bytes of it. */
-static NOCLONE enum cds_result send_rest(struct cds_bus *bus, struct cds_request *request,
-                                         uint8_t begun)
+static NOCLONE enum cds_result send_remainder(struct cds_bus *bus, struct cds_request *request,
+                                              uint8_t begun)
 {
     bus->begun_ticks = cds_port_ticks(); // the deadline counts from here
     cds_link_follow(&bus->link, bus->port, request->packet.bytes, request->packet.size, begun);
@@ -80,11 +80,11 @@ NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *r
 {
     if (cds_line_has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
         return line_is_in_use(bus, request);
-    return send_rest(bus, request, cds_link_begin(bus->port));
+    return send_remainder(bus, request, cds_link_begin(bus->port));
 }
 
-/* Asks the permit. If it agrees, and bus and line are free, the packet leaves. CDS_PENDING: not now;
- * else why it may not leave. */
+/* Asks the permit. If it agrees, and bus and line are free, the packet leaves. CDS_PENDING: not
+ * now; else why it may not leave. */
 static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
@@ -105,13 +105,13 @@ void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
         wait_for_line(bus, request);
 }
 
-NOCLONE enum cds_result cds_bus_submit_later(struct cds_bus *bus, struct cds_request *request,
-                                             uint16_t check)
+NOCLONE enum cds_result cds_bus_send_or_wait(struct cds_bus *bus, struct cds_request *request,
+                                             uint16_t permit_epoch)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
     uint8_t result;
 
-    request->check = check;
+    request->permit_epoch = permit_epoch;
     if (bus->state == CDS_BUS_CLOSED)
         result = CDS_BAD_ARGUMENT;
     else if (bus->gate & GATE_LOCKED && !request->passes_lock)
@@ -142,17 +142,17 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
         due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING ||
         bus->state != CDS_BUS_IDLE || bus->gate)
-        return cds_bus_submit_checked(bus, request, 0);
+        return cds_bus_submit_permitted(bus, request, 0);
     return cds_bus_send(bus, request);
 }
 
-NOINLINE enum cds_result cds_bus_submit_checked(struct cds_bus *bus, struct cds_request *request,
-                                                uint16_t check_epoch)
+NOINLINE enum cds_result cds_bus_submit_permitted(struct cds_bus *bus, struct cds_request *request,
+                                                  uint16_t permit_epoch)
 {
     enum cds_result result = cds_request_check(request);
 
     if (result == CDS_OK)
-        return cds_bus_submit_later(bus, request, check_epoch);
+        return cds_bus_send_or_wait(bus, request, permit_epoch);
     if (request->result != CDS_PENDING)
         request->result = (uint8_t)result;
     return result;
@@ -272,7 +272,7 @@ static COLD bool fail(struct cds_bus *bus)
 /* The packet was seen on the wire: it fails if it has not left by the deadline. */
 static COLD bool wait_until_sent(struct cds_bus *bus)
 {
-    if (!cds_line_deadline_is_over(bus) || bus->link.state == CDS_LINK_LISTENING)
+    if (!cds_line_check_deadline(bus) || bus->link.state == CDS_LINK_LISTENING)
         return true; // it may have left just now: the next poll finds it so
     cds_link_abort(&bus->link, bus->port);
     return fail(bus);
@@ -389,9 +389,9 @@ static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
     }
 }
 
-/* The deadline is over, or the stream is broken: examines the bytes before that, and then acts on
- * it. The deadline is judged last: what came by then is not late. */
-static COLD bool examine_within_limits(struct cds_bus *bus)
+/* Examines what lies before the first damage, and before the deadline if it is over; then acts on
+ * either. Bytes that came before the poll that finds the deadline over are not late. */
+static COLD bool examine_to_end(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
     // in this order: what breaks meanwhile lies behind the end
@@ -402,7 +402,7 @@ static COLD bool examine_within_limits(struct cds_bus *bus)
         if (link->state != CDS_LINK_LISTENING)
             return wait_until_sent(bus); // no reply before the packet has left
         is_closing = bus->phase & RECEPTION_CLOSING;
-        if (!is_closing && cds_line_deadline_is_over(bus)) {
+        if (!is_closing && cds_line_check_deadline(bus)) {
             is_closing = RECEPTION_CLOSING;
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
@@ -432,7 +432,7 @@ static NOCLONE void listen(struct cds_bus *bus)
         cds_line_rest(bus, 0);
         bus->gate &= (uint8_t)~GATE_FAULT;
         bus->parser.longest = CDS_PARSER_LENGTH_MAX;
-        examine_within_limits(bus);
+        examine_to_end(bus);
     } else if (bus->gate & (GATE_LINE | GATE_STALE)) {
         cds_line_check_rest(bus);
     } else if (!cds_port_line_is_high(bus->port)) {
@@ -458,7 +458,7 @@ static COLD bool wait_on(struct cds_bus *bus)
     if (phase == WAIT_BEGINS) {
         bytes = CDS_PACKET_SIZE(CDS_REPLY_MAX) - 2u;
         more_us = CDS_RETURN_DELAY_MAX_US + CDS_REPLY_MARGIN_US;
-    } else if (!cds_line_deadline_is_over(bus)) {
+    } else if (!cds_line_check_deadline(bus)) {
         return true;
     } else if (phase == WAIT_LAST_LOOK) {
         bus->stats.line_busy++;
@@ -506,6 +506,6 @@ bool cds_bus_poll(struct cds_bus *bus)
         return poll_other(bus);
     }
     if (bus->link.broken || cds_port_timer_expired(bus->port))
-        return examine_within_limits(bus);
+        return examine_to_end(bus);
     return true;
 }

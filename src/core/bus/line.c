@@ -20,7 +20,7 @@ NOCLONE void cds_line_set_deadline(struct cds_bus *bus, uint16_t from, uint16_t 
 
 /* The timer has expired: true if it was for the last time. A poll that comes more than a wrap late
  * sees one expiry of several: then the clock decides. */
-NOCLONE uint8_t cds_line_is_last_expiry(struct cds_bus *bus)
+NOCLONE uint8_t cds_line_take_expiry(struct cds_bus *bus)
 {
     if (bus->timer_wraps == 0 || (int16_t)(now_65ms() - bus->deadline_65ms) >= 0)
         return true;

@@ -23,12 +23,13 @@ enum {
 /* Sets the timer to the longest time `bytes` bytes and `more_us` may take after `from`. */
 void cds_line_set_deadline(struct cds_bus *bus, uint16_t from, uint16_t bytes, uint16_t more_us);
 
-/* The timer has expired: true if it was for the last time. */
-uint8_t cds_line_is_last_expiry(struct cds_bus *bus);
+/* The timer has expired: returns 1 if that was its last expiry; else takes it, and returns 0. */
+uint8_t cds_line_take_expiry(struct cds_bus *bus);
 
-ALWAYS_INLINE uint8_t cds_line_deadline_is_over(struct cds_bus *bus)
+/* Returns 1 if the deadline is over; takes an expiry of the timer that comes before it. */
+ALWAYS_INLINE uint8_t cds_line_check_deadline(struct cds_bus *bus)
 {
-    return cds_port_timer_expired(bus->port) ? cds_line_is_last_expiry(bus) : 0;
+    return cds_port_timer_expired(bus->port) ? cds_line_take_expiry(bus) : 0;
 }
 
 /* The line was used, or a reply failed: from now on every packet waits for two byte times, and one

@@ -61,7 +61,7 @@ static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
     struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
     uint8_t index;
 
-    if (!higher || servos->inhibited)
+    if (!higher || servos->is_inhibited)
         return;
     if (higher < lower) {
         lower = higher;
@@ -240,7 +240,7 @@ static void learn_torque(struct cds_servos *servos, struct cds_servo_state *serv
         return; // nothing that the permit uses
     servo->presence = CDS_PRESENCE_ONLINE;
     if (is_lost) {
-        servo->inhibited |= CDS_INHIBIT_STATE_LOST;
+        servo->inhibits |= CDS_INHIBIT_STATE_LOST;
         servos->move_is_valid = false;
         forget(servo);
     }
@@ -345,8 +345,8 @@ static void count_echo_errors(struct cds_servos *servos, struct cds_servo_state 
     servos->echo_errors = echo_errors;
 }
 
-bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
-                           uint8_t result)
+bool cds_servos_take_routine(const struct cds_servos *servos, const struct cds_request *request,
+                             uint8_t result)
 {
     const uint8_t *bytes = request->packet.bytes;
     uint8_t index = request->servo_index;
@@ -371,18 +371,18 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
 {
     uint8_t id = request->packet.bytes[CDS_AT_ID];
     uint8_t instruction = request->packet.bytes[CDS_AT_INSTRUCTION], error = 0;
-    uint8_t is_due = 0, source = CDS_SOURCE_LOST;
+    uint8_t is_reply_due = 0, source = CDS_SOURCE_LOST;
     struct cds_servo_state *servo = NULL;
 
     if (request->reply_parameters != CDS_REPLY_NONE)
-        is_due = !request->is_muted;
+        is_reply_due = !request->is_muted;
     if (id == CDS_BROADCAST_ID)
         id = result == CDS_OK ? request->id : CDS_NO_ID; // of a PING: the servo that has answered
     if (id <= CDS_ID_MAX)
         servo = cds_servos_at(servos, id, &request->servo_index);
     if (result == CDS_OK) {
         source = CDS_SOURCE_SENT;
-        if (is_due) {
+        if (is_reply_due) {
             source = CDS_SOURCE_ANSWERED;
             error = request->error;
             if (!servo && !servos->is_paused)
@@ -394,7 +394,7 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
         note_error(servos, servo, error);
     if (!servo)
         return;
-    if (is_due && !servos->is_paused) {
+    if (is_reply_due && !servos->is_paused) {
         if (result == CDS_OK)
             take_answer(servos, servo, instruction);
         else if (result == CDS_TIMEOUT)
@@ -444,7 +444,7 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
 static void expire(struct cds_servo_state *servo)
 {
     forget(servo);
-    servo->inhibited |= CDS_INHIBIT_STATE_LOST;
+    servo->inhibits |= CDS_INHIBIT_STATE_LOST;
     servo->presence = CDS_PRESENCE_UNKNOWN;
     servo->misses = 0;
     servo->torque = servo->registered_torque = false;
@@ -467,7 +467,8 @@ static void learn_one(struct cds_walk *walk, const struct cds_request *request)
 
     if (!servo)
         return;
-    if (instruction == CDS_WRITE || instruction == CDS_SYNC_WRITE) // of no ID: the permit refuses it
+    if (instruction == CDS_WRITE ||
+        instruction == CDS_SYNC_WRITE) // of no ID: the permit refuses it
         learn_registers(walk->servos, servo, &walk->written, CDS_SOURCE_SENT);
     else if (instruction == CDS_RESET)
         expire(servo);

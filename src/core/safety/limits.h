@@ -37,8 +37,9 @@ struct cds_written {
 /* Returns the CDS_SETS_* bits of `length` registers from `address` on. */
 uint8_t cds_written_sets(uint8_t address, uint8_t length);
 
-/* Describes what the packet `bytes`, a WRITE or REG WRITE, writes. Of a SYNC WRITE it stands before
- * block `index`, 0 or one that was reached before. False: the packet writes nothing. */
+/* Describes what the packet `bytes`, a WRITE or REG WRITE, writes. Of a SYNC WRITE it is then
+ * before block `index`, and cds_written_next() goes on to that. False: the packet writes nothing.
+ */
 bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
 
 /* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
@@ -62,9 +63,9 @@ uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written
  * cycle sets 50 of them in 4 ms. */
 enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data);
 
-/* Takes mode, goal and speed over: a READ makes them known; a write that was answered keeps known
- * what was known; else what differs is no longer known. True if an answer of the permit may have
- * changed. */
+/* Takes mode, goal and speed over. A READ makes them known. A write leaves what is known of goal
+ * and speed; an angle limit that it may have changed is known only if it was, and the servo
+ * answered. True if an answer of the permit may have changed. */
 bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
                       uint8_t source);
 

@@ -1,4 +1,5 @@
-/* The one door; see permit.h. Its rules, by number: docs/permit.md. Manual: 2.4; 3.1. */
+/* The one door; see permit.h. Rows in the comments are those of docs/permit.md. Manual: 2.4; 3.1.
+ */
 #include "safety/permit.h"
 
 #include "cds55xx/control_table.h" // CDS_REG_*
@@ -10,7 +11,7 @@
 
 /* One packet under check. */
 struct check {
-    struct cds_walk walk; // its `written` first: one address is that of all three
+    struct cds_walk walk; // first, as `written` in it: &check is also the address of both
     const uint8_t *bytes;
     uint8_t refused_id;
     bool has_turn;     // `request` is to leave next: what reaches many servos is checked
@@ -30,8 +31,7 @@ static inline bool drives(const struct cds_written *written)
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-/* For servos of any ID, known or not. Margins, proportions and punch decide how far from its goal a
- * servo stands still whose torque is on. */
+/* For servos of any ID, known or not: rows 3 and 7. */
 static NOINLINE uint8_t check_any(const struct check *check)
 {
     const struct cds_written *written = &check->walk.written;
@@ -45,7 +45,8 @@ static NOINLINE uint8_t check_any(const struct check *check)
     return CDS_OK;
 }
 
-/* What an ACTION that is not heard leaves behind must not change where and how a servo answers. */
+/* Rows 20 to 22. A registered write may be carried out later, unnoticed: it must not change ID,
+ * rate, return delay, status return level or mode. */
 static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->walk.written;
@@ -59,6 +60,7 @@ static uint8_t check_registered(const struct check *check, struct cds_servo_stat
     return (uint8_t)cds_limits_check_goal(servo, written->data);
 }
 
+/* Rows 23 to 25. */
 static uint8_t check_action(const struct check *check, const struct cds_servo_state *servo)
 {
     if (cds_servo_is_inhibited(servo))
@@ -70,7 +72,8 @@ static uint8_t check_action(const struct check *check, const struct cds_servo_st
                : CDS_LIMIT;
 }
 
-/* A servo that is OFFLINE refuses what is sent to it alone; it stops no packet to others. */
+/* Rows 10 to 13. To a servo that is OFFLINE nothing that drives is sent alone; it stops no packet
+ * that others hear too. */
 static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->walk.written;
@@ -91,6 +94,7 @@ static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_
     return cds_limits_check(servo, written);
 }
 
+/* Rows 40 and 41. */
 static uint8_t check_id(const struct check *check, const struct cds_servo_state *servo, uint8_t to)
 {
     uint8_t id = check->bytes[CDS_AT_ID];
@@ -225,7 +229,7 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
     case CDS_SYNC_WRITE: return check_write(check, servo);
     case CDS_ACTION:
     case CDS_RESET: return check_action_or_reset(check, servo);
-    default: return check->is_inhibited ? CDS_INHIBITED : CDS_OK;
+    default: return check->is_inhibited ? CDS_INHIBITED : CDS_OK; // not in the manual: rows 4, 9
     }
 }
 
@@ -251,18 +255,19 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     if (has_turn)
         cds_walk_begin(&check.walk, servos, request, servos->epoch);
     check.is_of_move = request == servos->move_request;
-    check.is_inhibited = servos->inhibited ||
-                         (request->check && (int16_t)(servos->inhibit_epoch - request->check) > 0);
+    check.is_inhibited =
+        servos->is_inhibited ||
+        (request->permit_epoch && (int16_t)(servos->inhibit_epoch - request->permit_epoch) > 0);
     result = check_packet(&check, servo);
     if (result == CDS_PENDING) {
-        if (request->check == 0) // an inhibit from now on refuses it, also if it ends before
-            request->check = (uint16_t)(servos->epoch - 1u);
+        if (request->permit_epoch == 0) // an inhibit from now on refuses it, also if it ends before
+            request->permit_epoch = (uint16_t)(servos->epoch - 1u);
         return result;
     }
     if (servos->walk_request == request)
         servos->walk_request = NULL; // the next check of this request begins anew
     if (result == CDS_OK)
-        request->check = servos->epoch;
+        request->permit_epoch = servos->epoch;
     else
         servos->refused_id = check.refused_id;
     if (result == CDS_TOO_EARLY)
@@ -295,8 +300,8 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
             }
         }
     }
-    if (request->check == servos->epoch ||
-        (!servos->inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
+    if (request->permit_epoch == servos->epoch ||
+        (!servos->is_inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
         return CDS_OK;
     return (enum cds_result)check_anew(servos, request, servo);
 }
@@ -319,7 +324,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_servo_state *servo = &servos->states[*index];
 
-    if (servos->inhibited)
+    if (servos->is_inhibited)
         return CDS_INHIBITED;
     if (*index >= servos->count || servo->id != id)
         return search_and_check_goal(servos, id, index, goal);

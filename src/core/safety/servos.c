@@ -7,6 +7,8 @@
 #include "safety/permit.h"         // cds_servos_permit()
 #include "safety/servos_internal.h"
 
+#define OLDEST 0x4000u // changes since the last inhibit: more count as so many
+
 /* ---- the list ---- */
 
 NOINLINE struct cds_servo_state *cds_servos_search(const struct cds_servos *servos, uint8_t id,
@@ -34,8 +36,11 @@ NOINLINE struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint
 NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
 {
     servos->epoch++;
-    if (servos->epoch == 0)
-        servos->epoch = 1;
+    if (servos->epoch < 2) // 0 is none, and a check under way has the epoch before
+        servos->epoch = 2;
+    if ((uint16_t)(servos->epoch - servos->inhibit_epoch) > OLDEST)
+        servos->inhibit_epoch =
+            (uint16_t)(servos->epoch - OLDEST); // or it would look later one day
     servos->changed_id = id;
 }
 
@@ -94,10 +99,10 @@ enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id)
     return CDS_OK;
 }
 
-struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_due)
+struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_told)
 {
     if (servos->grows == CDS_GROWS_NEVER ||
-        (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING && !is_due) ||
+        (servos->grows == CDS_GROWS_ON_ALARM_OR_SETTING && !is_told) ||
         cds_servos_add(servos, id) != CDS_OK)
         return NULL;
     return &servos->states[servos->count - 1];
@@ -165,7 +170,7 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_queue *queue = servos->queue;
 
-    if (!cds_servos_is_routine(servos, request, (uint8_t)result)) {
+    if (!cds_servos_take_routine(servos, request, (uint8_t)result)) {
         if (servos->walk_request == request) // the check of another one goes on
             servos->walk_request = NULL;
         if (result <= CDS_CORRUPT) // it was sent
@@ -263,8 +268,8 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     return i == config->count ? CDS_OK : CDS_BAD_ARGUMENT;
 }
 
-/* Limits and inhibits are the same under both IDs that a servo may have. A registered move under
- * way was checked by others. */
+/* A limit or an inhibit has changed, under both IDs that a servo may have. A registered move under
+ * way was checked against the old one. */
 static void note_guard(struct cds_servos *servos, const struct cds_servo_state *servo)
 {
     servos->move_is_valid = false;
@@ -302,7 +307,7 @@ bool cds_servos_may_drive(struct cds_servos *servos, uint8_t id)
 {
     const struct cds_servo_state *servo = servos->states;
 
-    if (servos->inhibited)
+    if (servos->is_inhibited)
         return false;
     if (id != CDS_BROADCAST_ID) {
         servo = cds_servos_find(servos, id);
@@ -333,7 +338,7 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
 
 NOINLINE void cds_servos_inhibit_all(struct cds_servos *servos)
 {
-    servos->inhibited = true;
+    servos->is_inhibited = true;
     note_guard(servos, NULL);
     servos->inhibit_epoch = servos->epoch;
 }
@@ -345,7 +350,7 @@ static void set_inhibited(struct cds_servos *servos, struct cds_servo_state *ser
     struct cds_servo_state *other = cds_servos_second(servos, servo);
 
     for (struct cds_servo_state *each = servo; each; each = each == servo ? other : NULL)
-        each->inhibited = (uint8_t)((each->inhibited & keep) | why) & 3u;
+        each->inhibits = (uint8_t)((each->inhibits & keep) | why) & 3u;
     note_guard(servos, servo);
 }
 
@@ -363,9 +368,9 @@ static NOINLINE void release_all(struct cds_servos *servos, uint8_t keep)
 {
     struct cds_servo_state *servo = servos->states;
 
-    servos->inhibited = false;
+    servos->is_inhibited = false;
     for (uint8_t i = servos->count; i; i--, servo++)
-        servo->inhibited = (uint8_t)(servo->inhibited & keep) & 3u;
+        servo->inhibits = (uint8_t)(servo->inhibits & keep) & 3u;
     note_guard(servos, NULL);
 }
 

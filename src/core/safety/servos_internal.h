@@ -51,7 +51,7 @@ uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost);
  * bool: saves 12 bytes a call. */
 ALWAYS_INLINE uint8_t cds_servo_is_inhibited(const struct cds_servo_state *servo)
 {
-    uint8_t why = servo->inhibited;
+    uint8_t why = servo->inhibits;
 
     if (servo->presence == CDS_PRESENCE_RETURNED)
         why = UINT8_MAX;
@@ -70,17 +70,18 @@ struct cds_servo_state *cds_servos_second(const struct cds_servos *servos,
 bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_servo_state *servo,
                            uint8_t id, uint8_t to);
 
-/* Adds servo `id` if the list grows by it; `is_due` is not 0 for an alarm or a setting. Returns its
- * entry, or NULL. */
-struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_due);
+/* Adds servo `id` if the list grows by it; `is_told` is not 0 for an alarm or a setting. Returns
+ * its entry, or NULL. */
+struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, uint8_t is_told);
 
 /* Hooks of learn.c: see bus.h. */
 bool cds_servos_on_sending(void *context, struct cds_request *request);
 void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
 
-/* True for a READ of feedback that its servo has answered as ever: counted, and nothing new. */
-bool cds_servos_is_routine(const struct cds_servos *servos, const struct cds_request *request,
-                           uint8_t result);
+/* Counts a READ of feedback that its servo has answered as before; true: there is nothing to learn
+ * from it. False: it is no such READ, and was not counted. */
+bool cds_servos_take_routine(const struct cds_servos *servos, const struct cds_request *request,
+                             uint8_t result);
 
 /* Learns from a transaction that has ended as `result`, enum cds_result. */
 void cds_servos_learn_end(struct cds_servos *servos, struct cds_request *request, uint8_t result);

@@ -1,7 +1,7 @@
 /* Goals out, feedback in, at a fixed rate; see cycle.h. */
 #include "cds55xx/cycle.h"
 
-#include "bus/bus_internal.h"      // cds_bus_submit_checked(), cds_was_not_sent()
+#include "bus/bus_internal.h"      // cds_bus_submit_permitted(), cds_was_not_sent()
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
 #include "servo/cycle_internal.h"
@@ -29,8 +29,8 @@ static NOINLINE bool is_on_its_way(const struct cds_cycle *cycle)
 
 /* ---- begin ---- */
 
-/* The permit refuses the goals when their turn has come. cds_cycle_poll() sends them again: the bus
- * is not called from its own poll. */
+/* If the permit has refused the goals when their turn came, cds_cycle_poll() checks each one and
+ * sends them again. */
 static void goals_ended(struct cds_request *request)
 {
     struct cds_cycle *cycle = (struct cds_cycle *)request->context;
@@ -122,7 +122,7 @@ static NOINLINE bool send_goals(struct cds_cycle *cycle)
     if (request->result == CDS_PENDING)
         return false;
     request->packet.bytes = cycle->front;
-    return cds_bus_submit_checked(cycle->bus, request, epoch) == CDS_OK;
+    return cds_bus_submit_permitted(cycle->bus, request, epoch) == CDS_OK;
 }
 
 /* The next period has begun, or more than one. */
@@ -241,7 +241,7 @@ static void move_on(struct cds_cycle *cycle, uint32_t now_us)
 {
     uint16_t remaining;
 
-    if (!cds_cycle_goals_are_good(cycle))
+    if (!cds_cycle_check_goals(cycle))
         return;
     if (cycle->is_refused)
         send_again(cycle, now_us);

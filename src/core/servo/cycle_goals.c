@@ -326,7 +326,7 @@ static NOINLINE void go_on_checking(struct cds_cycle *cycle)
     cycle->is_checking = cycle->checked != cycle->count || cycle->mended != cycle->count;
 }
 
-bool cds_cycle_goals_are_good(struct cds_cycle *cycle)
+bool cds_cycle_check_goals(struct cds_cycle *cycle)
 {
     const struct cds_bus_hooks *hooks = cycle->bus->hooks;
 

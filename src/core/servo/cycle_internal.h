@@ -10,7 +10,7 @@ void cds_cycle_build_goals(struct cds_cycle *cycle, uint16_t size);
 
 /* True if every goal in front is good, as far as the permit knows now. Else checks, or writes, at
  * most 8 blocks. */
-bool cds_cycle_goals_are_good(struct cds_cycle *cycle);
+bool cds_cycle_check_goals(struct cds_cycle *cycle);
 
 /* True if every servo is left out of the goals in front. */
 bool cds_cycle_goals_are_empty(const struct cds_cycle *cycle);

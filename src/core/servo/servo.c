@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#include "bus/bus_internal.h"     // cds_bus_submit_good()
+#include "bus/bus_internal.h"     // cds_bus_submit_valid()
 #include "compiler.h"             // OPTIMIZER_BARRIER()
 #include "servo/servo_internal.h" // cds_servo_send()
 #include "wire/packet_internal.h" // cds_packet_start()
@@ -38,7 +38,7 @@ NOINLINE enum cds_result cds_servo_send(struct cds_bus *bus, struct cds_request 
     if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
         request->reply_parameters = CDS_REPLY_NONE; // only PING is answered (R1)
     request->any_length = false;
-    return cds_bus_submit_good(bus, request);
+    return cds_bus_submit_valid(bus, request);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -70,7 +70,7 @@ enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request,
         return refuse(request, CDS_NO_ROOM);
     result = cds_packet_read(&fields->packet, id, address, length);
     if (result == CDS_OK)
-        return cds_bus_submit_good(bus, request);
+        return cds_bus_submit_valid(bus, request);
     return refuse(request, result);
 }
 

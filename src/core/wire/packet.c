@@ -9,8 +9,8 @@
 
 #define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
 
-#define BUILDING (CDS_PACKET_BUILDING + CDS_AT_PARAMETERS) // `size`: all but parameters was put
-#define REAL     2u // what the low byte of `size` is less than the bytes put
+#define BUILDING     (CDS_PACKET_BUILDING + CDS_AT_PARAMETERS) // `size`: all but parameters was put
+#define LOW_BYTE_LAG 2u // the bytes put are the low byte of `size` plus 2
 
 /* While a packet grows, the sum of its other bytes from the ID on stands in the place of LENGTH: so
  * its end costs the same however long it is. */
@@ -111,12 +111,12 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
 static inline void close(struct cds_packet *packet)
 {
     uint8_t *bytes = packet->bytes, at = (uint8_t)packet->size;
-    uint8_t length = (uint8_t)(at + REAL + 1 - LENGTH_OFFSET);
+    uint8_t length = (uint8_t)(at + LOW_BYTE_LAG + 1 - LENGTH_OFFSET);
     uint8_t sum = (uint8_t)(bytes[CDS_AT_LENGTH] + length);
 
-    packet->size = (uint16_t)(at + REAL + 1);
+    packet->size = (uint16_t)(at + LOW_BYTE_LAG + 1);
     bytes[CDS_AT_LENGTH] = length;
-    bytes[at + REAL] = (uint8_t)~sum;
+    bytes[at + LOW_BYTE_LAG] = (uint8_t)~sum;
 }
 
 enum cds_result cds_packet_end(struct cds_packet *packet)

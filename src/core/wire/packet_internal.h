@@ -4,9 +4,9 @@
 
 #include "cds55xx/packet.h" // struct cds_packet
 
-/* Values of `size` of a packet that is not ended: building, with the bytes put so far added (the
- * high byte is the same for 5 to 257 bytes); or refused, for want of capacity or for an argument.
- */
+/* Values of `size` of a packet that is not ended. Building: CDS_PACKET_BUILDING plus the bytes put
+ * so far; for 5 to 257 bytes the high byte is the same, and one test of it says so. Refused: for
+ * want of capacity, or for an argument. */
 #define CDS_PACKET_BUILDING 0x3FFEu
 #define CDS_PACKET_REFUSED  0x8000u // this bit, whatever the others are
 #define CDS_PACKET_NO_ROOM  0xA000u
@@ -31,7 +31,7 @@ static inline uint8_t cds_packet_refused_id(const struct cds_packet *packet, uin
 /* Appends `count` bytes, 0 to 51: all of them, or none. Returns the buffer, or NULL: none. */
 uint8_t *cds_packet_append(struct cds_packet *packet, const uint8_t *data, uint8_t count);
 
-/* True if `length` bytes are any data at all: 1 to 50. */
+/* True if `length` is 1 to 50. */
 static inline bool cds_packet_is_length(uint8_t length)
 {
     return (uint8_t)(length - 1u) < CDS_TABLE_SIZE;
