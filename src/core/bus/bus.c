@@ -91,10 +91,12 @@ static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request
 
     if (bus->gate & GATE_PERMIT) {
         result = (uint8_t)bus->hooks->permit(bus->hooks->context, request);
+        if (result == CDS_OK && bus->request && bus->request != request)
+            result = CDS_PENDING;
         if (result != CDS_OK)
             return result;
     }
-    if ((bus->request && bus->request != request) || must_rest(bus, request))
+    if (must_rest(bus, request))
         return CDS_PENDING;
     return (uint8_t)cds_bus_send(bus, request);
 }
@@ -108,17 +110,20 @@ void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 NOCLONE enum cds_result cds_bus_send_or_wait(struct cds_bus *bus, struct cds_request *request,
                                              uint16_t permit_epoch)
 {
-    const struct cds_bus_hooks *hooks = bus->hooks;
+    const struct cds_bus_hooks *hooks;
     uint8_t result;
 
     request->permit_epoch = permit_epoch;
-    if (bus->state == CDS_BUS_CLOSED)
-        result = CDS_BAD_ARGUMENT;
-    else if (bus->gate & GATE_LOCKED && !request->passes_lock)
+    if (bus->gate & GATE_LOCKED && !request->passes_lock)
         result = CDS_BUSY;
+    else if (!(bus->gate & GATE_PERMIT) && bus->request)
+        result = CDS_PENDING;
+    else if (bus->state == CDS_BUS_CLOSED)
+        result = CDS_BAD_ARGUMENT;
     else
         result = send_if_permitted(bus, request);
     if (result == CDS_PENDING) {
+        hooks = bus->hooks;
         if (!bus->request)
             result = (uint8_t)wait_for_line(bus, request);
         else

@@ -520,7 +520,7 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     if (cds_written_is_torque_off(bytes)) {
         learn_torque_off(servos);
     } else {
-        while ((result = cds_walk_next(&walk, 1)) == CDS_OK)
+        while ((result = cds_walk_next(&walk, 2)) == CDS_OK)
             learn_one(&walk, request);
         if (result == CDS_WALK_ENDS) {
             servos->walked = ALL_LEARNT;

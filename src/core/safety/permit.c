@@ -131,12 +131,11 @@ static uint8_t check_block(struct check *check)
 static NOINLINE uint8_t check_many(struct check *check)
 {
     struct cds_walk *walk = &check->walk;
-    uint8_t cost = check->is_goal ? 1 : 2;
     uint8_t result;
 
     if (!check->has_turn)
         return CDS_PENDING;
-    while ((result = cds_walk_next(walk, cost)) == CDS_OK) {
+    while ((result = cds_walk_next(walk, 1)) == CDS_OK) {
         if (!walk->is_sync_write)
             result = check_servo(check, walk->servo);
         else if (check->is_goal && walk->servo)
@@ -147,6 +146,8 @@ static NOINLINE uint8_t check_many(struct check *check)
             check->refused_id = walk->written.id;
             return result;
         }
+        if (!check->is_goal && walk->servo && walk->servo->has_limits)
+            walk->budget = (int8_t)(walk->budget - 2); // such a check takes twice as long
     }
     if (result == CDS_PENDING)
         return result;
@@ -239,7 +240,7 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     const uint8_t *bytes = request->packet.bytes;
     struct check check;
     const struct cds_request *current = servos->bus->request;
-    bool has_turn = !current || current == request;
+    bool is_submitted = !current && request->permit_epoch == 0, has_turn = current == request;
     uint8_t result;
 
     if (!servo &&
@@ -250,10 +251,12 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     check.refused_id = bytes[CDS_AT_ID];
     check.walk.written.sets = check.walk.written.left = 0;
     check.walk.servos = servos;
-    check.has_turn = has_turn;
+    check.has_turn = has_turn || is_submitted; // else the poll behind the end of another one
     check.is_goal = false;
-    if (has_turn)
+    if (check.has_turn)
         cds_walk_begin(&check.walk, servos, request, servos->epoch);
+    if (is_submitted)
+        check.walk.budget--; // a submit takes longer than a poll
     check.is_of_move = request == servos->move_request;
     check.is_inhibited =
         servos->is_inhibited ||
