@@ -692,7 +692,7 @@ void eva_steps(void)
                  : cds_steps_begin(&steps, &bus, &request);
     steps.result = any_byte();
     steps.outcome = any_byte();
-    steps.is_sent = any_bool();
+    steps.is_submitted = any_bool();
     steps.return_delay_us = any_word();
     steps.lock.baud_reg = any_byte();
     if (any_bool())
