@@ -134,7 +134,7 @@ NOCLONE enum cds_result cds_bus_send_or_wait(struct cds_bus *bus, struct cds_req
     return (enum cds_result)result;
 }
 
-/* The fast path: a request that expects a reply, on a bus that is free and asks no permit. */
+/* The fast path: a request whose fields are valid and that expects a reply. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
 {
     struct cds_request *fields = request;
@@ -145,10 +145,9 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     size = fields->packet.size;
     due = fields->reply_parameters;
     if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
-        due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING ||
-        bus->state != CDS_BUS_IDLE || bus->gate)
+        due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING)
         return cds_bus_submit_permitted(bus, request, 0);
-    return cds_bus_send(bus, request);
+    return cds_bus_submit_valid(bus, request);
 }
 
 NOINLINE enum cds_result cds_bus_submit_permitted(struct cds_bus *bus, struct cds_request *request,

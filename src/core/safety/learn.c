@@ -354,13 +354,14 @@ bool cds_servos_take_routine(const struct cds_servos *servos, const struct cds_r
 
     if (result != CDS_OK || bytes[CDS_AT_INSTRUCTION] != CDS_READ ||
         bytes[CDS_AT_PARAMETERS] <= CDS_REG_MOVING_SPEED + 1 || request->error ||
-        index >= servos->count)
+        (uint8_t)servos->echo_errors != (uint8_t)servos->bus->link.echo_errors)
         return false;
     servo = &servos->states[index];
-    if (servo->id != bytes[CDS_AT_ID] || servo->presence != CDS_PRESENCE_ONLINE || servo->misses ||
-        servo->second != CDS_NO_ID || servo->is_registered || servo->registered_torque ||
-        servo->baud_reg != servos->bus->baud_reg || servos->is_paused ||
-        (uint8_t)servos->echo_errors != (uint8_t)servos->bus->link.echo_errors)
+    if (index >= servos->count || servo->id != bytes[CDS_AT_ID]) // the permit has searched for it
+        return servos->grows != CDS_GROWS_ALWAYS;
+    if (servo->presence != CDS_PRESENCE_ONLINE || servo->misses || servo->second != CDS_NO_ID ||
+        servo->is_registered || servo->registered_torque ||
+        servo->baud_reg != servos->bus->baud_reg || servos->is_paused)
         return false;
     servo->counters.ok++;
     return true;

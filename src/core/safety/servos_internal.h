@@ -78,8 +78,8 @@ struct cds_servo_state *cds_servos_meet(struct cds_servos *servos, uint8_t id, u
 bool cds_servos_on_sending(void *context, struct cds_request *request);
 void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
 
-/* Counts a READ of feedback that its servo has answered as before; true: there is nothing to learn
- * from it. False: it is no such READ, and was not counted. */
+/* True if nothing is to be learnt from this READ of feedback: its servo is not in the list, or has
+ * answered as before, which is counted. */
 bool cds_servos_take_routine(const struct cds_servos *servos, const struct cds_request *request,
                              uint8_t result);
 
