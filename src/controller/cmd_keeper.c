@@ -104,14 +104,14 @@ NOINLINE static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bi
 }
 
 /* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
-static uint8_t alarms_of(const struct cds_servos *roster, uint8_t index)
+static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
-    const struct cds_servo_state *servo = roster->states;
-    uint8_t others = roster->alarms;
+    const struct cds_servo_state *servo = servos->states;
+    uint8_t others = servos->alarms;
 
-    if (index < roster->count)
+    if (index < servos->count)
         return servo[index].alarms;
-    for (uint8_t left = roster->count; left; left--, servo++)
+    for (uint8_t left = servos->count; left; left--, servo++)
         others = (uint8_t)(others & ~servo->alarms);
     return others;
 }
@@ -119,18 +119,18 @@ static uint8_t alarms_of(const struct cds_servos *roster, uint8_t index)
 /* A line a call: `part` is what was told of servo `index`. */
 bool alarms_poll(struct console *console)
 {
-    const struct cds_servos *roster = &console->robot->servos;
+    const struct cds_servos *servos = &console->robot->servos;
     uint8_t *index = &console->index, left = 0;
 
-    while (*index <= roster->count &&
-           (left = (uint8_t)(alarms_of(roster, *index) & ~console->part)) == 0) {
+    while (*index <= servos->count &&
+           (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
         (*index)++;
         console->part = 0;
     }
     if (left == 0)
         return false;
     left ^= alarm_line(&console->writer,
-                       *index < roster->count ? roster->states[*index].id : CDS_BROADCAST_ID, left);
+                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left);
     console->part |= left;
     return true;
 }

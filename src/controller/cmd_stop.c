@@ -68,7 +68,7 @@ uint8_t release_begin(struct console *console)
 uint8_t limits_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
-    struct cds_servos *roster = &console->robot->servos;
+    struct cds_servos *servos = &console->robot->servos;
     struct cds_servo_state *servo = console_servo(console);
     uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
 
@@ -81,7 +81,7 @@ uint8_t limits_begin(struct console *console)
     }
     if (servo == NULL)
         return ERROR_NOT_KNOWN;
-    return cds_servos_set_limits(roster, servo, raw[0], raw[1], raw[2]) == CDS_OK
+    return cds_servos_set_limits(servos, servo, raw[0], raw[1], raw[2]) == CDS_OK
                ? 0
                : ERROR_OUT_OF_RANGE;
 }

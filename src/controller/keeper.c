@@ -93,15 +93,15 @@ static void insist_on_stop(struct keeper *keeper)
 /* Alarms that were acknowledged in the meantime are told again when they come again. */
 static void watch_alarms(struct keeper *keeper)
 {
-    const struct cds_servos *roster = &keeper->robot->servos;
+    const struct cds_servos *servos = &keeper->robot->servos;
     const struct cds_servo_state *servo;
     uint8_t *told;
 
-    if (keeper->alarm || !keeper->settings->alarm_report || roster->count == 0)
+    if (keeper->alarm || !keeper->settings->alarm_report || servos->count == 0)
         return;
-    if (keeper->next >= roster->count)
+    if (keeper->next >= servos->count)
         keeper->next = 0;
-    servo = &roster->states[keeper->next];
+    servo = &servos->states[keeper->next];
     told = &keeper->told[keeper->next++];
     keeper->alarm = (uint8_t)(servo->alarms & ~*told);
     keeper->alarm_id = servo->id;

@@ -45,11 +45,11 @@ static uint16_t saving(const struct settings_store *store)
 }
 
 /* The first servo that has an alarm; UINT8_MAX: none that is known. */
-static uint16_t alarm_id(const struct cds_servos *roster)
+static uint16_t alarm_id(const struct cds_servos *servos)
 {
-    const struct cds_servo_state *servo = roster->states;
+    const struct cds_servo_state *servo = servos->states;
 
-    for (uint8_t left = roster->count; left; left--, servo++)
+    for (uint8_t left = servos->count; left; left--, servo++)
         if (servo->alarms)
             return servo->id;
     return UINT8_MAX;
