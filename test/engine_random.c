@@ -920,19 +920,21 @@ static bool on_sending(void *context, struct cds_request *request)
     return sending_goes_on;
 }
 
-static bool on_end_hook(void *context, struct cds_request *request, enum cds_result result)
+static enum cds_result on_end_hook(void *context, struct cds_request *request,
+                                   enum cds_result result)
 {
     struct job *job = (struct job *)request->context;
-    bool expected, kept;
+    enum cds_result final;
+    bool expected;
 
     if (result == CDS_CANCELLED)
-        return queue.hooks.on_end(context, request, result);
+        return queue.hooks.request_ended(context, request, result);
     judge(job, result);
     expected = is_sent_again(job, result);
-    kept = queue.hooks.on_end(context, request, result);
-    RULE(kept == expected, job, expected ? "not sent again" : "sent again");
+    final = queue.hooks.request_ended(context, request, result);
+    RULE((final == CDS_PENDING) == expected, job, expected ? "not sent again" : "sent again");
     look();
-    return kept;
+    return final;
 }
 
 static enum cds_bus_event event_of(uint8_t id, uint8_t asked_id, enum cds_result result)
@@ -1520,7 +1522,7 @@ static void attach(void)
         .submit = submit_hook,
         .cancel = cancel_hook,
         .on_sending = on_sending,
-        .on_end = on_end_hook,
+        .request_ended = on_end_hook,
         .on_packet = on_packet,
     };
     if (mode <= WITHOUT_QUEUE)

@@ -150,11 +150,11 @@ static enum cds_result permit_all(void *context, struct cds_request *asked)
     return CDS_OK;
 }
 
-static bool on_end(void *context, struct cds_request *ended, enum cds_result result)
+static enum cds_result on_end(void *context, struct cds_request *ended, enum cds_result result)
 {
     if (ended == &request && request_shows_loss)
         inhibit(1);
-    return queue.hooks.on_end(context, ended, result);
+    return queue.hooks.request_ended(context, ended, result);
 }
 
 static enum cds_result begin_cycle(void)
@@ -188,7 +188,7 @@ void setUp(void)
     hooks.permit = permit;
     hooks.on_sending = on_sending;
     hooks.on_packet = on_packet;
-    hooks.on_end = on_end;
+    hooks.request_ended = on_end;
     hooks.permit_goal = permit_goal;
     hooks.changed_since = changed_since;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));

@@ -197,10 +197,11 @@ struct cds_bus_hooks {
      * more to do before the transaction may end. */
     bool (*on_sending)(void *context, struct cds_request *request);
 
-    /* A request has ended as `result`, its packet sent or not; request->result is still
-     * CDS_PENDING. The bus is free: the next request may be given to cds_bus_start(). True: the
-     * request is kept, to be sent again. */
-    bool (*on_end)(void *context, struct cds_request *request, enum cds_result result);
+    /* A request has ended as `result`, its packet sent or not. The bus is free: the next request
+     * may be given to cds_bus_start(). Returns the final result, `result` as a rule; CDS_PENDING:
+     * the request is kept, to be sent again. From cds_bus_cancel() the answer is not used. */
+    enum cds_result (*request_ended)(void *context, struct cds_request *request,
+                                     enum cds_result result);
 
     /* A good packet that was not due came from servo `id` with `error` bits. */
     void (*on_packet)(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
@@ -300,11 +301,14 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  *
  *   CDS_OK            the servo has answered, or no reply was due. A servo that refuses answers
  *                     too: request->error has bits of CDS_ERRORS_OF_PACKET, request->length is 0
- *   CDS_TIMEOUT       no good reply by the deadline, and no damage; also a reply that was cut
- * short. The deadline: the time of packet and reply, return delay, CDS_REPLY_MARGIN_US CDS_CORRUPT
- * no good reply by the deadline, and a byte or a packet was damaged CDS_LINE_BUSY     the line did
- * not become quiet in time, nothing was sent CDS_CANCELLED     see cds_bus_cancel(), cds_bus_open()
- *   or a refusal of the permit, as above, if what it rests on has changed since */
+ *   CDS_TIMEOUT       no good reply by the deadline, and no damage: no reply, or one cut short
+ *   CDS_CORRUPT       no good reply by the deadline, and a byte or a packet was damaged
+ *   CDS_LINE_BUSY     the line did not become quiet in time, nothing was sent
+ *   CDS_CANCELLED     see cds_bus_cancel(), cds_bus_open()
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY
+ *                     the permit refuses it since something has changed; nothing was sent
+ *
+ * The deadline is the time of packet and reply, the return delay and CDS_REPLY_MARGIN_US. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
 /* For a queue: begins the transaction of `request`, whose result is CDS_PENDING, on a bus without a
@@ -322,7 +326,8 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 
 /* Moves the transaction on; to be called from the main loop, as often as it turns. Each call does
  * one thing of bounded length, and ends at most one transaction. Returns true while there is one.
- * Called late it loses nothing: what came is examined before the deadline is judged. */
+ * Called late it loses nothing that fits the ring (CDS_RING_SIZE bytes): what came is examined
+ * before the deadline is judged. */
 bool cds_bus_poll(struct cds_bus *bus);
 
 /* Attaches `hooks`, which stay in place. CDS_OK; CDS_BUSY: others are attached, or a request is in

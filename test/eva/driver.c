@@ -432,13 +432,14 @@ static bool on_sending(void *context, struct cds_request *asked)
     return any_bool();
 }
 
-static bool on_hook_end(void *context, struct cds_request *asked, enum cds_result result)
+static enum cds_result on_hook_end(void *context, struct cds_request *asked,
+                                   enum cds_result result)
 {
     eva_keep_apart();
-    (void)context, (void)asked, (void)result;
+    (void)context, (void)asked;
     if (any_bool())
         cds_bus_start(&bus, &other);
-    return any_bool();
+    return any_bool() ? CDS_PENDING : result;
 }
 
 static void on_packet(void *context, enum cds_bus_event event, uint8_t id, uint8_t error)
@@ -452,7 +453,7 @@ static const struct cds_bus_hooks hooks = {
     .submit = hold,
     .cancel = cancel,
     .on_sending = on_sending,
-    .on_end = on_hook_end,
+    .request_ended = on_hook_end,
     .on_packet = on_packet,
 };
 

@@ -183,11 +183,11 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
         return CDS_BUSY;
     request->result = CDS_CANCELLED;
     if (hooks)
-        hooks->on_end(hooks->context, request, CDS_CANCELLED);
+        hooks->request_ended(hooks->context, request, CDS_CANCELLED);
     return CDS_OK;
 }
 
-/* No byte of the reply has come. */
+/* Forgets what has come of the reply. */
 static NOCLONE void forget_reply(struct cds_request *request)
 {
     request->id = request->packet.bytes[CDS_AT_ID];
@@ -239,9 +239,12 @@ static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
 
     bus->state = CDS_BUS_IDLE;
     bus->request = NULL;
-    if (hooks && hooks->on_end(hooks->context, request, (enum cds_result)result)) {
-        bus->stats.retried++;
-        return true;
+    if (hooks) {
+        result = (uint8_t)hooks->request_ended(hooks->context, request, (enum cds_result)result);
+        if (result == CDS_PENDING) {
+            bus->stats.retried++;
+            return true;
+        }
     }
     request->result = result;
     if (request->on_end)

@@ -8,8 +8,8 @@
 #include "cds55xx/bus.h" // struct cds_bus
 #include "compiler.h"    // ALWAYS_INLINE
 
-/* True if a request with this result ended before its packet left. CDS_CANCELLED is not among them:
- * only the caller of cds_bus_cancel() knows. */
+/* True if no packet left of a request that ended with this result, retries included. CDS_CANCELLED
+ * is not among them: only the caller of cds_bus_cancel() knows. */
 static inline bool cds_was_not_sent(uint8_t result)
 {
     return result == CDS_LINE_BUSY || result == CDS_NO_REPLY_DUE || result == CDS_LIMIT ||

@@ -84,7 +84,8 @@ static bool retry(struct cds_queue *queue, struct cds_request *request, enum cds
     return true;
 }
 
-static bool on_end(void *context, struct cds_request *request, enum cds_result result)
+static enum cds_result request_ended(void *context, struct cds_request *request,
+                                     enum cds_result result)
 {
     struct cds_queue *queue = (struct cds_queue *)context;
     bool is_kept = retry(queue, request, result);
@@ -94,16 +95,22 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
         queue->first = first->next;
         cds_bus_start(queue->bus, first);
     }
-    if (!is_kept)
-        request->retries = 0;
-    return is_kept;
+    if (is_kept)
+        return CDS_PENDING;
+    if (request->retries && result > CDS_CORRUPT)
+        result = CDS_TIMEOUT; // the retry was not sent, but the packet was before
+    request->retries = 0;
+    return result;
 }
 
 void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
 {
     OPTIMIZER_BARRIER(queue);
     *queue = (struct cds_queue){
-        .hooks = {.context = queue, .submit = submit, .cancel = cancel, .on_end = on_end},
+        .hooks = {.context = queue,
+                  .submit = submit,
+                  .cancel = cancel,
+                  .request_ended = request_ended},
         .bus = bus,
     };
 }

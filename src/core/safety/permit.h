@@ -4,9 +4,9 @@
  * For registered_move.c, which lies below and calls this through bus->hooks->set_move:
  *   - set_move(context, request) when the move begins: the request that carries its packets.
  *   - In that request only, REG WRITE of goal and speed (0x1E, 4 bytes) to a servo with limits is
- *     permitted if goal and speed are within its limits. ACTION is permitted if every known servo
- * of the move has answered its REG WRITE, each servo with limits that ACTION reaches is one of
- *     them, and none is inhibited.
+ *     permitted if goal and speed are within its limits.
+ *   - ACTION is permitted if every known servo of the move has answered its REG WRITE, each servo
+ *     with limits that ACTION reaches is one of them, and none is inhibited.
  *   - A change of any limit or inhibit ends that: REG WRITE and ACTION of the move are refused from
  *     then on (CDS_LIMIT or CDS_INHIBITED). The move then clears 0x2C of each servo: always passes.
  *   - set_move(context, NULL) when no REG WRITE or ACTION of the move follows.

@@ -165,7 +165,8 @@ NOINLINE uint8_t cds_walk_next(struct cds_walk *walk, uint8_t cost)
 
 /* ---- hooks ---- */
 
-static bool on_end(void *context, struct cds_request *request, enum cds_result result)
+static enum cds_result request_ended(void *context, struct cds_request *request,
+                                     enum cds_result result)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_queue *queue = servos->queue;
@@ -177,10 +178,10 @@ static bool on_end(void *context, struct cds_request *request, enum cds_result r
             cds_servos_learn_end(servos, request, (uint8_t)result);
     }
     if (!queue)
-        return false;
-    if (queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
-        result = CDS_CANCELLED; // torque off waits: no retry
-    return queue->hooks.on_end(queue, request, result);
+        return result;
+    if (result <= CDS_CORRUPT && queue->first && queue->first->priority == CDS_PRIORITY_TORQUE_OFF)
+        request->retries = queue->retries; // all count as used: torque off waits
+    return queue->hooks.request_ended(queue, request, result);
 }
 
 static enum cds_result submit(void *context, struct cds_request *request)
@@ -243,7 +244,7 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
                   .submit = submit,
                   .cancel = cancel,
                   .on_sending = cds_servos_on_sending,
-                  .on_end = on_end,
+                  .request_ended = request_ended,
                   .permit_goal = cds_servos_permit_goal,
                   .changed_since = changed_since,
                   .set_move = set_move,
