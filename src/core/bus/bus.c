@@ -452,10 +452,11 @@ static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint8_t result = CDS_PENDING, phase = bus->phase;
+    uint16_t from = cds_port_ticks();
     uint16_t bytes = 2, more_us = 0; // of the last look: what the poll before it saw may be old
 
     if (phase != WAIT_LAST_LOOK || !cds_line_has_unread_bytes(bus))
-        listen(bus); // else the line is in use, and a poll that may end the wait examines nothing
+        listen(bus); // else the line is in use; the bytes wait, as this poll may end the request
     if (!(bus->gate & GATE_LINE)) {
         result = send_if_permitted(bus, request);
         if (result == CDS_PENDING)
@@ -470,9 +471,11 @@ static COLD bool wait_on(struct cds_bus *bus)
     } else if (phase == WAIT_LAST_LOOK) {
         bus->stats.line_busy++;
         return finish(bus, CDS_LINE_BUSY);
+    } else {
+        from = cds_port_ticks();
     }
     bus->phase = (uint8_t)(phase + 1u);
-    cds_line_set_deadline(bus, cds_port_ticks(), bytes, more_us);
+    cds_line_set_deadline(bus, from, bytes, more_us);
     return true;
 }
 
