@@ -74,9 +74,9 @@ enum cds_bus_state {
 enum cds_bus_line {
     CDS_BUS_LINE_QUIET,   // nothing but our own transactions
     CDS_BUS_LINE_SUSPECT, // bytes came that no request asked for, or damage, or the line was low,
-                          // within the last two byte times. Nothing is sent
-    CDS_BUS_LINE_FAULT,   // low when two byte times were over: a short circuit or a dead driver if
-                          // it lasts; one look may have met a start bit
+                          // or a reply failed, within the last two byte times. Nothing is sent
+    CDS_BUS_LINE_FAULT, // low when two byte times were over: a short circuit or a dead driver if
+                        // it lasts; one look may have met a start bit
 } __attribute__((packed));
 
 /* Parameters a reply must have. A reply that refuses the packet (CDS_ERRORS_OF_PACKET) may also
@@ -122,9 +122,10 @@ struct cds_request {
 
     // set by bus, queue and permit:
     uint8_t retries;          // retries used; 0 while the request is not on its way
-    bool is_muted;            // the servo's status return level lets it answer nothing
+    bool is_muted;            // the servo's status return level lets it not answer this packet
     uint16_t return_delay_us; // the longest time this servo waits before it answers
-    uint16_t permit_epoch;    // of the permit's latest answer to this packet; 0: none
+    uint16_t permit_epoch; // of the permit's latest answer to this packet, one less while its check
+                           // goes on; 0: none
     struct cds_request *next; // the queue's
 };
 
@@ -257,7 +258,8 @@ struct cds_bus {
     uint16_t byte_time_us;    // ten bits
     uint16_t return_delay_us; // longest of any servo on this bus
     uint16_t begun_ticks;     // when the packet in flight began, of cds_port_ticks()
-    uint16_t deadline_65ms;   // when all `timer_wraps` are over, in 2^16 us: for late polls
+    uint16_t deadline_65ms;   // a time at which all `timer_wraps` are surely over, in 2^16 us: for
+                              // late polls
     uint16_t rest_us;         // packets that expect a reply wait so long after ...
     uint32_t rest_from_us;    // ... the last sign of life of the line
     const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again

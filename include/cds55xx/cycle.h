@@ -98,7 +98,8 @@ struct cds_cycle {
     uint8_t reply[CDS_FEEDBACK_SIZE]; // to the READ
 };
 
-/* Starts a cycle; its first period begins with the first commit, and no goal is sent before.
+/* Starts a cycle. READs begin; no goal is sent before the first commit, from which the periods of
+ * goals count.
  * CDS_OK. CDS_BAD_ARGUMENT: the bus is not open, count or an ID is out of range, or the goals do
  * not fit the period: they take (8 + 5 x count) byte times and CDS_REPLY_MARGIN_US. CDS_BUSY: this
  * very cycle runs and has a request on its way; nothing was changed. */
@@ -144,11 +145,12 @@ bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
 
 /* Asks for the bus between READs, for a transaction of at most `us` microseconds. True: submit it
  * now; it ends before the next period. False, also while the bus rests (cds_bus_is_resting()): ask
- * again with each turn of the main loop; until the next period no READ begins. If `us` is above
- * cds_cycle_spare_us(), the answer is always false, and READs go on. */
+ * again with each turn of the main loop; until the next period no READ begins. Ask for no more than
+ * cds_cycle_spare_us(). */
 bool cds_cycle_yields(struct cds_cycle *cycle, uint16_t us);
 
-/* The longest transaction, in microseconds, for which cds_cycle_yields() can be true; 0: none. */
+/* The longest transaction, in microseconds, for which cds_cycle_yields() is surely true some time;
+ * 0: none. */
 uint16_t cds_cycle_spare_us(const struct cds_cycle *cycle);
 
 /* Age of the oldest feedback of all servos, in microseconds; CDS_FEEDBACK_NEVER if a servo was

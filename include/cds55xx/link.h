@@ -4,9 +4,10 @@
  *                        ^                                                |
  *                        +-------------------complete--------------------+
  *
- * The driver is released by "transmit complete", never by "transmit ready" and never by counting
- * time. The three events are called by the port's interrupt handlers, which pass the number of the
- * port as a constant, so that port verbs inlined there act on constant addresses.
+ * The driver is released by "transmit complete", never by "transmit ready", and by time only if a
+ * transmission does not end by its deadline: cds_link_abort(). The three events are called by the
+ * port's interrupt handlers, which pass the number of the port as a constant, so that port verbs
+ * inlined there act on constant addresses.
  *
  * Manual 2.1 (half duplex), 1.2.3 (the two enables).
  */
@@ -45,8 +46,8 @@ enum cds_link_break {
 /* What handlers and main context share of one bus. The ring last: an AVR reaches the first 64 bytes
  * of a struct in one instruction.
  *
- * Handlers count in 8 bits, for speed. The bus adds up what they have counted whenever it finds the
- * stream broken: 256 bytes lost or damaged between two of its polls count as none. */
+ * Handlers count damage in 8 bits, for speed. The bus adds up what they have counted whenever it
+ * finds the stream broken: 256 bytes lost or damaged between two of its polls count as none. */
 struct cds_link {
     const uint8_t *volatile cursor; // next byte to be sent
     const uint8_t *volatile last;   // the packet's last byte

@@ -38,7 +38,9 @@ enum {
 /* Bytes of a SYNC WRITE of `length` bytes to each of `servos` servos. */
 #define CDS_SYNC_WRITE_SIZE(servos, length) CDS_PACKET_SIZE(2u + (servos) * (1u + (length)))
 
-/* The seven instructions (2.4), as the INSTRUCTION byte has them. */
+/* The seven instructions (2.4), as the INSTRUCTION byte has them. A new one also needs: a builder
+ * in packet.c, a call in servo.h and blocking.h, is_idempotent() of queue.c, check_packet() of
+ * permit.c, cds_written_by() of limits.c if it writes, learn_packet() of learn.c. */
 enum cds_instruction {
     CDS_PING = 0x01,
     CDS_READ = 0x02,
@@ -82,8 +84,10 @@ void cds_packet_put_word(struct cds_packet *packet, uint16_t word);
 
 /* Fills in LENGTH and checksum. A packet that has been ended stays as it is, and may be sent again.
  * CDS_OK; CDS_NO_ROOM: longer than the buffer or than LENGTH can say; CDS_BAD_ARGUMENT: the ID is
- * 0xFF, something was put behind an ended packet, or what began or built it had refused. A refused
- * packet must not be sent. */
+ * 0xFF, something was put behind an ended packet, or what began it had refused. A refused packet
+ * must not be sent. The calls below that build a whole packet leave an ended one as it was if they
+ * refuse.
+ */
 enum cds_result cds_packet_end(struct cds_packet *packet);
 
 /* The seven instructions (2.4.1 to 2.4.7), whole. `length` counts bytes, 1 to 50 for data.

@@ -2,9 +2,9 @@
  * output of its own. All functions: the context of the ring's consumer. Manual: 2.3; rulings R27
  * (any number of 0xFF before the ID; LENGTH 2 to 254), R28.
  *
- * A packet is examined where it lies, and leaves the ring only when it is accepted or malformed. A
- * malformed one loses only its first byte: the search goes on right after it, so a header inside a
- * damaged packet is never lost.
+ * A packet is examined where it lies, and leaves the ring when it is accepted or malformed. Of a
+ * packet with a wrong LENGTH or checksum only the first byte goes, and the search goes on behind
+ * it. Of damaged or lost bytes all up to the last one go.
  *
  *     cds_parser_find() until CDS_PARSED_HEAD, cds_parser_keep() if the packet is wanted,
  *     cds_parser_take() until CDS_PARSED_PACKET

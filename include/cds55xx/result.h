@@ -36,7 +36,7 @@ extern "C" {
     X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \
-      "set the servo's RETURN_DELAY to 1 (2 us) or more")
+      "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")
 
 /* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else
  * avr-gcc takes two. */

@@ -6,8 +6,8 @@
  * byte it vouches for. Therefore bytes and positions are all volatile, and volatile accesses keep
  * their order.
  *
- * A position is opaque to callers: only the functions below, link.h and the port's handlers know
- * that it is an index.
+ * A position is opaque to callers: only the functions below, link.h, parser.c and the port's
+ * handlers know that it is an index.
  */
 #ifndef CDS_RING_H
 #define CDS_RING_H

@@ -89,13 +89,14 @@ struct cds_servo_state {
     uint8_t id;               // 0 to 253; follows a change of ID
     uint8_t second;           // index of the entry with the other ID the servo may have, or
                               // CDS_NO_ID: its ID is certain
-    uint8_t baud_reg;         // register value of the rate it answers at, or CDS_SERVOS_UNKNOWN
+    uint8_t baud_reg;         // register value of the rate it answers at, or CDS_SERVOS_UNKNOWN; at
+                              // first that of the bus
     uint8_t return_delay;     // register 0x05 in 2 us, or CDS_SERVOS_UNKNOWN
     uint8_t alarms;           // CDS_ERROR_* bits of all its packets, until acknowledged
     uint8_t presence : 2;     // enum cds_presence
     uint8_t inhibits : 2;     // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
     uint8_t misses : 2;       // transactions in a row without its reply, up to 3
-    uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN
+    uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN; at first 2
     uint8_t held;                    // CDS_HELD_* bits
     bool has_limits : 1;             // a soft limit of its goal or of its speed is set
     bool torque : 1;                 // torque is on, as far as is known
@@ -154,10 +155,11 @@ struct cds_servos {
 
 /* Attaches to config->bus, and to config->queue if there is one, and begins with `count` servos of
  * which nothing is known. The bus, the queue, the states and `servos` stay in place. Driving is not
- * inhibited, and the queue's retries are 0. Entries 0 to `count` - 1 stay where they are; an entry
- * that was added may move: find it by its ID. CDS_OK; CDS_BUSY: other hooks are attached to the
- * bus, or a request is in flight; CDS_BAD_ARGUMENT: the bus is not open, `count` is above
- * `capacity`, or an ID is above 253 or stands twice; in the last two cases no servo is known then.
+ * inhibited, and the queue's retries are 0. Do not attach the queue by cds_queue_attach() before.
+ * Entries 0 to `count` - 1 stay where they are; an entry that was added may move: find it by its
+ * ID. CDS_OK; CDS_BUSY: other hooks are attached to the bus, or a request is in flight;
+ * CDS_BAD_ARGUMENT: the bus is not open, `count` is above `capacity`, or an ID is above 253 or
+ * stands twice; in the last two cases no servo is known then.
  */
 enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_servos_config *config);
 
@@ -173,7 +175,9 @@ struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id);
 
 /* Sets the soft limits of `servo`, an entry: goals from `lowest` to `highest` (0 to 1023: 0 to 300
  * degrees), speeds up to `fastest` (0 to 1023, in 62/1023 RPM). Nothing is sent. Where a limit is
- * narrowed, goal and speed must be read anew before torque is switched on; the packets of a
+ * narrowed, goal and speed must be read anew before torque is switched on. A servo with limits must
+ * have been read before that: 0x06, 4 bytes (mode), and 0x1E, 4 bytes (goal and speed, within the
+ * limits): examples/robot.c, prepare(); the packets of a
  * registered move under way are refused from then on. CDS_OK; CDS_BAD_ARGUMENT: out of range, or
  * `lowest` above `highest`; nothing was set. */
 enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_servo_state *servo,
@@ -204,8 +208,8 @@ static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
 }
 
 /* Ends the inhibits of `servo`, an entry. It may be driven unless driving is inhibited for all. A
- * RETURNED servo stays inhibited until its TORQUE_ENABLE was read. Nothing is sent: torque is off,
- * and the caller sets speed, goal and torque anew. */
+ * RETURNED servo stays inhibited until its TORQUE_ENABLE was read. Nothing is sent, and torque may
+ * be on or off: the caller sets speed, goal and torque anew. */
 void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo);
 
 /* Ends every inhibit: for all, and of each servo. What was refused stays refused. */

@@ -2,8 +2,8 @@
  * or as many packets as it takes. No servo replies: whether a packet was heard is not known.
  *
  *     cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
- *     cds_sync_write_add_goal(&request, 1, 512, 0);
- *     cds_sync_write_add_goal(&request, 2, 300, 0);
+ *     cds_sync_write_add_goal(&request, 1, 512, 100);
+ *     cds_sync_write_add_goal(&request, 2, 300, 100);
  *     cds_sync_write_send(&bus, &request);
  *
  * To know that each servo has taken its goal before any starts: registered_move.h. Main context.

@@ -50,7 +50,7 @@ static bool cancel(void *context, struct cds_request *request)
 }
 
 /* True if the registers `first` to `last` have one of `from` to `to` among them. */
-static bool covers(uint8_t first, uint8_t last, uint8_t from, uint8_t to)
+static bool overlaps(uint8_t first, uint8_t last, uint8_t from, uint8_t to)
 {
     return first <= to && from <= last;
 }
@@ -67,8 +67,8 @@ static bool is_idempotent(const uint8_t *bytes)
     case CDS_PING:
     case CDS_READ: return true;
     case CDS_WRITE:
-        return !covers(first, last, CDS_REG_ID, CDS_REG_BAUD_RATE) &&
-               !covers(first, last, CDS_REG_LOCK, CDS_REG_LOCK);
+        return !overlaps(first, last, CDS_REG_ID, CDS_REG_BAUD_RATE) &&
+               !overlaps(first, last, CDS_REG_LOCK, CDS_REG_LOCK);
     default: return false;
     }
 }

@@ -230,7 +230,9 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
     case CDS_SYNC_WRITE: return check_write(check, servo);
     case CDS_ACTION:
     case CDS_RESET: return check_action_or_reset(check, servo);
-    default: return check->is_inhibited ? CDS_INHIBITED : CDS_OK; // not in the manual: rows 4, 9
+    default:
+        return check->is_inhibited ? CDS_INHIBITED
+                                   : CDS_OK; // not in the manual: limits do not hold for it
     }
 }
 
@@ -251,7 +253,8 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     check.refused_id = bytes[CDS_AT_ID];
     check.walk.written.sets = check.walk.written.left = 0;
     check.walk.servos = servos;
-    check.has_turn = has_turn || is_submitted; // else the poll behind the end of another one
+    check.has_turn = has_turn || is_submitted; // else while another request is in flight, or just
+                                               // begins: the next poll goes on
     check.is_goal = false;
     if (check.has_turn)
         cds_walk_begin(&check.walk, servos, request, servos->epoch);

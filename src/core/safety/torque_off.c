@@ -58,8 +58,8 @@ static bool is_torque_broadcast(const struct cds_request *request)
            bytes[CDS_AT_PARAMETERS] == CDS_REG_TORQUE_ENABLE;
 }
 
-/* A request has ended. If it was a broadcast, the other request is on the wire by now, and the next
- * broadcast goes right behind it. */
+/* A request has ended. If it was a broadcast, the next broadcast is submitted behind that of the
+ * other request. */
 static void on_end(struct cds_request *request)
 {
     struct cds_torque_off *off = (struct cds_torque_off *)request->context;

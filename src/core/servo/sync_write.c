@@ -93,7 +93,7 @@ void cds_sync_write_many_abort(struct cds_sync_write_many *write)
     cds_steps_abort(&write->steps);
 }
 
-/* Adds as many of the remaining servos as this packet may hold. The bus is idle meanwhile. */
+/* Adds as many of the remaining servos as this packet may hold. The request is not on its way. */
 static void fill(struct cds_sync_write_many *write)
 {
     const struct cds_sync_write_many_config *config = &write->config;
