@@ -852,6 +852,70 @@ static void begin_fifty(void)
     limit_goal(&states[COUNT - 1]);
 }
 
+/* An answer that was given before a speed of 0 was noted must not be used any more. */
+void test_39_angles_wait_behind_goals_that_bring_a_speed_of_0(void)
+{
+    static const uint8_t turn[4] = {0}, position[4] = {0, 0, 0xFF, 3};
+    static const uint8_t held[4] = {0, 2, 100, 0};
+    static uint8_t bytes[CDS_PACKET_SIZE(8)], reply[1];
+    static struct cds_request angles = CDS_REQUEST(bytes, reply);
+
+    begin(2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&servos, one, 0, 1023, 300));
+    pass_with(cds_servo_read(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, 4), true, turn, 4);
+    pass_with(cds_servo_read(&bus, &request, 1, CDS_REG_GOAL_POSITION, 4), true, held, 4);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 2));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4));
+    cds_sync_write_add_goal(&request, 1, 512, 0);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write(&bus, &angles, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    port_fake_answer(&bus.link, 2, 0, NULL, 0);
+    for (uint8_t i = 0; i < 100 && bus.request != &request; i++)
+        cds_bus_poll(&bus);
+    for (uint8_t i = 0; i < 100 && angles.result == CDS_PENDING; i++) {
+        port_fake_transmit(&bus.link, 0);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, angles.result);
+}
+
+/* Its servo may have carried it out: it is learnt as if its reply had been lost. */
+void test_packet_on_the_wire_is_learnt_when_the_bus_is_opened_again(void)
+{
+    begin(2);
+    limit_goal(one);
+    TEST_ASSERT_EQUAL(CDS_OK, byte(1, CDS_REG_ID, 9));
+    port_fake_settle(&bus);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    bus.link.echo_errors = 3;
+    servos.echo_errors = 3;
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 9));
+    TEST_ASSERT_EQUAL_UINT16(0, servos.echo_errors);
+    port_fake.now_us += 5000;
+    look();
+    refuse(CDS_LIMIT, goal(9, 1000, 100));
+}
+
+void test_calls_that_change_nothing_do_not_begin_a_check_anew(void)
+{
+    begin_fifty();
+    cds_servos_inhibit(&servos, &states[0], CDS_INHIBIT_STOPPED);
+    cds_servos_release(&servos, &states[0]);
+    TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
+    for (uint8_t i = 0; i < 30 && bus.state == CDS_BUS_WAITING_FOR_LINE; i++) {
+        cds_servos_release(&servos, &states[0]);
+        cds_servos_release_all(&servos);
+        cds_servos_allow(&servos);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_BUS_SENDING, bus.state);
+}
+
 /* The inhibit was so long ago that the difference of the two epochs changes its sign. */
 void test_an_old_inhibit_refuses_no_long_packet(void)
 {
@@ -859,10 +923,10 @@ void test_an_old_inhibit_refuses_no_long_packet(void)
     cds_servos_inhibit_all(&servos);
     cds_servos_release_all(&servos);
     for (uint16_t i = 0; i < 40000u; i++)
-        cds_servos_release(&servos, &states[0]);
+        cds_servos_allow_reset(&servos, false);
     pass(fifty_goals(500));
     for (uint16_t i = 0; i < 40000u; i++) // and back again
-        cds_servos_release(&servos, &states[0]);
+        cds_servos_allow_reset(&servos, false);
     pass(fifty_goals(500));
 }
 
@@ -870,7 +934,7 @@ void test_an_inhibit_amid_the_first_check_refuses_the_packet(void)
 {
     begin_fifty();
     servos.epoch = UINT16_MAX;
-    cds_servos_release(&servos, &states[0]); // the epoch wraps
+    cds_servos_allow_reset(&servos, false); // the epoch wraps
     TEST_ASSERT_EQUAL(CDS_OK, fifty_goals(500));
     cds_servos_inhibit_all(&servos);
     cds_servos_release_all(&servos);

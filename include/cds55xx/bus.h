@@ -302,7 +302,7 @@ void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
  * request is on its way. How it ends (request->result):
  *
  *   CDS_OK            the servo has answered, or no reply was due. A servo that refuses answers
- *                     too: request->error has bits of CDS_ERRORS_OF_PACKET, request->length is 0
+ *                     too, as a rule without parameters: look at request->error and ->length
  *   CDS_TIMEOUT       no good reply by the deadline, and no damage: no reply, or one cut short
  *   CDS_CORRUPT       no good reply by the deadline, and a byte or a packet was damaged
  *   CDS_LINE_BUSY     the line did not become quiet in time, nothing was sent

@@ -158,9 +158,8 @@ struct cds_servos {
  * inhibited, and the queue's retries are 0. Do not attach the queue by cds_queue_attach() before.
  * Entries 0 to `count` - 1 stay where they are; an entry that was added may move: find it by its
  * ID. CDS_OK; CDS_BUSY: other hooks are attached to the bus, or a request is in flight;
- * CDS_BAD_ARGUMENT: the bus is not open, `count` is above `capacity`, or an ID is above 253 or
- * stands twice; in the last two cases no servo is known then.
- */
+ * CDS_BAD_ARGUMENT: the bus is not open, or `count` is above `capacity`: nothing was changed; or an
+ * ID is above 253 or stands twice: no servo is known then. */
 enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_servos_config *config);
 
 /* Removes all servos from the list. The inhibit, shortest_delay and grows stay. */

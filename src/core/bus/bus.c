@@ -177,8 +177,9 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
 {
     const struct cds_bus_hooks *hooks = bus->hooks;
 
-    if (bus->request != request)
-        return hooks && hooks->cancel(hooks->context, request) ? CDS_OK : CDS_BAD_ARGUMENT;
+    if (bus->request != request || !request)
+        return request && hooks && hooks->cancel(hooks->context, request) ? CDS_OK
+                                                                          : CDS_BAD_ARGUMENT;
     if (!cds_bus_take_back(bus))
         return CDS_BUSY;
     request->result = CDS_CANCELLED;

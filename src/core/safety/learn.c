@@ -221,7 +221,11 @@ static void learn_packet(struct cds_servos *servos, struct cds_servo_state *serv
             servo->torque = true;
         if (source == CDS_SOURCE_ANSWERED)
             servo->registered_torque = false;
-        servo->is_registered = false;
+        if (servo->is_registered) { // at a speed that may be 0
+            servo->is_registered = false;
+            servo->held |= CDS_HELD_SPEED_0;
+            cds_servos_note_change(servos, servo->id);
+        }
         break;
     case CDS_RESET: learn_reset(servos, servo, source); break;
     default: break;

@@ -2,9 +2,10 @@
  */
 #include "safety/limits.h"
 
-#include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
-#include "cds55xx/packet.h"        // CDS_AT_*
-#include "compiler.h"              // NOINLINE
+#include "cds55xx/control_table.h"  // CDS_REG_*, CDS_VALUE_MAX
+#include "cds55xx/packet.h"         // CDS_AT_*
+#include "compiler.h"               // NOINLINE
+#include "safety/servos_internal.h" // cds_servos_note_change()
 
 /* ---- what a packet writes ---- */
 
@@ -137,7 +138,17 @@ ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, uint16_t goal)
 
 /* In endless turn a servo has no use for the goal, and stands still at speed 0. In position mode it
  * goes as fast as it can at speed 0. */
-NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data)
+/* The servo may hold a speed of 0 from now on, which other answers of the permit use. */
+static NOINLINE void note_speed_0(struct cds_servos *servos, struct cds_servo_state *servo)
+{
+    if (servo->held & CDS_HELD_SPEED_0)
+        return;
+    servo->held |= CDS_HELD_SPEED_0;
+    cds_servos_note_change(servos, servo->id);
+}
+
+NOINLINE enum cds_result cds_limits_check_goal(struct cds_servos *servos,
+                                               struct cds_servo_state *servo, const uint8_t *data)
 {
     uint16_t magnitude;
     uint8_t mode;
@@ -152,7 +163,7 @@ NOINLINE enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, co
         return mode == MODE_POSITION || !has_goal_limit(servo) ? CDS_OK : CDS_LIMIT;
     if (mode != MODE_TURN && servo->fastest < CDS_VALUE_MAX)
         return CDS_LIMIT;
-    servo->held |= CDS_HELD_SPEED_0;
+    note_speed_0(servos, servo);
     return CDS_OK;
 }
 
@@ -212,7 +223,8 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
 
 /* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
  */
-uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written)
+uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *servo,
+                         const struct cds_written *written)
 {
     uint8_t sets = written->sets, before = servo->held, after, mode_before, mode;
     const uint8_t speed_is_0 = CDS_HELD_SPEED | CDS_HELD_SPEED_0;
@@ -245,7 +257,7 @@ uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written
             return CDS_LIMIT;
     }
     if (sets & CDS_SETS_SPEED && (after & speed_is_0) == speed_is_0)
-        servo->held |= CDS_HELD_SPEED_0;
+        note_speed_0(servos, servo);
     return CDS_OK;
 }
 

@@ -57,11 +57,13 @@ uint8_t cds_written_value(const struct cds_written *written, uint8_t reg, uint8_
 /* Returns CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go
  * beyond a soft limit, or it is not known whether it would. A speed of 0 that is permitted is
  * noted. */
-uint8_t cds_limits_check(struct cds_servo_state *servo, const struct cds_written *written);
+uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *servo,
+                         const struct cds_written *written);
 
 /* As cds_limits_check() for goal and speed, `data` as in registers 0x1E to 0x21: shorter, because a
  * cycle sets 50 of them in 4 ms. */
-enum cds_result cds_limits_check_goal(struct cds_servo_state *servo, const uint8_t *data);
+enum cds_result cds_limits_check_goal(struct cds_servos *servos, struct cds_servo_state *servo,
+                                      const uint8_t *data);
 
 /* Takes mode, goal and speed over. A READ makes them known. A write leaves what is known of goal
  * and speed; an angle limit that it may have changed is known only if it was, and the servo

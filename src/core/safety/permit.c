@@ -57,7 +57,7 @@ static uint8_t check_registered(const struct check *check, struct cds_servo_stat
         return CDS_OK;
     if (!check->is_of_move || !check->is_goal)
         return CDS_LIMIT;
-    return (uint8_t)cds_limits_check_goal(servo, written->data);
+    return (uint8_t)cds_limits_check_goal(check->walk.servos, servo, written->data);
 }
 
 /* Rows 23 to 25. */
@@ -90,8 +90,8 @@ static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_
     if (instruction == CDS_REG_WRITE)
         return check_registered(check, servo);
     if (check->is_goal)
-        return (uint8_t)cds_limits_check_goal(servo, written->data);
-    return cds_limits_check(servo, written);
+        return (uint8_t)cds_limits_check_goal(check->walk.servos, servo, written->data);
+    return cds_limits_check(check->walk.servos, servo, written);
 }
 
 /* Rows 40 and 41. */
@@ -104,9 +104,11 @@ static uint8_t check_id(const struct check *check, const struct cds_servo_state 
 
 /* ---- many servos, some each call ---- */
 
-ALWAYS_INLINE enum cds_result check_goal(struct cds_servo_state *servo, const uint8_t *goal)
+ALWAYS_INLINE enum cds_result check_goal(struct cds_servos *servos, struct cds_servo_state *servo,
+                                         const uint8_t *goal)
 {
-    return cds_servo_is_inhibited(servo) ? CDS_INHIBITED : cds_limits_check_goal(servo, goal);
+    return cds_servo_is_inhibited(servo) ? CDS_INHIBITED
+                                         : cds_limits_check_goal(servos, servo, goal);
 }
 
 static uint8_t check_block(struct check *check)
@@ -123,8 +125,7 @@ static uint8_t check_block(struct check *check)
         return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
     if (check->walk.servo)
         return check_servo(check, check->walk.servo);
-    if (cds_servos_meet(servos, written->id, 0))
-        servos->walk_epoch = servos->epoch; // what was found good still is
+    cds_servos_meet(servos, written->id, 0);
     return CDS_OK;
 }
 
@@ -139,13 +140,14 @@ static NOINLINE uint8_t check_many(struct check *check)
         if (!walk->is_sync_write)
             result = check_servo(check, walk->servo);
         else if (check->is_goal && walk->servo)
-            result = (uint8_t)check_goal(walk->servo, walk->written.data);
+            result = (uint8_t)check_goal(walk->servos, walk->servo, walk->written.data);
         else
             result = check_block(check);
         if (result != CDS_OK) {
             check->refused_id = walk->written.id;
             return result;
         }
+        walk->servos->walk_epoch = walk->servos->epoch; // what was found good still is
         if (!check->is_goal && walk->servo && walk->servo->has_limits)
             walk->budget = (int8_t)(walk->budget - 2); // such a check takes twice as long
     }
@@ -319,7 +321,7 @@ static NOINLINE enum cds_result search_and_check_goal(struct cds_servos *servos,
     struct cds_servo_state *servo = cds_servos_search(servos, id, index);
 
     if (servo)
-        return check_goal(servo, goal);
+        return check_goal(servos, servo, goal);
     cds_servos_meet(servos, id, 0);
     return CDS_OK;
 }
@@ -334,5 +336,5 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
         return CDS_INHIBITED;
     if (*index >= servos->count || servo->id != id)
         return search_and_check_goal(servos, id, index, goal);
-    return check_goal(servo, goal);
+    return check_goal(servos, servo, goal);
 }

@@ -191,11 +191,26 @@ static enum cds_result submit(void *context, struct cds_request *request)
     return queue ? queue->hooks.submit(queue, request) : CDS_BUSY;
 }
 
+/* The bus is opened again, and its counts begin anew. A packet on the wire may be carried out. */
+static void learn_reopening(struct cds_servos *servos)
+{
+    struct cds_request *request = servos->bus->request;
+
+    if (request && servos->bus->state >= CDS_BUS_SENDING) {
+        while (cds_servos_on_sending(servos, request)) {
+        }
+        cds_servos_learn_end(servos, request, CDS_CORRUPT);
+    }
+    servos->echo_errors = 0;
+}
+
 static bool cancel(void *context, struct cds_request *request)
 {
     struct cds_servos *servos = (struct cds_servos *)context;
 
-    if (!request || servos->walk_request == request) // NULL: the bus is opened again
+    if (!request)
+        learn_reopening(servos);
+    if (!request || servos->walk_request == request)
         servos->walk_request = NULL;
     return servos->queue && servos->queue->hooks.cancel(servos->queue, request);
 }
@@ -232,7 +247,8 @@ enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_ser
     uint8_t i = 0;
 
     OPTIMIZER_BARRIER(servos);
-    if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1)
+    if (config->bus->state == CDS_BUS_CLOSED || config->capacity > CDS_ID_MAX + 1 ||
+        config->count > config->capacity)
         return CDS_BAD_ARGUMENT;
     servos->hooks.permit = cds_servos_permit; // the bus looks whether there is one
     result = cds_bus_attach(config->bus, &servos->hooks);
@@ -339,8 +355,10 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
 
 NOINLINE void cds_servos_inhibit_all(struct cds_servos *servos)
 {
-    servos->is_inhibited = true;
-    note_guard(servos, NULL);
+    if (!servos->is_inhibited) { // else nothing has changed, and a check under way goes on
+        servos->is_inhibited = true;
+        note_guard(servos, NULL);
+    }
     servos->inhibit_epoch = servos->epoch;
 }
 
@@ -349,9 +367,13 @@ static void set_inhibited(struct cds_servos *servos, struct cds_servo_state *ser
                           uint8_t why)
 {
     struct cds_servo_state *other = cds_servos_second(servos, servo);
+    uint8_t inhibits = (uint8_t)((servo->inhibits & keep) | why) & 3u;
 
-    for (struct cds_servo_state *each = servo; each; each = each == servo ? other : NULL)
-        each->inhibits = (uint8_t)((each->inhibits & keep) | why) & 3u;
+    if (servo->inhibits == inhibits)
+        return;
+    servo->inhibits = inhibits & 3u;
+    if (other)
+        other->inhibits = inhibits & 3u;
     note_guard(servos, servo);
 }
 
@@ -368,11 +390,15 @@ void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo
 static NOINLINE void release_all(struct cds_servos *servos, uint8_t keep)
 {
     struct cds_servo_state *servo = servos->states;
+    uint8_t released = servos->is_inhibited;
 
     servos->is_inhibited = false;
-    for (uint8_t i = servos->count; i; i--, servo++)
+    for (uint8_t i = servos->count; i; i--, servo++) {
+        released = (uint8_t)(released | (servo->inhibits & ~keep));
         servo->inhibits = (uint8_t)(servo->inhibits & keep) & 3u;
-    note_guard(servos, NULL);
+    }
+    if (released)
+        note_guard(servos, NULL);
 }
 
 void cds_servos_release_all(struct cds_servos *servos)
