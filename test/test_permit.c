@@ -582,6 +582,17 @@ void test_26_a_limit_or_inhibit_aborts_the_move(void)
     }
 }
 
+/* The speed that the servo registered may have been 0. */
+void test_39_after_the_action_of_a_move_the_speed_may_be_0(void)
+{
+    begin_move();
+    pass(registers(1, CDS_REG_GOAL_POSITION, inside, 4));
+    pass(registers(2, CDS_REG_GOAL_POSITION, inside, 4));
+    two->held &= (uint8_t)~CDS_HELD_SPEED_0;
+    pass(action(CDS_BROADCAST_ID));
+    TEST_ASSERT_BITS_HIGH(CDS_HELD_SPEED_0, two->held);
+}
+
 void test_25_a_second_move_needs_its_own_answers(void)
 {
     begin_move();

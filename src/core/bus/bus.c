@@ -74,8 +74,7 @@ static NOCLONE enum cds_result send_remainder(struct cds_bus *bus, struct cds_re
     return CDS_OK;
 }
 
-/* The one function that begins a packet, after the permit. Looks at the line last: 40 cycles before
- * the header. CDS_OK: the packet is on its way, or waits for the line. */
+/* Looks at the line last: 40 cycles before the header. */
 NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
 {
     if (cds_line_has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
@@ -83,8 +82,7 @@ NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *r
     return send_remainder(bus, request, cds_link_begin(bus->port));
 }
 
-/* Asks the permit. If it agrees, and bus and line are free, the packet leaves. CDS_PENDING: not
- * now; else why it may not leave. */
+/* Sends if permit, bus and line agree. CDS_PENDING: not now; else why it may not leave. */
 static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
