@@ -432,8 +432,7 @@ static bool on_sending(void *context, struct cds_request *asked)
     return any_bool();
 }
 
-static enum cds_result on_hook_end(void *context, struct cds_request *asked,
-                                   enum cds_result result)
+static enum cds_result on_hook_end(void *context, struct cds_request *asked, enum cds_result result)
 {
     eva_keep_apart();
     (void)context, (void)asked;
