@@ -75,8 +75,8 @@ enum cds_bus_line {
     CDS_BUS_LINE_QUIET,   // nothing but our own transactions
     CDS_BUS_LINE_SUSPECT, // bytes came that no request asked for, or damage, or the line was low,
                           // or a reply failed, within the last two byte times. Nothing is sent
-    CDS_BUS_LINE_FAULT, // low when two byte times were over: a short circuit or a dead driver if
-                        // it lasts; one look may have met a start bit
+    CDS_BUS_LINE_FAULT,   // low when two byte times were over: a short circuit or a dead driver if
+                          // it lasts; one look may have met a start bit
 } __attribute__((packed));
 
 /* Parameters a reply must have. A reply that refuses the packet (CDS_ERRORS_OF_PACKET) may also
