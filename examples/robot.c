@@ -1,12 +1,7 @@
 /* A robot of servos 1 to 12 that walks on the spot: goals at 250 Hz, feedback of all, soft limits,
  * a state check, and torque off for all as soon as something is wrong. Put your own gait into
  * gait(). Nothing here waits once it walks. */
-#include <cds55xx/blocking.h>
-#include <cds55xx/cycle.h>
-#include <cds55xx/health.h>
-#include <cds55xx/queue.h>
-#include <cds55xx/servos.h>
-#include <cds55xx/torque_off.h>
+#include <cds55xx/cds55xx.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
 

@@ -17,7 +17,7 @@ STOREYS = {
               "cycle"],
     "safety": ["servos", "health", "torque_off"],
     "service": ["scan", "identity", "setup", "diagnose"],
-    "robot": ["blocking"],
+    "robot": ["blocking", "cds55xx"],
 }
 BELOW = {
     "wire": [],

@@ -1,10 +1,6 @@
 // A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run
 // by test/run/test_cpp.py.
-#include <cds55xx/cycle.h>
-#include <cds55xx/diagnose.h>
-#include <cds55xx/feedback.h>
-#include <cds55xx/sync_write.h>
-#include <cds55xx/blocking.h>
+#include <cds55xx/cds55xx.h>
 #include <cds55xx_avr.h>
 
 namespace
