@@ -256,8 +256,9 @@ static void check_failure(const struct job *job)
     TEST_ASSERT_TRUE(job->request.result == CDS_TIMEOUT || job->request.result == CDS_CORRUPT);
     TEST_ASSERT_FALSE(job->good && (int32_t)(job->good_us - deadline_us(job)) <= 0);
     TEST_ASSERT_TRUE((int32_t)late_us >= 0);
-    if (job->longest_gap_us < 100) // a reply that is taken by then, and then searched, is 12 polls
-        TEST_ASSERT_TRUE(late_us <= 13u * job->longest_gap_us);
+    // A reply that is taken by then, and then searched, is 12 polls; the end has a poll of its own.
+    if (job->longest_gap_us < 100)
+        TEST_ASSERT_TRUE(late_us <= 14u * job->longest_gap_us);
 }
 
 static void submit(struct job *job);
