@@ -73,6 +73,11 @@ AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sectio
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
 
+# The controller's functions share the code that saves registers: 3 KB less flash. Its small functions
+# are not copied into their callers, and loops keep what does not change in them: 0.3 KB less.
+CONTROLLER_LINK := -mcall-prologues
+CONTROLLER_CC := -fno-inline-small-functions -fno-move-loop-invariants
+
 CORE_SRC := $(wildcard src/core/*/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
 CONTROLLER_SRC := $(wildcard src/controller/*.c)
@@ -92,12 +97,12 @@ $(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(OMI
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CC) $$(CONTROLLER_LINK))
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(DEPFILES) -c $$< -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CC)) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
@@ -106,7 +111,7 @@ build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
 		build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
@@ -130,7 +135,7 @@ build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
 		$(patsubst %.c,build/$(1)/obj/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC))) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
 
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
@@ -255,10 +260,11 @@ sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
 
 # ---- the bench -------------------------------------------------------------------------------------
 
-BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) build/atmega644p/bench/min.elf \
-	$(patsubst %,build/atmega128/bench/%.elf,read sync group absent handlers polls two_mbps cycle8) \
+BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/bench/min.elf \
+	$(patsubst %,build/atmega128/bench/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 \
+	safe_read safe_calls safe_torque_off turnaround) \
 	$(patsubst %,build/%/bench/handlers.elf,arduino-mega arbotix) \
-	$(patsubst %,build/atmega128/program/%.elf,cycle50 flood) build/arduino-mega/program/three_buses.elf
+	$(patsubst %,build/atmega128/program/%.elf,cycle50 cycle50_safe flood) build/arduino-mega/program/three_buses.elf
 
 ## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
 .PHONY: bench
@@ -362,6 +368,12 @@ build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
 # What a test of the core or of the console is linked with.
 TESTED_SRC := $(CORE_SRC) $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/port_fake.c \
 	test/eeprom_fake.c
+# CORE_ONLY=1: the programs that include nothing of src/controller, linked without it.
+CONTROLLER_TESTS := $(addprefix test_,bridge cmd_keeper command console editor host host_rescue keeper \
+	number robot settings) fuzz inhibit_random
+ifeq ($(CORE_ONLY),1)
+TESTED_SRC := $(CORE_SRC) test/port_fake.c
+endif
 TESTED_OBJ := $(TESTED_SRC:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
 
 $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o \
@@ -369,7 +381,7 @@ $(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $^ -o $@
 
-RANDOM_TESTS := fuzz inhibit_random
+RANDOM_TESTS := fuzz inhibit_random engine_random door_random
 $(RANDOM_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o $(TESTED_OBJ)
 	$(call say,LD,$@)
 	$(Q)$(CC) $(SANITIZE) $(filter-out %/unity.o,$^) -o $@
@@ -440,20 +452,21 @@ test: $(TEST_PROGRAMS) $(TEST_NEEDS)
 	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
 
 # The programs on this machine that run src/core. The scripts build them with flags of their own.
-HOST_TESTS := $(CORE_TESTS:%=build/host/test/%) $(RANDOM_TESTS:%=build/host/test/%)
+HOST_TESTS := $(patsubst %,build/host/test/%,$(filter-out $(if $(filter 1,$(CORE_ONLY)),$(CONTROLLER_TESTS)), \
+	$(CORE_TESTS) $(RANDOM_TESTS)))
 .PHONY: host-tests list-host-tests
 host-tests: $(HOST_TESTS)
 list-host-tests:
 	@printf '%s\n' $(HOST_TESTS)
 
 ## coverage: branch coverage of src/core by the tests on the host; fails below COVERAGE_LIMIT percent
-COVERAGE_LIMIT ?= 93.9
+COVERAGE_LIMIT ?= 98
 .PHONY: coverage
 coverage: | deps
 	@scripts/coverage.py --limit $(COVERAGE_LIMIT)
 
 ## mutation: mutants of src/core that the tests on the host notice; fails below MUTATION_LIMIT percent
-MUTATION_LIMIT ?= 88
+MUTATION_LIMIT ?= 93
 MUTANTS ?= 300
 .PHONY: mutation
 mutation: | deps
@@ -464,11 +477,12 @@ mutation: | deps
 cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
 	@test/run/cycle.py 60
 
-## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited
+## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited; random transactions
 .PHONY: fuzz
 fuzz: $(RANDOM_TESTS:%=build/host/test/%)
 	@build/host/test/fuzz 10000000 1000000
 	@build/host/test/inhibit_random 1000000
+	@build/host/test/engine_random 10000000
 
 ## session: a first session with the console of an atmega128, as it stands on the terminal
 .PHONY: session
@@ -500,6 +514,12 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; scripts/headers.py
 	@$(MAKE) --no-print-directory size
+
+## eva: Frama-C Eva looks for run-time errors in ring, parser, packet, link and bus (2 min)
+.PHONY: eva
+eva:
+	@scripts/deps.sh eva
+	@scripts/eva.py
 
 ## docs: write anew what docs and README quote from tables and commands
 .PHONY: docs

@@ -11,7 +11,7 @@ CDS_AVR_CLOCK()
 int main(void)
 {
     static uint8_t packet[CDS_SYNC_WRITE_SIZE(2, 4)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 
     cds_avr_clock_open();
     sei();

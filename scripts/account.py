@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 import blocks
-from measure import BYTE, CALL, MHZ, POLL, RETURN_DELAY, ROOT, WHOLE, Run
+from measure import BYTE, CALL, DELAYS, MHZ, POLL, RETURN_DELAY, ROOT, WHOLE, Run
 
 sys.path.insert(0, str(ROOT / "test/run"))
 import feedback
@@ -63,11 +63,12 @@ def reads():
     program = Program("bench/read", "--stamp", "B", "--seconds", "2")
     run = program.run
     _, begun, took, n = max((took - RETURN_DELAY * n, begun, took, n)
-                            for n, (took, _, begun) in enumerate(run.spans(WHOLE), 1))
+                            for n, (took, _, begun) in
+                               enumerate(run.spans(WHOLE)[DELAYS:2 * DELAYS], 1))  # of 2 bytes
     first, last = next(sent[:2] for sent in run.sent if sent[0] >= begun)
     heard = last + RETURN_DELAY * n + 8 * BYTE
-    yield "`read_overhead`: typed call to first start bit", program.cycles(begun, first)
-    yield ("`read_overhead`: end of the last stop bit of the reply to outcome known",
+    yield "`read_overhead_2`: typed call to first start bit", program.cycles(begun, first)
+    yield ("`read_overhead_2`: end of the last stop bit of the reply to outcome known",
            program.cycles(heard, begun + took))
     took, _, begun = max(run.spans(CALL), key=without_handlers)
     yield "`enqueue`", program.cycles(begun, begun + took)
@@ -103,7 +104,7 @@ def absents():
 
 
 def polls():
-    program = Program("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn",
+    program = Program("bench/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn",
                       servos="1-50")
     took, _, begun = max(program.run.spans(POLL), key=without_handlers)
     yield "`poll_max`, with no fault", program.cycles(begun, begun + took)

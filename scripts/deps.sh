@@ -2,7 +2,7 @@
 # Looks for what the build, the simulator and the tests need, and installs what is missing: Debian
 # packages with apt-get (through sudo when not root), Unity out of the gem of its authors. With
 # everything there it takes a fraction of a second and touches nothing.
-#   usage: deps.sh packages|unity
+#   usage: deps.sh packages|unity|eva
 #   DEPS=no      install nothing; name what is missing and fail
 #   UNITY=DIR    where Unity is, or is to be put (default build/unity)
 set -eu
@@ -24,6 +24,12 @@ WANTED='
 /usr/bin/gnuplot                    gnuplot-nox
 /usr/bin/clang-format               clang-format
 /usr/sbin/update-ca-certificates    ca-certificates
+'
+# Only make eva needs these: Frama-C has 450 MB, and compiles test/eva/machdep.ml with ocamlfind.
+WANTED_BY_EVA='
+/usr/bin/frama-c                    frama-c-base
+/usr/bin/ocamlfind                  ocaml-findlib
+/usr/bin/ocamlopt                   ocaml
 '
 GEM=ceedling
 GEM_VERSION=1.2.1
@@ -70,7 +76,8 @@ fetch_unity()
 }
 
 case "${1:-}" in
-packages)
+packages | eva)
+    [ "$1" = packages ] || WANTED=$WANTED_BY_EVA
     packages=$(missing_packages | sort -u | tr '\n' ' ')
     [ -n "$packages" ] || exit 0
     [ "${DEPS:-yes}" != no ] || {
@@ -88,7 +95,7 @@ unity)
     fetch_unity
     ;;
 *)
-    echo "usage: deps.sh packages|unity" >&2
+    echo "usage: deps.sh packages|unity|eva" >&2
     exit 2
     ;;
 esac

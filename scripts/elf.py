@@ -3,14 +3,17 @@
 file: function: what; exit 1 if there is one.
 
 usage: elf.py FILE ...   (archives and objects, of which every function is the library's; linked
-                          programs, of which those named cds_... and the interrupt vectors are)
+                          programs, of which those named cds_... but cds_blocking_... and the
+                          interrupt vectors are)
 
 Read from avr-objdump: instructions, relocations, and the graph of calls and jumps between functions.
 It proves, of all code on any path, taken or not:
   allocation   malloc and its like are not called; the stack pointer is moved by constants only
-  recursion    the graph has no cycle. The indirect calls permitted are cds_request.on_end, from
-               cds_bus_poll() (bus.o), and an observer's (account.o); in an archive one counts as a call of every function whose
-               address is taken. What a program's own on_end does is not seen
+  recursion    the graph has no cycle. POINTERS lists the functions of the library that are called
+               through a pointer, and the callers of each; an indirect call of another function is a
+               breach. In an archive an indirect call counts as a call of each function that POINTERS
+               has for its caller, and of every other function whose address is taken. What a
+               program's own on_end does is not seen
   floating point   none of libgcc's and libm's functions for it is called
   division     a function that reaches libgcc's division, of any width, is one whose header says
                "Divides 32-bit numbers: not for the hot path", and the hot path (HOT and the vectors)
@@ -37,6 +40,28 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 HOT = re.compile(r"cds_(?:bus_(?:poll|submit)|cycle_(?:poll|goal|commit)|"
                  r"(?:link|group_read|sync_write|servo(?!_units)|feedback|packet|parser|port)_\w+)$|__vector_")
 DIVIDES = re.compile(r"Divides (?:16|32)-bit numbers: not for the hot path")
+
+# Of functions whose address is taken (object: name): the functions that call them through a pointer.
+POINTERS = {
+    r"permit\.o: cds_servos_permit": r"bus\.o: send_if_permitted",
+    r"queue\.o: submit": r"bus\.o: cds_bus_send_or_wait|servos\.o: submit",
+    r"servos\.o: submit": r"bus\.o: cds_bus_send_or_wait",
+    r"queue\.o: cancel": r"open\.o: cds_bus_open|bus\.o: cds_bus_cancel|servos\.o: cancel",
+    r"servos\.o: cancel": r"open\.o: cds_bus_open|bus\.o: cds_bus_cancel",
+    r"queue\.o: request_ended": r"bus\.o: (?:finish|cds_bus_cancel)|servos\.o: request_ended",
+    r"servos\.o: request_ended": r"bus\.o: (?:finish|cds_bus_cancel)",
+    r"learn\.o: cds_servos_on_sending": r"bus\.o: poll_sending_only",
+    r"learn\.o: cds_servos_on_packet": r"bus\.o: note_unexpected",
+    r"permit\.o: cds_servos_permit_goal|servos\.o: changed_since": r"cycle_goals\.o: \w+",
+    r"servos\.o: set_move": r"registered_move\.o: set_move",
+    r"(?:steps|torque_off)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
+    r"steps\.o: abort_steps": r"torque_off\.o: has_own_rate", # of a lock
+    r"\w+\.o: (?:send|ended|send_packet|packet_ended)": r"steps\.o: cds_steps_poll",
+}
+# In a linked program; what waits by its name is the program's own choice.
+OURS = re.compile(r"cds_(?!blocking_)|__vector_")
+
+CALLS_POINTERS = re.compile("|".join(POINTERS.values()) + r"|bus\.o: cds_bus_poll")
 
 ALLOCATION = re.compile(r"(?:m|c|re)alloc$|free$|alloca$|sbrk$")
 FLOAT = re.compile(r"__\w*[sd]f\d?$|__fp_|__(?:float|fix)|(?:sin|cos|tan|sqrt|pow|exp|log|floor|ceil|fabs)f?$")
@@ -97,7 +122,7 @@ class Program:
         if not self.linked:
             self.read_tables()
         for function in self.functions:
-            function.is_ours = not self.linked or function.name.startswith(("cds_", "__vector_"))
+            function.is_ours = not self.linked or bool(OURS.match(function.name))
             self.link(function)
         for unit, name, offset in self.references:
             function, inside = self.find(unit, name, offset)
@@ -155,7 +180,7 @@ class Program:
     def link(self, function):
         """Fills in the calls, and makes of each target within the function its address."""
         for it in function.code:
-            if it.name in ("icall", "eicall"):
+            if it.name in ("icall", "eicall", "ijmp", "eijmp"): # a jump: the last call of a function
                 function.indirect = True
             if not it.target or not (CALL.match(it.name) or BRANCH.match(it.name)):
                 continue
@@ -172,7 +197,7 @@ class Program:
     def callees(self, function):
         found = {f for f in function.calls if isinstance(f, Function)}
         if function.indirect:
-            found |= {f for f in self.functions if f.taken}
+            found |= {f for f in self.functions if f.taken and may_call(function, f)}
         return found
 
     def stack(self, function):
@@ -225,6 +250,12 @@ class Program:
                 seen.add(callee)
                 paths.append((callee, (*path, callee.name)))
         return None
+
+
+def may_call(caller, taken):
+    """True unless POINTERS says that `taken` is called by others only."""
+    callers = next((by for name, by in POINTERS.items() if re.fullmatch(name, str(taken))), ".*")
+    return re.fullmatch(callers, str(caller))
 
 
 def moves_stack_by_variable(function):
@@ -329,9 +360,8 @@ def breaches(program, documented):
             yield function, "moves the stack pointer by a variable"
         if function in program.cycles:
             yield function, "is recursive"
-        if function.indirect and not program.linked and function.unit not in (
-                "bus.o", "account.o"):
-            yield function, "calls through a pointer, which only bus.o and account.o may"
+        if function.indirect and not program.linked and not CALLS_POINTERS.fullmatch(str(function)):
+            yield function, "calls through a pointer, which only those in POINTERS may"
         for why in [*waits(function), *stops(function)]:
             yield function, why
         path = program.reaches(function, DIVISION)

@@ -33,7 +33,7 @@ def main():
     table(SOURCES)
     print("\n## Findings\n")
     print("What a diagnosis ends with (`enum cds_finding`), written from the table in")
-    print(f"`{FINDINGS}`, which also says in which order they are looked for.\n")
+    print(f"`{FINDINGS}`. [diagnose.md](diagnose.md) says in which order they are looked for.\n")
     table([FINDINGS])
 
 

@@ -9,12 +9,14 @@ usage: headers.py [DIR [HEADER ...]]   (the project's root, default: the current
 A symbol's comment stands above it, or above a group without blank lines that it belongs to, or
 behind it on its line. The head of a file is its first comment and holds for all of it. A comment
 that refers to another one ("as cds_x()", "what cds_x() returns", "one of x.h", "those of x.h",
-"functions of x.h") includes the comment of that function, or the head of that file. Wanted are
+"functions of x.h"), or begins with "cds_x()" or "cds_x() and cds_y()", includes the comment of that
+function, or the head of that file; cds_blocking_x() includes those of cds_x_begin() and _poll(). A comment "---- like this ----" heads the functions below it that
+have none. Wanted are
 
   all          a comment; a function that another header documents needs no second one
   struct       of each field, too: behind it, or above a run of fields, or by its name in the struct's
-               comment. "... below" covers the fields that follow, "the x's own" in the struct's
-               comment all of them. A field that is a struct of ours is told by that
+               comment. "... below", "// internal:", "what follows" and "the x's own" cover the fields
+               that follow. A field that is a struct of ours is told by that
   macro        each of its parameters by name
   function     of an argument that is a number, its unit by its name (_us, mdeg, byte, ...), or it
                stands in one sentence with a range or unit; a pointer to numbers stands there by name
@@ -23,11 +25,11 @@ that refers to another one ("as cds_x()", "what cds_x() returns", "one of x.h", 
                a number, "Returns", a range or a unit; of another enum, one of its names
                its context: Main, Either, Any or Interrupt context, Producer, Consumer, Either side,
                "Event, from ...", "Only within on_...", "From on_rx"
-               its place in the manual: a section, example, ruling (R28), or "Manual: nothing."
 
 What a body returns is followed through `return f()`, `x = f(); return x` and `return a->x` within
-its file, where a->x is whatever any function there sets it to. That a result which is named can
-really come is not checked, nor that a sentence is true.
+its file, where a->x is whatever any function there sets it to; of an operation, what the calls of
+cds_steps_end() in its file have. That a result which is named can really come is not checked, nor
+that a sentence is true.
 Each header is also compiled alone, as C99 and as C++11; what has no body must be extern "C".
 """
 import pathlib
@@ -43,10 +45,9 @@ RANGE = re.compile(r"\d to |\d or more|at least|at most|<|\bCDS_\w+|\b0x|"
                    r"\b(?:bytes?|bits?|microseconds|degrees|millivolts|counts|unit|number of|register)\b")
 CONTEXT = re.compile(r"\b(?:(?:main|either|any|interrupt) context|context: (?:main|either)|either side|"
                      r"producer|consumer|event, (?:from|in place of)|only within on_|from on_rx)", re.I)
-MANUAL = re.compile(r"[Mm]anual[:,]? (?:nothing\.|[1-3]\.\d|example \d)|\bexample \d|\bR\d+\b|"
-                    r"\((?:[1-3]\.\d(?:\.\d)?)[,;) ]")
 REFERENCE = re.compile(r"\b(?:as(?: by)?|what)\s(cds_\w+)\(\)|"
                        r"\b(?:as|one of|those of|functions of)\s(\w+\.h)(?:\sand\s(\w+\.h))?", re.I)
+BEGINS_WITH = re.compile(r"(cds_\w+)\(\)(?: and (cds_\w+)\(\))?")
 FORMAT = re.compile(r"/\*.*?\*/|//[^\n]*", re.S)
 
 
@@ -66,7 +67,7 @@ class Header:
 
     def parse(self):
         """Each public symbol with the comment that is its own or its group's."""
-        text, at, comment, last = self.text, 0, "", None
+        text, at, comment, section, last = self.text, 0, "", "", None
         match = re.match(r"\s*/\*.*?\*/", text, re.S)
         if match:
             self.head, at = plain(match.group()), match.end()
@@ -79,6 +80,8 @@ class Header:
             if text.startswith("/*", at):
                 end = text.index("*/", at) + 2
                 comment = plain(text[at:end])
+                if comment.startswith("----"):
+                    section, comment = comment, ""
             elif text.startswith("//", at):
                 end = line_end(text, at)
                 if last:
@@ -91,6 +94,8 @@ class Header:
             else:
                 end = declaration_end(text, at)
                 found = self.declaration(text[at:end], at, comment)
+                if found and found.kind == "function":
+                    found.comment = found.comment or section
             last = found or last
             if found and public(found.name):
                 yield found
@@ -192,6 +197,14 @@ class Check:
                 header = self.headers.get(f"include/cds55xx/{name}")
                 if header:
                     texts.append(header.head)
+        begins = BEGINS_WITH.match(symbol.comment)
+        names = [*filter(None, begins.groups())] if begins else []
+        if symbol.name.startswith("cds_blocking_"):
+            names += [symbol.name.replace("blocking_", "") + end for end in ("_begin", "_poll")]
+        for name in names:
+            other = self.functions.get(name)
+            if other and other.name not in seen:
+                texts.append(self.told(other, (*seen, symbol.name)))
         return ". ".join(texts)
 
     def missing(self, symbol):
@@ -209,8 +222,6 @@ class Check:
         found += self.result(symbol, told)
         if not CONTEXT.search(told):
             found.append("its context")
-        if not MANUAL.search(symbol.comment + ". " + symbol.header.head):
-            found.append("its place in the manual")
         return found
 
     def parameter(self, parameter, told):
@@ -242,16 +253,17 @@ class Check:
 
     def struct(self, symbol):
         """Fields that nothing tells of."""
-        covered = re.search(r"\b(?:the \w+'s|its) own\b", symbol.comment)
+        owned = re.compile(r"\b(?:the \w+['’]s|its) own\b|^// internal|what follows", re.I)
+        covered = owned.search(symbol.comment)
         above, found = False, []
         for line in re.sub(r"(;[^\n/]*)/\*", r"\1//", symbol.body).splitlines():
             code = FORMAT.sub("", re.sub(r"/\*.*", "", line)).strip()
             comment = line.strip()[len(code):].strip()
             if not line.strip():
                 above = False
-            elif not code and "/*" in comment:
+            elif not code and comment.startswith(("/*", "//")):
                 above = True
-            covered = covered or "below" in comment
+            covered = covered or "below" in comment or owned.search(comment)
             told = comment or above or covered
             field = re.match(r"(?:volatile |const )*(?:(struct cds_)?\w+ )+", code)
             if code.endswith(";") and not told and field and "struct cds_" not in code:
@@ -309,6 +321,9 @@ class Sources:
 
     def returned(self, name, path=None, seen=(), told=""):
         """A field that is returned as it stands and that `told` names, is told."""
+        if name == "cds_steps_poll" and path:
+            ends = re.findall(r"\bcds_steps_end\([^,;]*, ([^;]*)\);", self.texts[path])
+            return {v for end in ends for v in self.values(end, "", path) if v in self.results}
         scope = next((s for s in [path, None] if (s, name) in self.bodies), None)
         if (scope, name) not in self.bodies or (scope, name) in seen:
             return set()

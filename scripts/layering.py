@@ -12,11 +12,12 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 # The storeys of the library, each with its public headers, and the storeys that each one knows.
 STOREYS = {
     "wire": ["ring", "port", "link", "parser", "packet", "result", "control_table", "units", "version"],
-    "bus": ["bus"],
-    "servo": ["servo", "servo_units", "feedback", "sync_write", "sync_write_many", "group_read",
-              "registered_move", "cycle", "blocking"],
+    "bus": ["bus", "queue", "steps"],
+    "servo": ["servo", "servo_units", "feedback", "sync_write", "group_read", "registered_move",
+              "cycle"],
     "safety": ["servos", "health", "torque_off"],
     "service": ["scan", "identity", "setup", "diagnose"],
+    "robot": ["blocking", "cds55xx"],
 }
 BELOW = {
     "wire": [],
@@ -24,6 +25,7 @@ BELOW = {
     "servo": ["bus", "wire"],
     "safety": ["servo", "bus", "wire"],
     "service": ["servo", "bus", "wire"],
+    "robot": ["service", "safety", "servo", "bus", "wire"],
 }
 
 # Modules that know less than their storey, and the public headers that they may include.
@@ -32,7 +34,7 @@ MODULES = [
     ("wire", ["ring", "port", "link", "parser", "packet", "result", "control_table"], WIRE),
     ("bus", ["bus"], f"bus|{WIRE}"),
     ("servo", ["servo"], "servo|bus|packet|result|control_table"),
-    ("safety", ["servos", "permit", "part"], "servo|servos|bus|packet|result|control_table"),
+    ("safety", ["servos", "permit", "learn", "limits"], "servo|servos|queue|bus|packet|result|control_table"),
 ]
 
 # files, what must not be found in a line of code, why

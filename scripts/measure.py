@@ -2,6 +2,7 @@
 Each of JOBS returns rows, {name: value}."""
 import fractions
 import functools
+import itertools
 import pathlib
 import random
 import re
@@ -21,6 +22,7 @@ from size import sizes
 MHZ = 16  # cycles in a microsecond
 BYTE = 160  # cycles, at 1 Mbps
 RETURN_DELAY = 32  # cycles, a unit of register 0x05; the factory's is 1
+SYNC_WRITE = 0x83
 DEVICE, HOST_BAUD, REG_RETURN_DELAY = 253, 0x04, 0x05
 STOP = 0x18  # Ctrl-X to the console, which would stop the robot, and rightly
 ANSWERED_US = 620  # 8 bytes one way, then 56 back, and what the controller needs
@@ -116,6 +118,12 @@ class Run:
             if match:
                 yield match[2], bytes.fromhex(match[3])
 
+    def wire(self):
+        """(first start bit, is ours, bytes) of each packet on bus 0."""
+        for match in map(PACKET.match, self.transcript.splitlines()):
+            if match:
+                yield int(match[1]), match[2] == "->in", bytes.fromhex(match[3])
+
     def broken(self, *rules):
         """How often these were."""
         return sum(int(times) for name, times in
@@ -143,18 +151,43 @@ def worst(rows):
 
 # ---- jobs: each returns rows ------------------------------------------------------------------------
 
+READ_SIZES = (1, 2, 8, 50)  # bytes, of test/bench/read.c
+DELAYS = 16  # return delays 2, 4, ... 32 us, each once
+
+
+def overhead(size, spans):
+    """The worst of 16 READs of so many bytes: what is not bytes or return delay."""
+    return max(cycles - (8 + 6 + size) * BYTE - RETURN_DELAY * n
+               for n, (cycles, _, _) in enumerate(spans, 1))
+
+
 def read():
     run = Run("bench/read", "--stamp", "B", "--seconds", "2")
-    run.check(run.figure["good"] == 16 + 2 * 4 + 64, "not all were good")
-    run.check(run.figure["us"] < 32768, "the clock has overflowed: another handler has run")
+    run.check(run.figure["good"] == 4 * DELAYS + 2 * 4 + 64, "not all were good")
+    run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
     wholes = run.spans(WHOLE)
-    run.check(len(wholes) == 16, "not 16 READs")
+    run.check(len(wholes) == 4 * DELAYS, "not 16 READs of each size")
+    by_size = {size: wholes[DELAYS * i:DELAYS * (i + 1)] for i, size in enumerate(READ_SIZES)}
     return {**run.everywhere(),
-            "read_overhead": max(cycles - 16 * BYTE - RETURN_DELAY * n
-                                 for n, (cycles, _, _) in enumerate(wholes, 1)),
-            "read_cpu": max(handlers for _, handlers, _ in wholes),
+            **{f"read_overhead_{size}": overhead(size, spans) for size, spans in by_size.items()},
+            "read_cpu": max(handlers for _, handlers, _ in by_size[2]),
             "enqueue": run.net(CALL),
             "turnaround": max(turned for *_, turned in run.sent)}
+
+
+def prepared():
+    run = Run("bench/prepared", "--stamp", "B", "--seconds", "2")
+    run.check(run.figure["good"] == DELAYS, "not all were good")
+    run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
+    run.check(len(run.spans(WHOLE)) == DELAYS, "not 16 READs")
+    return {**run.everywhere(), "read_prepared": overhead(2, run.spans(WHOLE))}
+
+
+def noisy():
+    run = Run("bench/noisy", "--stamp", "B", "--seconds", "60")
+    run.check(run.figure["submits"] == 2 * 4 * 7 * 64, "not all cases")
+    run.check(run.figure["ok"] == run.figure["submits"], "not all READs were good")
+    return {**run.everywhere(), "enqueue_noisy": run.net(CALL)}
 
 
 def sync(servos):
@@ -205,9 +238,10 @@ def polls():
                    ["babble headers"], ["babble random"], [HEADER] * 11,
                    [HEADER] * 20 + ["flip out every 10 9"], ["insert out every 14 0xFF"] * 12]:
         options = [word for fault in faults for word in ("--fault", fault)]
-        run = Run("bench/polls", "--stamp", "B", "--seconds", "60", "--rules", "warn", *options,
+        run = Run("bench/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn", *options,
                   servos="1-50")
         run.check(run.figure["polls"] > 1000, "hardly any poll")
+        run.check(run.figure["agains"] > 100, "on_end hardly ever submitted again")
         rows.append({"poll_max": run.net(POLL), **run.everywhere()})
     return worst(rows)
 
@@ -295,9 +329,12 @@ def omitted(board):
     return found[1].split() if found else []
 
 
+EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.c"))
+
+
 def shipped(name, *boards):
-    """The longest time with interrupts off in each firmware that is shipped: commands, pauses, and two
-    seconds of a host that never stops."""
+    """The longest time with interrupts off in each firmware and example that is shipped. Of a
+    firmware: commands, pauses, and two seconds of a host that never stops."""
     longest = 0
     for board in boards:
         if board == "arduino-uno":  # no host link: its firmware is an example
@@ -310,10 +347,96 @@ def shipped(name, *boards):
                 told = Run("controller", "--script", script.name, board=board, servos="1-18")
             told.check(len(told.sent) > 300, "not all commands were carried out")
             runs = [told, flooded(10, 2, "controller", board)]
+        for example in EXAMPLES:
+            runs.append(Run(f"examples/{example}", "--seconds", "3", board=board, servos="1-12",
+                            talks=board != "arduino-uno"))
         for run in runs:
             run.check(run.sent, "nothing was sent")
             longest = max(longest, run.off)
     return {name: longest}
+
+
+# ---- the constructed worst case of a turnaround, test/bench/turnaround.c ----
+
+LOOPS, CALLS, FRAMES, WRITES_EEPROM = range(4)
+NOTHING_SENT, ZERO = 255, 128
+# What test/bench/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
+# prologue or an epilogue), or EEMPE is set. No packet is on its way in start-up and exit, nor where the
+# firmware is about to sleep: busy() is true while the bus has a request. Main switches the watchdog
+# on (wdr) before its loop submits anything.
+CLI_STACK, CLI_EEPROM = r"out\s+0x3e,", r"sbi\s+0x1c, 2"
+CLI_IDLE = {"_exit", "avr_reset_cause_keep"}
+SLEEP_WITHIN = 60  # instructions behind cli
+
+
+def check_cli(elf):
+    """Every cli of the firmware is one that the construction knows."""
+    text = subprocess.run(["avr-objdump", "-d", "--no-show-raw-insn", ROOT / elf], text=True,
+                          stdout=subprocess.PIPE, check=True).stdout.splitlines()
+    name = ""
+    for i, line in enumerate(text):
+        behind = text[i + 1] if i + 1 < len(text) else ""
+        if found := re.match(r"[0-9a-f]+ <(.*)>:", line):
+            name = found[1]
+        known = name in CLI_IDLE or name.startswith("__vector_") or \
+            re.search(CLI_STACK, behind) or re.search(CLI_EEPROM, behind) or "wdr" in behind or \
+            any(re.search(r"\tsleep\b", later) for later in text[i:i + SLEEP_WITHIN])
+        if re.search(r"\tcli\b", line) and not known:
+            raise Wrong(f"{elf}: test/bench/turnaround.c does not construct the cli of {name}")
+
+
+def turnarounds(activity, real, phases, overflows, sends, writes):
+    """[(cycles, moments)] of every combination of these ranges."""
+    ranges = (phases, overflows, sends, writes)
+    options = [activity, real]
+    for one in ranges:
+        options += [one[0] % 256, (one[1] - one[0]) % 256 if len(one) > 1 else 0, len(one)]
+    with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
+        program.write("baud 1000000\nwait 1000\nflood 60000000\n")
+        program.flush()
+        run = Run("bench/turnaround", "--host", program.name, "--seconds", "300", eeprom=options)
+    moments = list(itertools.product(*ranges))
+    run.check(len(run.sent) == len(moments), "not all packets were sent")
+    return sorted(((sent[-1], at) for sent, at in zip(run.sent, moments)), reverse=True), run
+
+
+def about(moment, reach, step=1, low=0, high=255):
+    return range(max(low, moment - reach), min(high, moment + reach) + 1, step)
+
+
+def turnaround_of(activity):
+    """The worst of one activity: a coarse sweep, then about the worst of it until it grows no more."""
+    none = range(NOTHING_SENT, NOTHING_SENT + 1)
+    writes = activity == WRITES_EEPROM
+    if writes:
+        found, run = turnarounds(activity, 0, range(0, 160, 4), range(ZERO - 120, ZERO + 25, 4), none,
+                                 range(20, 200, 6))
+    else:
+        found, run = turnarounds(activity, 0, range(0, 160, 2), range(ZERO - 120, ZERO + 25, 2),
+                                 range(0, 160, 40), range(1))
+    worst_of, before = found[0], -1
+    starts = [at for _, at in found[:1]] if writes else [at for _, at in found[:8:2]]
+    while worst_of[0] > before:
+        before = worst_of[0]
+        for phase, overflow, send, write in starts:
+            if writes:
+                again, _ = turnarounds(activity, 1, about(phase, 4, 2), about(overflow, 6, 2), none,
+                                       about(write, 5))
+            else:
+                again, _ = turnarounds(activity, 0, about(phase, 4), about(overflow, 72, 2),
+                                       about(send, 20, 10, high=200), range(1))
+            worst_of = max(worst_of, again[0])
+        starts = [worst_of[1]]
+    return worst_of[0], run
+
+
+def turnaround():
+    check_cli(Run.programs.get("controller", "build/atmega128/controller.elf"))
+    found = [turnaround_of(activity) for activity in (LOOPS, CALLS, FRAMES, WRITES_EEPROM)]
+    _, flood = return_delay_needed()
+    return worst([*(run.everywhere() for _, run in found),
+                  *({"turnaround_loaded": cycles} for cycles, _ in found),
+                  {"turnaround_loaded": max(turned for *_, turned in flood.sent)}])
 
 
 def return_delay_needed():
@@ -323,8 +446,7 @@ def return_delay_needed():
 
 def loaded():
     n, run = return_delay_needed()
-    return {**run.everywhere(), "return_delay_needed": n,
-            "turnaround_loaded": max(turned for *_, turned in run.sent)}
+    return {**run.everywhere(), "return_delay_needed": n}
 
 
 def cycle(servos, seconds, n):
@@ -339,7 +461,9 @@ def shares(run, name, seconds):
     """Rows of a cycle that has run for so long."""
     run.check(run.figure["periods"] + run.figure["missed"] == 250 * seconds, "not all periods")
     time = seconds * MHZ * 1000000
-    wire = BYTE * sum(len(raw) for _, raw in run.packets())
+    packets = list(run.wire())
+    begun = next(at for at, _, raw in packets if raw[4] == SYNC_WRITE)  # what came before prepares
+    wire = BYTE * sum(len(raw) for at, _, raw in packets if at >= begun)
     calls = int(re.search(r"^mark: .* (\d+) in all$", run.output, re.M)[1])
     return {**run.everywhere(), f"{name}_missed": run.figure["missed"],
             f"{name}_bus": fractions.Fraction(100 * wire, time),
@@ -360,6 +484,91 @@ def cycle50(seconds=60):
 def cycle50_11(seconds=60):
     n, _ = return_delay_needed()
     return shares(cycle(50, seconds, n), "cycle50_11", seconds)
+
+
+# ---- with 50 servos and their limits, as examples/robot.c uses them ----
+
+SAFE = "1-50"
+
+
+def safe_read():
+    run = Run("bench/safe_read", "--stamp", "B", "--seconds", "5", servos=SAFE)
+    run.check(run.figure["good"] == 1 + DELAYS, "not all were good")
+    run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
+    run.check(len(run.spans(WHOLE)) == DELAYS, "not 16 READs")
+    return {**run.everywhere(), "safe_read_overhead": overhead(2, run.spans(WHOLE))}
+
+
+def safe_calls():
+    run = Run("bench/safe_calls", "--stamp", "B", "--seconds", "60", servos=SAFE)
+    run.check(run.figure["good"] == 1 and run.figure["wrong"] == 0, "not all ended as they should")
+    sent = [raw for _, ours, raw in run.wire() if ours and raw[4] == SYNC_WRITE]
+    run.check(run.figure["refused"] == 24, "goals beyond the limits, or ACTION to servos with limits, were not refused")
+    run.check(len(sent) == run.figure["left"] == 48, "a SYNC WRITE left that was refused, or none left")
+    return {**run.everywhere(), "safe_poll_max": run.net(POLL), "safe_submit_max": run.net(CALL)}
+
+
+def safe_cycle50(seconds=60):
+    n, _ = return_delay_needed()
+    run = Run("program/cycle50_safe", "--mark", "B0", "--seconds", str(seconds + 10), servos=SAFE,
+              eeprom=[seconds, 0, 50, n])
+    for name in ["refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "overruns", "alarms"]:
+        run.check(run.figure[name] == 0, name)
+    run.check(run.figure["prepared"] == 50, "not all servos were prepared")
+    looks = sum(ours and raw[4] == READ and raw[5] == 0x18 for _, ours, raw in run.wire())
+    run.check(looks >= 49 * seconds, "the health check did not look at each servo once a second")
+    rows = shares(run, "safe_cycle50", seconds)
+    rows["safe_cycle50_reads"] = fractions.Fraction(run.figure["reads"], run.figure["periods"])
+    run.check(rows.pop("safe_cycle50_missed") == 0, "periods were missed")
+    return rows
+
+
+TORQUE_OFF = packet(BROADCAST, WRITE, [0x18, 0])
+SAFE_MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
+FAILED = 100 * MHZ  # behind the deadline, a call may still find the transaction, or a line to be quiet
+DAMAGED_ID = 60  # test/bench/safe_torque_off.c
+
+
+def ends(wire):
+    """(first start bit, end, it failed) of each transaction of ours but torque off. One that gets no
+    good reply ends at its deadline."""
+    for i, (begun, ours, raw) in enumerate(wire):
+        if not ours or raw == TORQUE_OFF:
+            continue
+        last = begun + BYTE * len(raw)
+        if raw[2] == BROADCAST:
+            yield begun, last, False
+        elif i + 1 < len(wire) and not wire[i + 1][1] and raw[2] != DAMAGED_ID:
+            yield begun, wire[i + 1][0] + BYTE * len(wire[i + 1][2]), False
+        else:
+            due = 6 + (raw[6] if raw[4] == READ else 0)
+            yield begun, last + BYTE * due + RETURN_DELAY + SAFE_MARGIN, True
+
+
+def safe_torque_off():
+    run = Run("bench/safe_torque_off", "--stamp", "B", "--seconds", "60", "--allow-duplicates",
+              "--fault", f"turnaround {DAMAGED_ID} 25", servos=f"{SAFE},{DAMAGED_ID},{DAMAGED_ID}")
+    run.check(run.figure["good"] == 1, "not all servos were prepared")
+    run.check(run.figure["stops"] == run.figure["over"] == 7 * 60, "torque off did not end well")
+    wire = list(run.wire())
+    offs = [begun for begun, ours, raw in wire if ours and raw == TORQUE_OFF]
+    transactions = list(ends(wire))
+    longest = {False: 0, True: 0}
+    met = {False: 0, True: 0}
+    torque_on = {begun for begun, ours, raw in wire if ours and raw[4:6] == bytes([SYNC_WRITE, 0x18])}
+    met_torque_on = 0
+    for _, _, call in run.spans(CALL):
+        first = next(begun for begun in offs if begun >= call)
+        begun, end, failed = max(one for one in transactions if one[0] < first)
+        run.check(begun < call or end <= call, "another packet left before torque off")
+        failed &= call < end + FAILED
+        met[failed] += end > call
+        met_torque_on += end > call and begun in torque_on
+        longest[failed] = max(longest[failed], first - max(call, end))
+    run.check(min(met.values()) >= 40, f"hardly any call during a transaction: {met}")
+    run.check(met_torque_on >= 8, f"hardly any call during torque on to all: {met_torque_on}")
+    return {**run.everywhere(), "safe_torque_off_us": fractions.Fraction(longest[False], MHZ),
+            "safe_torque_off_failed_us": fractions.Fraction(longest[True], MHZ)}
 
 
 def bulk():
@@ -412,10 +621,13 @@ def handlers(board, suffix=""):
 
 JOBS = {
     "loaded": loaded,  # the longest first
+    "turnaround": turnaround,
     "three": lambda: {"three_buses_lost": three(5)},
     "three_2us": lambda: {"three_buses_lost_2us": three(1)},
     "cycle50": cycle50,
     "cycle50_11": cycle50_11,
+    "safe_cycle50": safe_cycle50,
+    "safe_torque_off": safe_torque_off,
     "two_mbps": two_mbps,
     "polls": polls,
     "bulk": bulk,
@@ -425,6 +637,10 @@ JOBS = {
     "handlers_2560": lambda: handlers("arduino-mega", "_2560"),
     "handlers_tied": lambda: handlers("arbotix", "_tied"),
     "read": read,
+    "prepared": prepared,
+    "noisy": noisy,
+    "safe_read": safe_read,
+    "safe_calls": safe_calls,
     "sync18": sync18,
     "group18": group18,
     "absent": absent,

@@ -10,6 +10,7 @@
 
 #include "bridge.h"
 #include "console.h"
+#include "input.h"
 #include "port_fake.h"
 #include "values.h"
 
@@ -45,11 +46,10 @@ static uint32_t any(uint32_t count)
 static void open_all(void)
 {
     port_fake_reset();
-    cds_bus_set_queue(&bus, true);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     host_open(&host, &input, &text, packets[0] + ANSWER_BEFORE);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings,
                              .store = &store,
@@ -106,12 +106,12 @@ static void turn(void)
         robot_abort(&robot);
     if (!bridge_talks(&bridge))
         console_poll(&console);
-    for (; cds_ring_count(&output); cds_ring_drop(&output, 1)) {
+    for (; cds_ring_count(&output); input_drop(&output, 1)) {
         if (said_size == ROOM) {
             memmove(said, said + ROOM / 2, ROOM / 2);
             said_size = ROOM / 2;
         }
-        said[said_size++] = cds_ring_peek(&output, 0);
+        said[said_size++] = input_peek(&output, 0);
     }
     most_said = said_size > most_said ? said_size : most_said;
 }

@@ -72,7 +72,11 @@ uint8_t cds_port_talk(uint8_t port, uint8_t byte)
     port_fake.sent_size = 0;
     port_fake.followed = false;
     put_on_the_line(byte);
-    return 1;
+    if (!port_fake.takes_two)
+        return 1;
+    record(FAKE_TX, port, byte);
+    put_on_the_line(byte);
+    return 2;
 }
 
 void cds_port_follow(uint8_t port)
@@ -102,7 +106,12 @@ void cds_port_tx_last(uint8_t port, uint8_t byte)
 bool cds_port_line_is_high(uint8_t port)
 {
     breach_unless(*line(port) == FAKE_LISTEN);
-    return !port_fake.low;
+    if (!port_fake.low && !port_fake.low_looks)
+        return true;
+    port_fake.low_seen++;
+    if (port_fake.low_looks)
+        port_fake.low_looks--;
+    return false;
 }
 
 uint32_t cds_port_now_us(void)
@@ -117,9 +126,9 @@ uint16_t cds_port_ticks(void)
     return (uint16_t)(cds_port_now_us() * CDS_PORT_TICKS_PER_US);
 }
 
-#define LAP_US (0x10000u / CDS_PORT_TICKS_PER_US)
+#define WRAP_US (0x10000u / CDS_PORT_TICKS_PER_US)
 
-/* A timer of 16 bits: it expires once in every wrap, and counts as expired from then on. */
+/* A compare register of 16 bits: it matches once in every wrap, and stays expired. */
 uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us)
 {
@@ -129,8 +138,8 @@ uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t
 
     (void)line(port);
     port_fake.timers[port % FAKE_PORTS] =
-        (struct fake_timer){.from_us = port_fake.now_us - passed_us, .wait_us = us % LAP_US};
-    return (uint8_t)(us / LAP_US);
+        (struct fake_timer){.from_us = port_fake.now_us - passed_us, .wait_us = us % WRAP_US};
+    return (uint8_t)(us / WRAP_US);
 }
 
 bool cds_port_timer_expired(uint8_t port)
@@ -151,26 +160,45 @@ void cds_port_restart_timer(uint8_t port)
     struct fake_timer *timer = &port_fake.timers[port % FAKE_PORTS];
 
     (void)line(port);
-    timer->wait_us += LAP_US;
-    if (port_fake.now_us - timer->from_us >= timer->wait_us) // expiries in between went unnoticed
+    timer->wait_us += WRAP_US;
+    if (port_fake.now_us - timer->from_us >= timer->wait_us) // matches in between went unseen
         timer->wait_us +=
-            (port_fake.now_us - timer->from_us - timer->wait_us) / LAP_US * LAP_US + LAP_US;
+            (port_fake.now_us - timer->from_us - timer->wait_us) / WRAP_US * WRAP_US + WRAP_US;
+}
+
+bool port_fake_is_in_flight(const struct cds_bus *bus)
+{
+    return bus->state >= CDS_BUS_SENDING;
 }
 
 void port_fake_settle(struct cds_bus *bus)
 {
-    for (uint16_t i = 0; i < 300 && bus->request && !cds_bus_is_in_flight_(bus); i++) {
+    for (uint16_t i = 0; i < 300 && bus->request && !port_fake_is_in_flight(bus); i++) {
         port_fake.now_us += 10;
         cds_bus_poll(bus);
     }
 }
 
+/* What a poll that does something changes of a transaction in flight, but for the poll that sees
+ * the deadline pass. */
+static uint32_t progress(const struct cds_bus *bus)
+{
+    return (uint32_t)bus->state << 24 | (uint32_t)(bus->link.broken != 0) << 16 |
+           (uint32_t)bus->parser.position << 8 | bus->link.rx.tail;
+}
+
 void port_fake_look(struct cds_bus *bus)
 {
-    for (uint8_t i = 0; i < 12 && cds_bus_is_in_flight_(bus) &&
-                        ((uint8_t)(bus->looked_to ^ bus->link.rx.head) || bus->link.broken);
-         i++)
+    uint16_t sent = bus->stats.sent;
+
+    for (uint8_t idle = 0; idle < 2;) {
+        uint32_t before = progress(bus);
+
+        if (!port_fake_is_in_flight(bus) || bus->stats.sent != sent)
+            return;
         cds_bus_poll(bus);
+        idle = progress(bus) == before ? (uint8_t)(idle + 1) : 0;
+    }
 }
 
 bool port_fake_drain(struct cds_link *link, uint8_t port)

@@ -24,11 +24,10 @@ struct fake_entry {
 #define FAKE_LOG_SIZE  40  // verbs kept; later ones are only counted
 #define FAKE_SENT_SIZE 258 // the longest packet there is
 #define FAKE_PORTS     4
-#define FAKE_TIMER_US  32000 // the furthest a timer is exact
 
 struct port_fake {
     uint32_t now_us;      // what cds_port_now_us() answers
-    uint16_t clock_reads; // how often the clock or a timer was asked
+    uint16_t clock_reads; // how often the clock or a timer was read
     uint16_t verbs;       // how many since reset or forget; the first of them are in `log`
     struct fake_entry log[FAKE_LOG_SIZE];
     uint8_t sent[FAKE_SENT_SIZE]; // what the driver has put on the line since the last talk
@@ -38,14 +37,17 @@ struct port_fake {
     uint8_t lines[FAKE_PORTS]; // enum fake_verb: the last one that changed the direction
     uint8_t bauds[FAKE_PORTS]; // the register value each was last opened with
     struct fake_timer {
-        uint32_t from_us; // the moment it is counted from,
-        uint32_t wait_us; // and when it expires next, behind that
+        uint32_t from_us; // the moment it is counted from
+        uint32_t wait_us; // it expires so long after that moment
     } timers[FAKE_PORTS];
     bool followed;           // the packet that has begun goes on
     uint16_t us_per_reading; // how far the clock moves on whenever it is asked
-    bool low;                // somebody holds the line low
+    bool low;                // the line is held low
+    uint32_t low_seen;       // looks that found it low
+    uint8_t low_looks;       // so many looks at the line find it low, as amid the bits of a byte
+    bool takes_two;          // the transmitter takes two bytes at once
     struct cds_link *eager;  // if set: its packets are on the line before talk returns
-    struct cds_link *late;   // if set: its "complete" was held up, until the timer is asked
+    struct cds_link *late;   // if set: its "complete" was held up, until the timer is read
 };
 
 extern struct port_fake port_fake;
@@ -56,10 +58,14 @@ void port_fake_reset(void);
 /* Empties the log; clock, directions and counts of packets and breaches stay. */
 void port_fake_forget(void);
 
+/* True while a packet is on the wire or its reply is awaited. */
+bool port_fake_is_in_flight(const struct cds_bus *bus);
+
 /* Time passes in silence, at most 3 ms, until the first request has been sent: also in a rest. */
 void port_fake_settle(struct cds_bus *bus);
 
-/* As many polls as it takes until all that came was looked at, or the exchange has ended. */
+/* Polls while the clock stands still, until a poll changes nothing or the transaction in flight has
+ * ended. A poll does one thing: a reply takes several. */
 void port_fake_look(struct cds_bus *bus);
 
 /* The transmitter takes bytes until it has the last one, which leaves the link draining. False when

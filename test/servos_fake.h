@@ -29,6 +29,7 @@ struct servo_fake {
     bool there;
     uint8_t table[0x32]; // by address
     uint8_t kept_baud;   // the last listed one, back after power-up (R24)
+    uint8_t error;       // bits of every reply
 };
 
 /* What happens at packet `at`, counted from 1. */
@@ -89,7 +90,7 @@ static uint8_t servo_fake_obey(struct servo_fake *servo, const uint8_t *packet, 
     }
     if (servo_fake_is_listed(servo->table[0x04]))
         servo->kept_baud = servo->table[0x04];
-    return 0;
+    return servo->error;
 }
 
 static uint8_t servos_fault_now(void)
@@ -147,7 +148,7 @@ static void servos_hear(struct cds_bus *bus)
  * 200 us if a request waits for the end of a rest. */
 static inline void servos_turn(struct cds_bus *bus)
 {
-    bool rests = bus->rests && bus->request && !cds_bus_is_in_flight_(bus);
+    bool rests = cds_bus_is_resting(bus) && bus->state == CDS_BUS_WAITING_FOR_LINE;
 
     port_fake.now_us += rests ? 200 : 20;
     if (bus->link.state != CDS_LINK_TALKING || !port_fake_transmit(&bus->link, 0))

@@ -5,6 +5,7 @@
 #include "cds55xx/control_table.h"
 #include "cds55xx/servo.h"
 #include "eeprom_fake.h"
+#include "input.h"
 #include "port_fake.h"
 #include "unity.h"
 #include "values.h"
@@ -26,6 +27,12 @@ static uint16_t gaps;
 static uint8_t heard[300];
 static uint16_t heard_size;
 
+static void attach(const struct cds_bus_hooks *hooks)
+{
+    bus.hooks = NULL;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, hooks));
+}
+
 void setUp(void)
 {
     port_fake_reset();
@@ -35,13 +42,12 @@ void setUp(void)
     memset(&device, 0, sizeof device);
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
     host_open(&host, &input, &text, buffers[0] + ANSWER_BEFORE);
     eeprom_fake_reset();
     memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
-    bus.observer = NULL; // the servos here are made up, and what they say of themselves is nonsense
+    robot_begin(&robot, &bus, 0);
+    attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
     values_open(&values, &keeper, &host, &bridge, &gaps);
@@ -62,9 +68,9 @@ static void turn(void)
     cds_bus_poll(&bus);
     host_poll(&host);
     bridge_poll(&bridge);
-    for (; cds_ring_count(&output); cds_ring_drop(&output, 1))
+    for (; cds_ring_count(&output); input_drop(&output, 1))
         if (heard_size < sizeof heard)
-            heard[heard_size++] = cds_ring_peek(&output, 0);
+            heard[heard_size++] = input_peek(&output, 0);
 }
 
 static void turns(uint16_t count)
@@ -157,6 +163,8 @@ static void fill(uint8_t count, uint8_t from)
 
 void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
 {
+    struct cds_stats stats;
+
     for (uint8_t count = 0; count <= 252; count = (uint8_t)(count + 21)) {
         fill(count, 200);
         say(254, 0x83, data, count);
@@ -164,7 +172,8 @@ void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
         wait_for_deadline();
     }
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
-    TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, bus.counters.ok);
+    cds_bus_stats(&bus, &stats);
+    TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, stats.ok);
 }
 
 void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
@@ -205,14 +214,14 @@ void test_how_long_a_reply_may_be(void)
 
 void test_a_reply_of_any_length_must_fit(void)
 {
-    static uint8_t bytes[CDS_REPLY_ANY];
-    struct cds_request request = CDS_REQUEST(bytes);
+    static uint8_t packet[CDS_PACKET_SIZE(0)], bytes[CDS_REPLY_ANY];
+    struct cds_request request = CDS_REQUEST(packet, bytes);
 
     request.any_length = true;
     cds_packet_ping(&request.packet, 1);
-    request.packet.room--;
+    request.reply_capacity--;
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
-    request.packet.room++;
+    request.reply_capacity++;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
     TEST_ASSERT_TRUE(sent());
     answer(1, 0, data, CDS_REPLY_ANY);
@@ -279,9 +288,9 @@ void test_a_host_that_does_not_listen_gets_the_answer_later_and_whole(void)
     }
     TEST_ASSERT_TRUE(bridge_talks(&bridge));
     for (uint16_t i = 0; i < 64 + 56; i++) { // a byte at a time
-        if (cds_ring_peek(&output, 0) != 'x' || i >= 64)
-            heard[heard_size++] = cds_ring_peek(&output, 0);
-        cds_ring_drop(&output, 1);
+        if (input_peek(&output, 0) != 'x' || i >= 64)
+            heard[heard_size++] = input_peek(&output, 0);
+        input_drop(&output, 1);
         bridge_poll(&bridge);
     }
     TEST_ASSERT_FALSE(bridge_talks(&bridge));
@@ -336,7 +345,7 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
     TEST_ASSERT_EQUAL_UINT16(2, settings.repeats);
     TEST_ASSERT_EQUAL_UINT16(0x1234, settings.link_loss_ms);
     TEST_ASSERT_EQUAL_UINT16(14, bus.return_delay_us);
-    TEST_ASSERT_EQUAL_UINT8(2, bus.repeats);
+    TEST_ASSERT_EQUAL_UINT8(2, robot.queue.retries);
     SAY(DEVICE_IS, CDS_WRITE, 0x06, 9, 3); // 3 is out of range
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     SAY(DEVICE_IS, CDS_WRITE, 0x0F, 0); // nothing there
@@ -368,17 +377,17 @@ void test_a_change_of_id_is_answered_with_the_old_one(void)
 void test_the_rate_of_the_bus_waits_for_the_exchange_on_it(void)
 {
     static uint8_t bytes[64];
-    struct cds_request other = CDS_REQUEST(bytes);
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(bytes);
 
     cds_packet_ping(&other.packet, 5);
     other.reply_parameters = 0;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
     SAY(DEVICE_IS, CDS_WRITE, 0x05, 34);
-    TEST_ASSERT_EQUAL_UINT8(1, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(1, bus.baud_reg);
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
     TEST_ASSERT_TRUE(sent());
     turns(2000);
-    TEST_ASSERT_EQUAL_UINT8(34, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(34, bus.baud_reg);
     assert_heard(DEVICE_IS, 0, NULL, 0);
 }
 
@@ -427,16 +436,17 @@ void test_the_keeper_stands_behind_the_registers(void)
 {
     keeper.reset_cause = KEEPER_RESET_WATCHDOG;
     keeper.link_lost = true;
-    crew_meet(&robot.crew, 7);
-    crew_meet(&robot.crew, 9);
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 9);
     robot_inhibit(&robot);
-    robot.servos[1].alarms = robot.crew.roster.alarms = CDS_ERROR_OVERLOAD;
+    robot.states[1].alarms = robot.servos.alarms = CDS_ERROR_OVERLOAD;
     SAY(DEVICE_IS, CDS_READ, 0x12, 4);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x20\x09", 4);
     SAY(DEVICE_IS, CDS_WRITE, 0x14, 0);
     SAY(DEVICE_IS, CDS_READ, 0x12, 4);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x00\xFF", 4);
-    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STOPPED, robot.servos[0].held);
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STOPPED,
+                            cds_servos_inhibits(&robot.servos, &robot.states[0]));
     robot.stopping = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // not before torque is off
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -447,7 +457,7 @@ void test_the_keeper_stands_behind_the_registers(void)
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     TEST_ASSERT_FALSE(keeper.link_lost);
-    TEST_ASSERT_EQUAL_UINT8(0, robot.servos[0].held);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_servos_inhibits(&robot.servos, &robot.states[0]));
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 1);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
 }
@@ -478,7 +488,7 @@ void test_inhibit_register_written_0_releases(void)
 
 void test_inhibit_of_a_host_packet_sends_nothing(void)
 {
-    bus.observer = &robot.crew.roster.observer;
+    attach(&robot.servos.hooks);
     robot_inhibit(&robot);
     SAY(99, CDS_WRITE, 0x18, 1);
     SAY(254, CDS_WRITE, 0x1E, 0, 2);
@@ -495,8 +505,8 @@ void test_inhibit_of_a_host_packet_sends_nothing(void)
 
 void test_delay_below_what_the_board_bears_is_a_range_error(void)
 {
-    bus.observer = &robot.crew.roster.observer;
-    robot.crew.roster.shortest_delay = 1;
+    attach(&robot.servos.hooks);
+    robot.servos.shortest_delay = 1;
     SAY(99, CDS_WRITE, 0x05, 0);
     assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
     SAY(99, CDS_REG_WRITE, 0x05, 0);
@@ -505,7 +515,7 @@ void test_delay_below_what_the_board_bears_is_a_range_error(void)
     SAY(254, CDS_SYNC_WRITE, 0x05, 1, 99, 0);
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
-    TEST_ASSERT_EQUAL_UINT16(4, robot.crew.early);
+    TEST_ASSERT_EQUAL_UINT16(4, robot.servos.too_early);
     SAY(99, CDS_WRITE, 0x05, 1);
     assert_sent(99, CDS_WRITE, (const uint8_t *)"\x05\1", 2);
 }
@@ -514,9 +524,9 @@ void test_delay_below_what_the_board_bears_is_a_range_error(void)
 void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
-    struct cds_request ping = CDS_REQUEST(buffer);
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(buffer);
 
-    bus.observer = &robot.crew.roster.observer;
+    attach(&robot.servos.hooks);
     cds_servo_ping(&bus, &ping, 7);
     SAY(99, CDS_WRITE, 0x18, 1);
     robot_inhibit(&robot);
@@ -527,7 +537,8 @@ void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
     TEST_ASSERT_TRUE(bridge_idle(&bridge));
     cds_servo_ping(&bus, &ping, 7);
     SAY(99, CDS_WRITE, 0x05, 0);
-    robot.crew.roster.shortest_delay = 1;
+    robot.servos.shortest_delay = 1;
+    TEST_ASSERT_TRUE(robot_release(&robot)); // a change, so that what waits is checked again
     TEST_ASSERT_TRUE(sent());
     answer(7, 0, NULL, 0);
     assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
@@ -538,7 +549,7 @@ void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
 void test_packet_that_waits_15_ms_for_the_bus_is_dropped(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
-    struct cds_request ping = CDS_REQUEST(buffer);
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(buffer);
 
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_MAX));
     cds_servo_ping(&bus, &ping, 7);
@@ -578,7 +589,7 @@ void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
 void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
-    struct cds_request action = CDS_REQUEST(buffer);
+    struct cds_request action = CDS_REQUEST_WITHOUT_DATA(buffer);
 
     cds_servo_action(&bus, &action,
                      CDS_BROADCAST_ID); // the rate of the bus cannot change before its end
@@ -588,34 +599,33 @@ void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
     turns(20);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     TEST_ASSERT_EQUAL_UINT8(9, settings.device_id);
-    TEST_ASSERT_EQUAL_UINT8(3, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(3, bus.baud_reg);
 }
 
 void test_each_counter_is_the_one_that_its_register_names(void)
 {
-    struct cds_counters *c = &bus.counters;
+    struct cds_bus_counts *c = &bus.stats;
     uint16_t *const counts[] = {&c->sent,
-                                &c->repeated,
-                                &c->ok,
+                                &c->retried,
                                 &c->timeouts,
                                 &c->corrupt,
-                                &c->unsent,
-                                &c->refuted,
-                                &c->late,
-                                &c->extra,
-                                &c->foreign,
+                                &c->line_busy,
+                                &c->malformed,
+                                &c->not_due[CDS_EVENT_STALE_REPLY],
+                                &c->not_due[CDS_EVENT_DUPLICATE_REPLY],
+                                &c->not_due[CDS_EVENT_UNEXPECTED_PACKET],
                                 &host.counters.broken,
                                 &host.counters.silent,
                                 &host.counters.gaps,
                                 &host.counters.late,
                                 &host.counters.stops,
-                                &robot.crew.early,
+                                &robot.servos.too_early,
                                 &bridge.counters.passed,
                                 &bridge.counters.answered,
                                 &bridge.counters.unanswered,
                                 &bridge.counters.refused};
-    static const uint8_t at[] = {0x18, 0x1A, 0x1C, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28, 0x2A,
-                                 0x36, 0x38, 0x3A, 0x4C, 0x48, 0x4A, 0x3E, 0x40, 0x42, 0x44};
+    static const uint8_t at[] = {0x18, 0x1A, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28, 0x2A, 0x36,
+                                 0x38, 0x3A, 0x4C, 0x48, 0x4A, 0x3E, 0x40, 0x42, 0x44};
 
     for (uint8_t i = 0; i < sizeof at; i++) {
         uint16_t value = (uint16_t)(0x0100u * (i + 1u) + i);
@@ -625,6 +635,11 @@ void test_each_counter_is_the_one_that_its_register_names(void)
         SAY(DEVICE_IS, CDS_READ, at[i], 2);
         assert_heard(DEVICE_IS, 0, bytes, 2);
     }
+    c->sent = 0x1234;
+    c->timeouts = 0x0030;
+    c->corrupt = 0x0200;
+    SAY(DEVICE_IS, CDS_READ, 0x1C, 2); // ok: all others
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x04\x10", 2);
     gaps = 0x4321;
     SAY(DEVICE_IS, CDS_READ, 0x3C, 2);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x21\x43", 2);
@@ -682,7 +697,7 @@ void test_sync_read_marks_who_failed(void)
 
 void test_the_reads_of_many_servos_are_sent_again_if_that_is_set(void)
 {
-    cds_bus_set_repeats(&bus, 1);
+    cds_queue_set_retries(&robot.queue, 1);
     SAY(254, SYNC_READ, 0x24, 2, 1);
     TEST_ASSERT_TRUE(sent());
     turns(450);
@@ -826,25 +841,24 @@ static void hear_slow_servo_3(void)
 
 void test_what_the_observer_says_of_a_read_holds(void)
 {
-    bus.observer = &robot.crew.roster.observer;
-    crew_meet(&robot.crew, 2);
-    crew_meet(&robot.crew, 3);
-    robot.servos[0].status_return_level = 0; // answers PING only
-    robot.servos[1].return_delay = 250;      // 500 us
+    attach(&robot.servos.hooks);
+    cds_servos_add(&robot.servos, 2);
+    cds_servos_add(&robot.servos, 3);
+    robot.states[0].status_return_level = 0; // answers PING only
+    robot.states[1].return_delay = 250;      // 500 us
     cds_bus_set_return_delay(&bus, 2);
     SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
     read_and_answer(1, 0x24, 1, 0, 1);
     hear_slow_servo_3();
     assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\x0A\xFF\x1E", 3);
     TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
-    TEST_ASSERT_EQUAL_PTR(&robot.crew.roster.observer, bus.observer);
 }
 
 void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
 {
-    bus.observer = &robot.crew.roster.observer;
-    crew_meet(&robot.crew, 3);
-    robot.servos[0].return_delay = 250; // 500 us
+    attach(&robot.servos.hooks);
+    cds_servos_add(&robot.servos, 3);
+    robot.states[0].return_delay = 250; // 500 us
     cds_bus_set_return_delay(&bus, 2);
     SAY(254, SYNC_READ, 0x24, 1, 1, 3);
     read_and_answer(1, 0x24, 1, 0, 1);
@@ -855,10 +869,11 @@ void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
 void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
 {
     static uint8_t bytes[2][16];
-    struct cds_request ping = CDS_REQUEST(bytes[0]), torque = CDS_REQUEST(bytes[1]);
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes[0]),
+                       torque = CDS_REQUEST_WITHOUT_DATA(bytes[1]);
 
-    bus.observer = &robot.crew.roster.observer;
-    crew_meet(&robot.crew, 7);
+    attach(&robot.servos.hooks);
+    cds_servos_add(&robot.servos, 7);
     SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
     cds_servo_ping(&bus, &ping, 7);
     read_and_answer(1, 0x24, 1, 0, 1);

@@ -4,6 +4,7 @@
 
 #include "console.h"
 #include "eeprom_fake.h"
+#include "input.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -27,9 +28,8 @@ void setUp(void)
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     settings_load(&store, &settings);
     keeper = (struct keeper){.settings = &settings,
                              .store = &store,
@@ -59,9 +59,9 @@ static void turn(void)
         size_t length = strlen(said);
 
         TEST_ASSERT_TRUE(length < sizeof said - 1);
-        said[length] = (char)cds_ring_peek(&output, 0);
+        said[length] = (char)input_peek(&output, 0);
         said[length + 1] = '\0';
-        cds_ring_drop(&output, 1);
+        input_drop(&output, 1);
     }
 }
 
@@ -101,12 +101,12 @@ static void says(uint8_t id, uint8_t error)
 void test_the_counters_of_a_servo_are_told(void)
 {
     robot_add(&robot, 7);
-    robot.servos[0].counters = (struct cds_servo_counters){.ok = 1001,
+    robot.states[0].counters = (struct cds_servo_counters){.ok = 1001,
                                                            .timeouts = 65535,
                                                            .corrupt = 1003,
-                                                           .late = 104,
-                                                           .extra = 255,
-                                                           .foreign = 106,
+                                                           .stale_replies = 104,
+                                                           .duplicate_replies = 255,
+                                                           .unexpected_packets = 106,
                                                            .echo_errors = 107};
     TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nlate 104\r\n"
                              "extra 255\r\nforeign 106\r\necho errors 107\r\nok\r\n",
@@ -168,7 +168,7 @@ void test_alarms_are_listed_by_servo_and_kind(void)
 {
     TEST_ASSERT_EQUAL_STRING("ok\r\n", reply_to("alarms"));
     for (uint8_t id = 100; id < 100 + ROBOT_SERVOS - 2; id++)
-        crew_meet(&robot.crew, id);
+        cds_servos_add(&robot.servos, id);
     says(7, 0x24);
     says(3, 0);
     says(9, 0x41);
@@ -187,7 +187,7 @@ void test_clear_while_torque_off_is_under_way_is_an_error(void)
     says(7, 0x20);
     robot_stop(&robot);
     assert_error("64", "clear");
-    TEST_ASSERT_EQUAL_HEX8(0x20, robot.crew.roster.alarms);
+    TEST_ASSERT_EQUAL_HEX8(0x20, robot.servos.alarms);
 }
 
 void test_alarms_are_told_at_once_one_a_line_but_not_into_a_reply(void)
@@ -206,7 +206,7 @@ void test_alarms_are_told_at_once_one_a_line_but_not_into_a_reply(void)
 
 void test_status_tells_all_there_is(void)
 {
-    crew_meet(&robot.crew, 7);
+    cds_servos_add(&robot.servos, 7);
     says(7, 0);
     TEST_ASSERT_EQUAL_STRING("reset by power brown-out\r\n"
                              "settings at start: defaults: nothing was ever saved\r\n"
@@ -233,18 +233,18 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "Ctrl-X in damaged packets: 7\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, held 18, away 0\r\n"));
-    robot.stop.roster = &robot.crew.roster;
-    robot.stop.result = CDS_TIMEOUT;
+    robot.stop.servos = &robot.servos;
+    robot.stop.steps.result = CDS_TIMEOUT;
     for (uint8_t i = 0; i < 17; i++)
-        robot.servos[i].stopped = CDS_TORQUE_OFF_OFF;
-    robot.servos[17].stopped = CDS_TORQUE_OFF_SILENT;
+        robot.states[i].torque_off = CDS_TORQUE_OFF_OFF;
+    robot.states[17].torque_off = CDS_TORQUE_OFF_SILENT;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off; "
                                                     "up to 236 more were not looked at\r\n"));
     robot.strangers = 0; // a whole scan found no more
-    robot.crew.crowded = false;
+    robot.servos.is_full = false;
     TEST_ASSERT_NOT_NULL(
         strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off\r\n"));
-    robot.stop.result = CDS_REFUSED;
+    robot.stop.steps.result = CDS_REFUSED;
     TEST_ASSERT_NOT_NULL(
         strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off, some are on\r\n"));
 }

@@ -3,6 +3,7 @@
 
 #include "commands.h"
 #include "errors.h"
+#include "input.h"
 #include "texts.h"
 #include "writer.h"
 #include "unity.h"
@@ -13,7 +14,7 @@ static struct command_line line;
 
 void setUp(void)
 {
-    request = (struct cds_request)CDS_REQUEST(packet);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(packet);
     line.request = &request;
     command_begin(&line);
 }
@@ -54,8 +55,8 @@ static uint8_t read_example(uint8_t row)
     writer_line(&writer, writer_text_at(TEXT_EXAMPLE, row));
     while (writer.text || cds_ring_count(&ring)) {
         writer_ready(&writer);
-        for (; cds_ring_count(&ring) && length < sizeof text; cds_ring_drop(&ring, 1))
-            text[length++] = (char)cds_ring_peek(&ring, 0);
+        for (; cds_ring_count(&ring) && length < sizeof text; input_drop(&ring, 1))
+            text[length++] = (char)input_peek(&ring, 0);
     }
     text[length - 2] = '\0'; // without the end of the line
     return read_line(text);

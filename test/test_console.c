@@ -5,6 +5,7 @@
 #include "console.h"
 #include "errors.h"
 #include "host.h"
+#include "input.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -28,9 +29,8 @@ void setUp(void)
     memset(&input, 0, sizeof input);
     memset(&output, 0, sizeof output);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
     memset(&robot, 0, sizeof robot);
-    robot_begin(&robot, &bus);
+    robot_begin(&robot, &bus, 0);
     settings_default(&settings);
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
     console_open(&console, &keeper, &input, &output);
@@ -50,9 +50,9 @@ static void hear_console(void)
             memmove(said, said + sizeof said / 2, sizeof said / 2);
             said_length = (uint16_t)(sizeof said / 2 - 1);
         }
-        said[said_length++] = (char)cds_ring_peek(&output, 0);
+        said[said_length++] = (char)input_peek(&output, 0);
         said[said_length] = '\0';
-        cds_ring_drop(&output, 1);
+        input_drop(&output, 1);
     }
 }
 
@@ -79,7 +79,7 @@ static void type(const char *text)
             turn();
         text++;
     }
-    for (uint16_t i = 0; i < 10 || (i < 5000 && moves()); i++)
+    for (uint16_t i = 0; i < 100 || (i < 5000 && moves()); i++) // 50 goals are checked in parts
         turn();
 }
 

@@ -1,22 +1,26 @@
 /* The fixed-rate exchange on a wire that takes its time: goals to the microsecond, READs that fit,
- * late polls, goals that never tear. The clock moves by a microsecond for each turn of the loop. */
+ * late polls, goals that never tear. The clock moves in steps of a microsecond. */
 #include "cds55xx/cycle.h"
 
 #include <string.h>
 
+#include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "unity.h"
 
-#define SERVOS     3
-#define PERIOD_US  4000
-#define GOALS_US   (23 * 10) // 8 + 3 x 5 bytes
-#define READ_US    (8 * 10 + 2 + 17 * 10)
-#define ROOM_US    (25 * 10 + 2 + CDS_REPLY_MARGIN_US + 20) // that a READ must have
-#define STARTS_MAX 64
-#define BEGIN_US   (0u - 6000u) // the clock wraps in the second period
+#define SERVOS       3
+#define PERIOD_US    4000
+#define GOALS_US     (23 * 10) // 8 + 3 x 5 bytes
+#define READ_US      (8 * 10 + 2 + 17 * 10)
+#define ROOM_US      (25 * 10 + 2 + CDS_REPLY_MARGIN_US + 20) // that a READ must have
+#define REST_US      20 // two byte times, after a transaction that failed
+#define STARTS_MAX   64
+#define TURNS_PER_US 4
+#define BEGIN_US     (0u - 6000u) // the clock wraps in the second period
 
 static struct cds_bus bus;
+static struct cds_queue queue;
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[CDS_CYCLE_SERVOS_MAX];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(CDS_CYCLE_SERVOS_MAX)];
@@ -47,6 +51,7 @@ void setUp(void)
     memset(goals_sent, 0, sizeof goals_sent);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     start_count = 0;
     talking = answering = false;
     dead = 0;
@@ -77,6 +82,8 @@ static void wire(void)
     if (talking && port_fake.now_us == talk_end_us) {
         talking = false;
         TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+        TEST_ASSERT_EQUAL_HEX8(cds_packet_checksum(port_fake.sent),
+                               port_fake.sent[port_fake.sent_size - 1]);
         if (port_fake.sent[CDS_AT_ID] == CDS_BROADCAST_ID)
             memcpy(goals_sent, port_fake.sent, sizeof goals_sent);
         answering =
@@ -89,14 +96,21 @@ static void wire(void)
     }
 }
 
+/* The main loop turns several times within a microsecond, as a poll of the bus does one thing. */
 static void poll(void)
 {
-    cds_bus_poll(&bus);
-    cds_cycle_poll(&cycle);
+    for (uint8_t i = 0; i < TURNS_PER_US; i++) {
+        enum cds_result result;
+
+        cds_bus_poll(&bus);
+        result = cds_cycle_poll(&cycle);
+        if (!cycle.is_aborted)
+            TEST_ASSERT_EQUAL(CDS_PENDING, result);
+    }
     wire();
 }
 
-/* The main loop turns until `us` after BEGIN_US, and then once more. */
+/* The main loop turns until `us` after BEGIN_US, and in that microsecond too. */
 static void run_to(uint16_t us)
 {
     poll();
@@ -116,10 +130,22 @@ static void be_away(uint16_t us)
     }
 }
 
+static enum cds_result begin_with(struct cds_bus *on, const uint8_t *of, uint8_t count,
+                                  uint16_t period_us)
+{
+    struct cds_cycle_config config = {.bus = on,
+                                      .ids = of,
+                                      .packets = packets,
+                                      .feedback = feedback,
+                                      .count = count,
+                                      .period_us = period_us};
+
+    return cds_cycle_begin(&cycle, &config);
+}
+
 static void begin(void)
 {
-    TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, PERIOD_US));
 }
 
 static void set_all(uint16_t position)
@@ -155,7 +181,7 @@ static void assert_goals_at(const uint16_t *at_us, uint8_t count)
     TEST_ASSERT_EQUAL_UINT8(count, seen);
 }
 
-void test_goals_go_out_every_period_to_the_microsecond(void)
+void test_goals_leave_every_period_to_the_microsecond(void)
 {
     static const uint16_t at_us[] = {0, 4000, 8000, 12000};
     static const uint8_t packet[] = {0xFF, 0xFF, 0xFE, 19, 0x83, 0x1E, 4, 4, 0, 2,    0x23,
@@ -192,7 +218,7 @@ static void assert_reads_fill(uint16_t read_us)
     }
 }
 
-void test_feedback_fills_the_rest_of_the_period(void)
+void test_reads_fill_the_rest_of_the_period(void)
 {
     begin_with_goals();
     run_to(15999);
@@ -206,7 +232,7 @@ void test_feedback_fills_the_rest_of_the_period(void)
 }
 
 /* The last READ that fits ends, unanswered, before the goals are due. */
-void test_an_unanswered_read_never_delays_the_goals(void)
+void test_read_unanswered_does_not_delay_the_goals(void)
 {
     static const uint16_t at_us[] = {0, 4000, 8000};
 
@@ -224,7 +250,7 @@ void test_an_unanswered_read_never_delays_the_goals(void)
         TEST_ASSERT_GREATER_THAN_UINT32(2 * cycle.counters.failed - 3, cycle.counters.reads);
         TEST_ASSERT_EQUAL(CDS_OK, feedback[0].result);
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, feedback[dead == 2 ? 1 : 2].result);
-        TEST_ASSERT_EQUAL_UINT32(bus.counters.timeouts, cycle.counters.failed);
+        TEST_ASSERT_EQUAL_UINT32(bus.stats.timeouts, cycle.counters.failed);
         while (bus.request) {
             port_fake.now_us++;
             wire();
@@ -233,29 +259,74 @@ void test_an_unanswered_read_never_delays_the_goals(void)
     }
 }
 
-void test_gives_way_is_false_while_the_bus_rests(void)
+void test_yields_while_the_bus_rests_is_false(void)
 {
     dead = 4; // the first one
     begin_with_goals();
     run_to(GOALS_US + 400);
     TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
     TEST_ASSERT_NULL(bus.request);
-    TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, 100));
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, 100));
     port_fake.now_us += CDS_STALE_REPLY_US;
-    TEST_ASSERT_TRUE(cds_cycle_gives_way(&cycle, 100));
+    cds_bus_poll(&bus);
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, 100));
 }
 
-void test_reads_are_not_repeated(void)
+void test_yields_ends_reads_until_the_next_period(void)
 {
-    cds_bus_set_repeats(&bus, 2);
+    uint8_t begun;
+
+    begin_with_goals();
+    run_to(GOALS_US + 50); // a READ is in flight
+    begun = start_count;
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, 1000));
+    run_to(1000);
+    TEST_ASSERT_EQUAL_UINT8(begun, start_count);
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, 1000));
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, PERIOD_US - 1000 - 20));
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, PERIOD_US - 1000 - 19));
+    run_to(PERIOD_US - 1);
+    TEST_ASSERT_EQUAL_UINT8(begun, start_count);
+    run_to(PERIOD_US + 1000);
+    TEST_ASSERT_GREATER_THAN_UINT8(begun + 2, start_count);
+}
+
+void test_yields_for_more_than_the_spare_time_leaves_reads_alone(void)
+{
+    uint16_t spare_us;
+    uint8_t begun;
+
+    begin_with_goals();
+    spare_us = cds_cycle_spare_us(&cycle);
+    TEST_ASSERT_EQUAL_UINT16(PERIOD_US - GOALS_US - CDS_REPLY_MARGIN_US - 40, spare_us);
+    run_to(GOALS_US + 50);
+    begun = start_count;
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, (uint16_t)(spare_us + 1)));
+    run_to(1000);
+    TEST_ASSERT_GREATER_THAN_UINT8(begun, start_count);
+}
+
+void test_yields_after_abort_tells_if_the_bus_is_free(void)
+{
+    begin_with_goals();
+    run_to(GOALS_US + 50);
+    cds_cycle_abort(&cycle);
+    TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, 1000));
+    run_to(1000);
+    TEST_ASSERT_TRUE(cds_cycle_yields(&cycle, UINT16_MAX));
+}
+
+void test_read_unanswered_is_not_retried(void)
+{
+    cds_queue_set_retries(&queue, 2);
     dead = 4;
     begin_with_goals();
     run_to(3999);
-    TEST_ASSERT_EQUAL_UINT16(0, bus.counters.repeated);
+    TEST_ASSERT_EQUAL_UINT16(0, bus.stats.retried);
     TEST_ASSERT_GREATER_THAN_UINT32(0, cycle.counters.failed);
 }
 
-void test_a_longer_return_delay_leaves_more_room(void)
+void test_reads_with_longer_return_delay_leave_more_time(void)
 {
     static const uint16_t at_us[] = {0, 4000, 8000};
 
@@ -266,7 +337,7 @@ void test_a_longer_return_delay_leaves_more_room(void)
     assert_goals_at(at_us, 3);
 }
 
-void test_a_poll_late_by_10_ms_misses_periods_and_keeps_the_phase(void)
+void test_poll_late_by_10_ms_misses_periods_and_keeps_phase(void)
 {
     static const uint16_t at_us[] = {0, 4000, 16000, 20000};
 
@@ -283,7 +354,7 @@ void test_a_poll_late_by_10_ms_misses_periods_and_keeps_the_phase(void)
     TEST_ASSERT_EQUAL_UINT32(2, cycle.counters.missed);
 }
 
-void test_goals_that_would_hold_up_the_next_ones_are_not_sent(void)
+void test_goals_too_late_for_their_period_are_not_sent(void)
 {
     static const uint16_t at_us[] = {0, 7670, 8000, 12000};
     static const uint16_t too_late_us[] = {0, 8000, 12000};
@@ -306,20 +377,20 @@ void test_goals_that_would_hold_up_the_next_ones_are_not_sent(void)
     assert_goals_at(too_late_us, 3);
 }
 
-void test_a_very_late_poll_catches_up_in_bounded_steps(void)
+void test_poll_very_late_catches_up_in_bounded_steps(void)
 {
     begin_with_goals();
     run_to(3999);
-    port_fake.now_us += 100ul * PERIOD_US; // 32 periods at most in each poll
+    port_fake.now_us += 100ul * PERIOD_US; // 8 periods at most in each poll
     cds_cycle_poll(&cycle);
-    TEST_ASSERT_EQUAL_UINT32(32, cycle.counters.missed);
-    for (uint8_t i = 0; i < 4; i++)
+    TEST_ASSERT_EQUAL_UINT32(8, cycle.counters.missed);
+    for (uint8_t i = 0; i < 12; i++)
         cds_cycle_poll(&cycle);
     TEST_ASSERT_EQUAL_UINT32(100, cycle.counters.missed);
     TEST_ASSERT_EQUAL_UINT32(101ul * PERIOD_US, cycle.next_us - BEGIN_US);
 }
 
-void test_feedback_that_is_taken_late_is_as_old_as_it_is(void)
+void test_feedback_taken_late_has_the_age_of_its_reply(void)
 {
     begin_with_goals();
     run_to(GOALS_US + 10);
@@ -330,9 +401,21 @@ void test_feedback_that_is_taken_late_is_as_old_as_it_is(void)
                              cds_feedback_age_us(&feedback[0]));
 }
 
+/* 372 us: the wait until its deadline and the time to begin it. */
+void test_read_unanswered_found_late_counts_until_its_deadline(void)
+{
+    dead = 4;
+    begin_with_goals();
+    run_to(GOALS_US + 10);
+    be_away(1500);
+    poll();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(GOALS_US + ROOM_US, cycle.wire_us);
+}
+
 /* ---- goals ---- */
 
-void test_nothing_is_sent_before_every_servo_has_a_goal(void)
+void test_goals_before_every_servo_has_one_are_not_sent(void)
 {
     static const uint16_t at_us[] = {5000, 9000};
 
@@ -356,7 +439,7 @@ void test_nothing_is_sent_before_every_servo_has_a_goal(void)
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
 }
 
-void test_goals_are_sent_together_or_not_at_all(void)
+void test_goals_set_during_a_period_leave_together(void)
 {
     begin_with_goals();
     run_to(100); // on the wire
@@ -375,7 +458,7 @@ void test_goals_are_sent_together_or_not_at_all(void)
         TEST_ASSERT_EQUAL_HEX16(0x300 + i, position_sent(i));
 }
 
-void test_a_goal_that_is_not_set_anew_stays(void)
+void test_goal_not_set_since_the_commit_stays(void)
 {
     begin_with_goals();
     run_to(1000);
@@ -391,7 +474,7 @@ void test_a_goal_that_is_not_set_anew_stays(void)
     TEST_ASSERT_EQUAL_HEX8(cds_packet_checksum(goals_sent), goals_sent[22]);
 }
 
-void test_goals_out_of_range_are_refused(void)
+void test_goal_out_of_range_is_refused(void)
 {
     begin_with_goals();
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_cycle_goal(&cycle, 3, 1, 1));
@@ -402,13 +485,14 @@ void test_goals_out_of_range_are_refused(void)
 
 /* ---- others on the bus, beginning and end ---- */
 
-static uint8_t bytes[2][16];
+static uint8_t bytes[2][CDS_PACKET_SIZE(2)], replies[2][16];
 
 void test_requests_of_the_application_go_before_reads(void)
 {
-    struct cds_request urgent = {.packet = {.bytes = bytes[0], .room = 16}, .urgent = true};
-    struct cds_request other = {.packet = {.bytes = bytes[1], .room = 16}};
+    struct cds_request urgent = CDS_REQUEST(bytes[0], replies[0]);
+    struct cds_request other = CDS_REQUEST(bytes[1], replies[1]);
 
+    urgent.priority = CDS_PRIORITY_HIGH;
     begin_with_goals();
     run_to(100);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &other, 77, CDS_REG_PRESENT_POSITION, 11));
@@ -420,11 +504,11 @@ void test_requests_of_the_application_go_before_reads(void)
     TEST_ASSERT_EQUAL_UINT8(ids[0], starts[3].id);
 }
 
-void test_goals_go_right_after_what_held_them_up(void)
+void test_goals_behind_a_transaction_follow_at_once(void)
 {
     static const uint16_t at_us[] = {0, 3990 + READ_US, 8000};
-    struct cds_request first = {.packet = {.bytes = bytes[0], .room = 16}};
-    struct cds_request second = {.packet = {.bytes = bytes[1], .room = 16}};
+    struct cds_request first = CDS_REQUEST(bytes[0], replies[0]);
+    struct cds_request second = CDS_REQUEST(bytes[1], replies[1]);
 
     begin_with_goals();
     run_to(3989);
@@ -438,13 +522,14 @@ void test_goals_go_right_after_what_held_them_up(void)
 }
 
 /* A READ that nobody answers lasts longer than a short period. */
-void test_goals_that_wait_go_out_as_they_were_before_newer_ones(void)
+void test_goals_in_the_queue_leave_before_newer_ones(void)
 {
-    uint8_t buffer[CDS_REPLY_MAX];
-    struct cds_request request = CDS_REQUEST(buffer);
+    uint8_t packet[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_MAX];
+    struct cds_request request = CDS_REQUEST(packet, reply);
+    uint8_t periods = 0;
 
     cds_bus_set_return_delay(&bus, 508);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, 500));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, 500));
     set_all(0x200);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
     run_to(800);
@@ -459,20 +544,23 @@ void test_goals_that_wait_go_out_as_they_were_before_newer_ones(void)
     while (position_sent(1) == 0)
         run_to((uint16_t)(now() + 1));
     TEST_ASSERT_EQUAL_HEX16(0x201, position_sent(1));
-    TEST_ASSERT_UINT16_WITHIN(10, 800 + 80 + 508 + 560 + CDS_REPLY_MARGIN_US + GOALS_US, now());
+    TEST_ASSERT_UINT16_WITHIN(10, 800 + 80 + 508 + 560 + CDS_REPLY_MARGIN_US + REST_US + GOALS_US,
+                              now());
     run_to(2740);
     TEST_ASSERT_EQUAL_HEX16(0x301, position_sent(1));
+    for (uint8_t i = 0; i < start_count; i++)
+        periods = (uint8_t)(periods + (starts[i].id == CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL_UINT32(periods, cycle.counters.periods);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.unsent);
 }
 
-void test_it_stops_when_what_is_on_the_wire_has_ended(void)
+void test_abort_ends_when_the_packet_in_flight_has_ended(void)
 {
     begin_with_goals();
     run_to(4100);
-    cds_cycle_stop(&cycle);
+    cds_cycle_abort(&cycle);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_cycle_poll(&cycle));
-    TEST_ASSERT_EQUAL(CDS_BUSY,
-                      cds_cycle_begin(&cycle, &bus, ids, SERVOS, packets, feedback, PERIOD_US));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_with(&bus, ids, SERVOS, PERIOD_US));
     start_count = 0;
     run_to(9000);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
@@ -480,7 +568,7 @@ void test_it_stops_when_what_is_on_the_wire_has_ended(void)
     begin();
 }
 
-void test_a_read_that_waits_for_a_quiet_line_is_not_sent_after_a_stop(void)
+void test_abort_while_a_read_waits_for_the_line_cancels_it(void)
 {
     begin();
     cds_cycle_poll(&cycle);
@@ -488,40 +576,35 @@ void test_a_read_that_waits_for_a_quiet_line_is_not_sent_after_a_stop(void)
     port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
     cds_cycle_poll(&cycle);
     TEST_ASSERT_EQUAL(CDS_PENDING, cycle.read.result);
-    TEST_ASSERT_FALSE(cds_bus_is_in_flight_(&bus));
-    cds_cycle_stop(&cycle);
+    TEST_ASSERT_FALSE(port_fake_is_in_flight(&bus));
+    cds_cycle_abort(&cycle);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
     run_to(1000);
     TEST_ASSERT_EQUAL_UINT8(0, start_count);
 }
 
-void test_one_that_was_never_begun_can_be_stopped(void)
+void test_abort_of_a_cycle_never_begun_ends_at_once(void)
 {
-    cds_cycle_stop(&cycle);
+    cds_cycle_abort(&cycle);
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
 }
 
-void test_what_cannot_be_is_refused(void)
+void test_begin_with_bad_arguments_is_refused(void)
 {
     struct cds_bus closed = {.port = 0};
     static const uint8_t bad[] = {1, 254};
 
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_cycle_begin(&cycle, &closed, ids, 3, packets, feedback, 4000));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_cycle_begin(&cycle, &bus, ids, 0, packets, feedback, 4000));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_cycle_begin(&cycle, &bus, many, 51, packets, feedback, 4000));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_cycle_begin(&cycle, &bus, bad, 2, packets, feedback, 4000));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT,
-                      cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2679));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_begin(&cycle, &bus, many, 50, packets, feedback, 2680));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_with(&closed, ids, 3, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_with(&bus, ids, 0, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_with(&bus, many, 51, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_with(&bus, bad, 2, 4000));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_with(&bus, many, 50, 2679));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, many, 50, 2680));
     TEST_ASSERT_EQUAL_UINT16(258, cycle.goals.packet.size);
     TEST_ASSERT_EQUAL_PTR(packets + 258, cycle.back);
 }
 
-void test_oldest_feedback_and_utilisation_are_told(void)
+void test_oldest_us_and_utilisation_are_right(void)
 {
     dead = 9;
     begin_with_goals();
@@ -535,4 +618,126 @@ void test_oldest_feedback_and_utilisation_are_told(void)
     port_fake.now_us += 5;
     TEST_ASSERT_EQUAL_UINT32(port_fake.now_us - feedback[cycle.turn].time_us,
                              cds_cycle_oldest_us(&cycle));
+}
+
+void test_spare_us_of_the_shortest_period_is_none(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, GOALS_US + 140));
+    TEST_ASSERT_EQUAL_UINT16(0, cds_cycle_spare_us(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, GOALS_US + CDS_REPLY_MARGIN_US));
+    TEST_ASSERT_EQUAL_UINT16(0, cds_cycle_spare_us(&cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, GOALS_US + 141));
+    TEST_ASSERT_EQUAL_UINT16(1, cds_cycle_spare_us(&cycle));
+}
+
+void test_utilisation_before_the_first_period_is_0(void)
+{
+    begin_with_goals();
+    TEST_ASSERT_EQUAL_UINT16(0, cds_cycle_utilisation_permille(&cycle));
+}
+
+void test_utilisation_outlives_the_wrap_of_its_sums(void)
+{
+    begin_with_goals();
+    run_to(3999);
+    cycle.elapsed_us = 0x3FFFF000; // 4096 us before both sums are halved
+    cycle.wire_us = 0x10000000;
+    run_to(7999);
+    TEST_ASSERT_EQUAL_UINT32(0x3FFFF000 + PERIOD_US, cycle.elapsed_us);
+    run_to(8001);
+    TEST_ASSERT_EQUAL_UINT32((0x3FFFF000 + 2 * PERIOD_US) / 2, cycle.elapsed_us);
+    TEST_ASSERT_UINT32_WITHIN(PERIOD_US, 0x08000000, cycle.wire_us);
+    TEST_ASSERT_EQUAL_UINT16(250, cds_cycle_utilisation_permille(&cycle));
+}
+
+void test_begin_while_a_read_is_in_flight_is_busy(void)
+{
+    begin_with_goals();
+    run_to(GOALS_US + 50);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cycle.read.result);
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_with(&bus, ids, SERVOS, PERIOD_US));
+    cds_cycle_abort(&cycle);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_cycle_poll(&cycle));
+    start_count = 0;
+    run_to(1000);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_poll(&cycle));
+    TEST_ASSERT_EQUAL_UINT8(0, start_count);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_with(&bus, ids, SERVOS, PERIOD_US));
+}
+
+void test_periods_before_the_first_commit_are_not_missed(void)
+{
+    begin();
+    cds_bus_set_return_delay(&bus, CDS_RETURN_DELAY_MAX_US);
+    port_fake.now_us += 5 * PERIOD_US;
+    cds_cycle_poll(&cycle);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.periods);
+    TEST_ASSERT_EQUAL_UINT32(6 * PERIOD_US, cycle.next_us - BEGIN_US);
+}
+
+/* The goals wait for a line that stays low; the next period begins meanwhile. */
+/* The goals, or else the first READ, wait for a line that stays low. */
+static void wait_for_a_low_line(void)
+{
+    cds_cycle_poll(&cycle);
+    port_fake.low = true;
+    for (uint16_t i = 0; i < 9000 && bus.stats.line_busy == 0; i++)
+        run_to((uint16_t)(now() + 1));
+    TEST_ASSERT_EQUAL_UINT16(1, bus.stats.line_busy);
+    TEST_ASSERT_EQUAL_UINT8(0, start_count);
+    cds_cycle_poll(&cycle);
+}
+
+void test_goals_without_a_quiet_line_count_as_unsent(void)
+{
+    begin_with_goals();
+    port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
+    wait_for_a_low_line();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.periods);
+    port_fake.low = false;
+    run_to(9000);
+    TEST_ASSERT_EQUAL_HEX16(0x200, position_sent(0));
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.unsent);
+}
+
+void test_read_without_a_quiet_line_is_no_wire_time(void)
+{
+    begin();
+    cds_cycle_poll(&cycle); // begins the first period
+    port_fake.now_us++;
+    port_fake_hear(&bus.link, (const uint8_t *)"\x55", 1);
+    wait_for_a_low_line();
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.wire_us);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, feedback[0].result);
+}
+
+void test_read_that_is_refused_brings_no_values(void)
+{
+    begin();
+    run_to(100); // the READ is on the wire since 1 us
+    TEST_ASSERT_TRUE(answering);
+    answering = false;
+    port_fake_answer(&bus.link, ids[0], CDS_ERROR_INSTRUCTION, NULL, 0);
+    for (uint8_t i = 0; i < 20 && cycle.counters.reads == 0; i++) {
+        cds_bus_poll(&bus);
+        cds_cycle_poll(&cycle);
+    }
+    TEST_ASSERT_EQUAL_UINT32(1, cycle.counters.failed);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, feedback[0].result);
+    TEST_ASSERT_FALSE(feedback[0].known);
+}
+
+void test_goals_on_a_bus_without_a_queue_wait_for_the_bus(void)
+{
+    static const uint16_t at_us[] = {0, 4000, 8000};
+
+    bus.hooks = NULL;
+    begin_with_goals();
+    run_to(11999);
+    assert_goals_at(at_us, 3);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
+    TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.failed);
 }

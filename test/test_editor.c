@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "editor.h"
+#include "input.h"
 #include "unity.h"
 
 static struct cds_ring ring;
@@ -25,8 +26,8 @@ void tearDown(void)
 
 static void hear(void)
 {
-    for (; cds_ring_count(&ring); cds_ring_drop(&ring, 1))
-        shown[length++] = (char)cds_ring_peek(&ring, 0);
+    for (; cds_ring_count(&ring); input_drop(&ring, 1))
+        shown[length++] = (char)input_peek(&ring, 0);
     shown[length] = '\0';
 }
 

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cds55xx/group_read.h"
+#include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -13,7 +14,8 @@ static const uint8_t registers[CDS_FEEDBACK_SIZE] = {0x23, 0x01, 0x05, 0x04, 0x1
                                                      0x78, 0x20, 1,    0,    1};
 
 static struct cds_bus bus;
-static uint8_t buffer[16];
+static struct cds_queue queue;
+static uint8_t packet_buffer[CDS_PACKET_SIZE(2)], buffer[16];
 static struct cds_request request;
 static struct cds_feedback feedback;
 
@@ -22,8 +24,8 @@ void setUp(void)
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
-    request = (struct cds_request){.packet = {.bytes = buffer, .room = sizeof buffer}};
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
+    request = (struct cds_request)CDS_REQUEST(packet_buffer, buffer);
     memset(&feedback, 0, sizeof feedback);
 }
 
@@ -38,7 +40,7 @@ static void answer(uint8_t id, uint8_t error, const uint8_t *data, uint8_t lengt
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[CDS_AT_ID]);
     port_fake_answer(&bus.link, id, error, data, length);
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
 }
 
 static void stay_silent(void)
@@ -46,7 +48,7 @@ static void stay_silent(void)
     port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake.now_us += 10000;
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
 }
 
 static enum cds_result take(void)
@@ -152,12 +154,27 @@ static struct cds_group_answer answers[3];
 static uint8_t data[3 * 2];
 static const uint8_t ids[3] = {5, 9, 1};
 
+static enum cds_result begin_again(const uint8_t *of, uint8_t count, uint8_t length)
+{
+    struct cds_group_read_config config = {
+        .bus = &bus,
+        .request = &request,
+        .ids = of,
+        .count = count,
+        .address = CDS_REG_PRESENT_POSITION,
+        .length = length,
+        .data = data,
+        .answers = answers,
+    };
+
+    return cds_group_read_begin(&group, &config);
+}
+
 static void begin_group(const uint8_t *of, uint8_t length)
 {
     memset(answers, 0, sizeof answers);
     memset(data, 0xEE, sizeof data);
-    cds_group_read_begin(&group, &bus, &request, of, 3, CDS_REG_PRESENT_POSITION, length, data,
-                         answers);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_again(of, 3, length));
 }
 
 void test_a_group_is_read_servo_by_servo(void)
@@ -215,8 +232,7 @@ void test_who_fails_in_the_next_group_read_keeps_data_and_their_time(void)
     cds_bus_open(&bus, 0, CDS_BAUD_1M);  // the others were never read
     port_fake.now_us = UINT32_MAX - 500; // and the clock wraps before they are: in the rest
     answers[0].time_us = port_fake.now_us;
-    cds_group_read_begin(&group, &bus, &request, ids, 3, CDS_REG_PRESENT_POSITION, 2, data,
-                         answers);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_again(ids, 3, 2));
     cds_group_read_poll(&group);
     stay_silent();
     for (uint8_t i = 1; i < 3; i++) {
@@ -243,30 +259,62 @@ void test_an_impossible_servo_is_passed_over(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_read_poll(&group));
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, answers[0].result);
     TEST_ASSERT_EQUAL(CDS_OK, answers[1].result);
+    TEST_ASSERT_TRUE(answers[1].known);
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(value, &data[2], sizeof value);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, answers[2].result);
     TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
 }
 
 void test_nobody_to_read_is_refused(void)
 {
-    cds_group_read_begin(&group, &bus, &request, ids, 0, 0, 1, data, answers);
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_group_read_poll(&group));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_again(ids, 0, 1));
     TEST_ASSERT_NULL(bus.request);
 }
 
-void test_urgent_requests_of_others_slip_in(void)
+void test_group_read_without_room_or_with_a_busy_request_is_refused(void)
 {
-    static const uint8_t value[] = {1, 2};
-    static uint8_t bytes[8];
-    struct cds_request urgent = {.packet = {.bytes = bytes, .room = sizeof bytes}, .urgent = true};
+    request.reply_capacity = 1;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_again(ids, 3, 2));
+    request.reply_capacity = 2;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 7));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_again(ids, 3, 2));
+    stay_silent();
+    request.packet.capacity = CDS_PACKET_SIZE(2) - 1;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_again(ids, 3, 2));
+    memset(&bus, 0, sizeof bus);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_again(ids, 3, 2));
+}
+
+void test_group_read_aborted_keeps_the_reply_in_flight(void)
+{
+    static const uint8_t value[] = {1, 2}, all[] = {1, 2, 0xEE, 0xEE, 0xEE, 0xEE};
 
     begin_group(ids, 2);
     cds_group_read_poll(&group);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &urgent, 77));
+    cds_group_read_abort(&group);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_read_poll(&group));
+    answer(5, 0, value, 2);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_group_read_poll(&group));
+    TEST_ASSERT_EQUAL_HEX8_ARRAY(all, data, sizeof all);
+    TEST_ASSERT_EQUAL(CDS_OK, answers[0].result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, answers[1].result);
+    TEST_ASSERT_NULL(bus.request);
+}
+
+void test_requests_of_a_higher_priority_slip_in(void)
+{
+    static const uint8_t value[] = {1, 2};
+    static uint8_t bytes[8];
+    struct cds_request hurried = CDS_REQUEST_WITHOUT_DATA(bytes);
+
+    hurried.priority = CDS_PRIORITY_HIGH;
+    begin_group(ids, 2);
+    cds_group_read_poll(&group);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &hurried, 77));
     answer(5, 0, value, 2);
     cds_group_read_poll(&group);
     answer(77, 0, NULL, 0);
-    TEST_ASSERT_EQUAL(CDS_OK, urgent.result);
+    TEST_ASSERT_EQUAL(CDS_OK, hurried.result);
     answer(9, 0, value, 2);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_read_poll(&group));
     answer(1, 0, value, 2);

@@ -11,11 +11,29 @@
 #define IDLE_US   20
 
 static struct cds_bus bus;
-static struct cds_servos roster;
-static struct cds_servo_state servos[TORQUE_SERVOS];
-static struct cds_health watch;
+static struct cds_queue queue;
+static struct cds_servos servos;
+static struct cds_servo_state states[TORQUE_SERVOS];
+static struct cds_health health;
 static uint8_t buffer[16];
 static struct cds_request request;
+
+static void begin_servos(uint8_t count)
+{
+    bus.hooks = NULL;
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+                                                                      .queue = &queue,
+                                                                      .states = states,
+                                                                      .count = count,
+                                                                      .capacity = TORQUE_SERVOS}));
+}
+
+static enum cds_result begin_health(uint32_t period_us)
+{
+    return cds_health_begin(&health,
+                            &(struct cds_health_config){.servos = &servos, .period_us = period_us});
+}
 
 void setUp(void)
 {
@@ -23,14 +41,14 @@ void setUp(void)
     port_fake.now_us = 0u - 25000u; // the clock wraps
     memset(&wire, 0, sizeof wire);
     memset(&bus, 0, sizeof bus);
-    memset(&watch, 0, sizeof watch);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    memset(&health, 0, sizeof health);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
-        servos[i].id = (uint8_t)(i + 1);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, servos, TORQUE_SERVOS));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, PERIOD_US));
+        states[i].id = (uint8_t)(i + 1);
+    begin_servos(TORQUE_SERVOS);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(PERIOD_US));
 }
 
 void tearDown(void)
@@ -42,7 +60,7 @@ static void turn(void)
 {
     torque_wire(&bus);
     cds_bus_poll(&bus);
-    cds_health_poll(&watch);
+    cds_health_poll(&health);
 }
 
 /* The main loop turns every microsecond, or, while nothing is on its way, every 20: the simulated
@@ -82,7 +100,7 @@ static enum cds_result drive(uint8_t id)
     return result;
 }
 
-void test_each_is_read_once_a_period_evenly(void)
+void test_each_servo_is_read_once_a_period_evenly(void)
 {
     for (uint16_t us = 0; us < 2 * PERIOD_US - 1; us++)
         turn();
@@ -96,20 +114,21 @@ void test_each_is_read_once_a_period_evenly(void)
     }
 }
 
-void test_torque_lost_between_two_exchanges_shows_within_a_period(void)
+void test_torque_lost_unseen_shows_within_a_period(void)
 {
     torque_on();
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
     brown_out(1, false);
     run_for(PERIOD_US + 200);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
-    TEST_ASSERT_EQUAL_HEX8(0, servos[0].held | servos[2].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
+    TEST_ASSERT_EQUAL_HEX8(0, states[0].inhibits | states[2].inhibits);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(2));
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
-    cds_servos_release(&roster, &servos[1]);
+    cds_servos_release(&servos, &states[1]);
     TEST_ASSERT_EQUAL(CDS_OK, drive(2));
     run_for(2 * PERIOD_US);
-    TEST_ASSERT_EQUAL_HEX8(0, servos[1].held); // torque was not switched on: it is not lost again
+    TEST_ASSERT_EQUAL_HEX8(0,
+                           states[1].inhibits); // torque was not switched on: it is not lost again
 }
 
 /* Until it is given up: three looks, a period apart. */
@@ -117,10 +136,10 @@ static void lose(uint8_t index)
 {
     brown_out(index, true);
     run_for(4 * PERIOD_US);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[index].presence);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[index].presence);
 }
 
-void test_one_that_is_away_is_found_looked_at_and_held(void)
+void test_an_offline_servo_is_found_read_and_inhibited(void)
 {
     uint8_t first;
 
@@ -133,30 +152,30 @@ void test_one_that_is_away_is_found_looked_at_and_held(void)
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 1, CDS_READ));
     wire.servo[0].dead = false;
     first = wire.count;
-    while (servos[0].presence == CDS_PRESENCE_OFFLINE && wire.count < first + 20)
+    while (states[0].presence == CDS_PRESENCE_OFFLINE && wire.count < first + 20)
         run_for(1);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[0].presence);
-    TEST_ASSERT_FALSE(cds_servos_may_drive(&roster, 1));
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[0].presence);
+    TEST_ASSERT_FALSE(cds_servos_may_drive(&servos, 1));
     run_for(200); // at once
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[0].presence);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, drive(1));
 }
 
-void test_one_that_kept_its_state_is_driven_again_by_itself(void)
+void test_a_servo_that_kept_its_state_may_be_driven(void)
 {
     torque_on();
     lose(2);
     wire.servo[2].torque = 1; // a plug that was loose, with the supply still there
     wire.servo[2].dead = false;
     run_for(CDS_HEALTH_SEEK_US + 2000);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[2].presence);
-    TEST_ASSERT_EQUAL_HEX8(0, servos[2].held);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[2].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[2].inhibits);
     TEST_ASSERT_EQUAL(CDS_OK, drive(3));
 }
 
-/* A period of 10 s: within it, only those that are away are asked. */
-void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
+/* A period of 3 s: within it only OFFLINE servos are asked. */
+void test_offline_servos_cost_one_ping_in_100_ms(void)
 {
     uint8_t first;
 
@@ -164,10 +183,10 @@ void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
         wire.servo[i].dead = true;
     run_for(4 * PERIOD_US);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
-        TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, servos[i].presence);
-    while (watch.request.result == CDS_PENDING)
+        TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[i].presence);
+    while (health.request.result == CDS_PENDING)
         run_for(1);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, 100 * PERIOD_US));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
     run_for(5000); // rests, and the first of the looks
     first = wire.count;
     run_for(6 * CDS_HEALTH_SEEK_US);
@@ -179,24 +198,129 @@ void test_those_that_are_away_cost_one_ping_in_100_ms_together(void)
                                         wire.log[i].us - wire.log[i - 1].us);
 }
 
-void test_one_that_answers_no_read_is_pinged_and_lost_when_back(void)
+void test_a_servo_that_answers_no_read_is_lost_when_back(void)
 {
-    servos[1].status_return_level = 0;
+    uint8_t first;
+
+    states[1].status_return_level = 0;
     wire.servo[1].mute = true;
     torque_on();
     run_for(2 * PERIOD_US);
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 2, CDS_READ));
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 2, CDS_PING));
-    TEST_ASSERT_EQUAL_HEX8(0, servos[1].held);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
     lose(1);
     wire.servo[1].dead = false;
-    run_for(CDS_HEALTH_SEEK_US + 2000);
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, servos[1].presence);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[1].held);
+    first = wire.count;
+    run_for(5 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_UINT8(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 2, CDS_READ));
 }
 
-/* Whatever is submitted goes before it. */
-void test_it_waits_while_the_bus_is_not_free(void)
+/* READs that are lost do not make a servo one that answers none. */
+void test_a_servo_whose_first_reads_are_lost_keeps_its_level(void)
+{
+    torque_on();
+    lose(1);
+    wire.servo[1].torque = 1;
+    wire.servo[1].dead = false;
+    while (states[1].presence == CDS_PRESENCE_OFFLINE)
+        run_for(1);
+    wire.servo[1].mute = true;
+    while (states[1].misses < CDS_SERVOS_MISSES - 1)
+        run_for(1);
+    wire.servo[1].mute = false;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_NOT_EQUAL(0, states[1].status_return_level);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+}
+
+/* A servo that answers PING only has returned, and has missed three READs. */
+static void return_mute(uint8_t index)
+{
+    torque_on();
+    lose(index);
+    wire.servo[index].torque = 1;
+    wire.servo[index].dead = false;
+    wire.servo[index].mute = true;
+    while (states[index].presence != CDS_PRESENCE_RETURNED ||
+           states[index].misses < CDS_SERVOS_MISSES)
+        run_for(1);
+}
+
+void test_a_damaged_reply_to_ping_tells_nothing(void)
+{
+    return_mute(1);
+    wire.servo[1].garbled = true;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+    wire.servo[1].garbled = false;
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[1].inhibits);
+}
+
+/* Between the PING and the next poll a READ of the application was answered. */
+void test_a_read_of_others_tells_more_than_the_ping(void)
+{
+    uint8_t reply[1];
+    struct cds_request read = CDS_REQUEST(buffer, reply);
+
+    return_mute(1);
+    while (!health.asked_returned || health.request.packet.bytes[4] != CDS_PING)
+        run_for(1);
+    while (health.request.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, health.request.result);
+    wire.servo[1].mute = false;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &read, 2, CDS_REG_TORQUE_ENABLE, 1));
+    while (read.result == CDS_PENDING) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+    }
+    run_for(100);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+}
+
+/* All servos were ONLINE for 40 min, more than half a wrap of the clock. */
+void test_the_first_offline_servo_is_sought_at_once(void)
+{
+    run_for(PERIOD_US + 500);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(100 * PERIOD_US));
+    run_for(500);
+    health.seek_us = port_fake.now_us - 2400000000u;
+    wire.servo[0].dead = true;
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++) {
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
+        run_for(3000);
+    }
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[0].presence);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES + 1, torque_packets(0, 1, CDS_PING));
+}
+
+/* It is gone again before it could be read. */
+void test_a_returned_servo_that_is_gone_again_is_offline(void)
+{
+    torque_on();
+    lose(1);
+    wire.servo[1].dead = false;
+    while (states[1].presence == CDS_PRESENCE_OFFLINE)
+        run_for(1);
+    wire.servo[1].dead = true;
+    run_for(5 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_OFFLINE, states[1].presence);
+    TEST_ASSERT_EQUAL_HEX8(0, states[1].inhibits);
+}
+
+/* Every other request goes first. */
+void test_nothing_is_sent_while_the_bus_is_in_use(void)
 {
     for (uint16_t i = 0; i < 1000; i++) {
         if (request.result != CDS_PENDING)
@@ -205,14 +329,14 @@ void test_it_waits_while_the_bus_is_not_free(void)
         cds_bus_poll(&bus);
         if (request.result != CDS_PENDING)
             cds_servo_ping(&bus, &request, 2);
-        cds_health_poll(&watch);
+        cds_health_poll(&health);
     }
     TEST_ASSERT_EQUAL_UINT8(0, torque_packets(0, 1, CDS_READ));
     run_for(400);
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ));
 }
 
-void test_one_that_may_answer_late_is_asked_later(void)
+void test_nothing_is_sent_while_the_bus_rests(void)
 {
     wire.servo[0].dead = true;
     run_for(100); // its READ is out
@@ -220,10 +344,10 @@ void test_one_that_may_answer_late_is_asked_later(void)
         torque_wire(&bus);
         cds_bus_poll(&bus);
     }
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, watch.request.result);
-    watch.turn = 0; // the same one, and due
-    watch.look_us = port_fake.now_us;
-    cds_health_poll(&watch);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, health.request.result);
+    health.turn = 0; // the same one, and due
+    health.look_us = port_fake.now_us;
+    cds_health_poll(&health);
     TEST_ASSERT_NULL(bus.request);
     run_for(1000);
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ)); // the bus rests
@@ -231,7 +355,7 @@ void test_one_that_may_answer_late_is_asked_later(void)
     TEST_ASSERT_EQUAL_UINT8(2, torque_packets(0, 1, CDS_READ));
 }
 
-void test_held_up_it_does_not_make_up_for_it(void)
+void test_missed_turns_are_not_made_up_for(void)
 {
     run_for(300);
     port_fake.now_us += 5 * PERIOD_US;
@@ -240,58 +364,58 @@ void test_held_up_it_does_not_make_up_for_it(void)
     TEST_ASSERT_INT_WITHIN(1, 7, wire.count);
 }
 
-void test_what_cannot_be_is_refused(void)
+void test_begin_with_a_bad_period_or_in_flight_is_refused(void)
 {
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_begin(&watch, &roster, 9999));
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_begin(&watch, &roster, 1000000001ul));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(9999));
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_health(1000000001ul));
     run_for(20);
-    TEST_ASSERT_EQUAL(CDS_BUSY, cds_health_begin(&watch, &roster, PERIOD_US));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_health(PERIOD_US));
     cds_bus_open(&bus, 0, CDS_BAUD_1M); // what was on its way is over
     wire.talking = false;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_begin(&roster, &bus, NULL, 0));
-    memset(&watch, 0, sizeof watch);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, PERIOD_US));
+    begin_servos(0);
+    memset(&health, 0, sizeof health);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(PERIOD_US));
     run_for(3 * PERIOD_US);
-    TEST_ASSERT_EQUAL(CDS_OK, watch.request.result);
+    TEST_ASSERT_EQUAL(CDS_OK, health.request.result);
     TEST_ASSERT_NULL(bus.request);
 }
 
-void test_one_that_is_back_before_it_begins_is_looked_at_at_once(void)
+void test_a_servo_returned_before_begin_is_read_at_once(void)
 {
     torque_on();
     lose(0);
     wire.servo[0].dead = false;
-    while (watch.request.result == CDS_PENDING)
+    while (health.request.result == CDS_PENDING)
         run_for(1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
     while (request.result == CDS_PENDING) {
         torque_wire(&bus);
         cds_bus_poll(&bus);
     }
-    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, servos[0].presence);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, 1000 * PERIOD_US));
-    watch.look_us += PERIOD_US; // not by a look that happens to be its own
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[0].presence);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(1000 * PERIOD_US));
+    health.look_us += PERIOD_US; // not by a look that happens to be its own
     run_for(500);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
 }
 
-/* The plug of both is put in again: neither waits because of the other. */
-void test_two_that_are_back_are_both_looked_at_at_once(void)
+/* Both are plugged in again: neither waits for the other. */
+void test_two_returned_servos_are_read_at_once(void)
 {
     torque_on();
     lose(0);
     lose(2);
     wire.servo[0].dead = wire.servo[2].dead = false;
-    while (servos[0].presence == CDS_PRESENCE_OFFLINE || servos[2].presence == CDS_PRESENCE_OFFLINE)
+    while (states[0].presence == CDS_PRESENCE_OFFLINE || states[2].presence == CDS_PRESENCE_OFFLINE)
         run_for(1);
     run_for(800);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[0].held);
-    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, servos[2].held);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[0].inhibits);
+    TEST_ASSERT_EQUAL_HEX8(CDS_INHIBIT_STATE_LOST, states[2].inhibits);
 }
 
-void test_a_look_is_not_repeated(void)
+void test_a_read_is_not_retried(void)
 {
-    cds_bus_set_repeats(&bus, 2);
+    cds_queue_set_retries(&queue, 2);
     wire.servo[0].dead = true;
     run_for(5000);
     TEST_ASSERT_EQUAL_UINT8(1, torque_packets(0, 1, CDS_READ));
@@ -300,7 +424,7 @@ void test_a_look_is_not_repeated(void)
 /* ---- beside a cycle ---- */
 
 #define CYCLE_US 1000u
-#define LOOKS_US 10100ul // a look falls due at other and other moments of a period
+#define LOOKS_US 10100ul // turns come at changing moments of a period
 
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[1];
@@ -311,7 +435,12 @@ static void begin_cycle(uint16_t period_us)
 {
     memset(&cycle, 0, sizeof cycle);
     TEST_ASSERT_EQUAL(CDS_OK,
-                      cds_cycle_begin(&cycle, &bus, cycle_ids, 1, packets, feedback, period_us));
+                      cds_cycle_begin(&cycle, &(struct cds_cycle_config){.bus = &bus,
+                                                                         .ids = cycle_ids,
+                                                                         .packets = packets,
+                                                                         .feedback = feedback,
+                                                                         .count = 1,
+                                                                         .period_us = period_us}));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_goal(&cycle, 0, 500, 100));
     TEST_ASSERT_EQUAL(CDS_OK, cds_cycle_commit(&cycle));
 }
@@ -324,59 +453,157 @@ static void run_with_cycle(uint32_t us)
         torque_wire(&bus);
         cds_bus_poll(&bus);
         cds_cycle_poll(&cycle);
-        cds_health_poll(&watch);
+        cds_health_poll(&health);
     }
 }
 
-void test_beside_a_cycle_no_period_is_late_and_each_is_looked_at(void)
+void test_beside_a_cycle_no_period_is_late(void)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, LOOKS_US));
+    uint8_t waited_us;
+
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(LOOKS_US));
     begin_cycle(CYCLE_US);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
     run_with_cycle(CYCLE_US - 1);
     for (uint8_t period = 0; period < 60; period++) {
         TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + 1, cycle.next_us);
         run_with_cycle(1);
         TEST_ASSERT_EQUAL_UINT32(port_fake.now_us + CYCLE_US, cycle.next_us); // begun at once
+        waited_us = cds_bus_is_resting(&bus); // then the packet leaves with the next poll
+        run_with_cycle(waited_us);
         TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
-        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, bus.request->id);
-        run_with_cycle(CYCLE_US - 1);
+        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, bus.request->packet.bytes[CDS_AT_ID]);
+        run_with_cycle(CYCLE_US - 1 - waited_us);
     }
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_GREATER_THAN_UINT32(20, cycle.counters.reads); // unanswered: the bus rests
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
-        TEST_ASSERT_INT_WITHIN(1, 6, servos[i].counters.ok);
-        TEST_ASSERT_EQUAL_UINT16(0, servos[i].counters.timeouts);
+        TEST_ASSERT_INT_WITHIN(1, 6, states[i].counters.ok);
+        TEST_ASSERT_EQUAL_UINT16(0, states[i].counters.timeouts);
     }
 }
 
-void test_a_cycle_without_room_is_refused(void)
+void test_a_cycle_without_spare_time_is_refused(void)
 {
     begin_cycle(130 + CDS_REPLY_MARGIN_US + 150 + 2 + CDS_REPLY_MARGIN_US + 40);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
-    servos[2].return_delay = 2; // 2 us more
-    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&watch, &cycle));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, NULL));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
+        states[i].return_delay = 2; // 2 us more
+        TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_health_set_cycle(&health, &cycle));
+        states[i].return_delay = 1;
+    }
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, NULL));
 }
 
-void test_one_whose_delay_grows_beyond_the_cycle_s_room_holds_up_nobody(void)
+void test_a_servo_too_slow_for_the_cycle_is_passed_over(void)
 {
     uint32_t reads;
 
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_begin(&watch, &roster, LOOKS_US));
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(LOOKS_US));
     begin_cycle(CYCLE_US);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&watch, &cycle));
-    servos[0].return_delay = 254; // 758 us in all, and 650 are left
+    TEST_ASSERT_EQUAL(CDS_OK, cds_health_set_cycle(&health, &cycle));
+    states[0].return_delay = 254; // 758 us in all, and 650 are left
     run_with_cycle(30 * CYCLE_US);
     TEST_ASSERT_EQUAL_UINT32(0, cycle.counters.missed);
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(10, cycle.counters.reads); // unanswered: the bus rests
-    TEST_ASSERT_EQUAL_UINT16(0, servos[0].counters.ok);
-    TEST_ASSERT_INT_WITHIN(1, 3, servos[1].counters.ok);
-    TEST_ASSERT_INT_WITHIN(1, 3, servos[2].counters.ok);
+    TEST_ASSERT_EQUAL_UINT16(0, states[0].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, states[1].counters.ok);
+    TEST_ASSERT_INT_WITHIN(1, 3, states[2].counters.ok);
     reads = cycle.counters.reads;
-    for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does anybody who asks for too much
+    for (uint16_t us = 0; us < 10 * CYCLE_US; us++) { // nor does a request for too much time
         run_with_cycle(1);
-        TEST_ASSERT_FALSE(cds_cycle_gives_way(&cycle, CYCLE_US));
+        TEST_ASSERT_FALSE(cds_cycle_yields(&cycle, CYCLE_US));
     }
     TEST_ASSERT_GREATER_OR_EQUAL_UINT32(reads + 4, cycle.counters.reads);
+}
+
+/* ---- what others do ---- */
+
+static void abort_nothing(void *context)
+{
+    (void)context;
+}
+
+void test_nothing_is_sent_while_an_operation_holds_the_bus(void)
+{
+    static const struct cds_bus_lock lock = {abort_nothing, NULL, CDS_BAUD_1M};
+
+    return_mute(1);
+    run_for(500);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_lock(&bus, &lock));
+    wire.count = 0;
+    run_for(3 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.count);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_RETURNED, states[1].presence);
+    cds_bus_unlock(&bus, &lock);
+    run_for(PERIOD_US);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[1].presence);
+}
+
+void test_servos_forgotten_while_one_is_asked(void)
+{
+    return_mute(1);
+    while (!health.asked_returned)
+        run_for(1);
+    cds_servos_forget(&servos);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servos_add(&servos, 3));
+    run_for(PERIOD_US + 500);
+    TEST_ASSERT_FALSE(health.asked_returned);
+    TEST_ASSERT_EQUAL(CDS_PRESENCE_ONLINE, states[0].presence);
+}
+
+/* With a long period only the servos that are sought are asked. */
+void test_a_returned_servo_goes_before_an_offline_one(void)
+{
+    uint8_t first;
+
+    torque_on();
+    lose(0);
+    lose(2);
+    while (health.request.result == CDS_PENDING)
+        run_for(1);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(1000 * PERIOD_US));
+    run_for(500);
+    wire.servo[0].dead = false;
+    wire.servo[0].mute = true;
+    while (states[0].presence != CDS_PRESENCE_RETURNED)
+        run_for(1);
+    first = wire.count;
+    while (states[0].presence == CDS_PRESENCE_RETURNED)
+        run_for(1);
+    TEST_ASSERT_EQUAL_UINT8(CDS_SERVOS_MISSES, torque_packets(first, 1, CDS_READ));
+    TEST_ASSERT_EQUAL_UINT8(0, torque_packets(first, 3, CDS_PING));
+    run_for(2 * CDS_HEALTH_SEEK_US);
+    TEST_ASSERT_GREATER_THAN_UINT8(0, torque_packets(first, 3, CDS_PING));
+}
+
+/* ---- abort ---- */
+
+void test_after_abort_nothing_is_sent_until_the_next_begin(void)
+{
+    uint8_t count;
+
+    run_for(PERIOD_US + 500); // no packet is on the wire
+    cds_health_abort(&health);
+    count = wire.count;
+    run_for(PERIOD_US);
+    TEST_ASSERT_EQUAL_UINT8(count, wire.count);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_health(PERIOD_US));
+    run_for(PERIOD_US);
+    TEST_ASSERT_GREATER_OR_EQUAL_UINT8(count + TORQUE_SERVOS, wire.count);
+}
+
+void test_abort_takes_back_a_request_that_waits(void)
+{
+    port_fake.low = true; // the first poll of the bus finds that out
+    while (health.request.result != CDS_PENDING)
+        cds_health_poll(&health);
+    cds_bus_poll(&bus);
+    cds_health_abort(&health);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, health.request.result);
+    TEST_ASSERT_NULL(bus.request);
+    cds_health_abort(&health); // again: nothing changes
+    memset(&health, 0, sizeof health);
+    cds_health_abort(&health); // never begun
+    cds_health_poll(&health);
 }

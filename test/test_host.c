@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "host.h"
+#include "input.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -51,8 +52,8 @@ static void take_text(void)
 {
     while (cds_ring_count(&text)) {
         if (said_size < sizeof said - 1)
-            said[said_size++] = (char)cds_ring_peek(&text, 0);
-        cds_ring_drop(&text, 1);
+            said[said_size++] = (char)input_peek(&text, 0);
+        input_drop(&text, 1);
     }
     said[said_size] = '\0';
 }
@@ -495,7 +496,7 @@ void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
     for (uint8_t i = 0; i < 10; i++)
         host_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
-    cds_ring_drop(&input, 2);
+    input_drop(&input, 2);
     host_gap(&host);
     settle();
     assert_ping_found(1);

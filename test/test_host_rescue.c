@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "input.h"
 #include "keeper.h" // KEEPER_RESET_...
 #include "port_fake.h"
 #include "unity.h"
@@ -155,7 +156,7 @@ void test_bytes_behind_the_third_enter_are_left_to_the_host(void)
         poll();
     TEST_ASSERT_TRUE(is_kept());
     TEST_ASSERT_EQUAL_UINT8(2, cds_ring_count(&input));
-    TEST_ASSERT_EQUAL_UINT8('h', cds_ring_peek(&input, 0));
+    TEST_ASSERT_EQUAL_UINT8('h', input_peek(&input, 0));
 }
 
 void test_cr_lf_of_one_key_counts_once(void)

@@ -17,7 +17,7 @@ static struct robot robot;
 static struct keeper keeper;
 static struct settings settings;
 static struct settings_store store;
-static uint8_t buffer[64];
+static uint8_t buffer[64], reply[CDS_REPLY_MAX];
 static struct cds_request request;
 
 void setUp(void)
@@ -28,11 +28,10 @@ void setUp(void)
     memset(&bus, 0, sizeof bus);
     memset(&robot, 0, sizeof robot);
     memset(&request, 0, sizeof request);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST(buffer, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
-    robot_begin(&robot, &bus);
-    robot.crew.open = true;
+    robot_begin(&robot, &bus, 0);
+    robot.servos.grows = CDS_GROWS_ALWAYS;
     settings_default(&settings);
     settings.link_loss_ms = LIMIT_MS;
     keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
@@ -85,7 +84,7 @@ static void says(uint8_t id, uint8_t error)
 
 static const struct cds_servo_state *known(uint8_t id)
 {
-    return cds_servos_find(&robot.crew.roster, id);
+    return cds_servos_find(&robot.servos, id);
 }
 
 /* ---- the host link ---- */
@@ -200,7 +199,7 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
     run(3000);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
-    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.steps.result);
     TEST_ASSERT_EQUAL_UINT8(2 + CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS + 2, wire.count);
     for (uint8_t i = 2; i < 5; i++) {
         TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
@@ -228,8 +227,7 @@ void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
     meet(1);
     meet(2);
     lose_link(KEEPER_HOLD);
-    cds_servos_hold(&robot.crew.roster, cds_servos_find(&robot.crew.roster, 1),
-                    CDS_INHIBIT_STATE_LOST);
+    cds_servos_inhibit(&robot.servos, cds_servos_find(&robot.servos, 1), CDS_INHIBIT_STATE_LOST);
     keeper_clear(&keeper);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
@@ -248,7 +246,7 @@ void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
     port_fake.low = false;
     run(10000);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
-    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.steps.result);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
@@ -261,9 +259,9 @@ void test_a_servo_is_met_when_it_answers_and_not_when_it_is_only_asked(void)
     meet(2);
     TEST_ASSERT_NOT_NULL(known(1));
     TEST_ASSERT_NULL(known(2));
-    TEST_ASSERT_EQUAL_UINT8(1, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(1, robot.servos.count);
     meet(1);
-    TEST_ASSERT_EQUAL_UINT8(1, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(1, robot.servos.count);
 }
 
 void test_a_servo_is_met_when_it_is_written_to(void)
@@ -275,9 +273,10 @@ void test_a_servo_is_met_when_it_is_written_to(void)
     cds_sync_write_add(&request, 5, (const uint8_t[]){0, 2});
     cds_sync_write_add(&request, 6, (const uint8_t[]){0, 2});
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    run(1000);
     TEST_ASSERT_NOT_NULL(known(5));
     TEST_ASSERT_NOT_NULL(known(6));
-    TEST_ASSERT_EQUAL_UINT8(3, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(3, robot.servos.count);
     TEST_ASSERT_EQUAL_UINT16(CDS_VALUE_MAX, known(6)->highest);
     run(1000);
 }
@@ -286,13 +285,13 @@ void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
 {
     for (uint8_t id = 10; id < 10 + ROBOT_SERVOS; id++)
         says(id, 0);
-    TEST_ASSERT_FALSE(robot.crew.crowded);
+    TEST_ASSERT_FALSE(robot.servos.is_full);
     says(10, 0);
-    TEST_ASSERT_FALSE(robot.crew.crowded);
+    TEST_ASSERT_FALSE(robot.servos.is_full);
     says(99, CDS_ERROR_OVERLOAD);
-    TEST_ASSERT_TRUE(robot.crew.crowded);
-    TEST_ASSERT_EQUAL_UINT8(ROBOT_SERVOS, robot.crew.roster.count);
-    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, robot.crew.roster.alarms);
+    TEST_ASSERT_TRUE(robot.servos.is_full);
+    TEST_ASSERT_EQUAL_UINT8(ROBOT_SERVOS, robot.servos.count);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, robot.servos.alarms);
 }
 
 void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(void)
@@ -302,11 +301,11 @@ void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(v
     run(1000);
     TEST_ASSERT_EQUAL_UINT8(0, known(1)->status_return_level);
     goal(1);
-    TEST_ASSERT_EQUAL_HEX8(CDS_REPLY_NONE, request.reply_parameters);
+    TEST_ASSERT_TRUE(request.is_muted);
     run(1000); // it answers all the same
-    TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
+    TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, known(1)->status_return_level);
     goal(1);
-    TEST_ASSERT_EQUAL_HEX8(0, request.reply_parameters);
+    TEST_ASSERT_FALSE(request.is_muted);
     run(1000);
 }
 
@@ -328,7 +327,7 @@ void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_cle
             TEST_ASSERT_EQUAL_HEX8(bit, known(3)->alarms);
             keeper_clear(&keeper);
             TEST_ASSERT_EQUAL_HEX8(0, known(3)->alarms);
-            TEST_ASSERT_EQUAL_HEX8(0, robot.crew.roster.alarms);
+            TEST_ASSERT_EQUAL_HEX8(0, robot.servos.alarms);
             run(10);
         }
     }

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "errors.h"
+#include "input.h"
 #include "number.h"
 #include "unity.h"
 
@@ -54,8 +55,8 @@ static const char *written(enum cds_unit unit, uint16_t raw)
     uint8_t length = 0;
 
     number_write(&writer, unit, raw);
-    for (; cds_ring_count(&ring); cds_ring_drop(&ring, 1))
-        text[length++] = (char)cds_ring_peek(&ring, 0);
+    for (; cds_ring_count(&ring); input_drop(&ring, 1))
+        text[length++] = (char)input_peek(&ring, 0);
     text[length] = '\0';
     return text;
 }
@@ -243,8 +244,8 @@ void test_fixed_point(void)
         uint8_t length = 0;
 
         writer_fixed(&writer, cases[i].value, cases[i].decimals);
-        for (; cds_ring_count(&ring); cds_ring_drop(&ring, 1))
-            text[length++] = (char)cds_ring_peek(&ring, 0);
+        for (; cds_ring_count(&ring); input_drop(&ring, 1))
+            text[length++] = (char)input_peek(&ring, 0);
         text[length] = '\0';
         TEST_ASSERT_EQUAL_STRING(cases[i].text, text);
     }

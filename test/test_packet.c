@@ -10,19 +10,19 @@
 
 #define CANARY 0xA5
 
-/* A buffer of which a test lends the first `room` bytes; the rest must stay as it is. */
+/* A buffer of which a test lends the first `capacity` bytes; the rest must stay as it is. */
 static uint8_t buffer[264];
 static struct cds_packet packet;
 
-static void lend(uint16_t room)
+static void lend(uint16_t capacity)
 {
     memset(buffer, CANARY, sizeof buffer);
-    packet = (struct cds_packet){.bytes = buffer, .room = room};
+    packet = (struct cds_packet){.bytes = buffer, .capacity = capacity};
 }
 
-static void assert_nothing_past(uint16_t room)
+static void assert_nothing_past(uint16_t capacity)
 {
-    for (uint16_t i = room; i < sizeof buffer; i++)
+    for (uint16_t i = capacity; i < sizeof buffer; i++)
         TEST_ASSERT_EQUAL_HEX8(CANARY, buffer[i]);
 }
 
@@ -33,7 +33,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    assert_nothing_past(packet.room);
+    assert_nothing_past(packet.capacity);
 }
 
 static const uint8_t blocks[] = {
@@ -126,7 +126,7 @@ void test_buffer_one_byte_short_is_refused_for_every_instruction(void)
             continue;
         lend((uint16_t)(manual_packets[i].size - 1));
         TEST_ASSERT_EQUAL(CDS_NO_ROOM, build(&calls[made++]));
-        assert_nothing_past(packet.room);
+        assert_nothing_past(packet.capacity);
     }
 }
 
@@ -322,7 +322,7 @@ void test_length_that_wraps_in_8_bits_is_refused(void)
     assert_nothing_past(258);
 }
 
-/* Parameter by parameter, with room behind it: 252 are the most, and the sum counts them all. */
+/* Parameter by parameter, with space behind it: 252 are the most, and the sum counts them all. */
 void test_longest_packet_has_252_parameters(void)
 {
     lend(264);
@@ -358,8 +358,9 @@ void test_sync_write_in_any_small_buffer_reads_and_writes_nothing_past_it(void)
 {
     static uint8_t small[7]; // of its own, for AddressSanitizer to watch
 
-    for (uint8_t room = 0; room <= sizeof small; room++) {
-        packet = (struct cds_packet){.bytes = small + sizeof small - room, .room = room};
+    for (uint8_t capacity = 0; capacity <= sizeof small; capacity++) {
+        packet =
+            (struct cds_packet){.bytes = small + sizeof small - capacity, .capacity = capacity};
         cds_packet_sync_begin(&packet, 0x1E, 4);
         cds_packet_sync_add(&packet, 1, blocks + 1);
         TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_packet_end(&packet));
@@ -484,18 +485,18 @@ void test_sync_block_for_no_servo_is_refused(void)
     }
 }
 
-/* Data end anywhere: in the room, at its end, behind it. */
-void test_data_never_reach_past_the_room(void)
+/* Data end anywhere: within the capacity, at its end, behind it. */
+void test_data_never_reach_past_the_capacity(void)
 {
     static const uint8_t data[3] = {1, 2, 3};
 
-    for (uint16_t room = 0; room <= CDS_SYNC_WRITE_SIZE(2, 3); room++) {
-        lend(room);
+    for (uint16_t capacity = 0; capacity <= CDS_SYNC_WRITE_SIZE(2, 3); capacity++) {
+        lend(capacity);
         cds_packet_sync_begin(&packet, 0x1E, 3);
         cds_packet_sync_add(&packet, 1, data);
         cds_packet_sync_add(&packet, 2, data);
-        assert_nothing_past(room);
-        TEST_ASSERT_EQUAL(room == CDS_SYNC_WRITE_SIZE(2, 3) ? CDS_OK : CDS_NO_ROOM,
+        assert_nothing_past(capacity);
+        TEST_ASSERT_EQUAL(capacity == CDS_SYNC_WRITE_SIZE(2, 3) ? CDS_OK : CDS_NO_ROOM,
                           cds_packet_end(&packet));
     }
 }

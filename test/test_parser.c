@@ -12,13 +12,15 @@
 static struct cds_ring ring;
 static struct cds_parser parser;
 
-/* The last packets found, and how many there were. */
+/* The last packets found, by ID, LENGTH, ERROR and parameters, and how many there were. */
 static struct {
     uint8_t count;
-    uint8_t refuted;
+    uint8_t malformed;
     uint8_t size[FOUND_SIZE];
-    uint8_t bytes[FOUND_SIZE][16];
+    uint8_t bytes[FOUND_SIZE][CDS_RING_SIZE];
 } found;
+
+static uint8_t parameters[CDS_RING_SIZE];
 
 static const uint8_t warm[] = {0xFF, 0xFF, 0x01, 0x03, 0x00, 0x20, 0xDB}; // manual, example 2
 static const uint8_t done[] = {0xFF, 0xFF, 0x00, 0x02, 0x00, 0xFD};       // example 4
@@ -26,42 +28,58 @@ static const uint8_t done[] = {0xFF, 0xFF, 0x00, 0x02, 0x00, 0xFD};       // exa
  * ID 0. Only the bus can tell, which knows whom it has asked. */
 static const uint8_t word[] = {0xFF, 0xFF, 0x45, 0x04, 0x00, 0x34, 0x12, 0x70};
 
-static uint8_t step(void)
+static uint8_t find(void)
 {
-    return cds_parser_step(&parser, &ring, ring.head);
+    return cds_parser_find(&parser, &ring, cds_ring_end(&ring));
 }
 
-/* A packet that is all there. */
-static void take(void)
+static uint8_t take(void)
+{
+    return cds_parser_take(&parser, &ring, cds_ring_end(&ring));
+}
+
+/* The byte `offset` after the oldest one in the ring. */
+static uint8_t peek(uint8_t offset)
+{
+    return cds_ring_at(&ring, cds_ring_after(cds_ring_begin(&ring), offset));
+}
+
+/* A packet is whole. The checksum has left the ring: it is what makes the sum 255. */
+static void note_packet(void)
 {
     uint8_t slot = found.count % FOUND_SIZE, size = (uint8_t)(parser.length + 4);
-    uint8_t bytes[CDS_RING_SIZE];
+    uint8_t *bytes = found.bytes[slot], sum = 0;
 
-    for (uint8_t i = 0; i < size; i++)
-        bytes[i] = cds_ring_peek(&ring, i);
-    if (!cds_parser_take(&parser, &ring)) {
-        found.refuted++;
-        return;
-    }
-    found.count++;
+    bytes[0] = bytes[1] = CDS_HEADER;
+    bytes[2] = parser.id;
+    bytes[3] = parser.length;
+    bytes[4] = parser.error;
+    memcpy(bytes + 5, parameters, (size_t)size - 6);
+    for (uint8_t i = 2; i < size - 1; i++)
+        sum = (uint8_t)(sum + bytes[i]);
+    bytes[size - 1] = (uint8_t)~sum;
     found.size[slot] = size;
-    memcpy(found.bytes[slot], bytes, size < sizeof found.bytes[0] ? size : sizeof found.bytes[0]);
+    found.count++;
+}
+
+/* One call, as of a poll of the bus. */
+static uint8_t step(void)
+{
+    uint8_t parsed = parser.found == CDS_FOUND_HEAD ? take() : find();
+
+    if (parsed == CDS_PARSED_HEAD)
+        cds_parser_keep(&parser, parameters);
+    else if (parsed == CDS_PARSED_PACKET)
+        note_packet();
+    else if (parsed == CDS_PARSED_MALFORMED)
+        found.malformed++;
+    return parsed;
 }
 
 /* As the bus does: everything there is. */
 static void parse(void)
 {
-    for (;;) {
-        switch (step()) {
-        case CDS_PARSED_REFUTED: found.refuted++; break;
-        case CDS_PARSED_SKIPPED: break;
-        case CDS_PARSED_HEAD:
-            if (!cds_parser_is_whole(&parser, &ring, ring.head))
-                return;
-            take();
-            break;
-        default: return;
-        }
+    while (step() != CDS_PARSED_MORE) {
     }
 }
 
@@ -117,7 +135,7 @@ void test_every_status_packet_of_the_manual(void)
         replies++;
     }
     TEST_ASSERT_EQUAL_UINT8(MANUAL_PACKETS - MANUAL_INSTRUCTIONS, replies);
-    TEST_ASSERT_EQUAL_UINT8(0, found.refuted);
+    TEST_ASSERT_EQUAL_UINT8(0, found.malformed);
 }
 
 void test_packet_is_found_at_its_last_byte_and_not_before(void)
@@ -134,25 +152,36 @@ void test_accepted_packet_has_left_the_ring(void)
     for (uint8_t i = 0; i < sizeof warm; i++)
         cds_ring_put(&ring, warm[i]);
     cds_ring_put(&ring, 0x77);
-    TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, step());
-    TEST_ASSERT_TRUE(cds_parser_is_whole(&parser, &ring, ring.head));
-    TEST_ASSERT_FALSE(cds_parser_is_whole(&parser, &ring, (uint8_t)(ring.head - 2)));
-    TEST_ASSERT_TRUE(cds_parser_take(&parser, &ring));
+    TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, find());
+    TEST_ASSERT_EQUAL(CDS_PARSED_SOME,
+                      cds_parser_take(&parser, &ring, (uint8_t)(cds_ring_end(&ring) - 2)));
+    TEST_ASSERT_EQUAL(CDS_PARSED_MORE,
+                      cds_parser_take(&parser, &ring, (uint8_t)(cds_ring_end(&ring) - 2)));
+    TEST_ASSERT_EQUAL(CDS_PARSED_PACKET, take());
     TEST_ASSERT_EQUAL_UINT8(1, cds_ring_count(&ring));
-    TEST_ASSERT_EQUAL_HEX8(0x77, cds_ring_peek(&ring, 0));
+    TEST_ASSERT_EQUAL_HEX8(0x77, peek(0));
+    TEST_ASSERT_EQUAL_UINT8(cds_ring_begin(&ring), parser.position);
 }
 
 void test_found_packet_stays_in_the_ring_until_accepted(void)
 {
-    for (uint8_t i = 0; i < sizeof warm; i++) {
-        TEST_ASSERT_EQUAL(i < 5 ? CDS_PARSED_MORE : CDS_PARSED_HEAD, step());
+    for (uint8_t i = 0; i < sizeof warm - 1; i++) {
         cds_ring_put(&ring, warm[i]);
+        TEST_ASSERT_EQUAL(i < 4    ? CDS_PARSED_MORE
+                          : i == 4 ? CDS_PARSED_HEAD
+                                   : CDS_PARSED_SOME,
+                          step());
+        TEST_ASSERT_FALSE(cds_parser_has_unread(&parser, &ring));
+        TEST_ASSERT_EQUAL(CDS_PARSED_MORE, step());
     }
-    TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, step());
+    TEST_ASSERT_EQUAL_UINT8(1, parser.id);
     TEST_ASSERT_EQUAL_UINT8(3, parser.length);
-    TEST_ASSERT_EQUAL_UINT8(sizeof warm, cds_ring_count(&ring));
-    for (uint8_t i = 0; i < sizeof warm; i++)
-        TEST_ASSERT_EQUAL_HEX8(warm[i], cds_ring_peek(&ring, i));
+    TEST_ASSERT_EQUAL_UINT8(0, parser.error);
+    TEST_ASSERT_EQUAL_UINT8(sizeof warm - 1, cds_ring_count(&ring));
+    for (uint8_t i = 0; i < sizeof warm - 1; i++)
+        TEST_ASSERT_EQUAL_HEX8(warm[i], peek(i));
+    hear(warm[sizeof warm - 1]);
+    assert_only(warm, sizeof warm);
 }
 
 void test_packets_back_to_back(void)
@@ -175,8 +204,8 @@ void test_any_number_of_ff_before_the_header(void)
             hear(0xFF);
         hear_all(warm, sizeof warm);
         assert_only(warm, sizeof warm);
-        TEST_ASSERT_EQUAL_UINT8(0, found.refuted);
-        TEST_ASSERT_EQUAL_UINT16(0, parser.stray);
+        TEST_ASSERT_EQUAL_UINT8(0, found.malformed);
+        TEST_ASSERT_EQUAL_UINT16(0, parser.noise_bytes);
     }
 }
 
@@ -191,52 +220,52 @@ void test_one_ff_is_no_header(void)
 void test_bytes_that_begin_nothing_leave_the_ring_at_once(void)
 {
     for (uint16_t byte = 0; byte < 0xFF; byte++) {
-        parser.stray = 0;
+        parser.noise_bytes = 0;
         hear((uint8_t)byte);
         TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
-        TEST_ASSERT_EQUAL_UINT16(1, parser.stray);
+        TEST_ASSERT_EQUAL_UINT16(1, parser.noise_bytes);
         hear(0xFF);
-        TEST_ASSERT_EQUAL_UINT16(1, parser.stray);
+        TEST_ASSERT_EQUAL_UINT16(1, parser.noise_bytes);
         hear((uint8_t)byte);
         TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
-        TEST_ASSERT_EQUAL_UINT16(2, parser.stray);
+        TEST_ASSERT_EQUAL_UINT16(2, parser.noise_bytes);
     }
-    TEST_ASSERT_EQUAL_UINT8(0, found.refuted); // nothing of it looked like a packet
+    TEST_ASSERT_EQUAL_UINT8(0, found.malformed); // nothing of it looked like a packet
 }
 
-static void assert_length_is_refuted(uint8_t length)
+static void assert_length_is_malformed(uint8_t length)
 {
     uint8_t bytes[] = {0xFF, 0xFF, 0x01, length};
 
     setUp();
     parser.is_clean = true;
     hear_all(bytes, sizeof bytes);
-    TEST_ASSERT_EQUAL_UINT8(1, found.refuted);
+    TEST_ASSERT_EQUAL_UINT8(1, found.malformed);
     TEST_ASSERT_FALSE(parser.is_clean);
     hear_all(done, sizeof done);
     assert_only(done, sizeof done);
 }
 
-void test_length_0_is_refuted_at_once(void)
+void test_length_0_is_malformed_at_once(void)
 {
-    assert_length_is_refuted(0);
+    assert_length_is_malformed(0);
 }
 
-void test_length_1_is_refuted_at_once(void)
+void test_length_1_is_malformed_at_once(void)
 {
-    assert_length_is_refuted(1);
+    assert_length_is_malformed(1);
 }
 
 /* FF FF 01 FF: the search goes on right behind the first FF, and the last FF may begin a header. */
-void test_length_255_is_refuted_at_once(void)
+void test_length_255_is_malformed_at_once(void)
 {
-    assert_length_is_refuted(255);
+    assert_length_is_malformed(255);
 }
 
-void test_every_length_that_cannot_fit_the_ring_is_refuted_at_once(void)
+void test_length_longer_than_the_ring_is_malformed_at_once(void)
 {
     for (uint16_t length = CDS_RING_SIZE - 4 + 1; length < 256; length++)
-        assert_length_is_refuted((uint8_t)length);
+        assert_length_is_malformed((uint8_t)length);
 }
 
 void test_every_length_that_fits_is_parsed(void)
@@ -266,7 +295,7 @@ void test_no_wrong_checksum_is_accepted(void)
         hear_all(warm, sizeof warm - 1);
         hear((uint8_t)checksum);
         TEST_ASSERT_EQUAL_UINT8(checksum == 0xDB, found.count);
-        TEST_ASSERT_EQUAL_UINT8(checksum != 0xDB, found.refuted);
+        TEST_ASSERT_EQUAL_UINT8(checksum != 0xDB, found.malformed);
     }
 }
 
@@ -346,7 +375,7 @@ void test_header_that_follows_a_truncated_one(void)
     TEST_ASSERT_EQUAL_UINT8(0, found.count);
     hear_all(warm, sizeof warm);
     TEST_ASSERT_EQUAL_UINT8(2, found.count);
-    TEST_ASSERT_EQUAL_UINT8(1, found.refuted);
+    TEST_ASSERT_EQUAL_UINT8(1, found.malformed);
     assert_found(0, done, sizeof done);
     assert_found(1, warm, sizeof warm);
 }
@@ -363,7 +392,7 @@ void test_longest_swallower_gives_back_all_it_took(void)
         TEST_ASSERT_TRUE(swallowed <= CDS_RING_SIZE / sizeof done);
     }
     TEST_ASSERT_EQUAL_UINT8(swallowed, found.count);
-    TEST_ASSERT_EQUAL_UINT8(1, found.refuted);
+    TEST_ASSERT_EQUAL_UINT8(1, found.malformed);
 }
 
 static void insert(uint8_t *bytes, const uint8_t *packet, uint8_t size, uint8_t at, uint8_t extra)
@@ -415,7 +444,7 @@ void test_packet_inside_a_damaged_packet_is_found(void)
                                     0x22, 0x33};
 
     hear_all(bytes, sizeof bytes);
-    TEST_ASSERT_EQUAL_UINT8(1, found.refuted);
+    TEST_ASSERT_EQUAL_UINT8(1, found.malformed);
     assert_only(done, sizeof done);
 }
 
@@ -466,32 +495,33 @@ void test_packet_across_every_offset_of_the_ring(void)
 void test_a_candidate_that_was_thrown_away_is_forgotten(void)
 {
     hear_all(word, 6);
-    cds_ring_drop(&ring, cds_ring_count(&ring));
+    cds_ring_release(&ring, cds_ring_end(&ring));
+    cds_parser_reset(&parser, &ring);
     hear_all(word + 6, 2);
     TEST_ASSERT_EQUAL_UINT8(0, found.count);
     hear_all(done, sizeof done);
     assert_only(done, sizeof done);
 }
 
-/* The worst line there is: a header every four bytes, each claiming all that follows. Every one of
- * them is examined to the ring's end; then its second FF, and its LENGTH, begin nothing, which is a
- * step of its own. The last has no ERROR. */
+/* The worst line there is: a header every four bytes, each claiming all that follows. Each is taken
+ * to the ring's end, a few bytes in a call, and is malformed there. */
 void test_full_ring_of_headers_is_parsed_in_bounded_steps(void)
 {
-    uint16_t steps = 0;
+    const uint8_t headers = CDS_RING_SIZE / 4;
+    uint16_t steps = 0, most = 0;
 
     for (uint8_t i = 0; i < CDS_RING_SIZE; i = (uint8_t)(i + 4)) {
         cds_ring_put(&ring, 0xFF);
         cds_ring_put(&ring, 0xFF);
         cds_ring_put(&ring, 0x01);
         cds_ring_put(&ring, (uint8_t)(CDS_PARSER_LENGTH_MAX - i));
+        // to find it, then to take what follows it
+        most = (uint16_t)(most + 2u + (uint8_t)(CDS_RING_SIZE - i) / CDS_PARSER_TAKEN_MAX);
     }
-    for (uint8_t parsed; (parsed = step()) != CDS_PARSED_MORE; steps++) {
-        TEST_ASSERT_TRUE(steps < 1000);
-        if (parsed == CDS_PARSED_HEAD)
-            TEST_ASSERT_FALSE(cds_parser_take(&parser, &ring));
-    }
-    TEST_ASSERT_EQUAL_UINT16(2 * (CDS_RING_SIZE / 4 - 1), steps);
+    while (step() != CDS_PARSED_MORE)
+        TEST_ASSERT_TRUE(++steps < 1000);
+    TEST_ASSERT_TRUE(steps <= most);
+    TEST_ASSERT_EQUAL_UINT8(headers, found.malformed); // the last one by its LENGTH, 0
     TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
 }
 
@@ -532,7 +562,7 @@ void test_looking_at_every_byte_or_once_is_the_same(void)
         }
         memcpy(bytes + (random >> 16) % (sizeof bytes - sizeof done), done, sizeof done);
         hear_all(bytes, sizeof bytes);
-        count = found.count, refuted = found.refuted, stray = parser.stray;
+        count = found.count, refuted = found.malformed, stray = parser.noise_bytes;
         left = cds_ring_count(&ring);
         found_ever = (uint8_t)(found_ever | count);
         setUp();
@@ -540,32 +570,113 @@ void test_looking_at_every_byte_or_once_is_the_same(void)
             cds_ring_put(&ring, bytes[i]);
         parse();
         TEST_ASSERT_EQUAL_UINT8(count, found.count);
-        TEST_ASSERT_EQUAL_UINT8(refuted, found.refuted);
-        TEST_ASSERT_EQUAL_UINT16(stray, parser.stray);
+        TEST_ASSERT_EQUAL_UINT8(refuted, found.malformed);
+        TEST_ASSERT_EQUAL_UINT16(stray, parser.noise_bytes);
         TEST_ASSERT_EQUAL_UINT8(left, cds_ring_count(&ring));
     }
     TEST_ASSERT_NOT_EQUAL(0, found_ever); // there were packets among it
 }
 
-void test_what_stands_behind_the_end_is_not_looked_at(void)
+void test_bytes_after_the_end_are_not_examined(void)
 {
     for (uint8_t i = 0; i < 9; i++)
         cds_ring_put(&ring, 0x55);
-    for (uint8_t end = 4; end != (uint8_t)(4 - CDS_RING_SIZE); end--)
-        TEST_ASSERT_EQUAL(CDS_PARSED_MORE, cds_parser_step(&parser, &ring, end));
+    TEST_ASSERT_EQUAL(CDS_PARSED_MORE, cds_parser_find(&parser, &ring, 4));
+    TEST_ASSERT_EQUAL_UINT8(4, parser.position);
+    TEST_ASSERT_EQUAL(CDS_PARSED_MORE, cds_parser_find(&parser, &ring, 4));
     TEST_ASSERT_EQUAL_UINT8(5, cds_ring_count(&ring));
+    TEST_ASSERT_TRUE(cds_parser_has_unread(&parser, &ring));
 }
 
-void test_a_step_skips_no_more_than_it_may(void)
+/* A head whose ERROR stands after the end is none yet. */
+void test_head_is_found_only_before_the_end(void)
+{
+    for (uint8_t i = 0; i < sizeof warm; i++)
+        cds_ring_put(&ring, warm[i]);
+    for (uint8_t end = 0; end < 5; end++) {
+        TEST_ASSERT_EQUAL(CDS_PARSED_MORE, cds_parser_find(&parser, &ring, end));
+        TEST_ASSERT_EQUAL_UINT8(end, parser.position);
+    }
+    TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, cds_parser_find(&parser, &ring, 5));
+}
+
+void test_one_call_skips_no_more_than_it_may(void)
 {
     for (uint8_t i = 0; i < 2 * CDS_PARSER_SKIPPED_MAX; i++)
         cds_ring_put(&ring, i < CDS_PARSER_SKIPPED_MAX ? 0x55 : 0xFF);
-    TEST_ASSERT_EQUAL(CDS_PARSED_SKIPPED, step());
+    TEST_ASSERT_EQUAL(CDS_PARSED_SOME, find());
     TEST_ASSERT_EQUAL_UINT8(CDS_PARSER_SKIPPED_MAX, cds_ring_count(&ring));
-    TEST_ASSERT_EQUAL_UINT16(CDS_PARSER_SKIPPED_MAX, parser.stray);
+    TEST_ASSERT_EQUAL_UINT16(CDS_PARSER_SKIPPED_MAX, parser.noise_bytes);
+    for (uint8_t i = 0; i < CDS_PARSER_SKIPPED_MAX; i++)
+        cds_ring_put(&ring, 0xFF);
+    TEST_ASSERT_EQUAL(CDS_PARSED_SOME, find());
+    TEST_ASSERT_EQUAL_UINT8(CDS_PARSER_SKIPPED_MAX, cds_ring_count(&ring));
+    parse();
+    TEST_ASSERT_EQUAL_UINT8(2, cds_ring_count(&ring)); // a header may be its last two bytes
+    TEST_ASSERT_EQUAL_UINT16(CDS_PARSER_SKIPPED_MAX, parser.noise_bytes);
+}
+
+static void put_packet(uint8_t count)
+{
+    uint8_t sum = (uint8_t)(1 + count + 2);
+
     cds_ring_put(&ring, 0xFF);
     cds_ring_put(&ring, 0xFF);
-    TEST_ASSERT_EQUAL(CDS_PARSED_SKIPPED, step());
-    TEST_ASSERT_EQUAL_UINT8(2, cds_ring_count(&ring));
-    TEST_ASSERT_EQUAL_UINT16(CDS_PARSER_SKIPPED_MAX, parser.stray);
+    cds_ring_put(&ring, 1);
+    cds_ring_put(&ring, (uint8_t)(count + 2));
+    cds_ring_put(&ring, 0);
+    for (uint8_t i = 0; i < count; i++) {
+        cds_ring_put(&ring, (uint8_t)(i + 1));
+        sum = (uint8_t)(sum + i + 1);
+    }
+    cds_ring_put(&ring, (uint8_t)~sum);
+}
+
+void test_one_call_takes_no_more_than_it_may(void)
+{
+    for (uint8_t count = 0; count <= 50; count++) {
+        uint8_t calls = 1;
+
+        setUp();
+        put_packet(count);
+        TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, find());
+        while (take() == CDS_PARSED_SOME)
+            calls++;
+        TEST_ASSERT_EQUAL(CDS_FOUND_NOTHING, parser.found);
+        TEST_ASSERT_EQUAL_UINT8((count + 1 + CDS_PARSER_TAKEN_MAX - 1) / CDS_PARSER_TAKEN_MAX,
+                                calls);
+    }
+}
+
+void test_parameters_are_stored_only_if_the_packet_is_kept(void)
+{
+    uint8_t stored[4] = {0xA5, 0xA5, 0xA5, 0xA5};
+
+    put_packet(3);
+    TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, find());
+    cds_parser_keep(&parser, stored);
+    TEST_ASSERT_EQUAL(CDS_PARSED_PACKET, take());
+    TEST_ASSERT_EQUAL_UINT8(3, stored[2]);
+    TEST_ASSERT_EQUAL_HEX8(0xA5, stored[3]); // not the checksum
+    stored[2] = 0xA5;
+    put_packet(3);
+    TEST_ASSERT_EQUAL(CDS_PARSED_HEAD, find()); // the next one is not kept by that
+    TEST_ASSERT_EQUAL(CDS_PARSED_PACKET, take());
+    TEST_ASSERT_EQUAL_HEX8(0xA5, stored[2]);
+}
+
+void test_skipped_damage_ends_the_packet_before_it(void)
+{
+    parser.is_clean = true;
+    for (uint8_t i = 0; i < 6; i++)
+        cds_ring_put(&ring, warm[i]);
+    parse();
+    TEST_ASSERT_EQUAL(CDS_FOUND_HEAD, parser.found);
+    cds_parser_skip_damage(&parser, &ring, cds_ring_end(&ring));
+    TEST_ASSERT_FALSE(parser.is_clean);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&ring));
+    hear(warm[6]);
+    TEST_ASSERT_EQUAL_UINT8(0, found.count);
+    hear_all(done, sizeof done);
+    assert_only(done, sizeof done);
 }

@@ -4,7 +4,9 @@
 
 #include <string.h>
 
+#include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
+#include "cds55xx/servos.h"
 #include "packets.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -13,11 +15,12 @@
 #define SERVOS 3
 
 static struct cds_bus bus;
-static uint8_t buffer[CDS_GROUP_VERIFY_SIZE];
-static struct cds_request request = CDS_REQUEST(buffer);
+static struct cds_queue queue;
+static uint8_t buffer[CDS_REGISTERED_MOVE_SIZE], reply[CDS_REGISTERED_MOVE_VERIFY_REPLY];
+static struct cds_request request;
 
 static uint8_t other_buffer[8];
-static struct cds_request other = CDS_REQUEST(other_buffer);
+static struct cds_request other;
 static struct cds_registered_move move;
 static struct cds_goal goals[SERVOS]; // AddressSanitizer watches its ends
 
@@ -160,10 +163,10 @@ void setUp(void)
     memset(servos, 0, sizeof servos);
     memset(&plan, 0, sizeof plan);
     exchanges = actions = 0;
-    request = (struct cds_request)CDS_REQUEST(buffer);
-    other = (struct cds_request)CDS_REQUEST(other_buffer);
+    request = (struct cds_request)CDS_REQUEST(buffer, reply);
+    other = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     port_fake_forget();
     goals[0] = (struct cds_goal){.id = 0, .position = 0, .speed = 0x100};
     goals[1] = (struct cds_goal){.id = 1, .position = 0x3FF, .speed = 0x200};
@@ -181,24 +184,24 @@ static void assert_sent(const uint8_t *bytes, uint8_t size)
     TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, port_fake.sent, size);
 }
 
-static void occupy_bus(void)
-{
-    other.reply_parameters = CDS_REPLY_NONE;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_action(&other.packet, CDS_BROADCAST_ID));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
-}
-
-static void free_bus(void)
-{
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    cds_bus_poll(&bus);
-}
-
 /* ---- step by step ---- */
+
+static enum cds_result begin_move(uint8_t count, bool verify)
+{
+    return cds_registered_move_begin(
+        &move,
+        &(struct cds_registered_move_config){
+            .bus = &bus, .request = &request, .goals = goals, .count = count, .verify = verify});
+}
 
 static void begin(uint8_t count)
 {
-    cds_registered_move_begin(&move, &bus, &request, goals, count);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(count, false));
+}
+
+static void begin_verified(uint8_t count)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(count, true));
 }
 
 static void poll_sends(const uint8_t *bytes, uint8_t size)
@@ -209,17 +212,36 @@ static void poll_sends(const uint8_t *bytes, uint8_t size)
     assert_sent(bytes, size);
 }
 
+/* The transaction in flight ends. */
+static void bus_ends(void)
+{
+    port_fake_look(&bus);
+    TEST_ASSERT_NULL(bus.request);
+}
+
 static void answered(uint8_t id, uint8_t error)
 {
     port_fake_answer(&bus.link, id, error, NULL, 0);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    bus_ends();
 }
 
 static void answered_with(uint8_t id, const uint8_t *parameters, uint8_t count)
 {
     port_fake_answer(&bus.link, id, 0, parameters, count);
+    bus_ends();
+}
+
+static void occupy_bus(void)
+{
+    other.reply_parameters = CDS_REPLY_NONE;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_action(&other.packet, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+}
+
+static void free_bus(void)
+{
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_look(&bus);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
 }
 
 static void assert_over(enum cds_result result)
@@ -234,29 +256,29 @@ static void assert_over(enum cds_result result)
 
 /* REG WRITE of goal and speed, 0x1E on; READ of 0x2C, of 0x1E to 0x2C; WRITE of 0x2C = 0; ACTION:
  * computed by hand. */
-static const uint8_t arm_0[] = {0xFF, 0xFF, 0, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD5};
-static const uint8_t arm_1[] = {0xFF, 0xFF, 1, 7, 4, 0x1E, 0xFF, 0x03, 0x00, 0x02, 0xD1};
-static const uint8_t arm_7[] = {0xFF, 0xFF, 7, 7, 4, 0x1E, 0x34, 0x02, 0x00, 0x00, 0x99};
+static const uint8_t register_0[] = {0xFF, 0xFF, 0, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD5};
+static const uint8_t register_1[] = {0xFF, 0xFF, 1, 7, 4, 0x1E, 0xFF, 0x03, 0x00, 0x02, 0xD1};
+static const uint8_t register_7[] = {0xFF, 0xFF, 7, 7, 4, 0x1E, 0x34, 0x02, 0x00, 0x00, 0x99};
 static const uint8_t read_0[] = {0xFF, 0xFF, 0, 4, 2, 0x2C, 1, 0xCC};
 static const uint8_t read_1[] = {0xFF, 0xFF, 1, 4, 2, 0x2C, 1, 0xCB};
 static const uint8_t outcome_0[] = {0xFF, 0xFF, 0, 4, 2, 0x1E, 15, 0xCC};
-static const uint8_t disarm_0[] = {0xFF, 0xFF, 0, 4, 3, 0x2C, 0x00, 0xCC};
-static const uint8_t disarm_1[] = {0xFF, 0xFF, 1, 4, 3, 0x2C, 0x00, 0xCB};
+static const uint8_t clear_0[] = {0xFF, 0xFF, 0, 4, 3, 0x2C, 0x00, 0xCC};
+static const uint8_t clear_1[] = {0xFF, 0xFF, 1, 4, 3, 0x2C, 0x00, 0xCB};
 static const uint8_t action[] = {0xFF, 0xFF, 0xFE, 2, 5, 0xFA};
 
 #define SENDS(bytes) poll_sends(bytes, sizeof(bytes))
 
-void test_move_arms_each_servo_then_triggers_all(void)
+void test_move_registers_each_goal_then_sends_action(void)
 {
     begin(3);
-    SENDS(arm_0);
+    SENDS(register_0);
     answered(0, 0);
-    SENDS(arm_1);
+    SENDS(register_1);
     answered(1, 0);
-    SENDS(arm_7);
+    SENDS(register_7);
     answered(7, 0);
     SENDS(action);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    bus_ends();
     assert_over(CDS_OK);
     for (uint8_t i = 0; i < 3; i++)
         TEST_ASSERT_EQUAL(CDS_OK, goals[i].result);
@@ -282,21 +304,22 @@ void test_move_of_example_19_keeps_the_manuals_order(void)
         } else {
             assert_sent(said->bytes, said->size);
         }
-        TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+        bus_ends();
     }
     assert_over(CDS_OK);
 }
 
 void test_move_of_one_servo(void)
 {
-    static const uint8_t arm_253[] = {0xFF, 0xFF, 253, 7, 4, 0x1E, 0x00, 0x00, 0x00, 0x01, 0xD8};
+    static const uint8_t register_253[] = {0xFF, 0xFF, 253,  7,    4,   0x1E,
+                                           0x00, 0x00, 0x00, 0x01, 0xD8};
 
     goals[0].id = CDS_ID_MAX; // the last there is
     begin(1);
-    SENDS(arm_253);
+    SENDS(register_253);
     answered(253, 0);
     SENDS(action);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    bus_ends();
     assert_over(CDS_OK);
     TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
 }
@@ -305,14 +328,14 @@ void test_move_sends_nothing_before_its_first_poll(void)
 {
     begin(2);
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
-    TEST_ASSERT_EQUAL(CDS_PENDING, move.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, move.steps.result);
 }
 
 /* One exchange at a time: while a servo has not answered, polling the move does nothing. */
 void test_move_waits_for_each_answer(void)
 {
     begin(2);
-    SENDS(arm_0);
+    SENDS(register_0);
     for (uint8_t i = 0; i < 10; i++) {
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
         TEST_ASSERT_TRUE(cds_bus_poll(&bus));
@@ -324,10 +347,10 @@ void test_move_waits_for_each_answer(void)
 void test_move_goes_on_in_spite_of_conditions(void)
 {
     begin(1);
-    SENDS(arm_0);
+    SENDS(register_0);
     answered(0, CDS_ERRORS_OF_CONDITION);
     SENDS(action);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    bus_ends();
     assert_over(CDS_OK);
     TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
     TEST_ASSERT_EQUAL_HEX8(CDS_ERRORS_OF_CONDITION, goals[0].error);
@@ -340,53 +363,51 @@ void test_move_waits_while_the_bus_is_busy(void)
     for (uint8_t i = 0; i < 5; i++)
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
     free_bus();
-    SENDS(arm_0);
+    SENDS(register_0);
     answered(0, 0);
     occupy_bus(); // and between two steps of its own
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
     free_bus();
     SENDS(action);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    bus_ends();
     assert_over(CDS_OK);
 }
 
-/* The request may be on its way for someone else. */
-void test_move_waits_for_its_request(void)
+void test_begin_with_a_pending_request_is_busy(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    begin(1);
-    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+    TEST_ASSERT_EQUAL(CDS_BUSY, begin_move(1, false));
     free_bus();
-    SENDS(arm_0);
+    begin(1);
+    SENDS(register_0);
     answered(0, 0);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
     TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
 }
 
-void test_move_of_no_servos_is_a_bad_argument(void)
+void test_begin_without_goals_is_refused(void)
 {
-    begin(0);
-    assert_over(CDS_BAD_ARGUMENT);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_move(0, false));
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
 }
 
-void test_move_refused_by_the_second_servo_disarms_both(void)
+void test_move_refused_by_the_second_servo_clears_both(void)
 {
     static const uint8_t zero = 0;
 
     begin(3);
-    SENDS(arm_0);
+    SENDS(register_0);
     answered(0, 0);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
-    TEST_ASSERT_EQUAL(CDS_ARMED_YES, goals[0].armed);
-    TEST_ASSERT_EQUAL(CDS_ARMED_IN_DOUBT, goals[1].armed);
-    SENDS(arm_1);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_YES, goals[0].registered);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_IN_DOUBT, goals[1].registered);
+    SENDS(register_1);
     answered(1, CDS_ERROR_ANGLE);
-    SENDS(disarm_0);
+    SENDS(clear_0);
     answered(0, 0);
     SENDS(read_0);
     answered_with(0, &zero, 1);
-    SENDS(disarm_1); // it may keep an earlier one (R21)
+    SENDS(clear_1); // it may keep an earlier one (R21)
     answered(1, 0);
     SENDS(read_1);
     answered_with(1, &zero, 1);
@@ -403,20 +424,19 @@ void test_verified_move_reads_before_and_after_action(void)
     static const uint8_t one = 1;
     static const uint8_t outcome[15] = {0x00, 0x00, 0x00, 0x01, 32, 32};
 
-    begin(1);
-    cds_registered_move_set_verify(&move);
-    SENDS(arm_0);
+    begin_verified(1);
+    SENDS(register_0);
     answered(0, 0);
     SENDS(read_0);
     answered_with(0, &one, 1);
     SENDS(action);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    bus_ends();
     SENDS(outcome_0);
     TEST_ASSERT_TRUE(move.acted);
     answered_with(0, outcome, sizeof outcome);
     assert_over(CDS_OK);
     TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
-    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[0].armed);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[0].registered);
 }
 
 /* ACTION is refused late and in silence (R39), or power failed just before it: 0x2C is 0, but the
@@ -429,28 +449,27 @@ void test_verified_move_wants_the_goal_as_it_was_set(void)
         uint8_t outcome[15] = {0x00, 0x00, 0x00, 0x01};
 
         outcome[i] ^= 2;
-        begin(1);
-        cds_registered_move_set_verify(&move);
-        SENDS(arm_0);
+        begin_verified(1);
+        SENDS(register_0);
         answered(0, 0);
         SENDS(read_0);
         answered_with(0, &one, 1);
         SENDS(action);
-        TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+        bus_ends();
         SENDS(outcome_0);
         answered_with(0, outcome, sizeof outcome);
         assert_over(CDS_REFUSED);
         TEST_ASSERT_TRUE(move.acted);
         TEST_ASSERT_EQUAL(CDS_REFUSED, goals[0].result);
-        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[0].armed);
+        TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[0].registered);
     }
 }
 
-static void assert_nothing_sent(enum cds_result result)
+static void assert_begin_refused(enum cds_result result, uint8_t count, bool verify)
 {
-    assert_over(result);
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
-    TEST_ASSERT_FALSE(move.acted);
+    TEST_ASSERT_EQUAL(result, begin_move(count, verify));
+    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
 /* All goals are judged before the first REG WRITE. Broadcast would be answered by none. */
@@ -465,8 +484,7 @@ void test_move_with_a_bad_goal_anywhere_sends_nothing(void)
             goals[at].id = (uint8_t)wrong[i][0];
             goals[at].position = wrong[i][1];
             goals[at].speed = wrong[i][2];
-            begin(3);
-            assert_nothing_sent(CDS_BAD_ARGUMENT);
+            assert_begin_refused(CDS_BAD_ARGUMENT, 3, false);
             for (uint8_t j = 0; j < 3; j++)
                 TEST_ASSERT_EQUAL(j == at ? CDS_BAD_ARGUMENT : CDS_PENDING, goals[j].result);
         }
@@ -474,25 +492,32 @@ void test_move_with_a_bad_goal_anywhere_sends_nothing(void)
     }
 }
 
-void test_move_in_too_small_a_buffer_is_refused(void)
+void test_goals_at_the_end_of_their_range_are_sent(void)
 {
-    request.packet.room = CDS_REGISTERED_MOVE_SIZE - 1;
-    begin(2);
-    assert_nothing_sent(CDS_NO_ROOM);
-    request.packet.room = CDS_GROUP_VERIFY_SIZE - 1;
-    begin(2);
-    cds_registered_move_set_verify(&move);
-    assert_nothing_sent(CDS_NO_ROOM);
-    request.packet.room = CDS_REGISTERED_MOVE_SIZE;
-    begin(2);
-    SENDS(arm_0);
+    goals[0].position = goals[0].speed = CDS_VALUE_MAX;
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(1, false));
+    cds_registered_move_poll(&move);
+    TEST_ASSERT_TRUE(cds_bus_is_busy(&bus));
 }
 
-void test_move_on_a_bus_that_is_not_open_is_refused(void)
+void test_begin_with_small_buffers_is_refused(void)
+{
+    request.packet.capacity = CDS_REGISTERED_MOVE_SIZE - 1;
+    assert_begin_refused(CDS_NO_ROOM, 2, false);
+    request.packet.capacity = CDS_REGISTERED_MOVE_SIZE;
+    request.reply_capacity = CDS_REGISTERED_MOVE_VERIFY_REPLY - 1;
+    assert_begin_refused(CDS_NO_ROOM, 2, true);
+    request.reply_capacity = 0; // clearing a goal needs a READ
+    assert_begin_refused(CDS_NO_ROOM, 2, false);
+    request.reply_capacity = CDS_REGISTERED_MOVE_REPLY;
+    begin(2);
+    SENDS(register_0);
+}
+
+void test_begin_on_a_closed_bus_is_refused(void)
 {
     memset(&bus, 0, sizeof bus);
-    begin(2);
-    assert_nothing_sent(CDS_BAD_ARGUMENT);
+    assert_begin_refused(CDS_BAD_ARGUMENT, 2, false);
 }
 
 /* ---- every fault at every exchange ---- */
@@ -502,9 +527,7 @@ static void run(bool verified)
     uint16_t turns = 0;
 
     exchanges = actions = 0;
-    begin(SERVOS);
-    if (verified)
-        cds_registered_move_set_verify(&move);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, verified));
     while (cds_registered_move_poll(&move) == CDS_PENDING) {
         turn();
         cds_bus_poll(&bus);
@@ -523,12 +546,12 @@ static void run_with(bool verified, uint8_t fault, uint8_t at, uint8_t to)
     run(verified);
 }
 
-/* Whatever happened: who is said not to be armed is not, and who is said to be, is. */
+/* Whatever happened: what `registered` says of a servo is true. */
 static void assert_truth(void)
 {
     for (uint8_t i = 0; i < SERVOS; i++)
-        if (goals[i].armed != CDS_ARMED_IN_DOUBT)
-            TEST_ASSERT_EQUAL(goals[i].armed == CDS_ARMED_YES, servos[i].table[0x2C]);
+        if (goals[i].registered != CDS_REGISTERED_IN_DOUBT)
+            TEST_ASSERT_EQUAL(goals[i].registered == CDS_REGISTERED_YES, servos[i].table[0x2C]);
 }
 
 static void assert_moved(bool moved)
@@ -545,7 +568,7 @@ static enum cds_result result_of(uint8_t fault)
     return fault == SPOIL_REPLY ? CDS_CORRUPT : CDS_TIMEOUT;
 }
 
-static uint8_t armed(void)
+static uint8_t registered(void)
 {
     return (uint8_t)(servos[0].table[0x2C] + servos[1].table[0x2C] + servos[2].table[0x2C]);
 }
@@ -554,7 +577,7 @@ void test_run_without_faults(void)
 {
     for (uint8_t verified = 0; verified < 2; verified++) {
         run_with(verified, NONE, 0, 0);
-        TEST_ASSERT_EQUAL(CDS_OK, move.result);
+        TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
         TEST_ASSERT_EQUAL_UINT8(verified ? 10 : 4, exchanges);
         assert_moved(true);
         assert_truth();
@@ -568,22 +591,22 @@ static void assert_called_off(bool verified, uint8_t fault, uint8_t at)
     uint8_t who = (uint8_t)((at - 1) % SERVOS);
 
     run_with(verified, fault, at, at);
-    TEST_ASSERT_EQUAL(result_of(fault), move.result);
+    TEST_ASSERT_EQUAL(result_of(fault), move.steps.result);
     TEST_ASSERT_EQUAL_UINT8(0, actions);
-    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    TEST_ASSERT_EQUAL_UINT8(0, registered());
     TEST_ASSERT_EQUAL_UINT8(at + 2 * asked, exchanges); // 0x2C written, and read, of each asked
     assert_moved(false);
     for (uint8_t i = 0; i < SERVOS; i++) {
         enum cds_result expected = i < asked ? CDS_OK : CDS_PENDING;
 
         TEST_ASSERT_EQUAL(i == who ? result_of(fault) : expected, goals[i].result);
-        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+        TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
     }
     if (fault >= REFUSE)
         TEST_ASSERT_EQUAL_HEX8(refusals[fault - REFUSE], goals[who].error);
 }
 
-void test_any_fault_before_action_disarms_all_and_nothing_moves(void)
+void test_any_fault_before_action_clears_all_goals(void)
 {
     for (uint8_t fault = LOSE_PACKET; fault < FAULTS; fault++) {
         for (uint8_t at = 1; at <= SERVOS; at++)
@@ -597,11 +620,10 @@ void test_any_fault_before_action_disarms_all_and_nothing_moves(void)
 void test_power_lost_between_reg_write_and_the_read(void)
 {
     run_with(true, CUT_AFTER, 1, 1); // with its answer lost ...
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
     memset(servos, 0, sizeof servos);
     plan.fault = NONE;
-    begin(SERVOS);
-    cds_registered_move_set_verify(&move);
+    begin_verified(SERVOS);
     for (exchanges = 0; exchanges < 3;) {
         cds_registered_move_poll(&move);
         turn();
@@ -612,26 +634,26 @@ void test_power_lost_between_reg_write_and_the_read(void)
         turn();
         cds_bus_poll(&bus);
     }
-    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
     TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
-    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    TEST_ASSERT_EQUAL_UINT8(0, registered());
     assert_moved(false);
-    TEST_ASSERT_EQUAL_UINT8(3 + 2 + 4, exchanges); // it is not disarmed: it said it is not armed
+    TEST_ASSERT_EQUAL_UINT8(3 + 2 + 4, exchanges); // 0x2C was read as 0: not cleared
 }
 
 void test_action_that_is_lost_is_seen_if_verified(void)
 {
     run_with(false, LOSE_PACKET, 4, 4);
-    TEST_ASSERT_EQUAL(CDS_OK, move.result); // nobody can know
-    TEST_ASSERT_EQUAL_UINT8(3, armed());
+    TEST_ASSERT_EQUAL(CDS_OK, move.steps.result); // nobody can know
+    TEST_ASSERT_EQUAL_UINT8(3, registered());
     run_with(true, LOSE_PACKET, 7, 7);
-    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
     TEST_ASSERT_TRUE(move.acted);
     TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
-    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    TEST_ASSERT_EQUAL_UINT8(0, registered());
     for (uint8_t i = 0; i < SERVOS; i++) {
         TEST_ASSERT_EQUAL(CDS_REFUSED, goals[i].result);
-        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+        TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
     }
 }
 
@@ -642,17 +664,17 @@ void test_action_that_is_lost_on_servos_at_their_goals(void)
     plan.fault = LOSE_PACKET;
     plan.at = plan.to = 7;
     run(true);
-    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
     TEST_ASSERT_EQUAL_UINT8(7 + 3 + 6, exchanges);
     assert_truth();
 }
 
 /* Only one of them does not hear it: the others are under way, and it does not follow later. */
-void test_one_that_is_deaf_to_action(void)
+void test_a_servo_that_misses_action_is_cleared(void)
 {
     for (plan.victim = 0; plan.victim < SERVOS; plan.victim++) {
         run_with(true, CUT_BEFORE, 7, 7);
-        TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
+        TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
         TEST_ASSERT_TRUE(move.acted);
         TEST_ASSERT_EQUAL_UINT8(10, exchanges);
         assert_truth();
@@ -663,61 +685,61 @@ void test_one_that_is_deaf_to_action(void)
     }
 }
 
-void test_any_fault_after_action_is_told_of_that_servo(void)
+void test_any_fault_after_action_is_told_of_its_servo(void)
 {
     for (uint8_t fault = LOSE_PACKET; fault < FAULTS; fault++) {
         for (uint8_t at = 8; at <= 10; at++) {
             run_with(true, fault, at, at);
-            TEST_ASSERT_EQUAL(result_of(fault), move.result);
+            TEST_ASSERT_EQUAL(result_of(fault), move.steps.result);
             assert_moved(true);
-            TEST_ASSERT_EQUAL_UINT8(10 + 2, exchanges); // disarmed to be sure
+            TEST_ASSERT_EQUAL_UINT8(10 + 2, exchanges); // cleared to be sure
             for (uint8_t i = 0; i < SERVOS; i++) {
                 TEST_ASSERT_EQUAL(i == at - 8 ? result_of(fault) : CDS_OK, goals[i].result);
-                TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+                TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
             }
         }
     }
 }
 
-void test_of_two_that_fail_after_action_the_first_is_the_reason(void)
+void test_of_two_faults_after_action_the_first_counts(void)
 {
     plan.first = 8;
     plan.first_fault = LOSE_REPLY;
     run_with(true, REFUSE, 9, 9);
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[0].result);
     TEST_ASSERT_EQUAL(CDS_REFUSED, goals[1].result);
 }
 
-/* ---- disarming that does not work ---- */
+/* ---- clearing that fails ---- */
 
-/* Servo 1 refuses, so servo 0 is disarmed: by exchanges 3 and 4, WRITE and READ, tried again as 5
+/* Servo 1 refuses, so servo 0 is cleared: by exchanges 3 and 4, WRITE and READ, tried again as 5
  * and 6, and as 7 and 8. Those from 3 to `to` fail. */
-static void assert_tries(uint8_t fault, uint8_t to, uint8_t tries, enum cds_armed is_armed)
+static void assert_tries(uint8_t fault, uint8_t to, uint8_t tries, enum cds_registered expected)
 {
     plan.first = 2;
     plan.first_fault = REFUSE;
     run_with(false, fault, 3, to);
-    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
-    TEST_ASSERT_EQUAL(is_armed, goals[0].armed);
-    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed); // its turn comes all the same
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
+    TEST_ASSERT_EQUAL(expected, goals[0].registered);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[1].registered); // its turn comes all the same
     TEST_ASSERT_EQUAL_UINT8(2 + 2 * tries + 2, exchanges);
     TEST_ASSERT_EQUAL_UINT8(0, actions);
     assert_truth();
 }
 
-void test_disarming_that_is_not_carried_out_is_tried_three_times(void)
+void test_clearing_not_carried_out_is_tried_three_times(void)
 {
     static const uint8_t faults[] = {LOSE_PACKET, REFUSE, REFUSE + 3};
 
     for (uint8_t i = 0; i < sizeof faults; i++) {
-        assert_tries(faults[i], 2, 1, CDS_ARMED_NO);
-        assert_tries(faults[i], 3, 2, CDS_ARMED_NO);
-        assert_tries(faults[i], 4, 2, CDS_ARMED_NO);
-        assert_tries(faults[i], 5, 3, CDS_ARMED_NO);
-        assert_tries(faults[i], 6, 3, CDS_ARMED_NO);
-        assert_tries(faults[i], 7, 3, CDS_ARMED_YES); // it says so in 8
-        assert_tries(faults[i], 8, 3, CDS_ARMED_IN_DOUBT);
+        assert_tries(faults[i], 2, 1, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 3, 2, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 4, 2, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 5, 3, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 6, 3, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 7, 3, CDS_REGISTERED_YES); // it says so in 8
+        assert_tries(faults[i], 8, 3, CDS_REGISTERED_IN_DOUBT);
     }
 }
 
@@ -727,68 +749,68 @@ void test_the_next_servo_is_tried_three_times_too(void)
     plan.first = 2;
     plan.first_fault = REFUSE;
     run_with(false, LOSE_REPLY, 3, 12); // all tries of servo 0, two of servo 1
-    TEST_ASSERT_EQUAL(CDS_ARMED_IN_DOUBT, goals[0].armed);
-    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_IN_DOUBT, goals[0].registered);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[1].registered);
     TEST_ASSERT_EQUAL_UINT8(2 + 6 + 6, exchanges);
 }
 
-void test_disarming_whose_answers_are_lost_is_tried_three_times(void)
+void test_clearing_without_answers_is_tried_three_times(void)
 {
     static const uint8_t faults[] = {LOSE_REPLY, SPOIL_REPLY};
 
     for (uint8_t i = 0; i < sizeof faults; i++) {
-        assert_tries(faults[i], 2, 1, CDS_ARMED_NO);
-        assert_tries(faults[i], 3, 1, CDS_ARMED_NO); // the READ tells
-        assert_tries(faults[i], 4, 2, CDS_ARMED_NO);
-        assert_tries(faults[i], 5, 2, CDS_ARMED_NO);
-        assert_tries(faults[i], 6, 3, CDS_ARMED_NO);
-        assert_tries(faults[i], 7, 3, CDS_ARMED_NO);
-        assert_tries(faults[i], 8, 3, CDS_ARMED_IN_DOUBT);
+        assert_tries(faults[i], 2, 1, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 3, 1, CDS_REGISTERED_NO); // the READ tells
+        assert_tries(faults[i], 4, 2, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 5, 2, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 6, 3, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 7, 3, CDS_REGISTERED_NO);
+        assert_tries(faults[i], 8, 3, CDS_REGISTERED_IN_DOUBT);
     }
 }
 
 /* At `at` a servo's power fails for good: it stays in doubt if it was asked, and only it. */
-void test_a_servo_that_is_gone_for_good_is_in_doubt(void)
+void test_a_servo_without_power_stays_in_doubt(void)
 {
     plan.for_good = true;
     for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
         uint8_t asked = at < SERVOS ? at : SERVOS;
 
         run_with(true, CUT_AFTER, at, at);
-        TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+        TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
         TEST_ASSERT_EQUAL_UINT8(0, actions);
-        TEST_ASSERT_EQUAL_UINT8(0, armed());
+        TEST_ASSERT_EQUAL_UINT8(0, registered());
         TEST_ASSERT_EQUAL_UINT8(at + 2 * (asked - 1) + 2 * 3, exchanges);
         for (uint8_t i = 0; i < SERVOS; i++)
-            TEST_ASSERT_EQUAL(i == (at - 1) % SERVOS ? CDS_ARMED_IN_DOUBT : CDS_ARMED_NO,
-                              goals[i].armed);
+            TEST_ASSERT_EQUAL(i == (at - 1) % SERVOS ? CDS_REGISTERED_IN_DOUBT : CDS_REGISTERED_NO,
+                              goals[i].registered);
         assert_moved(false);
     }
 }
 
-/* It takes REG WRITE but no write to 0x2C (R6): armed, and so it is said. */
-void test_a_locked_servo_stays_armed_and_is_told(void)
+/* The servo takes REG WRITE but no write to 0x2C (R6). */
+void test_a_locked_servo_stays_registered(void)
 {
     servos[0].locked = true;
     plan.fault = REFUSE;
     plan.at = plan.to = 2;
     run(false);
-    TEST_ASSERT_EQUAL(CDS_REFUSED, move.result);
-    TEST_ASSERT_EQUAL(CDS_ARMED_YES, goals[0].armed);
-    TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[1].armed);
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_YES, goals[0].registered);
+    TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[1].registered);
     TEST_ASSERT_EQUAL_UINT8(2 + 2 * 3 + 2, exchanges);
     assert_truth();
 }
 
 /* A lost READ need not be the end of it. */
-void test_repeats_of_the_bus_save_a_verified_move(void)
+void test_retries_of_the_queue_save_a_verified_move(void)
 {
-    cds_bus_set_repeats(&bus, 1);
+    cds_queue_set_retries(&queue, 1);
     for (uint8_t at = 4; at <= 10; at++) {
         if (at == 7)
             continue; // ACTION
         run_with(true, LOSE_REPLY, at, at);
-        TEST_ASSERT_EQUAL(CDS_OK, move.result);
+        TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
         TEST_ASSERT_EQUAL_UINT8(11, exchanges);
         assert_moved(true);
     }
@@ -796,54 +818,54 @@ void test_repeats_of_the_bus_save_a_verified_move(void)
 
 /* ---- ACTION that does not leave ---- */
 
-/* The transmitter is dead: whether ACTION was heard is not known, so all are disarmed. */
-static void assert_action_that_never_leaves_disarms_all(bool verified)
+/* The transmitter is dead: whether ACTION was heard is not known, so all servos are cleared. */
+static void assert_action_that_never_leaves_clears_all(bool verified)
 {
     uint8_t before = verified ? 2 * SERVOS : SERVOS;
+    uint16_t sent_before = bus.stats.sent;
 
     exchanges = 0;
-    begin(SERVOS);
-    if (verified)
-        cds_registered_move_set_verify(&move);
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, verified));
     while (cds_registered_move_poll(&move) == CDS_PENDING &&
-           !(exchanges == before && request.result == CDS_PENDING)) {
+           bus.stats.sent - sent_before <= before) {
         turn();
         cds_bus_poll(&bus);
     }
     TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
+    cds_bus_poll(&bus); // sets the deadline
     port_fake.now_us += 2000;
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     while (cds_registered_move_poll(&move) == CDS_PENDING) {
         turn();
         cds_bus_poll(&bus);
     }
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
     TEST_ASSERT_TRUE(move.acted);
-    TEST_ASSERT_EQUAL_UINT8(0, armed());
+    TEST_ASSERT_EQUAL_UINT8(0, registered());
     TEST_ASSERT_EQUAL_UINT8(before + 6, exchanges);
     for (uint8_t i = 0; i < SERVOS; i++) {
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, goals[i].result);
-        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+        TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
     }
 }
 
-void test_action_that_never_leaves_disarms_all(void)
+void test_action_that_never_leaves_clears_all(void)
 {
-    assert_action_that_never_leaves_disarms_all(false);
-    assert_action_that_never_leaves_disarms_all(true);
+    assert_action_that_never_leaves_clears_all(false);
+    assert_action_that_never_leaves_clears_all(true);
 }
 
 /* The program takes it back while it waits for its turn: so a move can be stopped. */
-void test_action_taken_back_disarms_all(void)
+void test_action_taken_back_clears_all(void)
 {
     begin(1);
-    SENDS(arm_0);
+    SENDS(register_0);
     answered(0, 0);
     occupy_bus();
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     free_bus();
-    SENDS(disarm_0);
+    SENDS(clear_0);
     answered(0, 0);
     SENDS(read_0);
     answered_with(0, &(const uint8_t){0}, 1);
@@ -853,19 +875,280 @@ void test_action_taken_back_disarms_all(void)
 void test_move_can_be_begun_anew(void)
 {
     run_with(true, LOSE_PACKET, 2, 2);
-    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.result);
+    TEST_ASSERT_EQUAL(CDS_TIMEOUT, move.steps.result);
     plan.fault = NONE;
     for (uint8_t i = 0; i < SERVOS; i++) {
         goals[i].error = 0x7F;
-        goals[i].armed = CDS_ARMED_IN_DOUBT;
+        goals[i].registered = CDS_REGISTERED_IN_DOUBT;
     }
     begin(SERVOS);
     for (uint8_t i = 0; i < SERVOS; i++) {
         TEST_ASSERT_EQUAL(CDS_PENDING, goals[i].result);
         TEST_ASSERT_EQUAL(0, goals[i].error);
-        TEST_ASSERT_EQUAL(CDS_ARMED_NO, goals[i].armed);
+        TEST_ASSERT_EQUAL(CDS_REGISTERED_NO, goals[i].registered);
     }
     run(true);
-    TEST_ASSERT_EQUAL(CDS_OK, move.result);
+    TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
     assert_moved(true);
+}
+
+void test_move_on_a_bus_without_hooks(void)
+{
+    bus.hooks = NULL;
+    run(true);
+    TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
+    assert_moved(true);
+}
+
+/* ---- abort ---- */
+
+static void finish(void)
+{
+    while (cds_registered_move_poll(&move) == CDS_PENDING) {
+        turn();
+        cds_bus_poll(&bus);
+    }
+}
+
+/* Until a step of the move is on the wire and `packets` packets were sent. */
+static void run_until(uint16_t packets, bool verified)
+{
+    setUp();
+    TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, verified));
+    while (bus.stats.sent < packets) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+        if (bus.stats.sent == packets)
+            break;
+        turn();
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_abort_before_the_first_poll_sends_nothing(void)
+{
+    begin(SERVOS);
+    cds_registered_move_abort(&move);
+    assert_over(CDS_CANCELLED);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+/* Packet `at` is on the wire: it ends, no ACTION follows, and every servo asked is cleared. */
+void test_abort_before_action_clears_all_goals(void)
+{
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        run_until(at, true);
+        cds_registered_move_abort(&move);
+        finish();
+        TEST_ASSERT_EQUAL(CDS_CANCELLED, move.steps.result);
+        TEST_ASSERT_FALSE(move.acted);
+        TEST_ASSERT_EQUAL_UINT8(0, actions);
+        TEST_ASSERT_EQUAL_UINT8(0, registered());
+        TEST_ASSERT_EQUAL_UINT8(at + 2 * (at < SERVOS ? at : SERVOS), exchanges);
+        assert_moved(false);
+        assert_truth();
+    }
+}
+
+/* Between two steps no request of the move is on its way. */
+void test_abort_between_two_steps_sends_no_action(void)
+{
+    begin(1);
+    SENDS(register_0);
+    answered(0, 0);
+    occupy_bus();
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // ACTION waits
+    cds_registered_move_abort(&move);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // clearing waits
+    cds_registered_move_abort(&move);
+    TEST_ASSERT_EQUAL(CDS_PENDING, request.result); // and goes on
+    free_bus();
+    SENDS(clear_0);
+    answered(0, 0);
+    SENDS(read_0);
+    answered_with(0, &(const uint8_t){0}, 1);
+    assert_over(CDS_CANCELLED);
+    TEST_ASSERT_FALSE(move.acted);
+}
+
+void test_abort_when_the_last_reply_has_come_sends_no_action(void)
+{
+    begin(1);
+    SENDS(register_0);
+    answered(0, 0);
+    cds_registered_move_abort(&move); // the reply was not polled yet
+    SENDS(clear_0);
+    answered(0, 0);
+    SENDS(read_0);
+    answered_with(0, &(const uint8_t){0}, 1);
+    assert_over(CDS_CANCELLED);
+}
+
+void test_abort_while_action_leaves_tells_that_it_left(void)
+{
+    run_until(SERVOS + 1, false);
+    cds_registered_move_abort(&move);
+    finish();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, move.steps.result);
+    TEST_ASSERT_EQUAL_UINT8(SERVOS + 1, exchanges);
+    assert_moved(true);
+    assert_truth();
+}
+
+/* Servos that were not read back are cleared: one may not have heard ACTION. */
+void test_abort_after_action_ends_the_verification(void)
+{
+    run_until(2 * SERVOS + 2, true); // READ of the first servo
+    cds_registered_move_abort(&move);
+    finish();
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, move.steps.result);
+    TEST_ASSERT_EQUAL_UINT8(2 * SERVOS + 2 + 2 * (SERVOS - 1), exchanges);
+    assert_moved(true);
+    assert_truth();
+}
+
+void test_abort_after_the_end_changes_nothing(void)
+{
+    run_with(false, NONE, 0, 0);
+    cds_registered_move_abort(&move);
+    assert_over(CDS_OK);
+    run_until(1, false); // nor does an abort while the goals are cleared already
+    plan.fault = REFUSE;
+    plan.at = plan.to = 1;
+    while (move.phase < 4) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+        turn();
+        cds_bus_poll(&bus);
+    }
+    cds_registered_move_abort(&move);
+    finish();
+    TEST_ASSERT_EQUAL(CDS_REFUSED, move.steps.result);
+}
+
+/* ---- servos with limits ---- */
+
+static struct cds_servos known;
+static struct cds_servo_state states[SERVOS + 1];
+
+/* All three servos of the move are known, in position mode, and with limits. */
+static void know_servos(uint8_t count)
+{
+    static const uint8_t ids[SERVOS + 1] = {0, 1, 7, 9};
+
+    setUp();
+    bus.hooks = NULL;
+    for (uint8_t i = 0; i < count; i++)
+        states[i].id = ids[i];
+    TEST_ASSERT_EQUAL(
+        CDS_OK, cds_servos_begin(&known, &(struct cds_servos_config){.bus = &bus,
+                                                                     .queue = &queue,
+                                                                     .states = states,
+                                                                     .count = count,
+                                                                     .capacity = SERVOS + 1}));
+    for (uint8_t i = 0; i < count; i++) {
+        states[i].held = CDS_HELD_CCW_SET;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&known, &states[i], 0, 1022, 1023));
+    }
+    goals[1].position = 1022;
+}
+
+static void assert_called_off_as(enum cds_result result)
+{
+    finish();
+    TEST_ASSERT_EQUAL(result, move.steps.result);
+    TEST_ASSERT_FALSE(move.acted);
+    TEST_ASSERT_EQUAL_UINT8(0, actions);
+    TEST_ASSERT_EQUAL_UINT8(0, registered());
+    assert_moved(false);
+    assert_truth();
+}
+
+static void run_until_sent(uint16_t packets)
+{
+    while (bus.stats.sent < packets) {
+        TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
+        if (bus.stats.sent == packets)
+            break;
+        turn();
+        cds_bus_poll(&bus);
+    }
+}
+
+void test_move_of_servos_with_limits(void)
+{
+    for (uint8_t verified = 0; verified < 2; verified++) {
+        know_servos(SERVOS);
+        run(verified);
+        for (uint8_t i = 0; i < SERVOS; i++)
+            TEST_ASSERT_EQUAL(CDS_OK, goals[i].result);
+        TEST_ASSERT_EQUAL(CDS_OK, move.steps.result);
+        assert_moved(true);
+        assert_truth();
+    }
+}
+
+void test_goal_beyond_a_limit_calls_the_move_off(void)
+{
+    know_servos(SERVOS);
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servos_set_limits(&known, &states[2], 0, goals[2].position - 1, 1023));
+    begin(SERVOS);
+    assert_called_off_as(CDS_LIMIT);
+    TEST_ASSERT_EQUAL(CDS_LIMIT, goals[2].result);
+    TEST_ASSERT_EQUAL(CDS_OK, goals[0].result);
+    TEST_ASSERT_EQUAL_UINT8(2 + 4, exchanges); // servo 7 was sent nothing
+}
+
+/* Even a limit that all goals keep. */
+void test_change_of_a_limit_before_action_calls_it_off(void)
+{
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        know_servos(SERVOS);
+        TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, true));
+        run_until_sent(at);
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servos_set_limits(&known, &states[2], 1, 1020, 1023));
+        assert_called_off_as(CDS_LIMIT);
+    }
+}
+
+void test_inhibit_before_action_calls_it_off(void)
+{
+    for (uint8_t at = 1; at <= 2 * SERVOS; at++) {
+        know_servos(SERVOS);
+        TEST_ASSERT_EQUAL(CDS_OK, begin_move(SERVOS, true));
+        run_until_sent(at);
+        cds_servos_inhibit_all(&known);
+        assert_called_off_as(CDS_INHIBITED);
+    }
+}
+
+void test_move_that_leaves_out_a_servo_with_limits(void)
+{
+    know_servos(SERVOS + 1);
+    begin(SERVOS);
+    assert_called_off_as(CDS_LIMIT);
+    TEST_ASSERT_EQUAL_UINT8(3 + 6, exchanges);
+}
+
+/* At status return level 1 REG WRITE is not answered, so nothing proves what is registered. */
+void test_move_of_a_silent_servo_beside_one_with_limits(void)
+{
+    know_servos(SERVOS);
+    states[2].status_return_level = 1;
+    begin(SERVOS);
+    assert_called_off_as(CDS_LIMIT);
+}
+
+void test_after_the_end_the_request_is_like_any_other(void)
+{
+    static const uint8_t goal[4] = {0x00, 0x01, 0x00, 0x00};
+
+    for (uint8_t fails = 0; fails < 2; fails++) {
+        know_servos(SERVOS);
+        plan.fault = fails ? REFUSE : NONE;
+        plan.at = plan.to = 2;
+        run(false);
+        TEST_ASSERT_EQUAL(fails ? CDS_REFUSED : CDS_OK, move.steps.result);
+        TEST_ASSERT_EQUAL(CDS_LIMIT, cds_servo_reg_write(&bus, &request, 0, 0x1E, goal, 4));
+    }
 }

@@ -10,7 +10,7 @@
 
 static struct cds_bus bus;
 static struct robot robot;
-static uint8_t buffer[64];
+static uint8_t buffer[64], reply[CDS_REPLY_MAX];
 static struct cds_request request;
 
 void setUp(void)
@@ -20,11 +20,10 @@ void setUp(void)
     memset(&wire, 0, sizeof wire);
     memset(&bus, 0, sizeof bus);
     memset(&robot, 0, sizeof robot);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST(buffer, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
-    robot_begin(&robot, &bus);
-    robot.crew.open = true;
+    robot_begin(&robot, &bus, 0);
+    robot.servos.grows = CDS_GROWS_ALWAYS;
 }
 
 void tearDown(void)
@@ -67,9 +66,23 @@ static enum cds_result torque_on(uint8_t id)
     return result;
 }
 
+/* At the rate *baud_reg, or at the listed ones if it is NULL. */
+static void begin_scan(const uint8_t *baud_reg)
+{
+    struct cds_scan_config config = {.bus = &bus,
+                                     .request = &request,
+                                     .found = robot.work.scan.found,
+                                     .found_capacity = ROBOT_SERVOS,
+                                     .last_id = CDS_ID_MAX,
+                                     .baud_regs = baud_reg,
+                                     .baud_count = baud_reg ? 1 : 0};
+
+    TEST_ASSERT_EQUAL_UINT8(0, robot_begun(&robot, cds_scan_begin(&robot.work.scan.scan, &config)));
+}
+
 static const struct cds_servo_state *known(uint8_t id)
 {
-    return cds_servos_find(&robot.crew.roster, id);
+    return cds_servos_find(&robot.servos, id);
 }
 
 void test_who_only_answers_is_known_and_left_alone(void)
@@ -82,12 +95,12 @@ void test_who_only_answers_is_known_and_left_alone(void)
 
 void test_one_who_answers_though_set_not_to_is_asked_again(void)
 {
-    robot.crew.open = false;
+    robot.servos.grows = CDS_GROWS_ON_ALARM_OR_SETTING;
     TEST_ASSERT_TRUE(robot_add(&robot, 1));
-    cds_servos_find(&robot.crew.roster, 1)->status_return_level = 0;
+    cds_servos_find(&robot.servos, 1)->status_return_level = 0;
     port_fake_answer(&bus.link, 1, 0, NULL, 0);
     run(100);
-    TEST_ASSERT_EQUAL_UINT8(2, known(1)->status_return_level);
+    TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, known(1)->status_return_level);
 }
 
 void test_one_who_answers_that_it_answers_nothing_is_asked_again(void)
@@ -103,12 +116,12 @@ void test_one_who_answers_that_it_answers_nothing_is_asked_again(void)
 
 void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void)
 {
-    robot.crew.open = false;
+    robot.servos.grows = CDS_GROWS_ON_ALARM_OR_SETTING;
     meet(1);
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(2));
-    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(0, robot.servos.count);
     port_fake_answer(&bus.link, 3, CDS_ERROR_OVERLOAD, NULL, 0);
-    run(10);
+    run(500);
     TEST_ASSERT_NOT_NULL(known(3));
     robot_inhibit(&robot); // no servo is driven, known or not
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));
@@ -148,7 +161,7 @@ void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(v
 {
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     wire.servo[0].dead = true;
-    for (uint8_t i = 0; i < CDS_SERVOS_SILENCES; i++)
+    for (uint8_t i = 0; i < CDS_SERVOS_MISSES; i++)
         meet(1);
     TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_OFFLINE, known(1)->presence);
     wire.servo[0].dead = false;
@@ -157,7 +170,7 @@ void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(v
     meet(1); // as the PC might
     wait_ms(2);
     TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_ONLINE, known(1)->presence);
-    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STATE_LOST, known(1)->held);
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STATE_LOST, known(1)->inhibits);
 }
 
 void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
@@ -168,7 +181,7 @@ void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2)); // who was never heard of
     TEST_ASSERT_TRUE(robot_allow(&robot));
-    cds_servos_release(&robot.crew.roster, NULL);
+    cds_servos_release_all(&robot.servos);
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(3));
 }
@@ -181,7 +194,7 @@ void test_a_SYNC_WRITE_whose_blocks_would_be_longer_than_any_packet_names_nobody
     request.packet.size = sizeof sync;
     request.reply_parameters = CDS_REPLY_NONE;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request)); // and it comes back
-    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(0, robot.servos.count);
 }
 
 void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
@@ -191,7 +204,7 @@ void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
     run(5000);
     robot_forget(&robot);
     TEST_ASSERT_NULL(known(1));
-    TEST_ASSERT_EQUAL_UINT8(0, robot.crew.roster.count);
+    TEST_ASSERT_EQUAL_UINT8(0, robot.servos.count);
     wire.count = 0;
     wait_ms(1200);
     TEST_ASSERT_EQUAL_UINT8(0, wire.count); // nobody is left to be looked at
@@ -209,7 +222,7 @@ void test_who_joins_during_a_stop_is_asked_too(void)
     run(10000);
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
     TEST_ASSERT_NOT_NULL(known(1));
-    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.steps.result);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
@@ -219,18 +232,17 @@ void test_a_stop_waits_until_a_scan_has_brought_the_bus_back_to_its_rate(void)
 
     wire.servo[0].torque = 1;
     TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
-    cds_scan_begin(&robot.work.scan.scan, &bus, &request, robot.work.scan.found, ROBOT_SERVOS);
-    cds_scan_set_bauds(&robot.work.scan.scan, &elsewhere, 1);
+    begin_scan(&elsewhere);
     run(3000);
-    TEST_ASSERT_EQUAL_UINT8(elsewhere, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(elsewhere, bus.baud_reg);
     robot_stop(&robot);
     for (uint16_t i = 0; i < 20000 && robot_is_stopping(&robot); i++) {
         run(1);
-        if (wire.talking && bus.request->urgent == CDS_URGENT_FIRST)
-            TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+        if (wire.talking && bus.request->priority == CDS_PRIORITY_TORQUE_OFF)
+            TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud_reg);
     }
     TEST_ASSERT_FALSE(robot_is_stopping(&robot));
-    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud);
+    TEST_ASSERT_EQUAL_UINT8(CDS_BAUD_1M, bus.baud_reg);
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
@@ -292,7 +304,7 @@ void test_stop_that_gave_up_is_kept_for_a_reset(void)
         cds_bus_poll(&bus);
         robot_poll(&robot);
     }
-    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, robot.stop.result);
+    TEST_ASSERT_EQUAL(CDS_LINE_BUSY, robot.stop.steps.result);
     robot_inhibit(&robot);
     TEST_ASSERT_EQUAL_HEX16(INHIBIT_STOPPING, inhibit_stored(&kept));
     TEST_ASSERT_TRUE(robot_allow(&robot));
@@ -321,12 +333,14 @@ void test_inhibit_of_a_damaged_copy_holds(void)
 void test_inhibit_holds_while_a_scan_runs(void)
 {
     static uint8_t other_buffer[16];
-    struct cds_request other = CDS_REQUEST(other_buffer);
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
 
     TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
-    cds_scan_begin(&robot.work.scan.scan, &bus, &request, robot.work.scan.found, ROBOT_SERVOS);
+    begin_scan(NULL);
     run(3000);
     robot_inhibit(&robot);
+    TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_write_byte(&bus, &other, 99, CDS_REG_TORQUE_ENABLE, 1));
+    other.passes_lock = true;
     TEST_ASSERT_EQUAL(CDS_INHIBITED,
                       cds_servo_write_byte(&bus, &other, 99, CDS_REG_TORQUE_ENABLE, 1));
 }
@@ -340,7 +354,7 @@ void test_strangers_are_all_ids_until_a_whole_scan(void)
     TEST_ASSERT_EQUAL_UINT8(2, robot_strangers(&robot));
     robot.strangers = 0;
     TEST_ASSERT_EQUAL_UINT8(0, robot_strangers(&robot));
-    robot.crew.crowded = true;
+    robot.servos.is_full = true;
     TEST_ASSERT_EQUAL_UINT8(1, robot_strangers(&robot));
     robot_forget(&robot);
     TEST_ASSERT_EQUAL_UINT8(254, robot_strangers(&robot));

@@ -12,7 +12,7 @@
 #define UNTOUCHED 0x5A5A5A5A
 
 static struct cds_bus bus;
-static uint8_t buffer[CDS_PACKET_SIZE(11)];
+static uint8_t packet[CDS_PACKET_SIZE(5)], reply[11];
 static struct cds_request request;
 
 static const struct cds_register_profile *const cds = &cds_profile_cds55xx;
@@ -22,7 +22,7 @@ void setUp(void)
 {
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST(packet, reply);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
     port_fake_forget();
 }
@@ -44,7 +44,7 @@ static void assert_writes(enum cds_result submitted, uint8_t address, const uint
     TEST_ASSERT_EQUAL_HEX8(address, port_fake.sent[CDS_AT_PARAMETERS]);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(data, &port_fake.sent[CDS_AT_PARAMETERS + 1], count);
     port_fake_answer(&bus.link, 7, 0, NULL, 0);
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     port_fake_forget();
 }
@@ -196,7 +196,7 @@ static void read_feedback(const uint8_t *data, uint8_t count)
     port_fake_settle(&bus);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake_answer(&bus.link, 7, count ? 0 : CDS_ERROR_RANGE, data, count);
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
 }
 

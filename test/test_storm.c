@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "cds55xx/queue.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -30,8 +31,9 @@ enum storm {
 
 /* A request, and what the servo has sent in answer to its last try, or will send. */
 struct job {
+    bool was_sent; // since the submit
     struct cds_request request;
-    uint8_t buffer[CDS_REPLY_ANY], packet[8];
+    uint8_t buffer[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_ANY], packet[CDS_PACKET_SIZE(2)];
     uint8_t token, id, error, length;
     bool good; // whole, and nothing before it that could hide it
     uint32_t begun_us, good_us;
@@ -44,6 +46,7 @@ struct arrival {
 };
 
 static struct cds_bus bus;
+static struct cds_queue queue;
 static struct job jobs[JOBS];
 static struct arrival line[LINE_SIZE];
 static uint8_t arrivals, arrived;
@@ -183,7 +186,7 @@ static void leave(struct job *job)
 
 static struct job *job_of(struct cds_request *request)
 {
-    return request->owner;
+    return request->context;
 }
 
 /* After whatever may have begun a packet, or broken one off. */
@@ -195,6 +198,7 @@ static void look(void)
         talking = job_of(bus.request);
         talking->begun_us = port_fake.now_us;
         talking->good = false;
+        talking->was_sent = true;
         talking->longest_gap_us = 0;
         stuck = one_in(30);
         sent++;
@@ -222,7 +226,7 @@ static void pass(uint16_t us)
     if (arrived == arrivals)
         arrived = arrivals = 0;
     port_fake.now_us = until_us;
-    if (cds_bus_is_in_flight_(&bus) && job_of(bus.request)->longest_gap_us < us)
+    if (port_fake_is_in_flight(&bus) && job_of(bus.request)->longest_gap_us < us)
         job_of(bus.request)->longest_gap_us = us;
 }
 
@@ -244,7 +248,7 @@ static void check_value(const struct job *job)
     TEST_ASSERT_EQUAL_HEX8(job->error, request->error);
     TEST_ASSERT_EQUAL_UINT8(job->length, request->length);
     for (uint8_t i = 0; i < job->length; i++)
-        TEST_ASSERT_EQUAL_HEX8(parameter(job->token, i), request->packet.bytes[i]);
+        TEST_ASSERT_EQUAL_HEX8(parameter(job->token, i), request->reply[i]);
 }
 
 static void check_failure(const struct job *job)
@@ -269,11 +273,11 @@ static void on_end(struct cds_request *request)
         ok++;
         if (request->reply_parameters != CDS_REPLY_NONE)
             check_value(job);
+    } else if (bus.stats.line_busy != unsent) { // the packet has not left this time
+        unsent++;
+        TEST_ASSERT_EQUAL(job->was_sent ? CDS_TIMEOUT : CDS_LINE_BUSY, request->result);
     } else {
-        if (request->result == CDS_LINE_BUSY)
-            unsent++;
-        else
-            check_failure(job);
+        check_failure(job);
     }
     look(); // the next one may have begun
     if (one_in(2))
@@ -318,8 +322,9 @@ static void submit(struct job *job)
         return;
     build(request);
     memcpy(job->packet, job->buffer, request->packet.size);
-    request->repeats = (uint8_t)random_below(3);
-    request->urgent = (uint8_t)random_below(3);
+    cds_queue_set_retries(&queue, (uint8_t)random_below(3));
+    request->priority = (uint8_t)random_below(3);
+    job->was_sent = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, request));
     submitted++;
     look();
@@ -328,7 +333,6 @@ static void submit(struct job *job)
 static void open_again(void)
 {
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
     talking = NULL;
     submitted = ended = ok = sent = unsent = 0;
 }
@@ -371,7 +375,7 @@ static void poll(void)
 /* Everything ends, and adds up. */
 static void come_to_rest(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
     port_fake.low = false;
     for (uint16_t i = 0; bus.request; i++) {
@@ -379,11 +383,11 @@ static void come_to_rest(void)
         pass(20);
         poll();
     }
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     TEST_ASSERT_EQUAL_UINT16(submitted, ended);
     TEST_ASSERT_EQUAL_UINT16(sent, count.sent);
     TEST_ASSERT_EQUAL_UINT16(ok, count.ok);
-    TEST_ASSERT_EQUAL_UINT16(unsent, count.unsent);
+    TEST_ASSERT_EQUAL_UINT16(unsent, count.line_busy);
     TEST_ASSERT_EQUAL_UINT16(count.sent, (uint16_t)(count.ok + count.timeouts + count.corrupt));
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
@@ -412,12 +416,14 @@ void setUp(void)
         struct cds_request *request = &jobs[i].request;
 
         request->packet.bytes = jobs[i].buffer;
-        request->packet.room = sizeof jobs[i].buffer;
+        request->packet.capacity = sizeof jobs[i].buffer;
+        request->reply = jobs[i].reply;
+        request->reply_capacity = sizeof jobs[i].reply;
         request->on_end = on_end;
-        request->owner = &jobs[i];
+        request->context = &jobs[i];
     }
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     open_again();
 }
 

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "cds55xx/queue.h"
 #include "packets.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -10,21 +11,22 @@
 #define PORT 0
 
 static struct cds_bus bus;
+static struct cds_queue queue;
 static uint8_t buffer[CDS_SYNC_WRITE_SIZE(4, 4)];
-static struct cds_request request = CDS_REQUEST(buffer);
+static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(buffer);
 
 static uint8_t other_buffer[8];
-static struct cds_request other = CDS_REQUEST(other_buffer);
+static struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
 
 void setUp(void)
 {
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
     memset(buffer, 0, sizeof buffer);
-    request = (struct cds_request)CDS_REQUEST(buffer);
-    other = (struct cds_request)CDS_REQUEST(other_buffer);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
+    other = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(other_buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     port_fake_forget();
 }
 
@@ -56,7 +58,8 @@ static void assert_example_5_goes_out(void)
 {
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     assert_sent(example_5->bytes, example_5->size);
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus)); // nothing is answered
+    port_fake_look(&bus);
+    TEST_ASSERT_FALSE(cds_bus_is_busy(&bus)); // nothing is answered
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
 }
 
@@ -115,7 +118,7 @@ static void occupy_bus(void)
 static void free_bus(void)
 {
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
 }
 
 void test_sync_write_takes_its_turn_and_can_be_sent_again(void)
@@ -170,7 +173,7 @@ void test_highest_goal_of_the_last_servo_is_sent(void)
 void test_goal_is_put_into_a_sync_write_only(void)
 {
     static uint8_t smallest[CDS_PACKET_SIZE(0)]; // of its own, for AddressSanitizer to watch
-    struct cds_request small = CDS_REQUEST(smallest);
+    struct cds_request small = CDS_REQUEST_WITHOUT_DATA(smallest);
 
     cds_sync_write_add_goal(&request, 1, 100, 200);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_sync_write_send(&bus, &request));
@@ -187,7 +190,7 @@ void test_goal_is_put_into_a_sync_write_only(void)
 void test_goal_where_blocks_have_another_length_is_not_sent(void)
 {
     uint8_t small[6];
-    struct cds_request too_small = CDS_REQUEST(small);
+    struct cds_request too_small = CDS_REQUEST_WITHOUT_DATA(small);
 
     for (uint8_t length = 1; length <= 6; length++) {
         TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, length));

@@ -1,9 +1,10 @@
 /* SYNC WRITE to any number of servos: how it is split, what is sent, and what is refused before
  * anything is. */
-#include "cds55xx/sync_write_many.h"
+#include "cds55xx/sync_write.h"
 
 #include <string.h>
 
+#include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
 #include "port_fake.h"
 #include "unity.h"
@@ -12,7 +13,8 @@
 #define SERVOS 254 // all there can be
 
 static struct cds_bus bus;
-static uint8_t buffer[CDS_SYNC_WRITE_MANY_LONGEST];
+static struct cds_queue queue;
+static uint8_t buffer[CDS_SYNC_WRITE_PACKET_MAX];
 static struct cds_request request;
 static struct cds_sync_write_many group;
 static uint8_t ids[SERVOS];
@@ -22,9 +24,9 @@ void setUp(void)
 {
     port_fake_reset();
     memset(&bus, 0, sizeof bus);
-    request = (struct cds_request)CDS_REQUEST(buffer);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     port_fake_forget();
     for (uint16_t i = 0; i < sizeof ids; i++)
         ids[i] = (uint8_t)(253 - i); // the highest first
@@ -37,9 +39,31 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
 }
 
+static enum cds_result try_to_begin(uint8_t count, uint8_t address, uint8_t length,
+                                    uint16_t packet_max)
+{
+    struct cds_sync_write_many_config config = {
+        .bus = &bus,
+        .request = &request,
+        .ids = ids,
+        .data = data,
+        .count = count,
+        .address = address,
+        .length = length,
+        .packet_max = packet_max,
+    };
+
+    return cds_sync_write_many_begin(&group, &config);
+}
+
+static void begin_short(uint8_t count, uint8_t length, uint16_t packet_max)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, try_to_begin(count, 0x00, length, packet_max));
+}
+
 static void begin(uint8_t count, uint8_t length)
 {
-    cds_sync_write_many_begin(&group, &bus, &request, ids, count, 0x00, length, data);
+    begin_short(count, length, 0);
 }
 
 /* The packet now on the line is whole, and holds the servos from `first` on; returns how many. */
@@ -83,7 +107,8 @@ static void assert_written(uint8_t count, uint8_t length, uint8_t packets, uint1
         TEST_ASSERT_LESS_OR_EQUAL(longest, port_fake.sent_size);
         if (i < packets - 1)
             TEST_ASSERT_GREATER_THAN(longest - length - 1, port_fake.sent_size);
-        TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+        port_fake_look(&bus);
+        TEST_ASSERT_FALSE(cds_bus_is_busy(&bus));
     }
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_many_poll(&group));
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_many_poll(&group));
@@ -139,18 +164,16 @@ void test_a_servo_with_a_short_buffer_sets_the_limit(void)
     };
 
     for (uint8_t i = 0; i < sizeof limits / 3; i++) {
-        begin(limits[i][1], 4);
-        cds_sync_write_many_set_longest(&group, limits[i][0]);
+        begin_short(limits[i][1], 4, limits[i][0]);
         assert_written(limits[i][1], 4, limits[i][2], limits[i][0]);
     }
 }
 
 void test_the_buffer_sets_the_limit_too(void)
 {
-    request.packet.room = CDS_SYNC_WRITE_SIZE(3, 4) + 4;
-    begin(7, 4);
-    cds_sync_write_many_set_longest(&group, 143);
-    assert_written(7, 4, 3, request.packet.room);
+    request.packet.capacity = CDS_SYNC_WRITE_SIZE(3, 4) + 4;
+    begin_short(7, 4, 143);
+    assert_written(7, 4, 3, request.packet.capacity);
 }
 
 /* LENGTH does, whatever is asked for and however large the buffer. */
@@ -158,16 +181,14 @@ void test_a_longer_limit_than_there_is_packet(void)
 {
     static uint8_t large[300];
 
-    request = (struct cds_request)CDS_REQUEST(large);
-    begin(51, 4);
-    cds_sync_write_many_set_longest(&group, 1000);
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(large);
+    begin_short(51, 4, 1000);
     assert_written(51, 4, 2, 258);
 }
 
-static void assert_refused(enum cds_result result)
+static void assert_refused(enum cds_result result, uint8_t count, uint8_t address, uint8_t length)
 {
-    for (uint8_t i = 0; i < 3; i++)
-        TEST_ASSERT_EQUAL(result, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL(result, try_to_begin(count, address, length, 0));
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
     TEST_ASSERT_NOT_EQUAL(CDS_PENDING, request.result);
 }
@@ -175,12 +196,11 @@ static void assert_refused(enum cds_result result)
 void test_one_bad_id_anywhere_and_nothing_is_sent(void)
 {
     for (uint8_t at = 0; at < 60; at++) {
-        for (uint8_t id = 254; id; id++) {
+        for (uint8_t id = 255; id > CDS_ID_MAX; id--) {
             uint8_t good = ids[at];
 
             ids[at] = id;
-            begin(60, 4);
-            assert_refused(CDS_BAD_ARGUMENT);
+            assert_refused(CDS_BAD_ARGUMENT, 60, 0, 4);
             ids[at] = good;
         }
     }
@@ -188,32 +208,40 @@ void test_one_bad_id_anywhere_and_nothing_is_sent(void)
 
 void test_bad_arguments_are_refused(void)
 {
-    begin(0, 4);
-    assert_refused(CDS_BAD_ARGUMENT);
-    begin(60, 0);
-    assert_refused(CDS_BAD_ARGUMENT);
-    begin(60, 51);
-    assert_refused(CDS_BAD_ARGUMENT);
-    cds_sync_write_many_begin(&group, &bus, &request, ids, 60, 0x2F, 4, data);
-    assert_refused(CDS_BAD_ARGUMENT);
+    assert_refused(CDS_BAD_ARGUMENT, 0, 0, 4);
+    assert_refused(CDS_BAD_ARGUMENT, 60, 0, 0);
+    assert_refused(CDS_BAD_ARGUMENT, 60, 0, 51);
+    assert_refused(CDS_BAD_ARGUMENT, 60, 0x2F, 4);
     begin(60, 4);
     bus = (struct cds_bus){.port = 0}; // not open
-    assert_refused(CDS_BAD_ARGUMENT);
+    TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_sync_write_many_poll(&group));
+    assert_refused(CDS_BAD_ARGUMENT, 60, 0, 4);
 }
 
 void test_no_room_for_even_one_servo(void)
 {
-    begin(2, 4);
-    cds_sync_write_many_set_longest(&group, CDS_SYNC_WRITE_SIZE(1, 4) - 1);
-    assert_refused(CDS_NO_ROOM);
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, try_to_begin(2, 0, 4, CDS_SYNC_WRITE_SIZE(1, 4) - 1));
     for (uint8_t room = 0; room < CDS_SYNC_WRITE_SIZE(1, 4); room++) {
-        request.packet.room = room;
-        begin(2, 4);
-        assert_refused(CDS_NO_ROOM);
+        request.packet.capacity = room;
+        assert_refused(CDS_NO_ROOM, 2, 0, 4);
     }
-    request.packet.room = CDS_SYNC_WRITE_SIZE(1, 4);
+    request.packet.capacity = CDS_SYNC_WRITE_SIZE(1, 4);
     begin(2, 4);
     assert_written(2, 4, 2, 13);
+}
+
+void test_an_abort_lets_the_packet_on_the_wire_out(void)
+{
+    begin(120, 4);
+    cds_sync_write_many_poll(&group);
+    cds_sync_write_many_abort(&group);
+    TEST_ASSERT_EQUAL(CDS_PENDING, cds_sync_write_many_poll(&group));
+    assert_packet(0, 4);
+    port_fake_look(&bus);
+    TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_sync_write_many_poll(&group));
+    TEST_ASSERT_EQUAL_UINT8(50, group.next);
+    TEST_ASSERT_EQUAL_UINT8(1, group.packets);
+    TEST_ASSERT_NULL(bus.request);
 }
 
 void test_nothing_is_sent_before_the_first_poll(void)
@@ -223,14 +251,26 @@ void test_nothing_is_sent_before_the_first_poll(void)
 }
 
 /* Somebody else's exchange in the same request is not built over. */
-void test_a_request_on_its_way_is_waited_for(void)
+void test_a_request_on_its_way_is_not_taken(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
+    TEST_ASSERT_EQUAL(CDS_BUSY, try_to_begin(60, 0, 4, 0));
+    TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
+    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    port_fake_look(&bus);
+    TEST_ASSERT_FALSE(cds_bus_is_busy(&bus));
     begin(60, 4);
+    assert_written(60, 4, 2, 258);
+}
+
+void test_request_that_is_in_use_at_first_is_awaited(void)
+{
+    begin(60, 4);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_sync_write_many_poll(&group));
     TEST_ASSERT_EQUAL_HEX8(CDS_ACTION, buffer[4]);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    TEST_ASSERT_FALSE(cds_bus_poll(&bus));
+    port_fake_look(&bus);
     assert_written(60, 4, 2, 258);
 }
 
@@ -240,7 +280,7 @@ void test_the_next_packet_goes_out_in_the_poll_that_sees_the_last_one_out(void)
     begin(60, 4);
     cds_sync_write_many_poll(&group);
     assert_packet(0, 4);
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     cds_sync_write_many_poll(&group);
     TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
 }
@@ -249,20 +289,20 @@ void test_the_next_packet_goes_out_in_the_poll_that_sees_the_last_one_out(void)
 static void assert_next(struct cds_request *next, uint8_t instruction)
 {
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     TEST_ASSERT_EQUAL_PTR(next, bus.request);
     TEST_ASSERT_EQUAL_HEX8(instruction, bus.request->packet.bytes[4]);
 }
 
-void test_all_its_packets_are_urgent_if_it_is(void)
+void test_all_packets_have_the_priority_of_the_request(void)
 {
     static uint8_t bytes[2][8];
-    struct cds_request flying = {.packet = {.bytes = bytes[0], .room = 8}};
-    struct cds_request waiting = {.packet = {.bytes = bytes[1], .room = 8}};
+    struct cds_request flying = {.packet = {.bytes = bytes[0], .capacity = 8}};
+    struct cds_request waiting = {.packet = {.bytes = bytes[1], .capacity = 8}};
 
     cds_servo_action(&bus, &flying, CDS_BROADCAST_ID);
     cds_servo_action(&bus, &waiting, CDS_BROADCAST_ID);
-    request.urgent = true;
+    request.priority = CDS_PRIORITY_HIGH;
     begin(60, 4);
     cds_sync_write_many_poll(&group);
     assert_next(&request, CDS_SYNC_WRITE); // before the one that waits
@@ -274,15 +314,16 @@ void test_all_its_packets_are_urgent_if_it_is(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_many_poll(&group));
 }
 
-void test_urgent_requests_of_others_slip_in(void)
+void test_requests_of_a_higher_priority_slip_in(void)
 {
     static uint8_t bytes[8];
-    struct cds_request urgent = {.packet = {.bytes = bytes, .room = 8}, .urgent = true};
+    struct cds_request hurried = {.packet = {.bytes = bytes, .capacity = 8},
+                                  .priority = CDS_PRIORITY_HIGH};
 
     begin(60, 4);
     cds_sync_write_many_poll(&group);
-    cds_servo_action(&bus, &urgent, CDS_BROADCAST_ID);
-    assert_next(&urgent, CDS_ACTION);
+    cds_servo_action(&bus, &hurried, CDS_BROADCAST_ID);
+    assert_next(&hurried, CDS_ACTION);
     cds_sync_write_many_poll(&group);
     assert_next(&request, CDS_SYNC_WRITE);
     assert_packet(50, 4);
@@ -294,10 +335,10 @@ void test_a_packet_that_never_leaves_ends_it(void)
     begin(120, 4);
     cds_sync_write_many_poll(&group);
     assert_packet(0, 4);
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     cds_sync_write_many_poll(&group);
     port_fake.now_us += 10000;
-    cds_bus_poll(&bus);
+    port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, cds_sync_write_many_poll(&group));
     TEST_ASSERT_EQUAL_UINT8(50, group.next);
     TEST_ASSERT_EQUAL_UINT8(1, group.packets);
@@ -305,7 +346,7 @@ void test_a_packet_that_never_leaves_ends_it(void)
     begin(120, 4);
     cds_sync_write_many_poll(&group);
     cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, cds_sync_write_many_poll(&group));
     TEST_ASSERT_EQUAL_UINT8(0, group.next);
     TEST_ASSERT_NULL(bus.request);

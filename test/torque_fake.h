@@ -21,6 +21,7 @@ static struct {
         bool deaf;     // hears no broadcast
         bool stubborn; // stays on, whatever it is told
         bool mute;     // status return level 0
+        bool garbled;  // its replies come damaged
         uint8_t torque;
     } servo[TORQUE_SERVOS];
     struct {
@@ -72,8 +73,11 @@ static inline void torque_wire(struct cds_bus *bus)
     }
     if (wire.answering && port_fake.now_us == wire.end_us) {
         wire.answering = false;
-        port_fake_answer(&bus->link, wire.from, 0, &wire.servo[wire.from - 1].torque,
-                         packet[4] == 2);
+        if (wire.servo[wire.from - 1].garbled)
+            port_fake_hear(&bus->link, (const uint8_t *)"\xFF\xFF\x01\x02\x00\x00", 6);
+        else
+            port_fake_answer(&bus->link, wire.from, 0, &wire.servo[wire.from - 1].torque,
+                             packet[4] == 2);
     }
 }
 

@@ -1,21 +1,37 @@
-/* For programs that would rather wait: each call submits, polls the bus until its request has
- * ended, and returns how. Other requests of the bus go on meanwhile, and their on_end is called.
+/* For programs that would rather wait: each call begins an instruction or an operation, polls the
+ * bus until it has ended, and returns its result. Other requests of the bus go on meanwhile, and
+ * their on_end is called.
  *
- * Everything here waits, for at most the deadlines of what is in the queue; nothing in the library
- * calls it. Arguments and further results are those of the functions of servo.h and sync_write.h
- * named alike. Main context, not from on_end.
+ *     uint16_t position;
+ *     if (cds_blocking_read_word(&bus, &request, 1, CDS_REG_PRESENT_POSITION, &position) == CDS_OK)
+ *         ...
+ *
+ * Arguments and further results are those of the function that each call names. A servo that
+ * refuses is CDS_REFUSED; request->error says why. Nothing in the library calls these functions.
+ * Main context, not from on_end.
  */
 #ifndef CDS_BLOCKING_H
 #define CDS_BLOCKING_H
 
+#include "cds55xx/diagnose.h"
+#include "cds55xx/feedback.h"
+#include "cds55xx/group_read.h"
+#include "cds55xx/identity.h"
+#include "cds55xx/registered_move.h"
+#include "cds55xx/scan.h"
 #include "cds55xx/servo.h"
+#include "cds55xx/setup.h"
+#include "cds55xx/sync_write.h"
+#include "cds55xx/torque_off.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Waits for a request that was submitted with the result `submitted` (so that a call can stand as
- * the argument). Its result, or `submitted` if that was not CDS_OK. Manual: nothing. */
+/* ---- one transaction ---- */
+
+/* Polls `bus` until `request` has ended; `submitted` is what its submit returned. Returns
+ * `submitted` unless that is CDS_OK, else CDS_REFUSED or request->result. */
 static inline enum cds_result cds_blocking_for(struct cds_bus *bus, struct cds_request *request,
                                                enum cds_result submitted)
 {
@@ -23,65 +39,212 @@ static inline enum cds_result cds_blocking_for(struct cds_bus *bus, struct cds_r
         return submitted;
     while (request->result == CDS_PENDING)
         cds_bus_poll(bus);
+    if (request->result == CDS_OK && request->error & CDS_ERRORS_OF_PACKET)
+        return CDS_REFUSED;
     return (enum cds_result)request->result;
 }
 
-/* Is servo `id` there? CDS_OK: yes (2.4.5). */
+/* cds_servo_ping(): CDS_OK if the servo answered well. */
 static inline enum cds_result cds_blocking_ping(struct cds_bus *bus, struct cds_request *request,
                                                 uint8_t id)
 {
     return cds_blocking_for(bus, request, cds_servo_ping(bus, request, id));
 }
 
-/* Reads a register of one byte into *out, which is left as it was unless the result is CDS_OK;
- * CDS_REFUSED: the servo refused, request->error says why (2.4.2). */
+/* cds_servo_read(): the bytes are in request->reply. */
+static inline enum cds_result cds_blocking_read(struct cds_bus *bus, struct cds_request *request,
+                                                uint8_t id, uint8_t address, uint8_t length)
+{
+    return cds_blocking_for(bus, request, cds_servo_read(bus, request, id, address, length));
+}
+
+/* cds_servo_read() and cds_request_byte(): reads a register of one byte into *out, which stays as
+ * it was unless the result is CDS_OK. */
 static inline enum cds_result cds_blocking_read_byte(struct cds_bus *bus,
                                                      struct cds_request *request, uint8_t id,
                                                      uint8_t address, uint8_t *out)
 {
-    enum cds_result result =
-        cds_blocking_for(bus, request, cds_servo_read(bus, request, id, address, 1));
+    enum cds_result result = cds_blocking_read(bus, request, id, address, 1);
 
     return result == CDS_OK ? cds_request_byte(request, 0, out) : result;
 }
 
-/* As cds_blocking_read_byte(), of a register of two bytes, low byte first (2.4.2, R28). */
+/* cds_servo_read() and cds_request_word(): reads a register of two bytes into *out, which stays as
+ * it was unless the result is CDS_OK. */
 static inline enum cds_result cds_blocking_read_word(struct cds_bus *bus,
                                                      struct cds_request *request, uint8_t id,
                                                      uint8_t address, uint16_t *out)
 {
-    enum cds_result result =
-        cds_blocking_for(bus, request, cds_servo_read(bus, request, id, address, 2));
+    enum cds_result result = cds_blocking_read(bus, request, id, address, 2);
 
     return result == CDS_OK ? cds_request_word(request, 0, out) : result;
 }
 
-/* What became of a WRITE: one that the servo refused was not carried out. */
-static inline enum cds_result cds_blocking_written_(const struct cds_request *request,
-                                                    enum cds_result result)
+/* cds_feedback_read() and cds_feedback_take(). */
+static inline enum cds_result cds_blocking_feedback(struct cds_bus *bus,
+                                                    struct cds_request *request, uint8_t id,
+                                                    struct cds_feedback *feedback)
 {
-    return result == CDS_OK && request->error & CDS_ERRORS_OF_PACKET ? CDS_REFUSED : result;
+    enum cds_result submitted = cds_feedback_read(bus, request, id);
+
+    cds_blocking_for(bus, request, submitted);
+    return submitted == CDS_OK ? cds_feedback_take(feedback, request, cds_port_now_us())
+                               : submitted;
 }
 
-/* Writes a register of one byte. CDS_OK: the servo has answered, or no answer was due;
- * CDS_REFUSED: it refused, request->error says why (2.4.1). */
+/* cds_servo_write(): CDS_OK if the servo has acknowledged the WRITE, or no reply was due. */
+static inline enum cds_result cds_blocking_write(struct cds_bus *bus, struct cds_request *request,
+                                                 uint8_t id, uint8_t address, const uint8_t *data,
+                                                 uint8_t length)
+{
+    return cds_blocking_for(bus, request, cds_servo_write(bus, request, id, address, data, length));
+}
+
+/* cds_servo_write_byte() */
 static inline enum cds_result cds_blocking_write_byte(struct cds_bus *bus,
                                                       struct cds_request *request, uint8_t id,
                                                       uint8_t address, uint8_t value)
 {
-    return cds_blocking_written_(
-        request,
-        cds_blocking_for(bus, request, cds_servo_write_byte(bus, request, id, address, value)));
+    return cds_blocking_for(bus, request, cds_servo_write_byte(bus, request, id, address, value));
 }
 
-/* As cds_blocking_write_byte(), to a register of two bytes, in one packet (2.4.1, R28). */
+/* cds_servo_write_word() */
 static inline enum cds_result cds_blocking_write_word(struct cds_bus *bus,
                                                       struct cds_request *request, uint8_t id,
                                                       uint8_t address, uint16_t value)
 {
-    return cds_blocking_written_(
-        request,
-        cds_blocking_for(bus, request, cds_servo_write_word(bus, request, id, address, value)));
+    return cds_blocking_for(bus, request, cds_servo_write_word(bus, request, id, address, value));
+}
+
+/* cds_servo_reg_write() */
+static inline enum cds_result cds_blocking_reg_write(struct cds_bus *bus,
+                                                     struct cds_request *request, uint8_t id,
+                                                     uint8_t address, const uint8_t *data,
+                                                     uint8_t length)
+{
+    return cds_blocking_for(bus, request,
+                            cds_servo_reg_write(bus, request, id, address, data, length));
+}
+
+/* cds_servo_action() */
+static inline enum cds_result cds_blocking_action(struct cds_bus *bus, struct cds_request *request,
+                                                  uint8_t id)
+{
+    return cds_blocking_for(bus, request, cds_servo_action(bus, request, id));
+}
+
+/* cds_servo_reset() */
+static inline enum cds_result cds_blocking_reset(struct cds_bus *bus, struct cds_request *request,
+                                                 uint8_t id)
+{
+    return cds_blocking_for(bus, request, cds_servo_reset(bus, request, id));
+}
+
+/* cds_sync_write_send(), of a packet that cds_sync_write_begin() began. */
+static inline enum cds_result cds_blocking_sync_write(struct cds_bus *bus,
+                                                      struct cds_request *request)
+{
+    return cds_blocking_for(bus, request, cds_sync_write_send(bus, request));
+}
+
+/* ---- operations: begin with `config`, poll to the end ---- */
+
+static inline enum cds_result
+cds_blocking_sync_write_many(struct cds_sync_write_many *write,
+                             const struct cds_sync_write_many_config *config)
+{
+    enum cds_result result = cds_sync_write_many_begin(write, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_sync_write_many_poll(write)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
+}
+
+static inline enum cds_result cds_blocking_group_read(struct cds_group_read *read,
+                                                      const struct cds_group_read_config *config)
+{
+    enum cds_result result = cds_group_read_begin(read, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_group_read_poll(read)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
+}
+
+static inline enum cds_result
+cds_blocking_registered_move(struct cds_registered_move *move,
+                             const struct cds_registered_move_config *config)
+{
+    enum cds_result result = cds_registered_move_begin(move, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_registered_move_poll(move)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
+}
+
+static inline enum cds_result cds_blocking_torque_off(struct cds_torque_off *off,
+                                                      struct cds_servos *servos)
+{
+    enum cds_result result = cds_torque_off_begin(off, servos);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_torque_off_poll(off)) == CDS_PENDING)
+        cds_bus_poll(servos->bus);
+    return result;
+}
+
+static inline enum cds_result cds_blocking_scan(struct cds_scan *scan,
+                                                const struct cds_scan_config *config)
+{
+    enum cds_result result = cds_scan_begin(scan, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_scan_poll(scan)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
+}
+
+static inline enum cds_result cds_blocking_identity(struct cds_identity *identity,
+                                                    const struct cds_identity_config *config)
+{
+    enum cds_result result = cds_identity_begin(identity, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_identity_poll(identity)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
+}
+
+static inline enum cds_result cds_blocking_setup(struct cds_setup *setup,
+                                                 const struct cds_setup_config *config)
+{
+    enum cds_result result = cds_setup_begin(setup, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_setup_poll(setup)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
+}
+
+static inline enum cds_result cds_blocking_diagnose(struct cds_diagnose *diagnose,
+                                                    const struct cds_diagnose_config *config)
+{
+    enum cds_result result = cds_diagnose_begin(diagnose, config);
+
+    if (result != CDS_OK)
+        return result;
+    while ((result = cds_diagnose_poll(diagnose)) == CDS_PENDING)
+        cds_bus_poll(config->bus);
+    return result;
 }
 
 #ifdef __cplusplus

@@ -1,16 +1,14 @@
-/* One half-duplex bus, the exchange in flight on it and those that wait. An exchange is an
- * instruction packet and the status packet that answers it, if one is due. Manual: 2.1; status
- * return level and return delay: 3.1, registers 0x05 and 0x10.
+/* One half-duplex bus and the transaction in flight on it: an instruction packet and the status
+ * packet that answers it, if one is due. Manual: 2.1; registers 0x05 and 0x10 in 3.1.
  *
- * Nothing here waits: a call submits and returns, cds_bus_poll() moves things on, and the request
- * says how it ended. All functions: main context, interrupts on.
+ * No call waits: cds_bus_submit() returns at once, cds_bus_poll() moves the transaction on, and
+ * request->result says how it ended. All functions: main context, interrupts on.
  *
- * Nothing is sent into a line that others use. If a byte came that nobody asked for, or the line is
- * low, the line must be high for two byte times first. If it does not become so in time, the
- * request ends as CDS_LINE_BUSY, and the bus recovers by itself.
- *
- * Counters: every packet sent ends as ok, timeout or corrupt, so sent = ok + timeouts + corrupt
- * once the bus is idle.
+ *     static uint8_t packet[CDS_PACKET_SIZE(2)], reply[2];
+ *     static struct cds_request request = CDS_REQUEST(packet, reply);
+ *     cds_servo_read(&bus, &request, 1, CDS_REG_PRESENT_POSITION, 2);
+ *     while (cds_bus_poll(&bus)) {
+ *     }
  */
 #ifndef CDS_BUS_H
 #define CDS_BUS_H
@@ -28,346 +26,347 @@
 extern "C" {
 #endif
 
-/* Baud register of the servos' factory setting: 1 Mbps. */
+/* Register 0x04 for `bps` bit/s, 7843 to 2 000 000: 2 000 000 / bps - 1, rounded. */
+#define CDS_BAUD(bps) ((uint8_t)((2000000ul + (bps) / 2u) / (bps)-1u))
+
+/* Register 0x04 of the servos' factory setting, 1 Mbps. */
 #define CDS_BAUD_1M 1
 
-/* The highest baud register: 7843 bit/s. */
+/* The highest value of register 0x04: 7843 bit/s. */
 #define CDS_BAUD_MAX 254
 
-/* Added to the time a reply may take: a servo renews its control loop and serves its own
- * interrupts; this is our estimate, in microseconds. */
+/* Added to the time a reply may take, in microseconds: a servo renews its control loop and serves
+ * its own interrupts. An estimate. */
 #define CDS_REPLY_MARGIN_US 100
 
 /* The longest return delay register 0x05 can ask for, in microseconds (254 x 2). */
 #define CDS_RETURN_DELAY_MAX_US 508
 
-/* A reply that begins up to so many microseconds behind the end of its packet is never taken for
- * the reply to a later packet: see cds_bus_rests(). Register 0x05 allows 508; the rest is for
- * servos that are slower than their register says. */
+/* A reply that begins within this time after the end of its packet, in microseconds, is never taken
+ * for the reply to a later packet. Register 0x05 allows 508; the rest is for servos that are slower
+ * than their register says. A slower servo can still give a wrong value: docs/faults.md, F17-again.
+ */
 #define CDS_STALE_REPLY_US 2000
 
-/* Parameters of a reply that one poll takes. What is looked for in it: CDS_PARSER_SKIPPED_MAX bytes
- * that begin no packet are passed over, or one packet that is none, or not due. */
-#define CDS_BUS_BYTES_PER_POLL 12
+/* The states of the transaction, in this order:
+ *
+ *   CLOSED --open--> IDLE --submit--> SENDING --no reply is due--> SENDING_ONLY --complete--> IDLE
+ *                     |                  ^  |
+ *              line in use, or           |  +--a reply is due--> AWAITING_REPLY <--malformed--+
+ *             check not ended            |                        |         |                 |
+ *                     v                  |                     deadline  its head           |
+ *              WAITING_FOR_LINE --may go-+                        v         v                 |
+ *                     |                                          IDLE    RECEIVING -----------+
+ *                     +--too long, or refused--> IDLE            IDLE <--whole or deadline--+
+ */
+enum cds_bus_state {
+    CDS_BUS_CLOSED,
+    CDS_BUS_IDLE,             // no transaction
+    CDS_BUS_WAITING_FOR_LINE, // until the line is quiet, no stale reply can come, and the permit
+                              // agrees
+    CDS_BUS_SENDING,          // the packet has begun; the next poll sets the deadline
+    CDS_BUS_SENDING_ONLY,     // the packet is on the wire, and no reply is due
+    CDS_BUS_AWAITING_REPLY,   // a reply is due: the bytes that come behind the packet are searched
+    CDS_BUS_RECEIVING,        // the head of the reply was found; its parameters are taken
+} __attribute__((packed));
 
 /* State of the line. */
-enum cds_bus_state {
-    CDS_BUS_OK,    // quiet but for our exchanges
-    CDS_BUS_BUSY,  // not known to be quiet: heard from unasked, or a reply came damaged, within the
-                   // last two byte times; or just opened again. Nothing is sent
-    CDS_BUS_FAULT, // low when looked at two byte times behind the last byte: short circuit, or a
-                   // dead driver, if it lasts; one look may have met a start bit
-};
+enum cds_bus_line {
+    CDS_BUS_LINE_QUIET,   // nothing but our own transactions
+    CDS_BUS_LINE_SUSPECT, // bytes came that no request asked for, or damage, or the line was low,
+                          // or a reply failed, within the last two byte times. Nothing is sent
+    CDS_BUS_LINE_FAULT,   // low when two byte times were over: a short circuit or a dead driver if
+                          // it lasts; one look may have met a start bit
+} __attribute__((packed));
 
-/* How many parameters a reply must have; one that refuses the packet (CDS_ERRORS_OF_PACKET) may
- * also have none. */
-#define CDS_REPLY_NONE 0xFF // no reply is due (broadcast, or the status return level)
-#define CDS_REPLY_MAX  50   // a READ of the whole control table
-#define CDS_REPLY_ANY                                                                              \
-    (CDS_PARSER_LENGTH_MAX - CDS_LENGTH_MIN) // with any_length: `room` for so many
+/* Parameters a reply must have. A reply that refuses the packet (CDS_ERRORS_OF_PACKET) may also
+ * have none. */
+#define CDS_REPLY_NONE 0xFF                                     // no reply is due: broadcast
+#define CDS_REPLY_MAX  50                                       // READ of the whole control table
+#define CDS_REPLY_ANY  (CDS_PARSER_LENGTH_MAX - CDS_LENGTH_MIN) // capacity for `any_length`
 
-/* In `urgent` of a request: the request goes before urgent requests too. For torque off
- * (torque_off.h).
- */
-#define CDS_URGENT_FIRST 2
+/* Priorities of requests that wait in a queue (queue.h); of equal ones the first submitted wins. */
+enum cds_priority {
+    CDS_PRIORITY_NORMAL,
+    CDS_PRIORITY_HIGH,       // goals of a cycle
+    CDS_PRIORITY_TORQUE_OFF, // before every other request
+} __attribute__((packed));
 
-/* One exchange: filled in by the typed calls of servo.h and sync_write.h, owned by the caller, who
- * leaves it and its buffer alone from submit until `result` is no longer CDS_PENDING. */
+/* One transaction. The caller owns it, and leaves it, its packet and its reply buffer alone from
+ * submit until `result` is no longer CDS_PENDING. The bus never changes the packet: a request that
+ * has ended may be submitted again as it stands. */
 struct cds_request {
-    struct cds_packet packet; // the instruction packet; then the reply's parameters in its buffer
-    void (*on_end)(struct cds_request *); // called from cds_bus_poll() when it has ended, or NULL;
-                                          // it may submit again, a READ built anew
-    void *owner;                          // the caller's, for on_end
-    struct cds_request *next;             // the bus's own
-    uint16_t return_delay_us;             // the longest this servo waits; by whoever judges, or
-                                          // set when it has begun
-    uint8_t reply_parameters;             // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
-    uint8_t repeats; // how often it may still be sent again if no good reply comes: set by the
-                     // calls of servo.h, where cds_bus_set_repeats() is used, and counted down
-    uint8_t urgent;  // 0; 1: before requests with 0; CDS_URGENT_FIRST: before all others
-    bool any_length; // a reply of up to CDS_REPLY_ANY parameters is taken; reply_parameters only
-                     // says how long one may last
-    uint8_t vetted;  // bit 0: skip the observer's check once; the observer clears it. Bits 1 to 7
-                     // belong to the observer
-    uint8_t result;  // enum cds_result; the fields below hold only if it is CDS_OK
-    uint8_t id;      // who answered (of interest after a broadcast PING)
-    uint8_t error;   // CDS_ERROR_* bits of the reply, 0 if none was due
-    uint8_t length;  // parameters received; 0 if the servo refused
-    /* True: sent in a rest too (cds_bus_rests()). For a request to which a stale reply does no
-     * harm: a scan asks each ID once, so a stale reply has another ID. */
-    bool skips_rest;
+    uint8_t result; // enum cds_result; the next three fields hold only if it is CDS_OK
+    uint8_t id;     // ID that answered: of interest after a broadcast PING
+    uint8_t error;  // CDS_ERROR_* bits of the reply, 0 if none was due
+    uint8_t length; // parameters received; 0 if the servo refused
+
+    struct cds_packet packet;     // the instruction packet
+    uint8_t *reply;               // buffer for the parameters of the reply
+    uint8_t reply_capacity;       // of `reply`, in bytes
+    uint8_t reply_parameters;     // due in the reply: 0 to CDS_REPLY_MAX, or CDS_REPLY_NONE
+    bool any_length;              // takes a reply of up to CDS_REPLY_ANY parameters;
+                                  // reply_parameters then only sets the deadline
+    bool ignores_stale : 1;       // does not wait for stale replies: for a request to which a stale
+                                  // reply cannot be taken for the right one, as of a scan
+    bool passes_lock : 1;         // is sent while an operation holds the bus: cds_bus_lock()
+    bool no_retry : 1;            // is never sent again by the queue
+    bool ignores_servo_state : 1; // READ or PING: the permit does not use the return delay and
+                                  // status return level known of the servo. For diagnose.h
+    uint8_t priority;             // enum cds_priority
+    uint8_t servo_index;          // hint for the permit: index of the servo it is for
+
+    void (*on_end)(struct cds_request *); // called from cds_bus_poll() at the end, or NULL; it may
+                                          // submit again
+    void *context;                        // the caller's, for on_end
+
+    // set by bus, queue and permit:
+    uint8_t retries;          // retries used; 0 while the request is not on its way
+    bool is_muted;            // the servo's status return level lets it not answer this packet
+    uint16_t return_delay_us; // the longest time this servo waits before it answers
+    uint16_t permit_epoch; // of the permit's latest answer to this packet, one less while its check
+                           // goes on; 0: none
+    struct cds_request *next; // the queue's
 };
 
-/* A request over `buffer`, an array of the caller's that holds the packet and the reply. All
- * fields, in their order and without names: good in C99 and in C++11. */
-#define CDS_REQUEST(buffer)                                                                        \
+/* A request over the arrays `packet_buffer` and `reply_buffer`. All fields of the first part in
+ * their order: valid in C99 and in C++11. */
+#define CDS_REQUEST(packet_buffer, reply_buffer)                                                   \
     {                                                                                              \
-        {(buffer), sizeof(buffer), 0}, 0, 0, 0, 0, 0, 0, 0, false, 0, 0, 0, 0, 0, false            \
+        0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, (reply_buffer),                   \
+            sizeof(reply_buffer), 0, false, false, false, false, false, 0, 0, NULL, NULL, 0,       \
+            false, 0, 0, NULL                                                                      \
     }
 
-/* Counted modulo 65536 from cds_bus_open() on; what the line does to bytes, modulo 256 between two
- * polls. */
-struct cds_counters {
-    uint16_t sent;           // instruction packets, repeated ones too
-    uint16_t repeated;       // ... of them, because no good reply had come
-    uint16_t ok;             // exchanges that ended well, no reply due included
-    uint16_t timeouts;       // ... without a reply by the deadline
-    uint16_t corrupt;        // ... with nothing but damage by the deadline
-    uint16_t unsent;         // requests that ended as CDS_LINE_BUSY: no packet was sent
-    uint16_t refuted;        // LENGTH or checksum of a would-be packet wrong
-    uint16_t stray;          // bytes, each with the FF before it, that began no packet: noise, or
-                             // what is left of one: a second servo of that ID may be behind it
-    uint16_t late;           // good packets that were not the reply due: of the servo that had just
-                             // been given up
-    uint16_t extra;          // ... of the one that had just answered: two have its ID
-    uint16_t foreign;        // ... of another one, or of another length
-    uint16_t framing_errors; // bytes damaged: noise, collision or another baud rate
-    uint16_t overruns;       // bytes lost because a handler was held up: by others, for more than
-                             // 285 cycles at 1 Mbps (cds55xx_avr.h)
-    uint16_t ring_overflows; // bytes lost because nobody polled and the line babbled
-    uint16_t echo_errors;    // own bytes that came back changed: another talked too
+/* A request over the array `packet_buffer` whose replies have no parameters: PING, WRITE, SYNC
+ * WRITE and the like. */
+#define CDS_REQUEST_WITHOUT_DATA(packet_buffer)                                                    \
+    {                                                                                              \
+        0, 0, 0, 0, {(packet_buffer), sizeof(packet_buffer), 0}, NULL, 0, 0, false, false, false,  \
+            false, false, 0, 0, NULL, NULL, 0, false, 0, 0, NULL                                   \
+    }
+
+/* Counted modulo 65536 from cds_bus_open() on. After the end of each transaction
+ * sent = ok + timeouts + corrupt. */
+struct cds_stats {
+    uint16_t sent;          // instruction packets, retries among them
+    uint16_t retried;       // packets sent again because no good reply had come
+    uint16_t ok;            // transactions that ended well, those without a reply among them
+    uint16_t timeouts;      // transactions without a good reply, and without damage
+    uint16_t corrupt;       // transactions without a good reply, but with damage
+    uint16_t line_busy;     // requests that ended as CDS_LINE_BUSY: no packet was sent
+    uint16_t malformed;     // would-be packets with a wrong LENGTH or checksum
+    uint16_t noise_bytes;   // bytes that begin no packet; an FF and the byte after it count once
+    uint16_t stale_replies; // good packets of the servo whose transaction had just failed
+    uint16_t duplicate_replies; // good packets of the servo that had just answered: two have its ID
+    uint16_t unexpected_packets; // good packets of another servo or of another length
+    uint16_t framing_errors;     // bytes damaged: noise, collision or another baud rate
+    uint16_t overruns;           // bytes lost because other handlers held up the receive handler
+                                 // for more than 285 cycles at 1 Mbps (cds55xx_avr.h)
+    uint16_t ring_overflows;     // bytes lost because no poll took them in time
+    uint16_t echo_errors;        // own bytes that came back changed: another station talked too
 };
 
-/* What is told to whoever watches a bus. */
+/* A good packet that was not the reply due. */
 enum cds_bus_event {
-    CDS_BUS_ENDED,   // an exchange, or one try of several
-    CDS_BUS_LATE,    // a packet was counted as `late`, ...
-    CDS_BUS_EXTRA,   // ... `extra`
-    CDS_BUS_FOREIGN, // ... or `foreign`
+    CDS_EVENT_STALE_REPLY,
+    CDS_EVENT_DUPLICATE_REPLY,
+    CDS_EVENT_UNEXPECTED_PACKET,
+} __attribute__((packed));
+
+/* What an upper layer adds to a bus: a queue (queue.h), or the servos with their permit (servos.h).
+ * Each function gets `context`, and must be there unless its comment allows NULL. The bus calls
+ * them from cds_bus_submit(), cds_bus_cancel(), cds_bus_open() and cds_bus_poll(); the cycle calls
+ * permit_goal and changed_since, and the registered move calls set_move. */
+struct cds_bus_hooks {
+    void *context;
+
+    /* May the packet leave? CDS_OK; CDS_PENDING: the check goes on, ask again at the next poll;
+     * else why not. Asked at the submit, and right before each packet leaves. Sets
+     * request->return_delay_us and request->is_muted. NULL: every packet may leave; on_sending and
+     * on_packet are not called. */
+    enum cds_result (*permit)(void *context, struct cds_request *request);
+
+    /* The bus has another request. Takes `request` over, its result then being CDS_PENDING. CDS_OK,
+     * or why not. */
+    enum cds_result (*submit)(void *context, struct cds_request *request);
+
+    /* Takes back a request that was taken over; NULL: all of them. False: it is not here. */
+    bool (*cancel)(void *context, struct cds_request *request);
+
+    /* Called from polls while a packet that expects no reply is on the wire. True while it has
+     * more to do before the transaction may end. */
+    bool (*on_sending)(void *context, struct cds_request *request);
+
+    /* A request has ended as `result`, its packet sent or not. The bus is free: the next request
+     * may be given to cds_bus_start(). Returns the final result, `result` as a rule; CDS_PENDING:
+     * the request is kept, to be sent again. From cds_bus_cancel() the answer is not used. */
+    enum cds_result (*request_ended)(void *context, struct cds_request *request,
+                                     enum cds_result result);
+
+    /* A good packet that was not due came from servo `id` with `error` bits. */
+    void (*on_packet)(void *context, enum cds_bus_event event, uint8_t id, uint8_t error);
+
+    /* For goals of a cycle (cycle.h), which are checked when they are set. May servo `id` be sent
+     * the goal and speed `goal` (4 bytes, as registers 0x1E to 0x21)? `*index`: hint, index of the
+     * servo; set to the index found. NULL: it may. */
+    enum cds_result (*permit_goal)(void *context, uint8_t id, uint8_t *index, const uint8_t *goal);
+
+    /* Which servo's answers of the permit may have changed since `*epoch`: CDS_NO_ID, none; its ID;
+     * or CDS_BROADCAST_ID, more than one. Sets `*epoch` to now. NULL: none. */
+    uint8_t (*changed_since)(void *context, uint16_t *epoch);
+
+    /* For registered_move.c: `request` carries the registered move that begins; NULL: none of its
+     * REG WRITE or ACTION follows. The permit lets REG WRITE and ACTION of this request reach
+     * servos with limits, as far as its rules for a move allow (docs/permit.md). NULL: no permit.
+     */
+    void (*set_move)(void *context, const struct cds_request *request);
 };
 
-/* One piece of news. */
-struct cds_bus_news {
-    uint8_t event;       // enum cds_bus_event
-    uint8_t id;          // who sent the packet; of ENDED: who was asked
-    uint8_t error;       // CDS_ERROR_* bits of the packet, 0 if there was none
-    uint8_t result;      // of ENDED: enum cds_result of this try
-    uint8_t instruction; // of ENDED, CDS_PING and so on, with its first parameter: the
-    uint8_t address;     // packet itself has given way to the reply by now
-    const struct cds_request *request; // of ENDED; its result is not set yet
+/* Of the operation that holds the bus: cds_bus_lock(). After abort() the operation sends nothing
+ * more. It has restored rate and return delay and ended the lock, or does so from within
+ * cds_bus_poll() when its packet on the wire has been answered. Until then a request for the
+ * servos' own rate can be submitted only if baud_reg is the rate of the bus. */
+struct cds_bus_lock {
+    void (*abort)(void *context);
+    void *context;    // for abort
+    uint8_t baud_reg; // the rate that the operation will restore, as register 0x04
 };
 
-/* Whoever watches a bus: servos.h. Called from submit, poll and cds_bus_would_admit(). */
-struct cds_bus_observer {
-    /* May this be sent? CDS_OK, or why not. It may say that no reply is due (reply_parameters =
-     * CDS_REPLY_NONE) and how long the servo waits (cds_bus_set_return_delay_of_()). Asked when a
-     * request is submitted and, its result then being CDS_PENDING, when its turn has come that it
-     * had to wait for, or to be sent once more. */
-    enum cds_result (*admit)(struct cds_bus_observer *observer, struct cds_request *request);
-    /* Would `admit` pass a SYNC WRITE of this block? A return delay is not judged here. */
-    enum cds_result (*admit_block)(struct cds_bus_observer *observer, uint8_t id, uint8_t address,
-                                   const uint8_t *data, uint8_t length);
-    void (*on_news)(struct cds_bus_observer *observer, const struct cds_bus_news *news);
-    uint16_t epoch;     // counts on whenever `admit` may say something else than before
-    uint8_t changed_id; // whom the last count concerns, or CDS_BROADCAST_ID
-};
-
-/* How far the bus is with its first request. */
-enum cds_bus_flight {
-    CDS_BUS_CLOSED,
-    CDS_BUS_WAITS, // it waits for its turn
-    CDS_BUS_IDLE,  // there is none
-    CDS_BUS_BEGUN, // its packet is on the wire; what is due was not looked at yet
-    CDS_BUS_TELLS, // ... no reply is due
-    CDS_BUS_ASKS,  // ... a reply is due, and what comes is searched for it
-    CDS_BUS_TAKES, // ... and what begins as it should is taken as it comes
-};
-
-/* What an instruction packet asks for, where that must be known when the reply has taken its place.
- */
-struct cds_bus_asked {
-    uint8_t instruction;
-    uint8_t first; // parameter: an address, if there is any; else anything
-    uint8_t last;  // parameter: of READ the length
+/* What the bus itself counts of struct cds_stats. */
+struct cds_bus_counts {
+    // internal: as struct cds_stats has them
+    uint16_t sent, retried, timeouts, corrupt, line_busy, malformed;
+    uint16_t not_due[3]; // good packets, by enum cds_bus_event
+    uint16_t framing_errors, overruns, ring_overflows;
 };
 
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
-    struct cds_request *request; // in flight, then those that wait, in their order; or NULL
+    uint8_t state;          // enum cds_bus_state
+    uint8_t gate;           // bits: why a packet may not leave at once; 0: it may
+    uint8_t phase;          // enum of bus.c: how far a wait or a reception is
+    uint8_t closing_end;    // position in the ring: what lies behind it came after the deadline
+    uint8_t port;           // number of the bus on its board
+    uint8_t timer_wraps;    // expiries of the timer that come before the deadline
+    uint8_t last_id;        // of the last transaction with a reply due, or CDS_NO_ID
+    uint8_t last_result;    // of that transaction, enum cds_result
+    uint8_t baud_reg;       // register 0x04 of its rate
+    uint8_t ring_overflows; // times the ring was full, modulo 256
+    struct cds_request *request; // the transaction, or NULL
     struct cds_parser parser;
-    uint8_t port;              // number of the bus on its board
-    uint8_t flight;            // enum cds_bus_flight
-    uint8_t line;              // enum cds_bus_state
-    bool rests;                // until `rest_until_us`: a stale reply may come
-    bool last_look;            // the request that waits ends unless the line is quiet when the
-                               // timer expires
-    bool closing;              // the deadline is over, and bytes up to this index of the
-    uint8_t close_at;          // ring are still looked at
-    bool has_ended;            // an exchange with a reply due, since the bus was opened at this
-    uint8_t last_id;           // rate: ID of the last one,
-    uint8_t last_result;       // and enum cds_result
-    uint8_t looked_to;         // the ring was searched up to this index
-    uint8_t at;                // of the reply that is taken: index of its next byte in the ring,
-    uint8_t last;              // and of its checksum
-    uint8_t sum;               // ... of its bytes from the ID on
-    uint8_t *to;               // ... where its next parameter goes
-    uint8_t laps;              // how often the timer expires before its time
-    uint8_t asked;             // who was asked
-    struct cds_bus_asked what; // and for what
-    uint16_t return_delay_us;  // longest of any servo on this bus
-    uint16_t byte_time_us;     // ten bits
-    uint16_t begun_at;         // when the packet in flight began, by cds_port_ticks()
-    uint16_t over_at;          // when all `laps` are over, in 2^16 us: for polls that miss one
-    uint32_t quiet_from_us;    // when the line will be quiet, unless others use it meanwhile
-    uint32_t rest_until_us;    // when the rest is over
+    uint16_t byte_time_us;    // ten bits
+    uint16_t return_delay_us; // longest of any servo on this bus
+    uint16_t begun_ticks;     // when the packet in flight began, of cds_port_ticks()
+    uint16_t deadline_65ms;   // a time at which all `timer_wraps` are surely over, in 2^16 us: for
+                              // late polls
+    uint16_t rest_us;         // packets that expect a reply wait so long after ...
+    uint32_t rest_from_us;    // ... the last sign of life of the line
+    const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again
+    const struct cds_bus_lock *lock;   // of the operation that holds the bus, or NULL
     struct cds_link link;
-    uint8_t baud;                 // register value of its rate
-    uint8_t repeats;              // given to each request that bears repeating
-    struct cds_counters counters; // `stray` and `echo_errors` stay elsewhere until asked for
-    uint8_t overfull;             // how often the stream broke for want of room, modulo 256
-    // what follows stays when a bus is opened again:
-    struct cds_bus_observer *observer; // or NULL; by cds_bus_set_observer()
-    bool has_queue;                    // by cds_bus_set_queue()
+    struct cds_bus_counts stats; // last: an AVR reaches the first 64 bytes with less code
 };
 
-/* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud + 1) bit/s
- * (`baud` 0 to 254) and listens. What went on on the line before is not known: who opens it amid
- * the talk of others should wait for two byte times before the first request. `port` is not
- * checked: it must be the number this very bus was bound to (on an AVR by CDS_AVR_BUS(bus, port)).
- * There a number the board does not have works the registers of port 0, one that no bus is bound to
- * restarts the program at the first interrupt, and one bound to another bus mixes up the two.
- * Counters start at 0. If the bus was open already, requests in flight or waiting end as
- * CDS_CANCELLED, without on_end, and the bus rests for CDS_STALE_REPLY_US (cds_bus_rests()). */
-void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud);
+/* Opens the bus on `port` (0 to the board's number of buses - 1) at 2 000 000 / (baud_reg + 1)
+ * bit/s (`baud_reg` 0 to 254) and listens. A program that opens the bus while other stations talk
+ * should wait for two byte times before the first request. `port` is not checked: it must be the
+ * number this very bus was bound to (on an AVR by CDS_AVR_BUS(bus, port)). Stats start at 0. If the
+ * bus was open already, requests in flight or waiting end as CDS_CANCELLED, without on_end, a lock
+ * ends, and packets that expect a reply wait for CDS_STALE_REPLY_US. Hooks stay. */
+void cds_bus_open(struct cds_bus *bus, uint8_t port, uint8_t baud_reg);
 
-/* Goes on at 2 000 000 / (baud + 1) bit/s, `baud` 0 to 254 as in register 0x04; counters and
- * settings stay. CDS_OK; CDS_BUSY: a request is in flight or waits, nothing was touched;
- * CDS_BAD_ARGUMENT: no bus is open, or there is no such rate. */
-enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud);
+/* Changes the rate to 2 000 000 / (baud_reg + 1) bit/s, `baud_reg` 0 to 254 as in register 0x04;
+ * stats and settings stay. CDS_OK; CDS_BUSY: a request is in flight or waits, nothing was changed;
+ * CDS_BAD_ARGUMENT: the bus is not open, or there is no such rate. */
+enum cds_result cds_bus_set_baud(struct cds_bus *bus, uint8_t baud_reg);
 
-/* Tells how long the slowest servo of the bus waits before it replies, in microseconds: twice its
+/* Sets how long the slowest servo of the bus waits before it replies, in microseconds: twice its
  * register 0x05. CDS_RETURN_DELAY_MAX_US from cds_bus_open() on, which is safe; the true value ends
- * a timeout sooner (manual, example 8). For what begins from now on. A timeout that comes sooner is
- * followed by a longer rest (cds_bus_rests()). */
+ * a timeout sooner (manual, example 8). For packets that begin from now on. */
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us);
 
-/* The same for one request that was submitted: for the observer, in `admit`. */
-void cds_bus_set_return_delay_of_(struct cds_request *request, uint16_t return_delay_us);
-
-/* Sets how often a request is sent again when no good reply has come: `repeats`, 0 to 2; 0 from
- * cds_bus_open() on. Only what does the same when done twice is repeated: PING, READ, and WRITE but
- * of ID, baud rate and LOCK. What a servo has refused is never repeated. What is more urgent goes
- * before a repeat. */
-void cds_bus_set_repeats(struct cds_bus *bus, uint8_t repeats);
-
-/* Gives the bus a queue (true), in which requests wait behind the one in flight for their turn, or
- * takes it away: then, as from zeroed storage on, what is submitted meanwhile is refused as
- * CDS_BUSY. A program that never asks for a queue does not pay for one. What sends beside others
- * asks for it by itself: cycle.h, health.h, torque_off.h. What has steps of its own, as scan.h or
- * group_read.h, needs one if others submit too; without it a step may end it as CDS_BUSY. Before or
- * after cds_bus_open(), which leaves it as it is. */
-void cds_bus_set_queue(struct cds_bus *bus, bool on);
-
 /* Sends the packet of `request`, which cds_packet_end() has accepted: at once if the bus is free,
- * else in its turn, after those submitted before it that are as urgent, or more so.
- * CDS_OK: request->result is CDS_PENDING until it ends. CDS_BUSY: this very request is on its way
- * already, and nothing was touched; or another one is, and the bus has no queue
- * (cds_bus_set_queue()). CDS_BAD_ARGUMENT: no bus is open, the packet was never ended, or
- * reply_parameters is above CDS_REPLY_MAX. CDS_NO_ROOM: the reply would not fit the buffer.
- * CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY: the observer does not admit it
- * (servos.h). All but the first: nothing was sent.
+ * else, with a queue (queue.h), in its turn. A request that was built and has ended may be
+ * submitted again as it stands: the fastest way to ask the same again.
  *
- * Any result but CDS_OK, of the call or of the request, and the fields of a reply mean nothing. Its
- * parameters take the packet's place as they come. So a request whose reply has some must be built
- * again before it is submitted again, however it has ended.
+ *   CDS_OK            accepted: request->result is CDS_PENDING until it ends
+ *   CDS_BUSY          this very request is on its way already; or another one is, and the bus has
+ *                     no queue; or an operation holds the bus (cds_bus_lock())
+ *   CDS_BAD_ARGUMENT  the bus is not open, the packet was never ended, or reply_parameters is
+ *                     above CDS_REPLY_MAX
+ *   CDS_NO_ROOM       the reply would not fit reply_capacity
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit refuses it (servos.h)
  *
- * How it ends: CDS_OK; CDS_TIMEOUT, CDS_CORRUPT: no good reply by the deadline, which is the time
- * its bytes and the reply's take, the return delay and CDS_REPLY_MARGIN_US, and again for each
- * repeat, counted exactly if a poll follows within 32 ms; CDS_LINE_BUSY: the line did not become
- * quiet within the time the longest reply takes with the longest return delay and that margin, nor
- * in the last two byte times, which begin with a poll of their own, and nothing was sent;
- * CDS_CANCELLED; CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY: the observer has
- * changed its mind since, and it was not sent, or not once more. */
+ * With any result but CDS_OK nothing was sent, and request->result is that result, unless the
+ * request is on its way. How it ends (request->result):
+ *
+ *   CDS_OK            the servo has answered, or no reply was due. A servo that refuses answers
+ *                     too, as a rule without parameters: look at request->error and ->length
+ *   CDS_TIMEOUT       no good reply by the deadline, and no damage: no reply, or one cut short
+ *   CDS_CORRUPT       no good reply by the deadline, and a byte or a packet was damaged
+ *   CDS_LINE_BUSY     the line did not become quiet in time, nothing was sent
+ *   CDS_CANCELLED     see cds_bus_cancel(), cds_bus_open()
+ *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY
+ *                     the permit refuses it since something has changed; nothing was sent
+ *
+ * The deadline is the time of packet and reply, the return delay and CDS_REPLY_MARGIN_US. */
 enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request);
 
-/* The same in two steps, for the library's own calls, so that the header of a packet that was found
- * good, and whose reply has room, is on the wire before the rest of it is built. Has it begun, or
- * is it not its turn? The rest must follow at once: the packet, whole but for a checksum that will
- * be there within a few byte times; returns what cds_bus_submit() does. */
-uint8_t cds_bus_begin_(struct cds_bus *bus);
-uint8_t cds_bus_begin_judged_(struct cds_bus *bus); // ... of what the observer has admitted already
-uint8_t cds_bus_follow_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
+/* For a queue: begins the transaction of `request`, whose result is CDS_PENDING, on a bus without a
+ * transaction; its packet leaves now or, as soon as line and permit agree, from cds_bus_poll(). */
+void cds_bus_start(struct cds_bus *bus, struct cds_request *request);
 
-/* The first request, which was found good, is sent if the line is quiet and the bus does not rest,
- * else it waits. False: it has waited for too long. */
-bool cds_bus_begin_turn_(struct cds_bus *bus);
-void cds_bus_wait_for_turn_(struct cds_bus *bus); // from the next poll on
+/* For a queue: takes back the request that waits for the line, to start another one first. Returns
+ * it, its result still CDS_PENDING; NULL: the packet has left already, or there is none. */
+struct cds_request *cds_bus_take_back(struct cds_bus *bus);
 
-/* What is due for the packet that has begun, and by when: the first poll sees to that. */
-void cds_bus_expect_(struct cds_bus *bus);
-
-/* Is the first request on the wire, or its answer awaited? */
-static inline bool cds_bus_is_in_flight_(const struct cds_bus *bus)
-{
-    return bus->flight > CDS_BUS_IDLE;
-}
-
-/* Hooks. A program has those of account.c if it reads counters by cds_bus_counters() or has an
- * observer, those of repeat.c if it calls cds_bus_set_repeats(), that of asked.c with either of the
- * two, and those of queue.c if it calls cds_bus_set_queue(); else they do nothing, and cost
- * nothing.
- */
-bool cds_bus_is_watched_(const struct cds_bus *bus);                      // has it an observer?
-uint8_t cds_bus_judge_(struct cds_bus *bus, struct cds_request *request); // admitted? or why not
-void cds_bus_note_sent_(struct cds_bus *bus);                             // the first request
-void cds_bus_note_packet_(struct cds_bus *bus);                           // ... while it is sent
-void cds_bus_note_end_(struct cds_bus *bus, uint8_t result);              // ... of its exchange
-void cds_bus_note_break_(struct cds_bus *bus); // the stream is broken: before it is mended
-void cds_bus_note_undue_(struct cds_bus *bus); // the parser has a packet that is no reply due
-void cds_bus_count_(uint16_t *counter);
-const struct cds_bus_asked *cds_bus_asked_(const struct cds_bus *bus); // for account.c, repeat.c
-bool cds_bus_repeat_(struct cds_bus *bus);       // is the first request sent once more?
-bool cds_bus_queues_(const struct cds_bus *bus); // may a request wait behind another one?
-struct cds_request *cds_bus_next_of_(const struct cds_request *request); // who waits behind it
-bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent); // first?
-void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result); // behind one that has ended so
-uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes); // of a packet
-
-/* Has `observer`, which must stay, watch the bus; NULL: nobody. */
-void cds_bus_set_observer(struct cds_bus *bus, struct cds_bus_observer *observer);
-
-/* Would the observer of the bus admit a SYNC WRITE of the `length` bytes (1 to 50) of `data` from
- * register `address` on to servo `id` (0 to 253)? CDS_OK, also if there is none; CDS_LIMIT,
- * CDS_INHIBITED. Nothing is sent.
- */
-enum cds_result cds_bus_would_admit(struct cds_bus *bus, uint8_t id, uint8_t address,
-                                    const uint8_t *data, uint8_t length);
-
-/* Takes back a request that waits for its turn, or for a quiet line: it ends as CDS_CANCELLED,
- * without on_end. CDS_OK; CDS_BUSY: it is in flight and will end by its deadline; CDS_BAD_ARGUMENT:
- * it is not on this bus.
- */
+/* Takes back a request that waits for its turn or for the line: it ends as CDS_CANCELLED, and its
+ * on_end is not called. CDS_OK; CDS_BUSY: its packet has left, and it will end by its deadline;
+ * CDS_BAD_ARGUMENT: it is not on this bus. */
 enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request);
 
-/* Moves the exchange in flight on and begins the next; to be called from the main loop, as often as
- * it turns. Ends at most one exchange and calls its on_end. Returns true while there is work.
- * Called late it loses nothing: what came is parsed before the deadline is judged, in
- * each poll no more than CDS_BUS_BYTES_PER_POLL tells. */
+/* Moves the transaction on; to be called from the main loop, as often as it turns. Each call does
+ * one thing of bounded length, and ends at most one transaction. Returns true while there is one.
+ * Called late it loses nothing that fits the ring (CDS_RING_SIZE bytes): what came is examined
+ * before the deadline is judged. */
 bool cds_bus_poll(struct cds_bus *bus);
 
-/* True while the bus rests. `now_us` as of cds_port_now_us().
- *
- * A transaction that ended without a good reply may be answered later, and a stale reply of the
- * right ID and LENGTH looks like the reply to the next READ. So the bus rests after such an end,
- * until a reply that begins CDS_STALE_REPLY_US behind its packet is over: it begins no transaction
- * that expects a reply, of any servo. Packets that expect none, as SYNC WRITE and all broadcasts
- * but PING, are sent at once. A servo that is slower than CDS_STALE_REPLY_US can still give a wrong
- * value: docs/faults.md, F17-again. */
-bool cds_bus_rests(const struct cds_bus *bus, uint32_t now_us);
+/* Attaches `hooks`, which stay in place. CDS_OK; CDS_BUSY: others are attached, or a request is in
+ * flight. The same ones again: CDS_OK. */
+enum cds_result cds_bus_attach(struct cds_bus *bus, const struct cds_bus_hooks *hooks);
 
-/* Returns CDS_BUS_OK, CDS_BUS_BUSY or CDS_BUS_FAULT: how the line is. Seen by cds_bus_poll() while
- * no exchange is in flight, so go on polling.
- */
-static inline enum cds_bus_state cds_bus_state(const struct cds_bus *bus)
+/* Gives the bus to one operation: until cds_bus_unlock() requests without `passes_lock` are
+ * answered by CDS_BUSY. Requests that were accepted before are still sent, retries too, and the
+ * rate cannot be changed before they have ended. The operation gives its requests
+ * CDS_PRIORITY_NORMAL: they leave behind all of these, and then only requests with `passes_lock`
+ * leave. Torque off passes the lock, and leaves first. `lock` stays in place. CDS_OK, also if
+ * `lock` holds the bus already; CDS_BUSY: another operation holds it; CDS_BAD_ARGUMENT: the bus is
+ * not open. */
+enum cds_result cds_bus_lock(struct cds_bus *bus, const struct cds_bus_lock *lock);
+
+/* Ends the lock if `lock` holds the bus. */
+void cds_bus_unlock(struct cds_bus *bus, const struct cds_bus_lock *lock);
+
+/* True while a transaction is in flight or waits. */
+static inline bool cds_bus_is_busy(const struct cds_bus *bus)
 {
-    return (enum cds_bus_state)bus->line;
+    return bus->request;
 }
 
-/* Copies the counters. A program that never calls this, nor has an observer, does not count. */
-void cds_bus_counters(const struct cds_bus *bus, struct cds_counters *out);
+/* True while a stale reply may come, as last seen by cds_bus_poll(): packets that expect a reply
+ * wait. */
+bool cds_bus_is_resting(const struct cds_bus *bus);
+
+/* Returns how the line is (CDS_BUS_LINE_*), as last seen by cds_bus_poll() while no packet was in
+ * flight. */
+enum cds_bus_line cds_bus_line(const struct cds_bus *bus);
+
+/* Copies the stats. */
+void cds_bus_stats(const struct cds_bus *bus, struct cds_stats *out);
 
 /* Parameter `index` of the reply as a byte, or as a word (low byte first, R28), into *out. CDS_OK
- * only if the exchange succeeded and that many parameters came; else *out is left as it was and
+ * only if the transaction succeeded and that many parameters came; else *out is left as it was and
  * the reason is returned: request->result, or CDS_REFUSED if the servo answered without data. */
 enum cds_result cds_request_byte(const struct cds_request *request, uint8_t index, uint8_t *out);
 enum cds_result cds_request_word(const struct cds_request *request, uint8_t index, uint16_t *out);

@@ -68,13 +68,13 @@ enum cds_register_address {
     CDS_REG_##name = address,
     CDS_REGISTERS(CDS_REGISTER_ENUM_)
 #undef CDS_REGISTER_ENUM_
-};
+} __attribute__((packed));
 
 /* What a program may do with a register; _NO: nothing; a WRITE is refused (R5). */
-enum cds_access { CDS_ACCESS_NO, CDS_ACCESS_RD, CDS_ACCESS_RW };
+enum cds_access { CDS_ACCESS_NO, CDS_ACCESS_RD, CDS_ACCESS_RW } __attribute__((packed));
 
 /* Where it lies: EEPROM outlives power-off, and wears; RAM begins anew at power-up. */
-enum cds_area { CDS_AREA_EEPROM, CDS_AREA_RAM };
+enum cds_area { CDS_AREA_EEPROM, CDS_AREA_RAM } __attribute__((packed));
 
 /* One register, as its row in the list has it. */
 struct cds_register {

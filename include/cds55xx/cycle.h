@@ -1,36 +1,17 @@
-/* The fixed-rate exchange of a whole robot: every period the goals of all servos go out in one SYNC
- * WRITE (manual 2.4.7), and what is left of the period is filled with feedback READs (2.4.2,
- * feedback.h), servo after servo. The servos renew their control loop every 4 ms (R29).
+/* Goals and feedback of a whole robot at a fixed rate: in each period the goals of all servos leave
+ * in one SYNC WRITE (manual 2.4.7), and READs of feedback (feedback.h) fill the rest, servo after
+ * servo.
  *
- *     cds_cycle_begin(&cycle, &bus, ids, 18, packets, feedback, CDS_CYCLE_PERIOD_US);
+ *     cds_queue_attach(&queue, &bus);
+ *     cds_cycle_begin(&cycle, &config);
  *     for (;;) {
  *         cds_bus_poll(&bus);
  *         cds_cycle_poll(&cycle);
- *         if (cycle.counters.periods has changed, or nothing was committed yet)
- *             cds_cycle_goal() for each servo that is to go elsewhere, then cds_cycle_commit();
+ *         if (cycle.counters.periods has changed, or no goals were committed yet)
+ *             cds_cycle_goal() for each servo that moves, then cds_cycle_commit();
  *     }
  *
- * A READ begins only if the bus is free and does not rest (cds_bus_rests()) and if the READ surely
- * ends before the next period, answered or not.
- * So the application's own requests go before READs, and urgent ones before all but the one in
- * flight; one that is not over when a period begins holds up its goals until it is. The true return
- * delay of the servos, told by cds_bus_set_return_delay(), makes room for more READs.
- *
- * Goals go out together or not at all: the application fills one packet while the other is sent.
- *
- * On a bus with a roster (servos.h) each goal is judged when it is set. A servo that is held later,
- * or whose limits are drawn closer than its goal, is dropped: its goal is sent no more, and those
- * of the others go on. cds_cycle_is_dropped() tells who is; the first goal for it that is taken
- * again, committed, takes it in. In the packet another servo's block stands twice meanwhile (R22).
- * What was taken once is not judged again while the roster does not change. When it does, the goals
- * of that period are up to 0.3 ms late if that concerns one servo, 0.8 ms if they waited behind the
- * very exchange that told it, 1.2 ms if more are concerned (50 servos, 16 MHz); none is missed.
- *
- * Of 50 servos at 250 Hz, 16 MHz, a roster takes 23 % of the CPU, and in each period 2 READs have
- * room, not 3: feedback is then 100 ms old at the most, not 68.
- *
- * All functions: main context.
- */
+ * A READ begins only if it surely ends before the next period. All functions: main context. */
 #ifndef CDS_CYCLE_H
 #define CDS_CYCLE_H
 
@@ -44,117 +25,141 @@
 extern "C" {
 #endif
 
-#define CDS_CYCLE_SERVOS_MAX 50   // 4 bytes to each in one packet (R23)
-#define CDS_CYCLE_PERIOD_US  4000 // 250 Hz, the servos' own rate (R29)
+#define CDS_CYCLE_SERVOS_MAX 50   // goals that fit one packet (R23)
+#define CDS_CYCLE_PERIOD_US  4000 // 250 Hz, the rate of the servos' control loop (R29)
 
-/* Bytes of storage for the two packets of goals of `servos` servos, a constant: 1 to
- * CDS_CYCLE_SERVOS_MAX, or it does not compile. */
+/* Bytes of the two packets with the goals of `servos` servos, a constant. Does not compile if it is
+ * not 1 to CDS_CYCLE_SERVOS_MAX. */
 #define CDS_CYCLE_PACKETS_SIZE(servos)                                                             \
     (2u * CDS_SYNC_WRITE_SIZE(servos, 4) / ((servos) >= 1 && (servos) <= CDS_CYCLE_SERVOS_MAX))
 
-/* Since cds_cycle_begin(); the application may put any of them back to 0. */
-struct cds_cycle_counters {
-    uint32_t periods; // whose goals were sent, or were to be
-    uint32_t unsent;  // ... of them, those that the bus did not send: all servos were dropped, the
-                      // line was not quiet, or it was too late when one was dropped in the queue
-    uint32_t missed;  // whose goals were not, since polls came too late or others held the bus
-    uint32_t reads;   // feedback READs that ended, well or not
-    uint32_t failed;  // ... of them, those that brought no values
-    uint32_t oldest_us; // longest time between two good replies of a servo
-    uint16_t dropped;   // servos that were dropped, each time
+/* What a cycle works on. It is copied; what the pointers point to stays in place until the cycle
+ * has stopped. */
+struct cds_cycle_config {
+    struct cds_bus *bus;           // open; with a queue if other requests are sent beside the cycle
+    const uint8_t *ids;            // the servos, each 0 to 253
+    uint8_t *packets;              // CDS_CYCLE_PACKETS_SIZE(count) bytes
+    struct cds_feedback *feedback; // one for each servo, in the order of `ids`
+    uint8_t count;                 // servos, 1 to CDS_CYCLE_SERVOS_MAX
+    uint16_t period_us;            // from the beginning of one period to the next
 };
 
-/* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). */
+/* Since cds_cycle_begin(). The application may set each of them to 0. */
+struct cds_cycle_counters {
+    uint32_t periods;   // periods whose goals were sent, or counted as unsent
+    uint32_t unsent;    // periods whose goals the bus did not send: all servos were left out, the
+                        // line was not quiet, or the goals were refused too late in the period
+    uint32_t missed;    // periods that passed because polls came too late or the bus was in use
+    uint32_t reads;     // READs of feedback that ended, well or not
+    uint32_t failed;    // READs that brought no values
+    uint32_t oldest_us; // longest time between two good replies of one servo
+    uint16_t dropped;   // times a servo was left out of the goals
+};
+
+/* All state of one cycle. Zero it (static storage is), then cds_cycle_begin(). The application
+ * reads `counters`; the rest belongs to the cycle. */
 struct cds_cycle {
     struct cds_bus *bus;
-    const uint8_t *ids;            // the caller's
-    struct cds_feedback *feedback; // the caller's, one for each of `ids`
-    struct cds_request read;       // the feedback READ
-    uint32_t next_us;              // when the next period begins
+    const uint8_t *ids;            // of the servos
+    struct cds_feedback *feedback; // one for each servo
+    uint8_t *front;                // packet that is sent every period
+    uint8_t *back;                 // packet that is filled
     uint8_t count;                 // servos
-    uint8_t turn;                  // servo whose feedback is read next, or being read
-    uint8_t *front, *back;         // the packet sent every period; and the one that is filled
-    bool committed;                // there are goals to send
-    bool filling;                  // the one in back holds all that the front one does, or newer
-    bool refused;                  // goals were, at their turn: a servo was held while they waited
-    bool reading;                  // a READ is on its way
-    bool giving_way;               // no READ begins: somebody waits for his turn
-    bool stopping;                 // cds_cycle_stop() was called
-    uint16_t period_us;            // from one beginning to the next
-    uint16_t goals_us;             // the goals on the wire
-    uint16_t latest_us;            // goals that begin later than this would hold up the next ones
-    uint32_t read_at_us;           // when the READ in flight was begun,
-    uint16_t read_us;              // and how long it takes at the most
-    struct cds_bus_observer *observer; // of the bus, when goals were judged last
-    uint16_t epoch, filled_epoch; // its epoch, when all of the packet in front, or of the one in
-                                  // back, was admitted
-    bool holes, filled_holes;     // it has blocks of servos that were dropped
+    uint8_t filled;                // blocks of `back` before this one are set or marked as not set
+    uint8_t skipped;               // blocks of `back` that are marked as not set
+    uint8_t sum;                   // bytes of `back` from the ID on, with all goals that are set
+    uint8_t empty_sum;             // the sum when no goal is set
+    uint8_t index_offset;          // hint: index of a servo for the permit, less its index in `ids`
+    uint8_t checked;               // servos before this one were checked since the permit changed
+    uint8_t changed_id;            // servo the change concerns, or CDS_BROADCAST_ID
+    uint8_t mended;        // blocks that were looked at since a servo was left out of `front`
+    uint8_t turn;          // servo whose feedback is read, or is read next
+    bool has_permit : 1;   // goals are checked when they are set
+    bool is_checking : 1;  // goals are checked again, or blocks written, before the next ones leave
+    bool has_left_out : 1; // a goal set in `back` was refused later
+    bool is_committed : 1; // there are goals to send
+    bool is_refused : 1;   // the permit refused the goals while they waited on the bus
+    bool is_reading : 1;   // a READ is in flight or waits
+    bool is_yielding : 1;  // no READ begins: another request waits for its turn
+    bool is_aborted : 1;   // cds_cycle_abort() was called
+    uint16_t epoch;        // of the permit, when its changes were asked for; 0: never
+    uint16_t period_us;    // from the beginning of one period to the next
+    uint16_t goals_us;     // time of the goals on the wire
+    uint16_t latest_us;    // goals that begin later in a period would hold up the next ones
+    uint16_t read_bytes_us; // time of packet and reply of a READ on the wire
+    uint32_t read_until_us; // when the READ in flight ends at the latest
+    uint32_t next_us;       // when the next period begins
+    uint32_t wire_us;       // part of `elapsed_us` with a transaction of the cycle on the wire
+    uint32_t elapsed_us;    // periods that are over
     struct cds_cycle_counters counters;
-    uint32_t wire_us;                  // of `elapsed_us`, an exchange of the cycle was on the wire
-    uint32_t elapsed_us;               // periods that are over
-    struct cds_request goals;          // with the packet that was in front when they were sent
-    uint8_t buffer[CDS_FEEDBACK_SIZE]; // of the READ
+    struct cds_request goals;
+    struct cds_request read;
+    uint8_t read_packet[CDS_PACKET_SIZE(2)];
+    uint8_t reply[CDS_FEEDBACK_SIZE]; // to the READ
 };
 
-/* Starts a cycle for the `count` servos (1 to CDS_CYCLE_SERVOS_MAX) of `ids` (0 to 253) on an open
- * bus, a period every `period_us` microseconds from now on. `packets` is
- * CDS_CYCLE_PACKETS_SIZE(count) bytes, `feedback` one struct for each servo in the order of `ids`;
- * all of them stay in place until the cycle has stopped. No goal is sent before the first commit.
- * CDS_OK. CDS_BAD_ARGUMENT: no bus is open, count or an ID is out of range, or the goals do not fit
- * the period: they take (8 + 5 x count) byte times and CDS_REPLY_MARGIN_US. CDS_BUSY: this very
- * cycle is running and something of it is on its way; nothing was touched. */
-enum cds_result cds_cycle_begin(struct cds_cycle *cycle, struct cds_bus *bus, const uint8_t *ids,
-                                uint8_t count, uint8_t *packets, struct cds_feedback *feedback,
-                                uint16_t period_us);
+/* Starts a cycle. READs begin; no goal is sent before the first commit, from which the periods of
+ * goals count.
+ * CDS_OK. CDS_BAD_ARGUMENT: the bus is not open, count or an ID is out of range, or the goals do
+ * not fit the period: they take (8 + 5 x count) byte times and CDS_REPLY_MARGIN_US. CDS_BUSY: this
+ * very cycle runs and has a request on its way; nothing was changed. */
+enum cds_result cds_cycle_begin(struct cds_cycle *cycle, const struct cds_cycle_config *config);
 
-/* Sets the goal of servo `index` (0 to count - 1, of `ids`): position 0 to 1023 (0 to 300 degrees),
- * speed 0 to 1023 (62/1023 RPM each, 0: as fast as it can; R8, R10). It goes out with the next
- * commit; servos whose goal is not set anew keep theirs. CDS_OK. CDS_BAD_ARGUMENT: out of range,
- * nothing was set. CDS_BUSY: the goals before those committed last are still being sent; try again
- * when that is over, at most a period from now. CDS_LIMIT: beyond a soft limit; nothing was set,
- * and it keeps its goal. CDS_INHIBITED: the servo is held; nothing was set, and it is dropped by
- * the next poll, or from the beginning if it never had a goal. */
+/* Sets the goal of servo `index` (0 to count - 1, in the order of `ids`): position 0 to 1023 (0 to
+ * 300 degrees), speed 0 to 1023 (62/1023 RPM each, 0: as fast as it can; R8, R10). The goal is sent
+ * from the period after the next commit on. Servos whose goal is not set keep theirs. Setting them
+ * in the order of `ids` costs least.
+ *
+ *   CDS_OK
+ *   CDS_BAD_ARGUMENT  out of range; nothing was set
+ *   CDS_BUSY          the goals of the commit before the last one are still being sent; try again
+ *                     within a period
+ *   CDS_LIMIT         the permit of the bus (servos.h) refuses the goal; the servo keeps its goal
+ *   CDS_INHIBITED     the servo may not be driven; the next polls leave it out
+ *
+ * A servo whose first goal is refused is left out from the beginning. */
 enum cds_result cds_cycle_goal(struct cds_cycle *cycle, uint8_t index, uint16_t position,
                                uint16_t speed);
 
-/* All goals set since the last commit go out with the next period, and with each one after it until
- * the next commit. The first commit begins a period. CDS_OK, also if none was set.
- * CDS_BAD_ARGUMENT: some servo never had a goal and is not held; nothing was committed. */
+/* All goals set since the last commit are sent together in the next period, and in each one after
+ * it until the next commit. If all goals were set, two pointers change places; else the goals that
+ * were not set are copied. CDS_OK, also if no goal was set. CDS_BAD_ARGUMENT: a servo never had a
+ * goal, and none of its goals was refused; nothing was committed. */
 enum cds_result cds_cycle_commit(struct cds_cycle *cycle);
 
-/* Moves the cycle on; call it after cds_bus_poll() from the main loop, as often as possible: goals
- * go out when a poll finds that their period has begun. A period is missed when its goals would
- * hold up the next one's; the others stay where they were.
- * CDS_PENDING: it runs, or is stopping. CDS_OK: it has stopped, and its storage is the caller's. */
+/* Moves the cycle on; call it after cds_bus_poll() from the main loop, as often as possible. A
+ * period is missed if its goals would hold up those of the next one; the phase of the periods
+ * stays. When the permit of the bus has changed, the goals it concerns are checked again, at most 8
+ * in one poll, and no goals are sent meanwhile. A servo whose goal is refused is left out; the
+ * others go on. CDS_PENDING: the cycle runs, or ends. CDS_OK: it has ended; its storage is free. */
 enum cds_result cds_cycle_poll(struct cds_cycle *cycle);
 
-/* Stops it, also one that was never begun: nothing more is sent but what is on the wire already.
- * Poll until that is over. The servos stay at, or go on to, their last goals. */
-void cds_cycle_stop(struct cds_cycle *cycle);
+/* Ends the cycle, also one that was never begun: no further packet leaves. Poll until a packet in
+ * flight has ended. The servos go on to their last goals. */
+void cds_cycle_abort(struct cds_cycle *cycle);
 
-/* Is servo `index` (0 to count - 1, of `ids`) left out of the goals that are sent? True: it was
- * held, or its goal came to lie beyond a soft limit, and no goal for it was taken and committed
- * since. */
+/* True if servo `index` (0 to count - 1) is left out of the goals that are sent: its goal was
+ * refused, and no goal was set and committed since. In the packet the goal of another servo stands
+ * twice meanwhile (R22). */
 bool cds_cycle_is_dropped(const struct cds_cycle *cycle, uint8_t index);
 
-/* Asks for the bus between READs, for an exchange of the caller's that lasts at most `us`
- * microseconds. True: submit it now, it ends before the next period. False, also while the bus
- * rests (cds_bus_rests()): ask again with each turn of the main loop; no READ begins until the next
- * period meanwhile, so that the turn comes. If `us` is above cds_cycle_room_us() it never does, and
- * READs go on. */
-bool cds_cycle_gives_way(struct cds_cycle *cycle, uint16_t us);
+/* Asks for the bus between READs, for a transaction of at most `us` microseconds. True: submit it
+ * now; it ends before the next period. False, also while the bus rests (cds_bus_is_resting()): ask
+ * again with each turn of the main loop; until the next period no READ begins. Ask for no more than
+ * cds_cycle_spare_us(). */
+bool cds_cycle_yields(struct cds_cycle *cycle, uint16_t us);
 
-/* The longest exchange, in microseconds, for which cds_cycle_gives_way() can ever be true; 0 if
- * there is none. */
-uint16_t cds_cycle_room_us(const struct cds_cycle *cycle);
+/* The longest transaction, in microseconds, for which cds_cycle_yields() is surely true some time;
+ * 0: none. */
+uint16_t cds_cycle_spare_us(const struct cds_cycle *cycle);
 
-/* The age of the oldest feedback of all servos, in microseconds; CDS_FEEDBACK_NEVER if one was
+/* Age of the oldest feedback of all servos, in microseconds; CDS_FEEDBACK_NEVER if a servo was
  * never read. */
 uint32_t cds_cycle_oldest_us(const struct cds_cycle *cycle);
 
-/* Share of the time that an exchange of the cycle was on the wire, in thousandths, 0 to 1000: the
- * bytes sent and received, and of a READ that failed all the time it was waited for. Of the time
- * since begin, after 18 min more of the later. Divides 32-bit numbers: not for the hot path. */
+/* Share of the time with a transaction of the cycle on the wire, 0 to 1000 thousandths: bytes sent
+ * and received, and the whole wait of a READ that failed. Counted since begin; after 18 min the
+ * later time counts more. Divides 32-bit numbers: not for the hot path. */
 uint16_t cds_cycle_utilisation_permille(const struct cds_cycle *cycle);
 
 #ifdef __cplusplus

@@ -1,38 +1,23 @@
-/* Why does it not answer? One call that looks at the line, at one servo and at those around it, and
- * ends with one finding and what to do about it. It sends PING and READ only, and writes nothing
- * (manual 2.4.2, 2.4.5; registers: 3.1).
+/* Finds out why a servo does not answer: looks at the line, at the servo and at the servos around
+ * it, and ends with one finding and what to do about it. It sends PING and READ only, and writes
+ * nothing (manual 2.4.2, 2.4.5; registers: 3.1).
  *
- * The most fundamental cause comes first; what is further down is not looked for:
- *   1. the line, unasked, for 50 ms: LINE_LOW; packets of others: COLLISION; bytes: BABBLE if it is
- *      never quiet, else NOISE
- *   2. in every series of questions: ECHO, COLLISION, BYTES_LOST, and DUPLICATE_ID if good answers
- *      come twice
- *   3. PING of the servo is silent: SLOW if answers come too late; then the other listed rates,
- *      and whoever else is there: OTHER_RATE, OTHER_ID, else SILENCE
- *   4. READ is silent where PING is not: NO_REPLY_BY_LEVEL
- *   5. damage: of a quarter of all answers or more only the first bytes are lost, and there is not
- *      a third as much of another sort: REPLIES_TOO_EARLY. Only where two servos would say
- * different things (READ of position, voltage ...), and not in PING and READ of the ID:
- * DUPLICATE_ID. In half of all answers or more: DUPLICATE_ID if another servo is understood, or if
- * none is there and three quarters are damaged; else NOISE. One bad exchange of sixteen is nothing,
- * nor are more if a second examination is clean, once it hears again: real buses lose a few in a
- * thousand. Up to three bytes unasked are nothing either
- *   6. what the servo says of itself: SLOW, LOW_SUPPLY, HIGH_SUPPLY, OVERHEATED, OVERLOADED
+ * The findings, in the order in which they are looked for, and their thresholds:
+ * docs/diagnose.md. Some servo answers well in 0.1 s and 20 transactions at 1 Mbps, silence takes
+ * 0.2 s and 31; a search for other servos at most 300 transactions in 0.4 s, 2.2 s at 19200 bit/s,
+ * and twice as many if any servo is looked for. Two servos that agree in every bit and in time pass
+ * for one.
  *
- * At 1 Mbps a servo that is well takes 0.1 s and 20 exchanges, silence 0.2 s and 31. Where others
- * must be looked for there are at most 300 exchanges in 0.4 s, 2.2 s at 19200; of anybody twice as
- * many. Two servos that agree to the bit, in values and in time, pass for one.
- *
- * Broadcast PING is sent only where nobody answers, or to look for anybody: several servos answer
- * it at once then, for 60 us. Keep other requests off the bus meanwhile, as in a scan. What an
- * observer knows of servos is not used. Main context.
+ * The operation holds the bus from begin to end (cds_bus_lock()). What the permit knows of servos
+ * is not used. Main context.
  */
 #ifndef CDS_DIAGNOSE_H
 #define CDS_DIAGNOSE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/bus.h" // struct cds_bus, struct cds_request
+#include "cds55xx/steps.h" // struct cds_steps
 
 #ifdef __cplusplus
 extern "C" {
@@ -82,76 +67,83 @@ enum cds_finding {
 #define CDS_FINDING_ENUM_(name, number, text, remedy) name = number,
     CDS_FINDINGS(CDS_FINDING_ENUM_)
 #undef CDS_FINDING_ENUM_
+} __attribute__((packed));
+
+/* Capacities of the request. */
+#define CDS_DIAGNOSE_PACKET_SIZE CDS_PACKET_SIZE(2)
+#define CDS_DIAGNOSE_REPLY_SIZE  9
+
+/* What to diagnose. Bus and request stay in place until the operation has ended. */
+struct cds_diagnose_config {
+    struct cds_bus *bus; // at the rate and with the return delay that the servo should have
+    struct cds_request *request;
+    uint8_t id; // 0 to 253; CDS_BROADCAST_ID: the servo that is found first
 };
 
-/* found_id where nobody is known by an ID. */
-#define CDS_DIAGNOSE_NOBODY 0xFF
-
-/* The least buffer of its request, in bytes. */
-#define CDS_DIAGNOSE_SIZE 9
-
-/* How exchanges ended. */
+/* How transactions ended. */
 struct cds_diagnose_tally {
-    uint8_t asked;    // exchanges, of which were
-    uint8_t answered; // ... clean,
-    uint8_t damaged;  // ... damaged, the servo's complaint of damage included,
-    uint8_t silent;   // ... without a sign of anybody,
-    uint8_t busy;     // ... not possible: the line was not quiet
-    uint8_t echoed;   // of all: began with own bytes
+    uint8_t asked;    // transactions
+    uint8_t answered; // of these: with a good reply
+    uint8_t damaged;  // with damage, or with a reply that complains of a damaged packet
+    uint8_t silent;   // with nothing heard
+    uint8_t busy;     // not possible: the line was not quiet
+    uint8_t echoed;   // of all: what was heard began with bytes of the packet
     uint8_t cut;      // of the damaged: whole but for the first bytes
 };
 
-/* One diagnosis: the caller reads `finding` and all below it that is not its own. */
+/* One diagnosis: the caller reads the fields down to `varying`, and steps.result. */
 struct cds_diagnose {
-    struct cds_bus *bus;
-    struct cds_request *request;
-    uint8_t id;         // who was asked for
-    uint8_t finding;    // enum cds_finding; stands when polling ends with CDS_OK
-    uint8_t found_id;   // who was examined or found, or CDS_DIAGNOSE_NOBODY
-    uint8_t found_baud; // register value of the rate at which it answered
-    uint8_t error;      // CDS_ERROR_* bits of its last answer to READ
-    uint16_t value;     // SLOW: us it waits, 0 if that is not known; LOW_, HIGH_SUPPLY: mV;
-                        // OVERHEATED: degrees Celsius
+    uint8_t finding;        // enum cds_finding; stands when polling ends with CDS_OK
+    uint8_t found_id;       // of the servo that was examined or found, or CDS_NO_ID
+    uint8_t found_baud_reg; // rate at which it answered
+    uint8_t error;          // CDS_ERROR_* bits of its last reply to a READ
+    uint16_t value;        // SLOW: return delay in us, 0 if it is not known; LOW_, HIGH_SUPPLY: mV;
+                           // OVERHEATED: degrees Celsius
+    uint16_t transactions; // progress: PINGs and READs that are over
 
-    /* Evidence; */
-    struct cds_diagnose_tally total;  // of all exchanges with the servo examined
-    uint16_t unasked;                 // bytes, damaged ones too, heard while nobody was asked;
-    uint16_t extra, late;             // of the bus's counters, how much they moved: answers of
-                                      // `found_id`
-    uint16_t foreign;                 // packets of others, unasked
-    uint16_t echo_errors;             // own bytes that came back changed
-    uint16_t overruns;                // bytes that this controller lost
-    uint16_t exchanges;               // progress: PINGs and READs that are over
-    struct cds_diagnose_tally series; // its own, down to `limits`
-    uint8_t phase, purpose, aborted, in_flight, crowd, limits_known, looked_again;
-    uint8_t target, candidate, seek_id, rates_left, sent_size, head, result;
-    uint16_t return_delay_us;
-    uint8_t repeats, baud, own_baud;
+    // Evidence: what the stats of the bus counted, and the tallies of transactions
+    uint16_t unrequested_bytes;        // damaged ones included, while the line was listened to
+    uint16_t duplicate_replies;        // of servo found_id
+    uint16_t stale_replies;            // of servo found_id
+    uint16_t unexpected_packets;       // of other stations
+    uint16_t echo_errors;              // own bytes that came back changed
+    uint16_t overruns;                 // bytes that this controller lost
+    struct cds_diagnose_tally total;   // all with the servo examined; of these:
+    struct cds_diagnose_tally probe;   // PING
+    struct cds_diagnose_tally same;    // READ of what two servos of one ID have in common
+    struct cds_diagnose_tally varying; // READ of what they have not
+
+    // The operation's own:
+    struct cds_diagnose_tally series;
+    uint8_t phase, purpose, target, candidate, seek_id;
+    uint8_t baud_reg, rates_left;
+    uint8_t position; // of the ring, before the reply to the packet in flight
+    uint8_t voltage, temperature;
+    bool has_limits, hears_crowd, has_looked_again;
+    uint8_t limits[CDS_DIAGNOSE_REPLY_SIZE];
     uint32_t since_us, pause_us;
-    uint8_t sent[8], feedback[8], limits[9];
-    struct cds_diagnose_tally ping, same, differing; // evidence: of `total`, PING, READ of the same
-                                                     // and of what differs
-    struct cds_counters base;                        // its own
+    struct cds_stats base;
+    struct cds_steps steps;
 };
 
-/* Prepares a diagnosis of servo `id` (0 to 253), or, CDS_BROADCAST_ID, of whoever is found first,
- * at the bus's rate and return delay; nothing is sent before the first poll. The request's buffer
- * must be at least CDS_DIAGNOSE_SIZE bytes; bus, request and diagnose stay in place until it has
- * ended. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, or `id` is 0xFF; CDS_NO_ROOM: the buffer is too
- * small; CDS_BUSY: the request is on its way for someone else. */
-enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose, struct cds_bus *bus,
-                                   struct cds_request *request, uint8_t id);
+/* Prepares a diagnosis and locks the bus; nothing is sent before the first poll. CDS_OK;
+ * CDS_BAD_ARGUMENT: the bus is not open, or `id` is 0xFF; CDS_NO_ROOM: a buffer of the request is
+ * too small; CDS_BUSY: the request is on its way, or an operation holds the bus. Unless it is
+ * CDS_OK, nothing was changed. */
+enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose,
+                                   const struct cds_diagnose_config *config);
 
-/* Ends it with the exchange in flight: go on polling until it is over. */
-void cds_diagnose_abort(struct cds_diagnose *diagnose);
-
-/* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop, at least every
- * millisecond, or it hears less of what is said unasked. When it ends, the bus has its own rate,
- * return delay and repeats back. CDS_PENDING: not over yet. CDS_OK: diagnose->finding says what was
- * found. CDS_CANCELLED: aborted, or its request was cancelled; or the bus was opened anew, or told
- * another return delay, and nothing was given back.
- */
+/* Moves on by at most one transaction; call it and cds_bus_poll() from the main loop, at least
+ * every millisecond, or unrequested bytes are lost. At the end the bus has its own rate and return
+ * delay back.
+ *   CDS_PENDING    under way
+ *   CDS_OK         diagnose->finding says what was found
+ *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened anew (and is left as
+ *                  it is) */
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose);
+
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
+void cds_diagnose_abort(struct cds_diagnose *diagnose);
 
 #ifdef __cplusplus
 }

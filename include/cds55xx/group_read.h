@@ -1,8 +1,6 @@
-/* Reading the same registers of many servos: READs back to back (manual 2.4.2), each with its own
- * outcome and time. One is in flight or in the bus's queue at a time, so whatever else is
- * submitted, urgent requests above all, gets its turn between two of them.
- *
- * All functions: main context.
+/* Reads the same registers of many servos: READs back to back (manual 2.4.2), each with its own
+ * result and time. One READ is in flight or in the queue at a time, so other requests, those of a
+ * higher priority above all, get their turn between two of them. Main context.
  */
 #ifndef CDS_GROUP_READ_H
 #define CDS_GROUP_READ_H
@@ -10,8 +8,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/bus.h"           // struct cds_request
 #include "cds55xx/control_table.h" // CDS_REG_*
+#include "cds55xx/steps.h"         // struct cds_steps
 
 #ifdef __cplusplus
 extern "C" {
@@ -20,8 +18,8 @@ extern "C" {
 /* The age of data that were never read. */
 #define CDS_GROUP_READ_NEVER UINT32_MAX
 
-/* What became of one servo's READ. Zero it (static storage is) before the first group read; one
- * that is kept from one group read to the next keeps the time of its data. */
+/* The outcome of one servo's READ. Zero it (static storage is) before the first group read. Kept
+ * from one group read to the next, it keeps the time of its data. */
 struct cds_group_answer {
     uint32_t time_us; // when the reply that brought the data was taken
     uint8_t result;   // enum cds_result of the latest READ; CDS_PENDING: not asked or not over yet
@@ -29,44 +27,50 @@ struct cds_group_answer {
     bool known;       // there are data; false: they mean nothing
 };
 
-/* A group read. All of it is the operation's own; arrays and request stay in place until it is
- * over.
- */
-struct cds_group_read {
+/* What to read. Bus, request and arrays stay in place until the operation has ended. */
+struct cds_group_read_config {
     struct cds_bus *bus;
-    struct cds_request *request;
-    const uint8_t *ids;
-    uint8_t *data;
-    struct cds_group_answer *answers;
-    uint8_t count;
-    uint8_t address;
-    uint8_t length;
-    uint8_t next;  // servo being read
-    uint8_t state; // its READ is still to be sent, or on its way
-    uint8_t result;
+    struct cds_request *request;      // capacities: packet CDS_PACKET_SIZE(2), reply `length`
+    const uint8_t *ids;               // 0 to 253
+    uint8_t *data;                    // count * length bytes; those of servo i begin at
+                                      // data[i * length]
+    struct cds_group_answer *answers; // `count` of them
+    uint8_t count;                    // of servos, 1 or more
+    uint8_t address, length;          // of the registers; length: 1 to 50
 };
 
-/* Prepares a READ of `length` bytes (1 to 50) from `address` on of each of the `count` (1 or more)
- * servos `ids` (0 to 253); nothing is sent before the first poll. `data` is `count` times `length`
- * bytes: those of servo i begin at data[i * length]. `answers`: `count` of them. The request's
- * buffer must be `length` bytes and at least CDS_PACKET_SIZE(2). */
-void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
-                          struct cds_request *request, const uint8_t *ids, uint8_t count,
-                          uint8_t address, uint8_t length, uint8_t *data,
-                          struct cds_group_answer *answers);
+/* A group read: the caller reads steps.result. */
+struct cds_group_read {
+    uint8_t next;         // servo that is read now
+    uint8_t first_result; // of the first servo that failed, or CDS_OK
+    uint8_t last_result;  // of the servo before `next`
+    bool is_ended;        // the READ of the servo before `next` has ended and is not noted yet
+    bool is_built;        // the request has a READ, of another ID
+    struct cds_group_read_config config;
+    struct cds_steps steps;
+};
 
-/* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop. One servo that
- * fails does not stop the others: answers[i].result tells who and how, and its data stay as they
+/* Prepares a group read; nothing is sent before the first poll. CDS_OK; CDS_BAD_ARGUMENT: the bus
+ * is not open, or there is no servo; CDS_NO_ROOM: a buffer of the request is too small; CDS_BUSY:
+ * the request is on its way. Unless it is CDS_OK, nothing was changed. */
+enum cds_result cds_group_read_begin(struct cds_group_read *read,
+                                     const struct cds_group_read_config *config);
+
+/* Moves on by at most one transaction; call it and cds_bus_poll() from the main loop. A servo that
+ * fails does not stop the others: answers[i].result tells how it failed, and its data stay as they
  * were, with their old time.
- * CDS_PENDING: not over yet. CDS_OK: all data are new. Else the result of the first servo that
- * failed: CDS_TIMEOUT, CDS_CORRUPT, CDS_LINE_BUSY, CDS_CANCELLED; CDS_REFUSED, see
- * answers[i].error; CDS_NO_REPLY_DUE: it is set not to answer (servos.h); CDS_BAD_ARGUMENT: its ID,
- * or address and length; CDS_NO_ROOM: the request's buffer is too small.
- */
+ *   CDS_PENDING  under way
+ *   CDS_OK       all data are new
+ * else the result of the first servo that failed: CDS_TIMEOUT, CDS_CORRUPT, CDS_LINE_BUSY;
+ * CDS_REFUSED, see answers[i].error; CDS_NO_REPLY_DUE: it is set not to answer; CDS_BAD_ARGUMENT:
+ * its ID, or address and length; CDS_CANCELLED: that, or the operation was aborted. */
 enum cds_result cds_group_read_poll(struct cds_group_read *read);
 
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
+void cds_group_read_abort(struct cds_group_read *read);
+
 /* How old the data of this answer are, in microseconds, or CDS_GROUP_READ_NEVER. Counted from the
- * poll that took the reply: a main loop that is late sees them younger by as much. Right up to
+ * poll that took the reply: if the main loop is late, they are older by as much. Right up to
  * 71.6 min. */
 uint32_t cds_group_read_age_us(const struct cds_group_answer *answer);
 

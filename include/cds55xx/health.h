@@ -1,30 +1,15 @@
-/* The state check, which runs for ever beside the application: finds servos that lost their state
- * (power was gone for a moment, so torque is off) between two exchanges, and those that come back.
- * Manual: 2.4.2, 2.4.5, registers 0x10, 0x18; R3, R31.
+/* The state check, beside the application: finds servos that lost their state between two
+ * transactions (power failed for a moment, so torque is off), and servos that come back. What it
+ * finds is in struct cds_servo_state: presence, and CDS_INHIBIT_STATE_LOST. Manual: 2.4.2, 2.4.5,
+ * registers 0x10, 0x18; R3, R31.
  *
- *     cds_health_begin(&watch, &roster, CDS_HEALTH_PERIOD_US);
+ *     cds_health_begin(&health, &(struct cds_health_config){
+ *         .servos = &servos, .period_us = CDS_HEALTH_PERIOD_US});
  *     for (;;) {
  *         cds_bus_poll(&bus);
- *         cds_health_poll(&watch);
- *         ...
+ *         cds_health_poll(&health);
  *     }
  *
- * Once a period, one after the other and evenly spread, each servo of the roster has TORQUE_ENABLE
- * read, or is PINGed if it is away or set not to answer a READ. Beside that one of those that are
- * away is PINGed every CDS_HEALTH_SEEK_US, in turn, and one that is back is read at once, if that
- * fails again after as long. So it sends, each second of 50 servos and a period of 1 s, at most 50
- * exchanges and 20 more; at 1 Mbps, factory return delay, 0.25 ms each. What comes of it stands in
- * the roster: who is away, here, or held as CDS_INHIBIT_STATE_LOST.
- *
- * A servo that answers no READ (status return level 0) cannot be looked at when it is back: it
- * counts as one that lost its state.
- *
- * So a lost state shows within a period of the power being back and, beside a cycle, 20 ms more.
- * Not before torque was switched on, though: of a servo whose torque is off nothing shows that its
- * speed is the initial one again. Set the speed anew whenever torque is switched on.
- *
- * It sends only when the bus is free, so other requests wait for one such exchange at most; and
- * beside a cycle only where there is time for it before the next goals: cds_health_set_cycle().
  * Main context.
  */
 #ifndef CDS_HEALTH_H
@@ -41,43 +26,63 @@
 extern "C" {
 #endif
 
-/* The usual time in which each servo is looked at once. */
+/* The usual period, in which each servo is asked once. */
 #define CDS_HEALTH_PERIOD_US 1000000ul
 
-/* From one PING of a servo that is away to that of the next one. */
+/* From one PING of an OFFLINE servo to the next one. */
 #define CDS_HEALTH_SEEK_US 100000ul
 
-/* A state check. Zero it (static storage is), then cds_health_begin(). */
-struct cds_health {
-    struct cds_servos *roster;
-    struct cds_cycle *cycle; // beside which it runs, or NULL
-    struct cds_request request;
-    uint32_t step_us; // from one servo to the next
-    uint32_t look_us; // when the next one is due
-    uint32_t seek_us; // when the next PING of one that is away is
-    uint32_t back_us; // when one that is back may be read again
-    uint16_t epoch;   // of the roster, when those that are back were looked for
-    uint8_t buffer[CDS_PACKET_SIZE(2)];
-    uint8_t turn;   // servo that is due next
-    uint8_t seeker; // servo that was PINGed last because it is away
-    uint8_t back;   // servo that is back, or `count` of the roster: none
+/* All of it stays in place. */
+struct cds_health_config {
+    struct cds_servos *servos;
+    uint32_t period_us; // 10 000 to 1 000 000 000
 };
 
-/* Begins a state check of the servos of `roster`, which cds_servos_begin() has begun, each once in
- * `period_us`, 10 000 to 1 000 000 000 microseconds. Watch and roster stay in place. CDS_OK;
- * CDS_BAD_ARGUMENT: the period is out of range; CDS_BUSY: this very watch has a request on its way.
- * Divides 32-bit numbers: not for the hot path. */
-enum cds_result cds_health_begin(struct cds_health *watch, struct cds_servos *roster,
-                                 uint32_t period_us);
+/* Zero it (static storage is), then cds_health_begin(). */
+struct cds_health {
+    struct cds_servos *servos;
+    struct cds_cycle *cycle; // or NULL
+    struct cds_request request;
+    uint32_t step_us;    // from one servo to the next
+    uint32_t look_us;    // when the next servo is asked
+    uint32_t seek_us;    // when the next servo is asked that is OFFLINE or RETURNED
+    uint8_t turn;        // entry of the servo that is asked next
+    uint8_t sought;      // entry of the servo that is OFFLINE or RETURNED, or CDS_NO_ID
+    uint8_t news;        // of the servos, when it was chosen
+    bool is_chosen;      // `sought` was not asked yet
+    bool is_running;     // begun, and not aborted
+    bool asked_returned; // the servo asked last was RETURNED, and its answer was not taken
+    uint8_t packet[CDS_PACKET_SIZE(2)];
+    uint8_t reply; // to the READ
+};
 
-/* From now on it stays out of the way of `cycle`, on the same bus, begun, and in place; of none if
- * NULL. Polled in any order. CDS_OK; CDS_BAD_ARGUMENT: goals leave less than the time of a READ of
- * the slowest servo, and nothing was set: return delays or the period must be other ones. A servo
- * whose return delay grows beyond that later is not looked at, and the others are as before. */
-enum cds_result cds_health_set_cycle(struct cds_health *watch, struct cds_cycle *cycle);
+/* Begins. In each period each servo has its TORQUE_ENABLE read, one after the other and evenly
+ * spread; a servo that is OFFLINE or answers no READ (status return level 0) is PINGed. Beside that
+ * an OFFLINE servo is PINGed every CDS_HEALTH_SEEK_US, in turn, unless one is RETURNED. A RETURNED
+ * servo is read at once, and after a failure again every CDS_HEALTH_SEEK_US; if it answers a PING
+ * after CDS_SERVOS_MISSES failures, it answers no READ, and is taken for a servo that lost its
+ * state.
+ *
+ * A lost state shows within a period, and 20 ms more beside a cycle, but not if torque was off: set
+ * the speed anew whenever torque is switched on. For 50 servos and a period of 1 s there are at
+ * most 60 transactions a second of 0.25 ms each (1 Mbps, factory return delay). No transaction is
+ * retried. Nothing is sent while the bus is in use, so other requests wait for one transaction.
+ *
+ * CDS_OK; CDS_BAD_ARGUMENT: the period is out of range; CDS_BUSY: the request of this check is in
+ * flight, and nothing was changed. Divides 32-bit numbers: not for the hot path. */
+enum cds_result cds_health_begin(struct cds_health *health, const struct cds_health_config *config);
 
-/* Moves on by at most one exchange; call it from the main loop, for ever. */
-void cds_health_poll(struct cds_health *watch);
+/* From now on transactions begin only where they end before the next goals of `cycle`, which is on
+ * the same bus and was begun; NULL: no cycle. CDS_OK; CDS_BAD_ARGUMENT: the goals leave less time
+ * than a READ of the slowest servo takes; nothing was changed. A servo whose return delay later
+ * grows beyond that time is not asked any more. */
+enum cds_result cds_health_set_cycle(struct cds_health *health, struct cds_cycle *cycle);
+
+/* Moves on by at most one transaction; call it from the main loop. */
+void cds_health_poll(struct cds_health *health);
+
+/* Ends the check: a request that waits is taken back. Polls do nothing until it begins anew. */
+void cds_health_abort(struct cds_health *health);
 
 #ifdef __cplusplus
 }

@@ -4,9 +4,10 @@
  *                        ^                                                |
  *                        +-------------------complete--------------------+
  *
- * The driver is released by "transmit complete", never by "transmit ready" and never by counting
- * time. The three events are called by the port's interrupt handlers, which pass the number of the
- * port as a constant, so that port verbs inlined there act on constant addresses.
+ * The driver is released by "transmit complete", never by "transmit ready", and by time only if a
+ * transmission does not end by its deadline: cds_link_abort(). The three events are called by the
+ * port's interrupt handlers, which pass the number of the port as a constant, so that port verbs
+ * inlined there act on constant addresses.
  *
  * Manual 2.1 (half duplex), 1.2.3 (the two enables).
  */
@@ -16,35 +17,45 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/port.h" // the verbs
-#include "cds55xx/ring.h" // struct cds_ring
+#include "cds55xx/packet.h" // CDS_HEADER
+#include "cds55xx/port.h"   // the verbs
+#include "cds55xx/ring.h"   // struct cds_ring
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 /* As in the picture above. */
-enum cds_link_state { CDS_LINK_HIGH_Z, CDS_LINK_LISTENING, CDS_LINK_TALKING, CDS_LINK_DRAINING };
+enum cds_link_state {
+    CDS_LINK_HIGH_Z,
+    CDS_LINK_LISTENING,
+    CDS_LINK_TALKING,
+    CDS_LINK_DRAINING
+} __attribute__((packed));
 
 /* What a receiver says of a byte: the port maps its status register to these. */
-enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 };
+enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 } __attribute__((packed));
 
 /* What broke the stream of bytes first. Bit 0 is that it is broken. */
-enum cds_link_break { CDS_LINK_WHOLE = 0, CDS_LINK_DAMAGED = 1, CDS_LINK_FULL = 3 };
+enum cds_link_break {
+    CDS_LINK_WHOLE = 0,
+    CDS_LINK_DAMAGED = 1,
+    CDS_LINK_FULL = 3
+} __attribute__((packed));
 
 /* What handlers and main context share of one bus. The ring last: an AVR reaches the first 64 bytes
  * of a struct in one instruction.
  *
- * Handlers have no time for more than 8 bits: so the bus adds up what they have counted whenever it
- * finds the stream broken, and 256 bytes lost or damaged between two of its looks are none. */
+ * Handlers count damage in 8 bits, for speed. The bus adds up what they have counted whenever it
+ * finds the stream broken: 256 bytes lost or damaged between two of its polls count as none. */
 struct cds_link {
-    const uint8_t *volatile cursor;  // next byte to be sent
-    const uint8_t *volatile last;    // the packet's last byte
-    const uint8_t *volatile echo;    // next byte to come back, where the receiver hears the driver
-    volatile uint8_t state;          // enum cds_link_state
-    volatile uint8_t broken;         // enum cds_link_break: since the bus last looked
-    volatile uint8_t broken_at;      // the first byte damaged or lost, as an index of the ring
-    volatile uint8_t whole_from;     // the last one
+    const uint8_t *volatile cursor; // next byte to be sent
+    const uint8_t *volatile last;   // the packet's last byte
+    const uint8_t *volatile echo;   // next byte to come back, where the receiver hears the driver
+    volatile uint8_t state;         // enum cds_link_state
+    volatile uint8_t broken;        // enum cds_link_break: since the bus last looked
+    volatile uint8_t broken_at;  // position in the ring where the first damaged or lost byte came
+    volatile uint8_t whole_from; // position of the first byte behind the last one
     volatile uint8_t framing_errors; // modulo 256: bytes with no other error,
     volatile uint8_t overruns;       // likewise,
     volatile uint8_t both_errors;    // bytes with both,
@@ -56,27 +67,25 @@ struct cds_link {
 /* Starts listening. Main context. */
 void cds_link_open(struct cds_link *link, uint8_t port);
 
-/* Begins to send a packet whose first two bytes are `header`, any byte: one of them, or both, are
- * on their way when this returns. How many: 1 or 2. The rest must follow within as many byte times,
- * or the line idles meanwhile. Whatever was heard and not yet taken will be thrown away. Main
- * context; only while LISTENING. */
-static inline uint8_t cds_link_begin(uint8_t port, uint8_t header)
+/* Turns the driver on and sends the header, before anything else is done. Returns how many bytes of
+ * the header the transmitter has taken, 1 or 2. Main context; only while LISTENING, and followed by
+ * cds_link_follow(). */
+static inline uint8_t cds_link_begin(uint8_t port)
 {
-    return cds_port_talk(port, header); // the receiver is off: nothing stale can follow
+    return cds_port_talk(port, CDS_HEADER); // the receiver is off: no stale byte can follow
 }
 
-/* The rest of what cds_link_begin() has begun: the `size` bytes (at least 3) at `packet`, but for
- * the first `begun` (1 or 2). They must stay as they are until the link listens again. Main
- * context. */
+/* Sends the rest of the packet of `size` bytes (at least 3) at `packet`, of which cds_link_begin()
+ * has sent `begun`. The packet must stay as it is until the link listens again. What was received
+ * and not yet taken is thrown away. Main context. */
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
                      uint8_t begun);
 
-/* Both at once: sends the `size` bytes (at least 3) at `packet`, which begins with two equal ones.
- * Main context; only while LISTENING. */
+/* Sends the whole packet of `size` bytes (at least 3) at `packet`: both of these. Main context. */
 static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
                                  uint16_t size)
 {
-    cds_link_follow(link, port, packet, size, cds_link_begin(port, packet[0]));
+    cds_link_follow(link, port, packet, size, cds_link_begin(port));
 }
 
 /* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */
@@ -85,9 +94,9 @@ void cds_link_abort(struct cds_link *link, uint8_t port);
 /* Reads a 16-bit counter that a handler may be changing. Main context. */
 uint16_t cds_link_count(const volatile uint16_t *counter);
 
-/* Notes where a damaged or lost byte broke the stream. True if it was broken already. From on_rx
- * only. */
-static inline bool cds_link_break_(struct cds_link *link, uint8_t why)
+/* Notes where a damaged or lost byte broke the stream, and `why`: CDS_LINK_*. True if it was broken
+ * already. From on_rx only. */
+static inline bool cds_link_note_break(struct cds_link *link, uint8_t why)
 {
     bool again = link->broken;
 
@@ -104,7 +113,7 @@ static inline bool cds_link_break_(struct cds_link *link, uint8_t why)
 static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t line_errors)
 {
     if (line_errors) {
-        cds_link_break_(link, CDS_LINK_DAMAGED);
+        cds_link_note_break(link, CDS_LINK_DAMAGED);
         if (line_errors == CDS_LINE_FRAMING)
             link->framing_errors = (uint8_t)(link->framing_errors + 1);
         else if (line_errors == CDS_LINE_OVERRUN)
@@ -113,7 +122,7 @@ static inline void cds_link_on_rx(struct cds_link *link, uint8_t byte, uint8_t l
             link->both_errors = (uint8_t)(link->both_errors + 1);
         return;
     }
-    if (!cds_ring_put(&link->rx, byte) && cds_link_break_(link, CDS_LINK_FULL))
+    if (!cds_ring_put(&link->rx, byte) && cds_link_note_break(link, CDS_LINK_FULL))
         link->ring_overflows = (uint8_t)(link->ring_overflows + 1);
 }
 

@@ -1,10 +1,13 @@
-/* Finding packets in the bytes a receiver has put into a ring. No input or output of its own.
- * Manual: 2.3; rulings R27 (any number of 0xFF before the ID; LENGTH 2 to 254), R28.
+/* Finds and checks status packets in the bytes that a receiver has put into a ring. No input or
+ * output of its own. All functions: the context of the ring's consumer. Manual: 2.3; rulings R27
+ * (any number of 0xFF before the ID; LENGTH 2 to 254), R28.
  *
- * A packet is examined where it lies, and leaves the ring only when it is accepted or refuted. A
- * refuted one loses no more than its first byte: the search goes on right after it, so a header
- * inside a damaged packet is never lost. The search keeps nothing from step to step: it begins anew
- * at the ring's tail.
+ * A packet is examined where it lies, and leaves the ring when it is accepted or malformed. Of a
+ * packet with a wrong LENGTH or checksum only the first byte goes, and the search goes on behind
+ * it. Of damaged or lost bytes all up to the last one go.
+ *
+ *     cds_parser_find() until CDS_PARSED_HEAD, cds_parser_keep() if the packet is wanted,
+ *     cds_parser_take() until CDS_PARSED_PACKET
  */
 #ifndef CDS_PARSER_H
 #define CDS_PARSER_H
@@ -22,54 +25,82 @@ extern "C" {
 /* The highest LENGTH a parser can be told to expect: a longer packet would not fit the ring. */
 #define CDS_PARSER_LENGTH_MAX (CDS_RING_SIZE - 4)
 
-/* Bytes that begin no packet are taken out in one step, so many of them at the most, an FF and the
- * byte behind it counted as one. If there were any, what may be a packet is for the next step. */
-#define CDS_PARSER_SKIPPED_MAX 12
+/* How many bytes that begin no packet one call takes out at most. */
+#define CDS_PARSER_SKIPPED_MAX 7
 
-/* What a step has made of the bytes at the ring's tail. From SKIPPED on, some were taken out. */
+/* Bytes of a packet that one call takes. */
+#define CDS_PARSER_TAKEN_MAX 8
+
+/* What a call has made of the bytes. */
 enum cds_parsed {
-    CDS_PARSED_MORE,    // nothing: it depends on bytes that are not there
-    CDS_PARSED_HEAD,    // a header, ID, a LENGTH that can be, and ERROR stand there
-    CDS_PARSED_SKIPPED, // they begin no packet, as many as a step skips, or all before a candidate
-    CDS_PARSED_REFUTED, // what looked like a packet was none: its LENGTH cannot be
+    CDS_PARSED_MORE,      // nothing: the answer depends on bytes that have not come
+    CDS_PARSED_SOME,      // some bytes were examined; call again
+    CDS_PARSED_HEAD,      // a head was found: header, ID, a LENGTH in range, ERROR
+    CDS_PARSED_PACKET,    // the packet is whole, its checksum is right, and it has left the ring
+    CDS_PARSED_MALFORMED, // LENGTH or checksum is wrong: the first byte has left the ring
+} __attribute__((packed));
+
+/* How far a search has come. */
+enum cds_found {
+    CDS_FOUND_NOTHING,
+    CDS_FOUND_LENGTH, // the first CDS_AT_ERROR bytes of a head stand at the ring's tail
+    CDS_FOUND_HEAD,   // the packet of the head is being taken
 };
 
-/* A search, and the head of the candidate at the ring's tail, once it was found. */
+/* A search, and the packet whose head was found. Zeroed, cds_parser_reset(). */
 struct cds_parser {
-    uint8_t longest; // LENGTH above this is refuted at once: 2 to CDS_PARSER_LENGTH_MAX
-    uint8_t id;      // 0 to CDS_BROADCAST_ID
-    uint8_t length;  // LENGTH, 2 to `longest`
-    uint8_t error;   // CDS_ERROR_* bits
-    bool is_clean;   // nothing was refuted since the caller has set this; who drops damaged bytes
-                     // clears it, too
-    uint16_t stray;  // bytes that began no packet, one FF and the byte behind it as one; modulo
-                     // 65536. Of use where counters are (bus.h)
+    uint8_t position;     // bytes before this position of the ring were examined
+    uint8_t end;          // position of the checksum of the packet whose head was found
+    uint8_t sum;          // of its bytes from the ID on
+    uint8_t longest;      // a higher LENGTH is malformed: 2 to CDS_PARSER_LENGTH_MAX
+    uint8_t found;        // enum cds_found
+    uint8_t id;           // of that packet: 0 to CDS_BROADCAST_ID
+    uint8_t length;       // LENGTH, 2 to `longest`
+    uint8_t error;        // CDS_ERROR_* bits
+    uint8_t *to;          // where its next parameter goes, or NULL: nowhere
+    bool is_clean;        // nothing was malformed, damaged or lost since the caller has set this
+    uint16_t noise_bytes; // bytes that begin no packet, modulo 65536; an FF and the byte after it
+                          // count once
 };
 
-/* Examines the bytes at the ring's tail, up to the one with index `end` (up to the ring's head),
- * which is not among them; none of them if `end` lies before. Returns enum cds_parsed. To be called
- * again after SKIPPED and REFUTED; after MORE nothing changes before more bytes have come; after
- * HEAD it is the caller's turn. Consumer's context. */
-uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
-
-/* Hook: a byte begins no packet. */
-void cds_parser_note_stray_(struct cds_parser *parser);
-
-/* Does the packet whose head stands at the tail end before the byte with index `end`? Its bytes are
- * cds_ring_peek(ring, CDS_AT_ID) and so on, its size is parser->length + 4. Consumer's context. */
-static inline bool cds_parser_is_whole(const struct cds_parser *parser, const struct cds_ring *ring,
-                                       uint8_t end)
+/* Begins to search at the oldest byte of `ring`. Consumer's context, as all below. */
+static inline void cds_parser_reset(struct cds_parser *parser, const struct cds_ring *ring)
 {
-    return (uint8_t)(end - ring->tail) > (uint8_t)(parser->length + CDS_AT_LENGTH);
+    parser->position = cds_ring_begin(ring);
+    parser->found = CDS_FOUND_NOTHING;
 }
 
-/* Takes that packet, which is whole, out of the ring, if its checksum is right: true. Else it was
- * none, and no more than its first byte is taken out. Consumer's context. */
-bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring);
+/* True if the ring has bytes that were not examined. */
+static inline bool cds_parser_has_unread(const struct cds_parser *parser,
+                                         const struct cds_ring *ring)
+{
+    return parser->position != cds_ring_end(ring);
+}
 
-/* What stands at the tail is no packet: its first byte is taken out, and nothing is clean any more.
- * Consumer's context. */
-void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring);
+/* Searches the bytes before position `end` for the head of a packet. MORE, SOME, HEAD, MALFORMED.
+ */
+uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+
+/* Stores the parameters of the packet whose head was found at `to`: parser->length - 2 bytes. */
+static inline void cds_parser_keep(struct cds_parser *parser, uint8_t *to)
+{
+    parser->to = to;
+}
+
+/* Takes the bytes of that packet before position `end`, of which there is one at least. SOME,
+ * PACKET, MALFORMED. */
+uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, uint8_t end);
+
+/* Takes the bytes of that packet before position `end`. MORE, SOME, PACKET, MALFORMED. */
+static inline uint8_t cds_parser_take(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+{
+    if (parser->position == end)
+        return CDS_PARSED_MORE;
+    return cds_parser_take_some(parser, ring, end);
+}
+
+/* Gives up all bytes before `position`: damage lies there. */
+void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring, uint8_t position);
 
 #ifdef __cplusplus
 }

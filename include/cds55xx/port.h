@@ -1,4 +1,4 @@
-/* The seam between the core and a chip: the verbs a port must supply, found at link time.
+/* What a chip must supply for the core: the verbs of a port, found at link time.
  * The events it raises in return are in link.h. src/avr is the port for AVRs; test/port_fake.c the
  * one that records.
  *
@@ -42,7 +42,7 @@ void cds_port_tx(uint8_t port, uint8_t byte);
 void cds_port_tx_last(uint8_t port, uint8_t byte);
 
 /* Is the line high, as far as the receiver can tell, at this very moment? An idle line is; low is a
- * start or data bit of 0, or a line that somebody holds. Only while listening. Main context. */
+ * start or data bit of 0, or a line that is held low. Only while listening. Main context. */
 bool cds_port_line_is_high(uint8_t port);
 
 /* Microseconds, free running, wrapping at 2^32 (71.6 min). Main context. */
@@ -52,11 +52,12 @@ uint32_t cds_port_now_us(void);
 #define CDS_PORT_TICKS_PER_US 2
 uint16_t cds_port_ticks(void);
 
-/* Sets the timer of the port to expire `count` times `each_us` and `more_us` after the moment
- * `from`, as of cds_port_ticks(): 0 to 2^20 - 1 us in all. The timer wraps every 32.8 ms, so it may
- * expire earlier, too: returns how often, 0 to 31. The last expiry never comes too early. It comes
- * too late if the timer is set more than 32 ms after `from`, and by the time that an earlier expiry
- * waits for cds_port_restart_timer(). Main context. */
+/* Sets the timer of the port to the moment `from` (as of cds_port_ticks()) plus `count` x `each_us`
+ * plus `more_us`: 0 to 2^20 - 1 us after `from`. The timer wraps every 32.8 ms and expires
+ * once in each wrap. Returns how many expiries come before the last one, 0 to 31; the caller
+ * answers each with cds_port_restart_timer(). The last one never comes early. It comes late by the
+ * time that an earlier one waited for that call, and if the timer is set more than 32 ms after
+ * `from`. Main context. */
 uint8_t cds_port_set_timer(uint8_t port, uint16_t from, uint16_t count, uint16_t each_us,
                            uint16_t more_us);
 

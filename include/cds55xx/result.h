@@ -1,10 +1,17 @@
 /* Did it work? One answer for every call of the library, apart from what the servo itself reports
- * (the CDS_ERROR_* bits of packet.h): the two are never mixed into one number.
+ * (the CDS_ERROR_* bits of packet.h). A request is CDS_OK as soon as its servo has answered, also
+ * if that refuses; calls that wait and operations of several steps then end as CDS_REFUSED.
  *
  * This table is the only list: the enum below, the console's texts and docs/errors.md come from it.
  */
 #ifndef CDS_RESULT_H
 #define CDS_RESULT_H
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /* X(name, number, text, remedy) */
 #define CDS_RESULTS(X)                                                                             \
@@ -24,18 +31,29 @@
       "look for a servo that babbles, a short circuit, or a second controller")                    \
     X(CDS_NO_REPLY_DUE, 10, "the servo is set not to answer this",                                 \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all); PING is always answered")               \
-    X(CDS_LIMIT, 11, "beyond a soft limit of this servo, nothing was sent",                        \
-      "stay within its limits, or change them")                                                    \
+    X(CDS_LIMIT, 11, "against a limit or a rule of the permit, nothing was sent",                  \
+      "stay within the limits of the servo, or look at docs/permit.md")                            \
     X(CDS_INHIBITED, 12, "the servo may not be driven, nothing was sent",                          \
       "the robot was stopped, or the servo lost its state: see to it, then release it")            \
     X(CDS_TOO_EARLY, 13, "replies would come too early for this board, nothing was sent",          \
-      "set the servo's RETURN_DELAY to 1 (2 us) or more")
+      "set the servo's RETURN_DELAY to shortest_delay (servos.h) or more")
 
-/* CDS_OK, CDS_PENDING, ...: what each one means stands in the list. */
+/* CDS_OK, CDS_PENDING and so on, as listed above. Every enum here is packed into one byte: else
+ * avr-gcc takes two. */
 enum cds_result {
 #define CDS_RESULT_ENUM_(name, number, text, remedy) name = number,
     CDS_RESULTS(CDS_RESULT_ENUM_)
 #undef CDS_RESULT_ENUM_
-};
+} __attribute__((packed));
+
+/* Copies the text of `result`, an enum cds_result, to `text`: at most capacity - 1 characters and a
+ * 0, `capacity` 1 or more. CDS_RESULT_TEXT_SIZE holds every text. On an AVR the texts stand in
+ * flash. Returns the length of what was copied; 0: there is no such result. Any context. */
+#define CDS_RESULT_TEXT_SIZE 64
+uint8_t cds_result_text(uint8_t result, char *text, uint8_t capacity);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

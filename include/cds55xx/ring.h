@@ -1,11 +1,13 @@
 /* A ring of bytes from one producer to one consumer, of which either may be an interrupt handler.
  *
- * Indices run freely and wrap at 256: the ring is empty when they are equal and full when they are
- * CDS_RING_SIZE apart. They are 8 bits wide because an AVR loads and stores only that much at once.
- * The feared reordering is the compiler's: the index must not be stored before the byte it vouches
- * for. Therefore bytes and indices are all volatile, and volatile accesses keep their order.
+ * Positions run freely and wrap at 256: the ring is empty when head and tail are equal and full
+ * when they are CDS_RING_SIZE apart. They are 8 bits wide because an AVR loads and stores only that
+ * much at once. The feared reordering is the compiler's: the position must not be stored before the
+ * byte it vouches for. Therefore bytes and positions are all volatile, and volatile accesses keep
+ * their order.
  *
- * Manual: nothing.
+ * A position is opaque to callers: only the functions below, link.h, parser.c and the port's
+ * handlers know that it is an index.
  */
 #ifndef CDS_RING_H
 #define CDS_RING_H
@@ -26,7 +28,7 @@
 struct cds_ring {
     volatile uint8_t head;                 // next byte to be put; written by the producer only
     volatile uint8_t tail;                 // oldest byte; written by the consumer only
-    volatile uint8_t bytes[CDS_RING_SIZE]; // index & (CDS_RING_SIZE - 1) is its place
+    volatile uint8_t bytes[CDS_RING_SIZE]; // position & (CDS_RING_SIZE - 1) is its place
 };
 
 /* Bytes in the ring, 0 to CDS_RING_SIZE. Either side. */
@@ -47,16 +49,40 @@ static inline bool cds_ring_put(struct cds_ring *ring, uint8_t byte)
     return true;
 }
 
-/* Consumer: the byte `offset` after the oldest. Only for offset < cds_ring_count(). */
-static inline uint8_t cds_ring_peek(const struct cds_ring *ring, uint8_t offset)
+/* Consumer: the position of the oldest byte. */
+static inline uint8_t cds_ring_begin(const struct cds_ring *ring)
 {
-    return ring->bytes[(uint8_t)(ring->tail + offset) & (CDS_RING_SIZE - 1)];
+    return ring->tail;
 }
 
-/* Consumer: takes the `count` oldest bytes out. Only for count <= cds_ring_count(). */
-static inline void cds_ring_drop(struct cds_ring *ring, uint8_t count)
+/* Consumer: the position after the newest byte. Grows at any time. */
+static inline uint8_t cds_ring_end(const struct cds_ring *ring)
 {
-    ring->tail = (uint8_t)(ring->tail + count);
+    return ring->head;
+}
+
+/* The position `count` bytes after `position`. */
+static inline uint8_t cds_ring_after(uint8_t position, uint8_t count)
+{
+    return (uint8_t)(position + count);
+}
+
+/* Returns how many bytes lie from position `from` to position `to`, which is not before it. */
+static inline uint8_t cds_ring_distance(uint8_t from, uint8_t to)
+{
+    return (uint8_t)(to - from);
+}
+
+/* Consumer: the byte at `position`, between begin and end. */
+static inline uint8_t cds_ring_at(const struct cds_ring *ring, uint8_t position)
+{
+    return ring->bytes[position & (CDS_RING_SIZE - 1)];
+}
+
+/* Consumer: takes out all bytes before `position`, between begin and end. */
+static inline void cds_ring_release(struct cds_ring *ring, uint8_t position)
+{
+    ring->tail = position;
 }
 
 #endif

@@ -1,98 +1,88 @@
-/* Who is on the bus? PING of every ID at every baud rate asked for (manual 2.4.5; rates: 3.1,
- * register 0x04).
+/* Finds the servos on the bus: PING of every ID at every baud rate asked for (manual 2.4.5; rates:
+ * 3.1, register 0x04).
  *
- * At the listed rates an ID that is silent costs 0.79 ms at 1 Mbps and 6.9 ms at 19200: 254 IDs
- * take 0.20 s and 1.8 s, and all six rates 3.6 s. A rescue takes nine minutes for all IDs, and two
- * seconds for one. A lost PING is a servo not found: cds_bus_set_repeats() has each repeated.
+ * At the listed rates a silent ID costs 0.79 ms at 1 Mbps and 6.9 ms at 19200 bit/s: 254 IDs take
+ * 0.20 s and 1.8 s, and all six rates 3.6 s. All 255 rates take nine minutes for all IDs, and two
+ * seconds for one. A servo whose reply is lost is not found, unless the queue retries
+ * (cds_queue_set_retries()).
  *
- * Keep other requests off the bus meanwhile: they would go out at the rate being tried, and a
- * change of rate waits until the bus is idle. Main context.
+ * The scan holds the bus from begin to end (cds_bus_lock()). Main context.
  */
 #ifndef CDS_SCAN_H
 #define CDS_SCAN_H
 
 #include <stdbool.h>
-#include <stddef.h> // NULL
 #include <stdint.h>
 
-#include "cds55xx/bus.h" // struct cds_bus, struct cds_request
+#include "cds55xx/steps.h" // struct cds_steps
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* One that answered. */
+/* Capacities of the request: packet always, reply if details are read. */
+#define CDS_SCAN_PACKET_SIZE CDS_PACKET_SIZE(2)
+#define CDS_SCAN_REPLY_SIZE  4
+
+/* A servo that answered. */
 struct cds_scan_found {
     uint8_t id;       // 0 to 253
-    uint8_t baud;     // register value of the rate at which it answered
-    uint8_t result;   // CDS_OK; CDS_CORRUPT: damaged, so perhaps two servos with this ID, or noise
+    uint8_t baud_reg; // rate at which it answered
+    uint8_t result;   // CDS_OK; CDS_CORRUPT: damage, so perhaps two servos with this ID, or noise
     uint8_t details;  // enum cds_result of reading the fields below, which hold only if it is
-                      // CDS_OK; CDS_PENDING: not asked
+                      // CDS_OK; CDS_PENDING: not read
     uint8_t model;    // register 0x01
-    uint8_t own_baud; // register 0x04: `baud` may be a neighbour that is near enough to be heard
+    uint8_t own_baud_reg; // register 0x04; baud_reg may be a neighbour that is near enough
 };
 
-/* One scan: the caller reads `asked`, `total`, `count` and `found`. Zero it (static storage is),
- * then cds_scan_begin(). */
-struct cds_scan {
+/* The six rates that a servo keeps at power-off, fastest first (manual 3.1, register 0x04). */
+#define CDS_SCAN_LISTED_BAUDS 6
+extern const uint8_t cds_scan_listed_baud_regs[CDS_SCAN_LISTED_BAUDS];
+
+/* What to scan. Bus, request and arrays stay in place until the scan has ended. */
+struct cds_scan_config {
     struct cds_bus *bus;
     struct cds_request *request;
-    struct cds_scan_found *found;
-    const uint8_t *bauds; // NULL: all register values
-    uint16_t asked;       // progress: PINGs that are over, of `total`
-    uint16_t total;
-    uint16_t count;                // who answered so far; of those the first `room` are in `found`
-    uint8_t room;                  // of `found`
-    uint8_t baud_count;            // of `bauds`
-    uint8_t first_id, last_id;     // 0 to 253
-    uint8_t with_details, aborted; // not 0: asked for
-    uint8_t line_busy;             // not 0: nobody could be asked any more
-    uint8_t id, baud_index;        // being asked
-    uint8_t phase;                 // the scan's own, like all below
-    uint8_t result;                // enum cds_result of the whole
-    uint8_t took;                  // not 0: the two below were the bus's before an earlier begin
-    uint8_t own_baud;              // the bus's, to return to
-    uint16_t return_delay_us;
+    struct cds_scan_found *found; // for the servos that answer; NULL if found_capacity is 0
+    uint8_t found_capacity;       // entries of `found`, 0 to 255
+    uint8_t first_id, last_id;    // 0 to 253
+    const uint8_t *baud_regs;     // rates in their order, each 0 to 254; NULL: the six listed ones
+    uint8_t baud_count;           // of baud_regs: 1 to 255; 0 if baud_regs is NULL
+    bool tries_every_rate;        // all 255 rates instead, for a servo at an unlisted one (R24). A
+                                  // servo at a slow rate also answers at neighbours of that rate,
+                                  // and is found at each
+    bool reads_details;           // READ of registers 0x01 to 0x04 of each servo that is found
 };
 
-/* The six rates that a servo keeps at power-off, fastest first (manual 3.1, 0x04). */
-#define CDS_SCAN_LISTED_BAUDS 6
-extern const uint8_t cds_scan_listed_bauds[CDS_SCAN_LISTED_BAUDS];
+/* One scan: the caller reads the first three fields and steps.result. */
+struct cds_scan {
+    uint16_t asked; // progress: PINGs that are over
+    uint16_t total; // PINGs of the whole scan
+    uint16_t count; // servos that answered so far; the first found_capacity of them are in `found`
+    uint8_t id;     // asked now
+    uint8_t baud_index; // rate: index in config.baud_regs, or the rate itself
+    bool is_reading;    // details of the servo found last
+    struct cds_scan_config config;
+    struct cds_steps steps;
+};
 
-/* Prepares a scan of IDs 0 to 253 at the six listed rates; nothing is sent before the first poll.
- * Whom it finds goes to `found`, an array of `room` (0 to 255; NULL if 0). The request's buffer
- * must be at least CDS_PACKET_SIZE(2) bytes; bus, request, array and scan stay in place until it
- * has ended. A scan under way is begun anew: the bus gets back what it had before the first. */
-void cds_scan_begin(struct cds_scan *scan, struct cds_bus *bus, struct cds_request *request,
-                    struct cds_scan_found *found, uint8_t room);
+/* Prepares a scan and locks the bus; nothing is sent before the first poll. `config` is copied.
+ * CDS_OK; CDS_BAD_ARGUMENT: the bus is not open, or IDs or rates are out of range; CDS_NO_ROOM: a
+ * buffer of the request is too small; CDS_BUSY: the request is on its way, or an operation holds
+ * the bus. Unless it is CDS_OK, nothing was changed. */
+enum cds_result cds_scan_begin(struct cds_scan *scan, const struct cds_scan_config *config);
 
-/* Before the first poll, each as wanted:
- * only IDs `first` to `last`, both 0 to 253; */
-void cds_scan_set_ids(struct cds_scan *scan, uint8_t first, uint8_t last);
-
-/* only these rates: `bauds`, `count` (1 to 255) register values of 0 to 254, the caller's array, in
- * that order (the bus's own is &bus->baud, 1); */
-void cds_scan_set_bauds(struct cds_scan *scan, const uint8_t *bauds, uint8_t count);
-
-/* all 255 rates there are, for a servo that was set to one of its unlisted ones (R24); a servo at a
- * slow one answers at its neighbours too, and appears once for each: details tell its own; */
-void cds_scan_set_rescue(struct cds_scan *scan);
-
-/* details of each that is found: one READ more (registers 0x01 to 0x04). A servo of status return
- * level 0 does not answer that: CDS_TIMEOUT, or, if a roster knows so, CDS_NO_REPLY_DUE. */
-void cds_scan_set_details(struct cds_scan *scan);
-
-/* Ends the scan with the exchange in flight: go on polling until it is over. */
-void cds_scan_abort(struct cds_scan *scan);
-
-/* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop. When it ends,
- * the bus has its own rate and return delay back. CDS_PENDING: not over yet; asked, total, count
- * and found tell how far it is. CDS_OK: all were asked. CDS_CANCELLED: aborted, or its request
- * was cancelled; found holds whom it met. Or the bus was opened anew, or told another return delay:
- * then it is left as it is. CDS_LINE_BUSY: the line was not quiet, so no one more could be asked;
- * likewise. CDS_BAD_ARGUMENT: no bus is open, or IDs or rates are out of range; CDS_NO_ROOM: the
- * request's buffer is too small; in both nothing was sent. */
+/* Moves on by at most one transaction; call it and cds_bus_poll() from the main loop. At the end
+ * the bus has its own rate and return delay back.
+ *   CDS_PENDING    under way
+ *   CDS_OK         every ID was asked at every rate
+ *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened anew (and is left as
+ *                  it is); `found` has the servos that answered before
+ *   CDS_LINE_BUSY  the line was not quiet, so the scan has ended early */
 enum cds_result cds_scan_poll(struct cds_scan *scan);
+
+/* Sends nothing more. Poll until the transaction in flight is over: the result is CDS_CANCELLED. */
+void cds_scan_abort(struct cds_scan *scan);
 
 #ifdef __cplusplus
 }

@@ -1,17 +1,15 @@
 /* One servo: the six instructions that speak to one ID (manual 2.4.1 to 2.4.6).
  *
- * Each call builds its packet in the request's buffer and submits it. They return
- *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING
- *   CDS_BUSY          this very request is on its way already: nothing was touched; or another one
- *                     is, and the bus has no queue (cds_bus_set_queue())
- *   CDS_BAD_ARGUMENT  ID, address or length out of range: nothing is sent
- *   CDS_NO_ROOM       the request's buffer is too small for the packet or its reply
- *   CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED
- *                     on a bus with a roster (servos.h): nothing is sent
- * IDs are 0 to 253; where it says so also CDS_BROADCAST_ID, which no servo answers. Addresses are
- * CDS_REG_* of control_table.h; a length counts bytes, and a value is in the register's own unit.
- * Main context.
- */
+ * Each call builds its packet in the request's buffer and submits it. It returns
+ *   CDS_OK            on its way: poll the bus until request->result is not CDS_PENDING
+ *   CDS_BUSY          this request is on its way already, and stays as it is; or another one is,
+ * and the bus has no queue (queue.h); or an operation holds the bus (steps.h) CDS_BAD_ARGUMENT  ID,
+ * address or length is out of range, or the bus is not open CDS_NO_ROOM       the request's buffer
+ * is too small for the packet or its reply CDS_NO_REPLY_DUE, CDS_LIMIT, CDS_INHIBITED,
+ * CDS_TOO_EARLY  the permit (servos.h) refuses A refused packet is not sent, and the refusal is
+ * request->result too. IDs are 0 to 253, and CDS_BROADCAST_ID where a call says so. Addresses are
+ * CDS_REG_* of control_table.h; a length counts bytes; a value is in the register's own unit. Main
+ * context. */
 #ifndef CDS_SERVO_H
 #define CDS_SERVO_H
 
@@ -24,8 +22,8 @@
 extern "C" {
 #endif
 
-/* Is it there? Broadcast: answered by whoever is alone on the bus; request->id says who (2.4.5,
- * R1). */
+/* Asks whether a servo is there. A broadcast is answered by a servo that is alone on the bus;
+ * request->id is its ID (2.4.5, R1). */
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id);
 
 /* Reads `length` bytes (1 to 50) from `address` on; cds_request_byte() and cds_request_word() give
@@ -33,24 +31,8 @@ enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request,
 enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                uint8_t address, uint8_t length);
 
-/* The same in steps, for the library's own calls: may it be sent? If CDS_OK, cds_bus_begin_() says
- * whether its header is on the wire, and the rest must follow at once. Between the two there is
- * time to copy a short answer out of the buffer. */
-uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8_t address,
-                            uint8_t length);
-uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
-                               uint8_t id, uint8_t address, uint8_t length);
-
-/* For the library's own calls. Begins a packet as cds_packet_start_() does, but nothing is touched
- * while the request is on its way. Then ends and sends what was put together: `begun` as
- * cds_bus_begin_() has said of its header, or 0; results as above. */
-void cds_servo_start_(struct cds_request *request, const uint8_t *data, uint8_t count, uint8_t id,
-                      uint8_t instruction);
-uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request, uint8_t begun);
-
 /* Writes `length` bytes (1 to 50) of `data` from `address` on, or one byte, or one word. Broadcast
- * too (2.4.1). `data` must not lie in the request's buffer, where the packet is built: what a READ
- * has brought there must be copied first. */
+ * too (2.4.1). `data` must not lie in the packet's buffer, where the packet is built. */
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                 uint8_t address, const uint8_t *data, uint8_t length);
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,

@@ -1,13 +1,10 @@
-/* One servo in units: the calls of servo.h for those who think in millidegrees and mRPM. The
+/* One servo in units: the calls of servo.h in millidegrees and mRPM. The
  * conversions, their ranges and the profiles are those of units.h; raw access stays servo.h.
  *
- * Each call that sends checks and converts first and then is one of servo.h, with its results:
- *   CDS_OK            on its way: poll the bus until request->result is no longer CDS_PENDING
- *   CDS_BUSY          this very request is on its way already: nothing was touched
- *   CDS_BAD_ARGUMENT  ID, register or value out of range: nothing is sent
- *   CDS_NO_ROOM       the request's buffer is too small: CDS_PACKET_SIZE(5) is enough for all here
- *   CDS_LIMIT, CDS_INHIBITED
- *                     on a bus with a roster (servos.h): nothing is sent
+ * A call that sends checks its arguments, converts them, and then does what its twin in servo.h
+ * does. It returns what that returns: CDS_OK, CDS_BUSY, CDS_NO_ROOM, CDS_NO_REPLY_DUE, CDS_LIMIT,
+ * CDS_INHIBITED, CDS_TOO_EARLY; and CDS_BAD_ARGUMENT also for a register or value out of range.
+ * CDS_PACKET_SIZE(5) is room for every packet here.
  * IDs are 0 to 253, or CDS_BROADCAST_ID. `profile`, where a call takes one, says what kind of servo
  * that is and must not be NULL. Main context.
  */

@@ -1,61 +1,15 @@
-/* The servos that a bus knows, each by its ID: how long it waits, what it answers, whether it is
- * there, what went wrong with it, and how far it may be driven. Learnt from all that passes on the
- * bus, whoever sends it, and applied to all that is sent, raw packets too. Manual: 3.1, registers
- * 0x05, 0x06 to 0x09, 0x10, 0x18, 0x1E to 0x21, 0x2C; 2.3 (error bits). Rulings R2, R3, R10, R16,
- * R17.
+/* What is known of each servo of a bus, and the one door that decides which packets may leave.
+ * Everything is learnt from the packets that pass. The rules of the door: docs/permit.md.
  *
- *     static struct cds_servo_state servos[2] = {{.id = 1}, {.id = 2}};
- *     cds_servos_begin(&roster, &bus, servos, 2);
- *     cds_servos_set_limits(&roster, &servos[0], 200, 800, 512);
+ *     static struct cds_servo_state states[3] = {{.id = 1}, {.id = 2}};
+ *     static struct cds_queue queue;
+ *     static struct cds_servos servos;
+ *     cds_servos_begin(&servos, &(struct cds_servos_config){
+ *         .bus = &bus, .queue = &queue, .states = states, .count = 2, .capacity = 3});
+ *     cds_servos_set_limits(&servos, &states[0], 200, 800, 512);
  *
- * What is refused is never sent: cds_bus_submit() and all that is built on it return
- *   CDS_NO_REPLY_DUE  a READ that the servo's status return level has it not answer
- *   CDS_LIMIT         what would, or may, take the servo beyond a soft limit: see below
- *   CDS_INHIBITED          torque on, a goal, a speed, an angle limit (mode) or ACTION for a servo
- * that is held: it came back without its state, was away and was not looked at yet, or was stopped.
- * A packet to one servo that is away is refused too, except ACTION. Torque off always passes
- *   CDS_TOO_EARLY     a return delay below `shortest_delay`, to any servo
- *
- * While driving is inhibited (cds_servos_hold() of all), CDS_INHIBITED refuses every packet that
- * can drive a servo, whether the roster knows the servo or not: also RESET, ACTION, REG WRITE of
- * these registers, and every instruction that the manual does not know. PING, READ and other writes
- * pass.
- *
- * A servo counts as away (CDS_PRESENCE_OFFLINE) after CDS_SERVOS_SILENCES exchanges without a reply
- * in a row, at the rate at which it was met or last answered: what a scan does at others counts for
- * nothing. When it answers again it is CDS_PRESENCE_RETURNED, and held, until its TORQUE_ENABLE has
- * been read: health.h does so by itself. If that is 0 where torque was on, it has lost its state
- * (CDS_INHIBIT_STATE_LOST), and stays held until cds_servos_release(). Of a write that was not
- * answered, of delay, level or torque, the more careful of both values counts, until a READ says
- * more.
- *
- * SYNC WRITE and broadcast count for every servo they reach: one of them held refuses the packet,
- * but not one that is away. What waits in the queue is judged again at its turn, by what was learnt
- * meanwhile.
- *
- * With soft limits it counts what the servo holds already, as it may go on with that. That must be
- * known: from a READ, or from a WRITE that was answered; SYNC WRITE, broadcast, and what a status
- * return level below 2 leaves unanswered make nothing known. CDS_LIMIT refuses,
- *   with a limit of the goal:  a goal beyond it; a speed but 0, unless position mode is known (READ
- *                              0x06 to 0x09, or one of the two words that is not 0); endless turn;
- *                              torque on, unless the servo holds a goal within it in position mode;
- *                              a change to position mode without such a goal
- *   with a limit of the speed: a speed beyond it; 0, which in position mode means as fast as it
- *                              can, unless endless turn is known; torque on, a goal alone, and
- *                              another mode, unless the servo holds a speed within it, but 0 only
- *                              for endless turn
- *   with either:               half a word; ACTION for a servo whose registered write was judged by
- *                              other limits or in another mode, or is not known
- * So first the mode, then the limits, then goal and speed to each by a WRITE, then torque.
- *
- * CDS_LIMIT refuses to any servo of the roster a REG WRITE of ID to angle limits or of the status
- * return level (0x03 to 0x09, 0x10): nobody would know what became of it. A servo has a registered
- * write until it answers ACTION, or 0x2C is 0 as it says: an ACTION to all tells nothing.
- *
- * A servo whose change of ID, or RESET, was not answered may have either ID: it counts for both,
- * until it answers by one of them that no other may have. CDS_LIMIT refuses it a third. If two have
- * the same ID, what is refused for one is.
- * Main context.
+ * cds_bus_submit() then also returns CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY or CDS_NO_REPLY_DUE:
+ * the packet is not sent. Main context.
  */
 #ifndef CDS_SERVOS_H
 #define CDS_SERVOS_H
@@ -64,147 +18,210 @@
 #include <stddef.h> // NULL
 #include <stdint.h>
 
-#include "cds55xx/bus.h" // struct cds_bus_observer
+#include "cds55xx/bus.h"   // struct cds_bus_hooks
+#include "cds55xx/queue.h" // struct cds_queue
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Exchanges without a reply, one after the other, until a servo counts as away. */
-#define CDS_SERVOS_SILENCES 3
+/* Transactions in a row without a reply until a servo counts as OFFLINE. */
+#define CDS_SERVOS_MISSES 3
 
-/* In `return_delay`: not known; the bus's own is waited for. In `baud`: not known. */
+/* In `return_delay` and `baud_reg`: not known. */
 #define CDS_SERVOS_UNKNOWN 255
 
-/* Is the servo there? */
+/* In `status_return_level`: not known. Replies are expected as at level 2. */
+#define CDS_LEVEL_UNKNOWN 3
+
+/* Whether a servo answers. */
 enum cds_presence {
-    CDS_PRESENCE_UNKNOWN,  // it was not asked yet
-    CDS_PRESENCE_ONLINE,   // it answered, or missed no more than two exchanges since
-    CDS_PRESENCE_OFFLINE,  // it does not answer
-    CDS_PRESENCE_RETURNED, // it answers again; what it remembers is not known yet
-};
+    CDS_PRESENCE_UNKNOWN,  // the servo was not asked yet
+    CDS_PRESENCE_ONLINE,   // it answers, and missed no more than two transactions in a row
+    CDS_PRESENCE_OFFLINE,  // it missed CDS_SERVOS_MISSES transactions in a row
+    CDS_PRESENCE_RETURNED, // it was OFFLINE and answers again; its TORQUE_ENABLE was not read yet
+} __attribute__((packed));
 
-/* Why a servo is not driven: bits of `held`. */
-enum cds_hold {
-    CDS_INHIBIT_STATE_LOST =
-        1,                   // its torque was on and is off: its RAM area is at the initial values
-    CDS_INHIBIT_STOPPED = 2, // torque off for all was asked for: torque_off.h
-};
+/* Why a servo must not be driven: bits. */
+enum cds_inhibit {
+    CDS_INHIBIT_STATE_LOST = 1, // its torque was on and is off: its RAM area is at initial values
+    CDS_INHIBIT_STOPPED = 2,    // the caller has inhibited it
+} __attribute__((packed));
 
-/* What is known of one of the two angle limits, 0x06 and 0x08. */
-enum cds_angle_limit {
-    CDS_ANGLE_UNKNOWN,
-    CDS_ANGLE_SET, // not 0: position mode, whatever the other one is
-    CDS_ANGLE_0,   // both: endless turn
-};
+/* What is known of mode, goal and speed of a servo: bits. An angle limit with neither bit is not
+ * known. */
+enum cds_held {
+    CDS_HELD_CW_SET = 0x01,  // the limit 0x06 is not 0: position mode, whatever the other one is
+    CDS_HELD_CW_0 = 0x02,    // the limit 0x06 is 0; if both are: endless turn
+    CDS_HELD_CCW_SET = 0x04, // as CDS_HELD_CW_SET for the limit 0x08
+    CDS_HELD_CCW_0 = 0x08,   // as CDS_HELD_CW_0 for the limit 0x08
+    CDS_HELD_GOAL = 0x10,    // the goal it holds was read and is within the limits
+    CDS_HELD_SPEED = 0x20,   // the speed it holds was read and is within the limit
+    CDS_HELD_SPEED_0 = 0x40, // the speed it holds may be 0
+} __attribute__((packed));
 
-/* Of one servo, since cds_servos_begin(): modulo 65536; what should never be, up to 255, which
- * then means that many or more. */
+/* When the list grows by a servo that is not in it, up to the capacity. */
+enum cds_servos_growth {
+    CDS_GROWS_NEVER,
+    CDS_GROWS_ON_ALARM_OR_SETTING, // the servo reports error bits, or registers 0x00 to 0x10 of it
+                                   // are written
+    CDS_GROWS_ALWAYS,              // also when it answers, sends a packet or is written to
+} __attribute__((packed));
+
+/* Counts of one servo since it is in the list. The first three are modulo 65536, the others stay at
+ * 255. */
 struct cds_servo_counters {
-    uint16_t ok;         // exchanges that it answered
-    uint16_t timeouts;   // ... that it did not
-    uint16_t corrupt;    // ... of whose answer only damage came
-    uint8_t late;        // its packets that came when it had been given up
-    uint8_t extra;       // ... that came after its answer: two have its ID
-    uint8_t foreign;     // ... that came when it was not asked, or of another length
-    uint8_t echo_errors; // bytes said to it that came back changed
+    uint16_t ok;                // transactions that it answered
+    uint16_t timeouts;          // transactions without a good reply, and without damage
+    uint16_t corrupt;           // transactions without a good reply, but with damage
+    uint8_t stale_replies;      // its packets that came after their deadline
+    uint8_t duplicate_replies;  // its packets that came after its reply: two servos share its ID
+    uint8_t unexpected_packets; // its packets that no request asked for, or of another length
+    uint8_t echo_errors;        // bytes sent to it that came back changed
 };
 
-/* One servo. The caller sets `id`, 0 to 253; cds_servos_begin() the rest. What is known beforehand
- * may be set from then on: return_delay, status_return_level, baud, and ccw_limit, which as
- * CDS_ANGLE_SET says position mode. The rest is to be read. */
+/* One servo. The caller sets `id`; cds_servos_begin() sets the rest. The caller may then set what
+ * it knows beforehand: return_delay, status_return_level, baud_reg. */
 struct cds_servo_state {
     struct cds_servo_counters counters;
     uint16_t lowest, highest; // soft limits of its goal, 0 to 1023; 0 and 1023: none
-    uint16_t fastest;         // soft limit of its speed, 0 to 1023, in both modes; 1023: none
+    uint16_t fastest;         // soft limit of its speed, 0 to 1023; 1023: none
     uint8_t id;               // 0 to 253; follows a change of ID
-    uint8_t maybe_id;         // ... that it may have instead, until it answers; 254: none
-    uint8_t baud;             // register value of the rate it answers at, or CDS_SERVOS_UNKNOWN
-    uint8_t return_delay;     // register 0x05, in 2 us, or CDS_SERVOS_UNKNOWN
+    uint8_t second;           // index of the entry with the other ID the servo may have, or
+                              // CDS_NO_ID: its ID is certain
+    uint8_t baud_reg;         // register value of the rate it answers at, or CDS_SERVOS_UNKNOWN; at
+                              // first that of the bus
+    uint8_t return_delay;     // register 0x05 in 2 us, or CDS_SERVOS_UNKNOWN
     uint8_t alarms;           // CDS_ERROR_* bits of all its packets, until acknowledged
     uint8_t presence : 2;     // enum cds_presence
-    uint8_t held : 2;         // CDS_HOLD_* bits
-    uint8_t silences : 2;     // exchanges in a row that it did not answer, up to 3
-    uint8_t status_return_level : 2; // register 0x10; 2 until more is known
-    uint8_t cw_limit : 2;            // enum cds_angle_limit
-    uint8_t ccw_limit : 2;           // likewise
-    bool torque : 1;                 // it has been switched on, as far as is known
-    bool speed_known : 1;            // the speed it holds is within the limit
-    bool speed_0 : 1;                // ... but may be 0
-    bool goal_known : 1;             // the goal it holds is within the limits
-    uint8_t stopped : 3; // enum cds_torque_off_outcome of the last torque off for all: torque_off.h
-    bool armed : 1;      // it has, or may have, a registered write
-    bool armed_unjudged : 1; // ... that was not judged by what holds now
-    bool armed_torque : 1;   // ... of torque on
+    uint8_t inhibits : 2;     // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
+    uint8_t misses : 2;       // transactions in a row without its reply, up to 3
+    uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN; at first 2
+    uint8_t held;                    // CDS_HELD_* bits
+    bool has_limits : 1;             // a soft limit of its goal or of its speed is set
+    bool torque : 1;                 // torque is on, as far as is known
+    bool has_answered : 1;           // it answered a READ since its ID became uncertain
+    bool is_registered : 1;          // it has answered the REG WRITE of the registered move
+    bool registered_torque : 1;      // it may have a registered write that switches torque on
+    uint8_t torque_off : 3;          // enum cds_torque_off_outcome: torque_off.h
 };
 
-/* All of them. */
+/* Where cds_servos_begin() finds what it works with. */
+struct cds_servos_config {
+    struct cds_bus *bus;            // open
+    struct cds_queue *queue;        // its requests wait and are retried; NULL: no queue
+    struct cds_servo_state *states; // `capacity` entries, the first `count` with their IDs
+    uint8_t count;                  // 0 to 254
+    uint8_t capacity;               // `count` to 254
+    uint8_t grows;                  // enum cds_servos_growth
+    uint8_t shortest_delay;         // the smallest value of register 0x05 the board can bear; it
+                                    // stays until the next cds_servos_begin()
+};
+
+/* All servos of a bus. Zero it (static storage is), then cds_servos_begin(). */
 struct cds_servos {
-    struct cds_bus_observer observer; // first: the bus knows this much
+    struct cds_bus_hooks hooks;
     struct cds_bus *bus;
-    struct cds_servo_state *servos;
-    uint16_t echo_errors;   // of the bus, when last looked at
-    uint8_t count;          // of `servos`
-    uint8_t last;           // the one found last: the next one asked for is often the next
+    struct cds_queue *queue;        // or NULL
+    struct cds_servo_state *states; // entry 0 to `count` - 1
+    uint8_t count;                  // of entries
+    uint8_t capacity;               // the most entries there may be
+    // the caller may set these two at any time:
+    uint8_t grows;  // enum cds_servos_growth
+    bool is_paused; // nothing is learnt from replies and their absence, and delays and
+                    // levels are not used: for an operation that tries other rates
+    // to be read:
+    uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
+    bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
+    bool is_inhibited;      // driving is: every packet that can drive any servo is refused
+    bool is_full;           // a servo was met for which the list has no room
     uint8_t alarms;         // of all servos, known or not, until acknowledged
-    bool changed;           // what may be sent, while requests waited
-    bool inhibited;         // nothing that can drive a servo is sent, to whatever ID
-    uint8_t shortest_delay; // smallest value of register 0x05 (2 us each) that may be written; set
-                            // by the caller after cds_servos_begin()
-    bool ambiguous;         // an ID may be that of more than one of them, or one may have another
-    uint8_t refused_id; // whom the last packet that was not admitted concerns; one refused later,
-                        // as when a move is taken back, overwrites it
+    uint8_t news;           // counts changes of error bits or presence, modulo 256
+    uint8_t refused_id;     // of the servo for which the last refused packet was refused
+    uint16_t too_early;     // packets refused as CDS_TOO_EARLY, modulo 65536
+    uint16_t epoch;         // counts changes of what the permit's answers use; never 0
+    // the servos' own:
+    uint16_t inhibit_epoch; // `epoch` when driving was inhibited last
+    uint16_t echo_errors;   // of the bus, when the last transaction ended
+    uint8_t changed_id;     // the servo of the last change, or CDS_BROADCAST_ID
+    bool move_is_valid;     // no limit and no inhibit has changed since the move began
+    bool move_is_answered;  // every REG WRITE of the move was answered
+    uint8_t walked;         // blocks or entries that the walk of `walk_request` has reached
+    uint8_t walk_index;     // entry to try for the next block
+    uint16_t walk_epoch;    // `epoch` of its check; 0: it is learnt
+    const struct cds_request *walk_request; // whose servos are checked or learnt, some each call
+    const struct cds_request *move_request; // of the registered move under way, or NULL
 };
 
-/* Watches `bus`, which must be open, for the `count` (0 to 254) servos `servos`, which stay in
- * place. Ends the drive inhibit and sets shortest_delay to 0. CDS_OK; CDS_BAD_ARGUMENT: no bus is
- * open, or an ID is above 253 or stands twice. */
-enum cds_result cds_servos_begin(struct cds_servos *roster, struct cds_bus *bus,
-                                 struct cds_servo_state *servos, uint8_t count);
+/* Attaches to config->bus, and to config->queue if there is one, and begins with `count` servos of
+ * which nothing is known. The bus, the queue, the states and `servos` stay in place. Driving is not
+ * inhibited, and the queue's retries are 0. Do not attach the queue by cds_queue_attach() before.
+ * Entries 0 to `count` - 1 stay where they are; an entry that was added may move: find it by its
+ * ID. CDS_OK; CDS_BUSY: other hooks are attached to the bus, or a request is in flight;
+ * CDS_BAD_ARGUMENT: the bus is not open, or `count` is above `capacity`: nothing was changed; or an
+ * ID is above 253 or stands twice: no servo is known then. */
+enum cds_result cds_servos_begin(struct cds_servos *servos, const struct cds_servos_config *config);
 
-/* Takes servo `id`, 0 to 253, into the roster, whose array `servos` has place for `room` of them, 1
- * to 254; nothing is known of it yet. CDS_OK; CDS_BAD_ARGUMENT: the ID is above 253, or there
- * already; CDS_NO_ROOM: the array is full. */
-enum cds_result cds_servos_add(struct cds_servos *roster, uint8_t id, uint8_t room);
+/* Removes all servos from the list. The inhibit, shortest_delay and grows stay. */
+void cds_servos_forget(struct cds_servos *servos);
 
-/* Returns servo `id` (0 to 253) of the roster, or NULL. Of several with this ID the one found
- * first; if none has it, one that may have it. */
-struct cds_servo_state *cds_servos_find(struct cds_servos *roster, uint8_t id);
+/* Adds servo `id`, 0 to 253; nothing is known of it yet. CDS_OK; CDS_BAD_ARGUMENT: the ID is above
+ * 253, or in the list already; CDS_NO_ROOM: the list is full, and is_full says so from now on. */
+enum cds_result cds_servos_add(struct cds_servos *servos, uint8_t id);
 
-/* Sets the soft limits of `servo`, one of the roster: goals from `lowest` to `highest`, both 0 to
- * 1023 (0 to 300 degrees); speeds up to `fastest`, 0 to 1023 (62/1023 RPM each). What that refuses
- * is said above. Where a limit is drawn closer, goal or speed must be set anew; a registered write
- * is not carried out any more. What is on its way already is; the servo itself is not told. CDS_OK;
- * CDS_BAD_ARGUMENT: out of range, or lowest above highest; nothing was set. */
-enum cds_result cds_servos_set_limits(struct cds_servos *roster, struct cds_servo_state *servo,
+/* Returns the entry of servo `id`, 0 to 253, or NULL. */
+struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id);
+
+/* Sets the soft limits of `servo`, an entry: goals from `lowest` to `highest` (0 to 1023: 0 to 300
+ * degrees), speeds up to `fastest` (0 to 1023, in 62/1023 RPM). Nothing is sent. Where a limit is
+ * narrowed, goal and speed must be read anew before torque is switched on. A servo with limits must
+ * have been read before that: 0x06, 4 bytes (mode), and 0x1E, 4 bytes (goal and speed, within the
+ * limits): examples/robot.c, prepare(); the packets of a
+ * registered move under way are refused from then on. CDS_OK; CDS_BAD_ARGUMENT: out of range, or
+ * `lowest` above `highest`; nothing was set. */
+enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_servo_state *servo,
                                       uint16_t lowest, uint16_t highest, uint16_t fastest);
 
-/* May servo `id` (0 to 253) be driven? False for every ID while driving is inhibited. Else false:
- * it is held, away, or back and not looked at yet. For 254, all of them: false if one is held, or
- * back and not looked at yet; one that is away stops no packet to others, and does not count.
- * Whoever is to stop when one falls silent asks for each ID.
- */
-bool cds_servos_may_drive(struct cds_servos *roster, uint8_t id);
+/* True if servo `id`, 0 to 253, may be driven: driving is not inhibited, and the servo is neither
+ * inhibited nor OFFLINE nor RETURNED; an unknown servo may. For CDS_BROADCAST_ID: true if no known
+ * servo is inhibited or RETURNED; one that is OFFLINE does not count. */
+bool cds_servos_may_drive(struct cds_servos *servos, uint8_t id);
 
-/* Takes note of the alarms of `servo`, one of the roster, or of all if it is NULL: returns the bits
- * that were latched, CDS_ERROR_*, and latches anew. */
-uint8_t cds_servos_acknowledge(struct cds_servos *roster, struct cds_servo_state *servo);
+/* Clears the alarms of `servo`, an entry, or of all if it is NULL. Returns the CDS_ERROR_* bits
+ * that were latched. */
+uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state *servo);
 
-/* Holds `servo`, one of the roster: the bus does not drive the servo until it is released. NULL:
- * all of them, and driving is inhibited: the bus refuses every packet that can drive a servo, known
- * to the roster or not. Nothing is sent. `why`: CDS_HOLD_* bits. */
-void cds_servos_hold(struct cds_servos *roster, struct cds_servo_state *servo, uint8_t why);
+/* Inhibits driving: no packet that can drive a servo leaves from now on, whether its servo is known
+ * or not. Takes the same time for any number of servos. Nothing is sent. */
+void cds_servos_inhibit_all(struct cds_servos *servos);
 
-/* Lets `servo`, one of the roster, be driven again. NULL: all of them, and driving is no longer
- * inhibited. Nothing is sent and nothing moves: torque is off, and the caller sets speed, goal and
- * torque anew. While driving is inhibited, the release of one servo does not let it be driven. A
- * servo that is back stays held until its TORQUE_ENABLE was read, and one that is away is not
- * driven before. */
-void cds_servos_release(struct cds_servos *roster, struct cds_servo_state *servo);
+/* Inhibits `servo`, an entry, for `why` (CDS_INHIBIT_* bits). Nothing is sent. */
+void cds_servos_inhibit(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t why);
 
-/* Ends the inhibit, and CDS_INHIBIT_STOPPED of all servos; a servo that lost its state stays held.
- * Nothing is sent. */
-void cds_servos_allow(struct cds_servos *roster);
+/* Returns the CDS_INHIBIT_* bits that apply to `servo`: its own, and CDS_INHIBIT_STOPPED while
+ * driving is inhibited for all. */
+static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
+                                          const struct cds_servo_state *servo)
+{
+    return (uint8_t)(servo->inhibits | (servos->is_inhibited ? CDS_INHIBIT_STOPPED : 0));
+}
+
+/* Ends the inhibits of `servo`, an entry. It may be driven unless driving is inhibited for all. A
+ * RETURNED servo stays inhibited until its TORQUE_ENABLE was read. Nothing is sent, and torque may
+ * be on or off: the caller sets speed, goal and torque anew. */
+void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo);
+
+/* Ends every inhibit: for all, and of each servo. What was refused stays refused. */
+void cds_servos_release_all(struct cds_servos *servos);
+
+/* Ends the inhibit for all, and CDS_INHIBIT_STOPPED of each servo. A servo that lost its
+ * state stays inhibited. */
+void cds_servos_allow(struct cds_servos *servos);
+
+/* For the operation that resets all servos on purpose: from now on, or no more, a RESET by
+ * broadcast may be sent although servos are known. When it is sent every known servo becomes
+ * unknown and inhibited as CDS_INHIBIT_STATE_LOST; it keeps its entry, ID and limits. */
+void cds_servos_allow_reset(struct cds_servos *servos, bool is_allowed);
 
 #ifdef __cplusplus
 }

@@ -1,85 +1,94 @@
-/* Torque off for all: inhibits driving, tells all servos on the bus to let go and to forget their
- * registered writes, and reads back who did. Manual: 2.4.1, 2.4.2, registers 0x18 and 0x2C.
+/* Torque off for all: inhibits driving, tells all servos on the bus to switch torque off and to
+ * discard their registered writes, and reads back which servos did. Manual: 2.4.1, 2.4.2, registers
+ * 0x18 and 0x2C.
  *
- *     cds_torque_off_begin(&stop, &roster);
- *     while (cds_torque_off_poll(&stop) == CDS_PENDING)
+ *     cds_torque_off_begin(&torque_off, &servos);
+ *     while (cds_torque_off_poll(&torque_off) == CDS_PENDING) {
  *         cds_bus_poll(&bus);
+ *     }
  *
- * From begin on nothing that can drive a servo is sent, to whatever ID: what waited in the queue
- * ends as CDS_INHIBITED, and cycles drop all servos. A broadcast is never answered, so torque off
- * is sent CDS_TORQUE_OFF_BROADCASTS times, right behind the exchange in flight (of which no try is
- * repeated if it drives) and before all that wait, urgent or not; these are out within 2 ms, a
- * cycle of 50 servos on an ATmega at 16 MHz beside it. Behind them REGISTERED_INSTRUCTION = 0 is
- * sent CDS_TORQUE_OFF_CLEARS times: a servo that hears one of these has no registered write left
- * for a later ACTION, unless it is locked (R6). Then TORQUE_ENABLE of each servo is read; a servo
- * that is not known to be off is told so itself, and read again, in CDS_TORQUE_OFF_ROUNDS rounds in
- * all: a silent servo costs five requests without an answer, and as many more for each repeat of
- * the bus.
- *
- * A servo that is not in the roster hears the broadcasts, but is not read back:
- * cds_torque_off_poll() tells nothing of it. Driving stays inhibited until cds_servos_release() or
- * cds_servos_allow(). Main context.
+ * Main context.
  */
 #ifndef CDS_TORQUE_OFF_H
 #define CDS_TORQUE_OFF_H
 
 #include <stdbool.h>
-#include <stddef.h> // NULL
 #include <stdint.h>
 
 #include "cds55xx/servos.h" // struct cds_servos
+#include "cds55xx/steps.h"  // struct cds_steps
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Times that all are told to switch torque off, and then to forget a registered write. */
+/* A broadcast is not answered, so each is sent several times: TORQUE_ENABLE = 0 so often, */
 #define CDS_TORQUE_OFF_BROADCASTS 3
-#define CDS_TORQUE_OFF_CLEARS     3
+/* and REGISTERED_INSTRUCTION = 0 after that so often. A locked servo (R6) ignores the latter. */
+#define CDS_TORQUE_OFF_CLEARS 3
 
-/* Times that each is looked at, at most. */
+/* TORQUE_ENABLE of a servo is read so many times until it is 0. Before the second and the third
+ * READ the servo is told itself. */
 #define CDS_TORQUE_OFF_ROUNDS 3
 
-/* Requests that may come to nothing, as the line is not quiet, before it is given up. */
+/* So many requests may find the line in use before torque off ends as CDS_LINE_BUSY. */
 #define CDS_TORQUE_OFF_TRIES 1000
 
-/* What became of one servo: `stopped` of it in the roster. */
+/* What became of one servo: `torque_off` of struct cds_servo_state. */
 enum cds_torque_off_outcome {
-    CDS_TORQUE_OFF_UNKNOWN, // it was not looked at
-    CDS_TORQUE_OFF_OFF,     // its torque is off: read back
-    CDS_TORQUE_OFF_ON,      // it is on still
+    CDS_TORQUE_OFF_UNKNOWN, // not read yet
+    CDS_TORQUE_OFF_OFF,     // read: torque is off
+    CDS_TORQUE_OFF_ON,      // read: torque is still on
     CDS_TORQUE_OFF_SILENT,  // no good answer
-    CDS_TORQUE_OFF_MUTE,    // it is set not to answer a READ (status return level 0)
-};
+    CDS_TORQUE_OFF_MUTE,    // the servo answers no READ (status return level 0)
+} __attribute__((packed));
 
-/* One stop. Zero it (static storage is), then cds_torque_off_begin(). */
+/* Zero it (static storage is), then cds_torque_off_begin(). */
 struct cds_torque_off {
-    struct cds_servos *roster;
-    uint16_t tries;                 // requests that came to nothing
-    uint8_t broadcasts;             // of torque off that went out
-    uint8_t clears;                 // broadcasts of REGISTERED_INSTRUCTION = 0 that went out
-    uint8_t round;                  // of looking
-    uint8_t index;                  // servo being looked at
-    uint8_t phase;                  // the stop's own
-    uint8_t result;                 // enum cds_result of the whole
-    struct cds_request requests[2]; // the broadcasts, by turns; then the first one looks
-    uint8_t buffers[2][CDS_PACKET_SIZE(2)];
+    struct cds_steps steps; // steps.result: enum cds_result of the whole
+    struct cds_servos *servos;
+    uint16_t tries;     // requests that found the line in use until they were given up
+    uint8_t broadcasts; // of TORQUE_ENABLE = 0 that were sent
+    // internal:
+    uint8_t submitted; // broadcasts
+    uint8_t round;
+    uint8_t index; // entry of the servo of the step
+    uint8_t phase;
+    struct cds_request requests[2]; // for broadcasts in turn; the first one also for the READs
+    uint8_t packets[2][CDS_PACKET_SIZE(2)];
+    uint8_t reply;
 };
 
-/* Inhibits driving and holds all servos of `roster` (CDS_INHIBIT_STOPPED), which cds_servos_begin()
- * has begun, and submits the first broadcasts; those behind follow out of cds_bus_poll(). Stop and
- * roster stay in place until it is over. One that is under way begins anew: all are told three
- * times from now on. CDS_OK; CDS_BAD_ARGUMENT: no bus is open, and driving is inhibited all the
- * same. */
-enum cds_result cds_torque_off_begin(struct cds_torque_off *stop, struct cds_servos *roster);
+/* Inhibits driving, until cds_servos_release_all() or cds_servos_allow(), and submits the first
+ * broadcasts. The others are submitted from within cds_bus_poll(). They leave after the transaction
+ * in flight and before all requests that wait: with a queue the first three are sent within 2 ms (1
+ * Mbps, 50 servos, an ATmega at 16 MHz with a cycle beside it). Without a queue the program must
+ * poll torque off, and other requests may come between the broadcasts.
+ *
+ * Torque off passes the lock of an operation. An operation at another rate is aborted; if its
+ * packet is on the wire, the first poll after the end of that transaction sends the broadcasts.
+ *
+ * Torque off may begin again at any time: then all servos are told and read anew. A silent servo
+ * costs five requests, and their retries. A servo that is not in the list hears the broadcasts and
+ * is not read. CDS_OK; CDS_BAD_ARGUMENT: the bus is not open; driving is inhibited nevertheless. */
+enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_servos *servos);
 
-/* Moves on by at most one exchange; call it and cds_bus_poll() from the main loop.
- * CDS_PENDING: not over yet. CDS_OK: all broadcasts are out, and every servo was read to be off.
- * Else all are out, but of some it is not known, by the worst of them: CDS_REFUSED: torque is on
- * still; CDS_TIMEOUT: no good answer; CDS_NO_REPLY_DUE: set not to answer. CDS_LINE_BUSY:
- * CDS_TORQUE_OFF_TRIES requests came to nothing; stop->broadcasts went out. CDS_BAD_ARGUMENT: the
- * bus is not open. */
-enum cds_result cds_torque_off_poll(struct cds_torque_off *stop);
+/* Moves on by at most one transaction; call it and cds_bus_poll() from the main loop.
+ *
+ *   CDS_PENDING       not over yet
+ *   CDS_OK            all broadcasts were sent, and every servo was read to be off
+ *   CDS_REFUSED       all were sent; torque of a servo is still on
+ *   CDS_TIMEOUT       all were sent; a servo did not answer well
+ *   CDS_NO_REPLY_DUE  all were sent; a servo answers no READ
+ *   CDS_LINE_BUSY     CDS_TORQUE_OFF_TRIES requests were not sent; `broadcasts` were sent
+ *   CDS_CANCELLED     aborted
+ *   CDS_BAD_ARGUMENT  the bus is not open
+ *
+ * Of CDS_REFUSED, CDS_TIMEOUT and CDS_NO_REPLY_DUE the first that applies to a servo. */
+enum cds_result cds_torque_off_poll(struct cds_torque_off *off);
+
+/* Ends it as CDS_CANCELLED: sends nothing more but what is on the wire. Driving stays inhibited. */
+void cds_torque_off_abort(struct cds_torque_off *off);
 
 #ifdef __cplusplus
 }

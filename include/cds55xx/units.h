@@ -36,7 +36,7 @@ enum cds_unit {
     CDS_UNIT_CELSIUS,     // 0 to 255 degrees Celsius
     CDS_UNIT_US,          // return delay: 0 to 508 microseconds are 0 to 254
     CDS_UNIT_BPS,         // 7843 to 2000000 bit/s are 254 to 0, see cds_units_baud()
-};
+} __attribute__((packed));
 
 #define CDS_MDEG_MAX 300000 // of a position
 #define CDS_CPCT_MAX 10000  // of a share: full torque

@@ -7,16 +7,21 @@
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
 {
+    OPTIMIZER_BARRIER(bridge);
     *bridge = (struct bridge){.host = host};
     bridge->request.packet.bytes = bytes;
-    bridge->request.packet.room = HOST_PACKET_MAX;
+    bridge->request.packet.capacity = HOST_PACKET_MAX;
+    bridge->request.reply = bridge->reply + ANSWER_BEFORE;
+    bridge->request.reply_capacity = CDS_REPLY_ANY;
     bridge->request.any_length = true;
+    bridge->request.no_retry = true;
     gather_open(&bridge->gather, bus, device, output);
 }
 
-NOINLINE static void answer(struct bridge *bridge, uint8_t id, uint8_t error, uint8_t length)
+NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *parameters,
+                            uint8_t length)
 {
-    answer_begin(&bridge->answer, id, error, bridge->request.packet.bytes, length);
+    answer_begin(&bridge->answer, bridge->request.id, error, parameters, length);
     bridge->state = BRIDGE_ANSWERING;
 }
 
@@ -28,7 +33,7 @@ static void refuse(struct bridge *bridge, uint8_t result)
 {
     bridge->counters.refused++;
     if (result == CDS_TOO_EARLY && bridge->request.id != CDS_BROADCAST_ID)
-        answer(bridge, bridge->request.id, CDS_ERROR_RANGE, 0);
+        answer(bridge, CDS_ERROR_RANGE, bridge->request.reply, 0);
 }
 
 static void pass(struct bridge *bridge)
@@ -69,11 +74,11 @@ static void await_reply(struct bridge *bridge)
         refuse(bridge, request->result);
         return;
     }
-    if (request->reply_parameters == CDS_REPLY_NONE)
+    if (request->reply_parameters == CDS_REPLY_NONE || request->is_muted)
         return;
     if (request->result == CDS_OK) {
         bridge->counters.answered++;
-        answer(bridge, request->id, request->error, request->length);
+        answer(bridge, request->error, request->reply, request->length);
     } else {
         bridge->counters.unanswered++;
     }
@@ -88,7 +93,7 @@ static void ask_device(struct bridge *bridge)
 
     bridge->state = BRIDGE_DEVICE;
     if (device_obey(device, bridge->request.packet.bytes))
-        answer(bridge, bridge->request.id, device->error, device->length);
+        answer(bridge, device->error, bridge->request.packet.bytes, device->length);
 }
 
 static void gather(struct bridge *bridge)
@@ -97,7 +102,8 @@ static void gather(struct bridge *bridge)
     case GATHER_MORE: break;
     case GATHER_DONE: bridge->state = BRIDGE_IDLE; break;
     case GATHER_ANSWER:
-        answer(bridge, bridge->gather.device_id, bridge->gather.error, bridge->gather.length);
+        bridge->request.id = bridge->gather.device_id;
+        answer(bridge, bridge->gather.error, bridge->request.packet.bytes, bridge->gather.length);
         break;
     }
 }
@@ -133,6 +139,7 @@ NOINLINE static void take(struct bridge *bridge)
 
 void bridge_poll(struct bridge *bridge)
 {
+    OPTIMIZER_BARRIER(bridge);
     switch (bridge->state) {
     case BRIDGE_IDLE:
         if (bridge->host->whole)

@@ -27,7 +27,7 @@ enum bridge_state {
     BRIDGE_DEVICE,    // the device cannot do yet what was asked
     BRIDGE_GATHERING, // servo after servo
     BRIDGE_ANSWERING,
-};
+} __attribute__((packed));
 
 /* Counted modulo 65536. */
 struct bridge_counters {
@@ -40,12 +40,13 @@ struct bridge_counters {
 /* All state of the bridge. Zero it, then bridge_open(). */
 struct bridge {
     struct host *host;
-    struct cds_request request; // its buffer changes places with the host's
+    struct cds_request request; // its packet's buffer changes places with the host's
     struct gather gather;       // it knows bus, device and output
     struct answer answer;
     uint32_t taken_us; // when the packet was whole on the host link
     uint8_t state;     // enum bridge_state
     struct bridge_counters counters;
+    uint8_t reply[ANSWER_BEFORE + CDS_REPLY_ANY + 1]; // parameters of a servo, amid the answer
 };
 
 /* `bytes`: HOST_PACKET_MAX of them. ANSWER_BEFORE more stand before these and before those that the

@@ -10,23 +10,29 @@
 
 /* ---- scan ---- */
 
-enum scan_choice { SCAN_HERE, SCAN_ALL, SCAN_RESCUE };
+enum scan_choice { SCAN_HERE, SCAN_ALL, SCAN_RESCUE } __attribute__((packed));
 
 uint8_t scan_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    struct cds_scan *scan = &robot->work.scan.scan;
+    struct cds_scan_config config = {
+        .bus = console->bus,
+        .request = console->line.request,
+        .found = robot->work.scan.found,
+        .found_capacity = ROBOT_SERVOS,
+        .last_id = CDS_ID_MAX,
+        .tries_every_rate = console->line.choice == SCAN_RESCUE,
+        .reads_details = true,
+    };
     uint8_t error = robot_claim(robot, ROBOT_SCAN);
 
     if (error)
         return error;
-    cds_scan_begin(scan, console->bus, console->line.request, robot->work.scan.found, ROBOT_SERVOS);
-    cds_scan_set_details(scan);
-    if (console->line.choice == SCAN_HERE)
-        cds_scan_set_bauds(scan, &robot->baud, 1);
-    if (console->line.choice == SCAN_RESCUE)
-        cds_scan_set_rescue(scan);
-    return 0;
+    if (console->line.choice == SCAN_HERE) {
+        config.baud_regs = &robot->baud;
+        config.baud_count = 1;
+    }
+    return robot_begun(robot, cds_scan_begin(&robot->work.scan.scan, &config));
 }
 
 /* What else is to be said of it, if it does not simply belong to the robot from now on.
@@ -35,9 +41,9 @@ static uint16_t remark(struct console *console, const struct cds_scan_found *fou
 {
     if (found->result != CDS_OK)
         return TEXT_FOUND_DAMAGED;
-    if (found->details == CDS_OK && found->own_baud != found->baud)
+    if (found->details == CDS_OK && found->own_baud_reg != found->baud_reg)
         return TEXT_FOUND_NEIGHBOUR;
-    if (found->baud != console->robot->baud)
+    if (found->baud_reg != console->robot->baud)
         return TEXT_NOTHING;
     if (!robot_add(console->robot, found->id))
         return TEXT_FOUND_TOO_MANY;
@@ -59,7 +65,7 @@ NOINLINE static void tell_found(struct console *console, const struct cds_scan_f
     }
     if (console->line.choice != SCAN_HERE) {
         *value++ = TEXT_FOUND_RATE;
-        *value++ = found->baud;
+        *value++ = found->baud_reg;
     } else {
         *value++ = TEXT_NOTHING;
     }
@@ -107,7 +113,9 @@ bool scan_poll(struct console *console)
     if (console->line.choice != SCAN_HERE && scan->total && scan->baud_index == console->phase) {
         console->writer.values[0] = scan->asked;
         console->writer.values[1] = scan->total;
-        console->writer.values[2] = scan->bauds ? scan->bauds[scan->baud_index] : scan->baud_index;
+        console->writer.values[2] = scan->config.tries_every_rate
+                                        ? scan->baud_index
+                                        : scan->config.baud_regs[scan->baud_index];
         writer_line(&console->writer, TEXT_ASKED);
         console->phase++;
     }
@@ -120,8 +128,8 @@ bool scan_poll(struct console *console)
 static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
 
 #define SERVO_COUNTERS (sizeof servo_counters)
-#define BUS_COUNTERS   (sizeof(struct cds_counters) / sizeof(uint16_t))
-#define SERVO_BYTES_AT offsetof(struct cds_servo_counters, late) // behind words
+#define BUS_COUNTERS   (sizeof(struct cds_stats) / sizeof(uint16_t))
+#define SERVO_BYTES_AT offsetof(struct cds_servo_counters, stale_replies) // behind words
 
 _Static_assert(sizeof(struct cds_servo_counters) == SERVO_COUNTERS + SERVO_BYTES_AT / 2,
                "each has a name");
@@ -146,16 +154,22 @@ static uint16_t servo_counter(const struct cds_servo_counters *counters, uint8_t
 /* A line a call: number `index`. */
 bool counters_poll(struct console *console)
 {
-    struct cds_counters counters;
+    struct cds_stats counters;
     uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
     uint16_t *value = &console->writer.values[0];
 
     if (console->line.id != CDS_BROADCAST_ID) {
-        *value = servo_counter(&console_servo(console)->counters, index);
+        const struct cds_servo_state *servo = console_servo(console);
+
+        if (servo == NULL) { // it has another ID by now
+            console->error = ERROR_NOT_KNOWN;
+            return false;
+        }
+        *value = servo_counter(&servo->counters, index);
         name = servo_counters[index];
         count = SERVO_COUNTERS;
     } else {
-        cds_bus_counters(console->bus, &counters);
+        cds_bus_stats(console->bus, &counters);
         memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
     }
     writer_line_at(&console->writer, TEXT_COUNTER_SENT, name);
@@ -183,7 +197,7 @@ bool bus_poll(struct console *console)
 {
     if (console->line.numbers && cds_bus_set_baud(console->bus, console->line.to) == CDS_BUSY)
         return true;
-    console->writer.values[0] = console->bus->baud;
-    writer_line_at(&console->writer, TEXT_BUS_IS_OK, cds_bus_state(console->bus));
+    console->writer.values[0] = console->bus->baud_reg;
+    writer_line_at(&console->writer, TEXT_BUS_IS_OK, cds_bus_line(console->bus));
     return false;
 }

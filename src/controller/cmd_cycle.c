@@ -12,8 +12,8 @@
 #define PERIOD_MAX_MS 65
 #define KNOWN_US      1000000 // within which each servo must have said where it is
 
-enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF };
-enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END };
+enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
+enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
 
 /* As said, or as set: 0 and console->raw in us, or an error. */
 static uint8_t period(struct console *console)
@@ -47,9 +47,14 @@ static uint8_t start(struct console *console)
     memset(work, 0, sizeof *work);
     console->phase = CYCLE_LOOK;
     console_job(console)->since_us = cds_port_now_us();
-    return robot_begun(robot, cds_cycle_begin(&work->cycle.cycle, console->bus, robot->group,
-                                              robot->group_count, work->cycle.packets,
-                                              work->cycle.feedback, console->raw));
+    return robot_begun(robot,
+                       cds_cycle_begin(&work->cycle.cycle,
+                                       &(struct cds_cycle_config){.bus = console->bus,
+                                                                  .ids = robot->group,
+                                                                  .packets = work->cycle.packets,
+                                                                  .feedback = work->cycle.feedback,
+                                                                  .count = robot->group_count,
+                                                                  .period_us = console->raw}));
 }
 
 uint8_t cycle_begin(struct console *console)

@@ -14,8 +14,11 @@ uint8_t diagnose_begin(struct console *console)
     error = robot_claim(robot, ROBOT_DIAGNOSE);
     if (error)
         return error;
-    return robot_begun(robot, cds_diagnose_begin(&robot->work.diagnose, console->bus,
-                                                 console->line.request, console->line.id));
+    return robot_begun(
+        robot, cds_diagnose_begin(&robot->work.diagnose,
+                                  &(struct cds_diagnose_config){.bus = console->bus,
+                                                                .request = console->line.request,
+                                                                .id = console->line.id}));
 }
 
 /* What the value of the finding is. Not by a switch: a table for it would stand in RAM. */
@@ -32,7 +35,7 @@ static uint16_t value_text(uint8_t finding)
 static void tell_who(struct writer *writer, const struct cds_diagnose *diagnose)
 {
     writer->values[0] = diagnose->found_id;
-    writer->values[1] = diagnose->found_baud;
+    writer->values[1] = diagnose->found_baud_reg;
     writer->values[2] = value_text(diagnose->finding);
     writer->values[3] = diagnose->value;
     writer_line(writer, TEXT_PLACE);
@@ -55,7 +58,7 @@ static bool tell(struct writer *writer, const struct cds_diagnose *diagnose, uin
         writer->values[1] = writer_text_at(TEXT_FINDING, diagnose->finding);
         writer_line(writer, TEXT_FINDING_IS);
         return true;
-    case 1: tell_tally(writer, diagnose); return diagnose->found_id != CDS_DIAGNOSE_NOBODY;
+    case 1: tell_tally(writer, diagnose); return diagnose->found_id != CDS_NO_ID;
     default: tell_who(writer, diagnose); return false;
     }
 }

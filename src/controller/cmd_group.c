@@ -13,10 +13,10 @@
 /* Is there room for those that are not known yet? All of them, or none, are taken in. */
 static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
-    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->crew.roster.count);
+    uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
 
     for (; count; count--) {
-        if (cds_servos_find(&robot->crew.roster, *ids++))
+        if (cds_servos_find(&robot->servos, *ids++))
             continue;
         if (room == 0)
             return false;
@@ -63,7 +63,7 @@ bool group_poll(struct console *console)
 
 /* ---- pose ---- */
 
-enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE };
+enum pose_phase { POSE_SYNC, POSE_ACTION, POSE_CYCLE } __attribute__((packed));
 
 static uint16_t angle_of(const struct console *console, uint8_t index)
 {
@@ -103,11 +103,13 @@ static uint8_t act(struct console *console)
 
     if (error)
         return error;
-    cds_registered_move_begin(move, console->bus, console->line.request, robot->work.move.goals,
-                              robot->group_count);
-    cds_registered_move_set_verify(move);
     console->phase = POSE_ACTION;
-    return 0;
+    return robot_begun(robot, cds_registered_move_begin(move, &(struct cds_registered_move_config){
+                                                                  .bus = console->bus,
+                                                                  .request = console->line.request,
+                                                                  .goals = robot->work.move.goals,
+                                                                  .count = robot->group_count,
+                                                                  .verify = true}));
 }
 
 uint8_t pose_begin(struct console *console)
@@ -171,7 +173,7 @@ static bool action_poll(struct console *console)
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
         console->writer.values[0] = goal->id;
-        console->writer.values[1] = goal->armed ? TEXT_ARMED : TEXT_NOTHING;
+        console->writer.values[1] = goal->registered ? TEXT_ARMED : TEXT_NOTHING;
         console->writer.values[2] = error_text(goal->result);
         writer_line(&console->writer, TEXT_SERVO_FAILED);
         return true;

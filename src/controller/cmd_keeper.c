@@ -104,14 +104,14 @@ NOINLINE static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bi
 }
 
 /* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
-static uint8_t alarms_of(const struct cds_servos *roster, uint8_t index)
+static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
-    const struct cds_servo_state *servo = roster->servos;
-    uint8_t others = roster->alarms;
+    const struct cds_servo_state *servo = servos->states;
+    uint8_t others = servos->alarms;
 
-    if (index < roster->count)
+    if (index < servos->count)
         return servo[index].alarms;
-    for (uint8_t left = roster->count; left; left--, servo++)
+    for (uint8_t left = servos->count; left; left--, servo++)
         others = (uint8_t)(others & ~servo->alarms);
     return others;
 }
@@ -119,18 +119,18 @@ static uint8_t alarms_of(const struct cds_servos *roster, uint8_t index)
 /* A line a call: `part` is what was told of servo `index`. */
 bool alarms_poll(struct console *console)
 {
-    const struct cds_servos *roster = &console->robot->crew.roster;
+    const struct cds_servos *servos = &console->robot->servos;
     uint8_t *index = &console->index, left = 0;
 
-    while (*index <= roster->count &&
-           (left = (uint8_t)(alarms_of(roster, *index) & ~console->part)) == 0) {
+    while (*index <= servos->count &&
+           (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
         (*index)++;
         console->part = 0;
     }
     if (left == 0)
         return false;
     left ^= alarm_line(&console->writer,
-                       *index < roster->count ? roster->servos[*index].id : CDS_BROADCAST_ID, left);
+                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left);
     console->part |= left;
     return true;
 }
@@ -171,23 +171,23 @@ static uint16_t stop_text(const struct robot *robot)
 {
     if (robot_is_stopping(robot))
         return TEXT_TORQUE_PENDING;
-    if (!robot->stop.roster)
+    if (!robot->stop.servos)
         return TEXT_TORQUE_NEVER;
-    return robot->stop.result == CDS_REFUSED ? TEXT_TORQUE_SOME_ON : TEXT_TORQUE_READ;
+    return robot->stop.steps.result == CDS_REFUSED ? TEXT_TORQUE_SOME_ON : TEXT_TORQUE_READ;
 }
 
 /* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
  * joined the robot after the stop is not among those that were read back. */
 static void tell_torque(struct writer *writer, const struct robot *robot)
 {
-    const struct cds_servo_state *servo = robot->servos;
+    const struct cds_servo_state *servo = robot->states;
     uint8_t strangers = robot_strangers(robot), off = 0;
 
-    for (uint8_t left = robot->crew.roster.count; left; left--, servo++)
-        if (servo->stopped == CDS_TORQUE_OFF_OFF)
+    for (uint8_t left = robot->servos.count; left; left--, servo++)
+        if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             off++;
     writer->values[0] = off;
-    writer->values[1] = robot->crew.roster.count;
+    writer->values[1] = robot->servos.count;
     writer->values[2] = strangers ? TEXT_STRANGERS : TEXT_NOTHING;
     writer->values[3] = strangers;
     writer_line(writer, stop_text(robot));
@@ -200,10 +200,10 @@ static uint16_t inhibit_text(const struct keeper *keeper)
     return keeper->link_lost ? TEXT_INHIBIT_LINK : TEXT_INHIBIT_ON;
 }
 
-static void tell_delays(struct writer *writer, const struct crew *crew)
+static void tell_delays(struct writer *writer, const struct cds_servos *servos)
 {
-    writer->values[0] = crew->early;
-    writer->values[1] = crew->roster.shortest_delay;
+    writer->values[0] = servos->too_early;
+    writer->values[1] = servos->shortest_delay;
     writer_line(writer, TEXT_DELAYS);
 }
 
@@ -214,19 +214,19 @@ static void tell_stops(struct writer *writer, const struct keeper *keeper)
 }
 
 /* "servos: 18, held 0, away 1" */
-static void tell_servos(struct writer *writer, const struct crew *crew)
+static void tell_servos(struct writer *writer, const struct cds_servos *servos)
 {
-    const struct cds_servo_state *servo = crew->roster.servos;
+    const struct cds_servo_state *servo = servos->states;
     uint8_t held = 0, away = 0;
 
-    for (uint8_t left = crew->roster.count; left; left--, servo++) {
-        if (servo->held)
+    for (uint8_t left = servos->count; left; left--, servo++) {
+        if (cds_servos_inhibits(servos, servo))
             held++;
         if (servo->presence == CDS_PRESENCE_OFFLINE)
             away++;
     }
-    writer->values[0] = crew->roster.count;
-    writer->values[1] = crew->crowded ? TEXT_AND_MORE : TEXT_NOTHING;
+    writer->values[0] = servos->count;
+    writer->values[1] = servos->is_full ? TEXT_AND_MORE : TEXT_NOTHING;
     writer->values[2] = held;
     writer->values[3] = away;
     writer_line(writer, TEXT_SERVOS);
@@ -253,9 +253,9 @@ bool status_poll(struct console *console)
     case 3: writer_line(writer, inhibit_text(console->keeper)); return true;
     case 4: tell_torque(writer, console->robot); return true;
     case 5: tell_stops(writer, console->keeper); return true;
-    case 6: writer_line_at(writer, TEXT_BUS_OK, cds_bus_state(console->bus)); return true;
-    case 7: tell_servos(writer, &console->robot->crew); return true;
-    case 8: tell_delays(writer, &console->robot->crew); return true;
+    case 6: writer_line_at(writer, TEXT_BUS_OK, cds_bus_line(console->bus)); return true;
+    case 7: tell_servos(writer, &console->robot->servos); return true;
+    case 8: tell_delays(writer, &console->robot->servos); return true;
     default:
         if (console->keeper->counts_stack) {
             console->step--; // this step once more

@@ -18,7 +18,7 @@ enum monitor_phase {
     TAKE,  // its answer
     TELL,  // what it says
     SUM_UP,
-};
+} __attribute__((packed));
 
 uint8_t monitor_begin(struct console *console)
 {

@@ -8,6 +8,7 @@
 
 uint8_t raw_begin(struct console *console)
 {
+    console->line.request->no_retry = true; // what was typed is sent once
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
@@ -37,7 +38,7 @@ static void dump_line(struct console *console, uint8_t first)
     writer_char(&console->writer, ':');
     for (uint8_t i = first; i < request->length && i < first + BYTES_IN_LINE; i++) {
         writer_char(&console->writer, ' ');
-        writer_hex(&console->writer, request->packet.bytes[i]);
+        writer_hex(&console->writer, request->reply[i]);
     }
     writer_end_of_line(&console->writer);
 }
@@ -46,7 +47,7 @@ static void dump_line(struct console *console, uint8_t first)
 static void value_line(struct console *console)
 {
     const struct cds_request *request = console->line.request;
-    const uint8_t *bytes = request->packet.bytes;
+    const uint8_t *bytes = request->reply;
 
     number_write_name(&console->writer, console->line.address);
     writer_decimal(&console->writer,

@@ -55,8 +55,7 @@ bool get_poll(struct console *console)
         return true;
     if (!console_answered(console))
         return false;
-    write_register(&console->writer, line->address,
-                   raw_at(line->request->packet.bytes, line->length));
+    write_register(&console->writer, line->address, raw_at(line->request->reply, line->length));
     writer_end_of_line(&console->writer);
     return false;
 }
@@ -112,7 +111,7 @@ bool info_poll(struct console *console)
     writer_address(&console->writer, at.address);
     writer_char(&console->writer, ' ');
     write_register(&console->writer, at.address,
-                   raw_at(console->line.request->packet.bytes + at.address, at.width));
+                   raw_at(console->line.request->reply + at.address, at.width));
     writer_line(&console->writer, at.area == CDS_AREA_EEPROM ? TEXT_IN_EEPROM : TEXT_IN_RAM);
     *address = (uint8_t)(at.address + at.width);
     return *address < CDS_TABLE_SIZE;

@@ -10,7 +10,7 @@
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
-enum phase { LOOK, WRITE };
+enum phase { LOOK, WRITE } __attribute__((packed));
 
 /* Number `index` of the line as what is written; its error, or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
@@ -60,7 +60,7 @@ uint8_t move_begin(struct console *console)
 /* A servo that could not do it says nothing by itself. */
 static void look(struct console *console)
 {
-    const uint8_t *bytes = console->line.request->packet.bytes;
+    const uint8_t *bytes = console->line.request->reply;
     bool off = bytes[LOOK_SIZE - 1] == 0;
 
     if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
@@ -104,7 +104,7 @@ bool turn_poll(struct console *console)
         return true;
     if (console->error)
         return false;
-    if (console_job(console)->set.setup.written)
+    if (console_job(console)->set.setup.is_written)
         writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
     console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
     return console->error == 0;

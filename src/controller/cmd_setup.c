@@ -6,45 +6,47 @@
 
 /* ---- ID, baud rate, factory values: a transaction ---- */
 
-uint8_t id_begin(struct console *console)
+/* `change`: enum cds_identity_change; `to`: the new ID or baud register. */
+static uint8_t change_begin(struct console *console, uint8_t change, uint8_t to)
 {
     struct robot *robot = console->robot;
+    struct cds_identity_config config = {
+        .bus = console->bus,
+        .request = console->line.request,
+        .change = change,
+        .id = console->line.id,
+        .new_id = to,
+        .new_baud_reg = to,
+    };
     uint8_t error = robot_claim(robot, ROBOT_IDENTITY);
 
     if (error)
         return error;
-    return robot_begun(robot, cds_identity_change_id_begin(&robot->work.identity, console->bus,
-                                                           console->line.request, console->line.id,
-                                                           console->line.to));
+    if (change == CDS_IDENTITY_RESET_ALL)
+        cds_servos_allow_reset(&robot->servos, true); // until the operation has ended
+    return robot_begun(robot, cds_identity_begin(&robot->work.identity, &config));
+}
+
+uint8_t id_begin(struct console *console)
+{
+    return change_begin(console, CDS_IDENTITY_ID, console->line.to);
 }
 
 uint8_t baud_begin(struct console *console)
 {
-    struct robot *robot = console->robot;
     uint8_t error = console_number(console, 0, CDS_UNIT_BPS);
 
-    if (error == 0)
-        error = robot_claim(robot, ROBOT_IDENTITY);
-    if (error)
-        return error;
-    return robot_begun(robot, cds_identity_change_baud_begin(
-                                  &robot->work.identity, console->bus, console->line.request,
-                                  console->line.id, (uint8_t)console->raw));
+    return error ? error : change_begin(console, CDS_IDENTITY_BAUD, (uint8_t)console->raw);
 }
 
 uint8_t factory_begin(struct console *console)
 {
-    struct robot *robot = console->robot;
-    struct cds_identity *identity = &robot->work.identity;
-    struct command_line *line = &console->line;
+    const struct command_line *line = &console->line;
     bool all = line->id == CDS_BROADCAST_ID;
-    uint8_t error = all && !line->choice ? ERROR_FORCE : robot_claim(robot, ROBOT_IDENTITY);
 
-    if (error)
-        return error;
-    return robot_begun(
-        robot, all ? cds_identity_reset_all_begin(identity, console->bus, line->request)
-                   : cds_identity_reset_begin(identity, console->bus, line->request, line->id));
+    if (all && !line->choice)
+        return ERROR_FORCE;
+    return change_begin(console, all ? CDS_IDENTITY_RESET_ALL : CDS_IDENTITY_RESET, 0);
 }
 
 /* Where it answers, as `sentence` says it. */
@@ -52,9 +54,9 @@ static void tell_place(struct console *console, uint16_t sentence,
                        const struct cds_identity_place *place)
 {
     console->writer.values[0] = place->id;
-    console->writer.values[1] = place->baud;
+    console->writer.values[1] = place->baud_reg;
     console->writer.values[2] =
-        cds_units_baud_is_kept(place->baud) ? TEXT_NOTHING : TEXT_UNTIL_POWER_OFF;
+        cds_units_baud_is_kept(place->baud_reg) ? TEXT_NOTHING : TEXT_UNTIL_POWER_OFF;
     writer_line(&console->writer, sentence);
 }
 
@@ -67,10 +69,10 @@ static bool conclude(struct console *console)
     case CDS_IDENTITY_CHANGED: tell_place(console, TEXT_PLACE, &identity->to); return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
     case CDS_IDENTITY_LOST: // or it was never there
-        console->error = identity->written ? (uint8_t)ERROR_LOST : identity->result;
+        console->error = identity->is_written ? (uint8_t)ERROR_LOST : identity->steps.result;
         return false;
     case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
-    default: console->error = identity->result; break;
+    default: console->error = identity->steps.result; break;
     }
     if (identity->state == CDS_IDENTITY_UNCHANGED)
         tell_place(console, TEXT_UNCHANGED_PLACE, &identity->from);
@@ -84,18 +86,25 @@ bool identity_poll(struct console *console)
 
 /* ---- settings that are written only if they differ ---- */
 
+static uint8_t begin(struct console *console, struct cds_setup_config *config)
+{
+    config->bus = console->bus;
+    config->request = console->line.request;
+    config->id = console->line.id;
+    return (uint8_t)cds_setup_begin(&console_job(console)->set.setup, config);
+}
+
 uint8_t lock_begin(struct console *console)
 {
-    return (uint8_t)cds_setup_lock_begin(&console_job(console)->set.setup, console->bus,
-                                         console->line.request, console->line.id);
+    return begin(console, &(struct cds_setup_config){.setting = CDS_SETUP_LOCK});
 }
 
 uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length)
 {
-    const struct command_line *line = &console->line;
-
-    return (uint8_t)cds_setup_write_begin(&console_job(console)->set.setup, console->bus,
-                                          line->request, line->id, address, data, length);
+    return begin(console, &(struct cds_setup_config){.setting = CDS_SETUP_REGISTERS,
+                                                     .address = address,
+                                                     .length = length,
+                                                     .data = data});
 }
 
 bool setup_waits(struct console *console)
@@ -104,7 +113,7 @@ bool setup_waits(struct console *console)
 
     if (cds_setup_poll(setup) == CDS_PENDING)
         return true;
-    console->error = setup->result;
+    console->error = setup->steps.result;
     console->servo_error = setup->error;
     return false;
 }
@@ -115,6 +124,6 @@ bool setup_poll(struct console *console)
         return true;
     if (console->error == 0)
         writer_line(&console->writer,
-                    console_job(console)->set.setup.written ? TEXT_WRITTEN : TEXT_UNCHANGED);
+                    console_job(console)->set.setup.is_written ? TEXT_WRITTEN : TEXT_UNCHANGED);
     return false;
 }

@@ -26,14 +26,14 @@ bool stop_poll(struct console *console)
 
     if (robot_is_stopping(robot))
         return true;
-    console->error = robot->stop.result;
-    while (*index < robot->crew.roster.count) {
-        const struct cds_servo_state *servo = &robot->servos[(*index)++];
+    console->error = robot->stop.steps.result;
+    while (*index < robot->servos.count) {
+        const struct cds_servo_state *servo = &robot->states[(*index)++];
 
-        if (servo->stopped == CDS_TORQUE_OFF_OFF)
+        if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             continue;
         console->writer.values[0] = servo->id;
-        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->stopped);
+        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->torque_off);
         return true;
     }
     console->writer.values[0] = robot_strangers(robot);
@@ -45,27 +45,22 @@ bool stop_poll(struct console *console)
 uint8_t release_begin(struct console *console)
 {
     struct robot *robot = console->robot;
-    struct cds_servos *roster = &robot->crew.roster;
-    struct cds_servo_state *servo = roster->servos;
-    uint8_t id = console->line.id, error = ERROR_NOT_KNOWN;
+    struct cds_servo_state *servo = console_servo(console);
 
     if (robot_is_stopping(robot))
         return ERROR_STOPPING;
     if (console->keeper->link_lost)
         return ERROR_LINK_LOST;
-    if (id == CDS_BROADCAST_ID) {
+    if (console->line.id == CDS_BROADCAST_ID) {
         robot_release(robot);
         return 0;
     }
     if (robot_is_inhibited(robot))
         return ERROR_STOPPED;
-    for (uint8_t left = roster->count; left; left--, servo++) {
-        if (servo->id == id) { // two may have it
-            cds_servos_release(roster, servo);
-            error = 0;
-        }
-    }
-    return error;
+    if (servo == NULL)
+        return ERROR_NOT_KNOWN;
+    cds_servos_release(&robot->servos, servo);
+    return 0;
 }
 
 /* ---- limits ---- */
@@ -73,7 +68,7 @@ uint8_t release_begin(struct console *console)
 uint8_t limits_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
-    struct cds_servos *roster = &console->robot->crew.roster;
+    struct cds_servos *servos = &console->robot->servos;
     struct cds_servo_state *servo = console_servo(console);
     uint16_t raw[] = {0, 0, CDS_VALUE_MAX};
 
@@ -86,7 +81,7 @@ uint8_t limits_begin(struct console *console)
     }
     if (servo == NULL)
         return ERROR_NOT_KNOWN;
-    return cds_servos_set_limits(roster, servo, raw[0], raw[1], raw[2]) == CDS_OK
+    return cds_servos_set_limits(servos, servo, raw[0], raw[1], raw[2]) == CDS_OK
                ? 0
                : ERROR_OUT_OF_RANGE;
 }
@@ -100,7 +95,7 @@ enum servos_part {
     PART_ALARMS, // and on: a part for each bit
     PART_END = PART_ALARMS + 7,
     PARTS,
-};
+} __attribute__((packed));
 
 uint8_t servos_begin(struct console *console)
 {
@@ -129,8 +124,8 @@ static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
 }
 
 /* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-NOINLINE static void servo_part(struct writer *writer, const struct cds_servo_state *servo,
-                                uint8_t part)
+NOINLINE static void servo_part(struct writer *writer, const struct cds_servos *servos,
+                                const struct cds_servo_state *servo, uint8_t part)
 {
     switch (part) {
     case PART_STATE:
@@ -139,11 +134,11 @@ NOINLINE static void servo_part(struct writer *writer, const struct cds_servo_st
         writer_text(writer, writer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
         break;
     case PART_LOST:
-        if (servo->held & CDS_INHIBIT_STATE_LOST)
+        if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
             writer_text(writer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:
-        if (servo->held & CDS_INHIBIT_STOPPED)
+        if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
             writer_text(writer, TEXT_HELD_STOPPED);
         break;
     case PART_END: writer_end_of_line(writer); break;
@@ -159,14 +154,14 @@ bool servos_poll(struct console *console)
     uint8_t *index = &console->index;
     uint8_t *part = &console->part;
 
-    if (robot->crew.roster.count == 0) {
+    if (robot->servos.count == 0) {
         writer_line(&console->writer, TEXT_NOBODY);
         return false;
     }
-    servo_part(&console->writer, &robot->servos[*index], (*part)++);
+    servo_part(&console->writer, &robot->servos, &robot->states[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
         (*index)++;
     }
-    return *index < robot->crew.roster.count;
+    return *index < robot->servos.count;
 }

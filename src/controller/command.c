@@ -29,6 +29,7 @@ NOINLINE void command_begin(struct command_line *line)
 
     memset(line, 0, sizeof *line);
     line->request = request;
+    request->no_retry = false; // until raw_begin()
     line->takes = takes_nothing;
     line->id = CDS_BROADCAST_ID;
 }

@@ -60,7 +60,7 @@ enum command_group {
     COMMAND_GROUPS(COMMAND_GROUP_ENUM_)
 #undef COMMAND_GROUP_ENUM_
         COMMAND_GROUP_COUNT,
-};
+} __attribute__((packed));
 
 /* A line being read. */
 struct command_line {

@@ -149,7 +149,7 @@ enum command_kind {
     COMMANDS(COMMAND_ENUM_)
 #undef COMMAND_ENUM_
         COMMAND_COUNT,
-};
+} __attribute__((packed));
 
 extern const CDS_FLASH struct command commands[COMMAND_COUNT];
 

@@ -9,6 +9,7 @@
 #include "errors.h"
 #include "handlers.h" // alarm_tell()
 #include "host.h"     // HOST_MARK_DROPPED
+#include "input.h"    // input_peek(), input_drop()
 #include "compiler.h" // NOINLINE
 #include "reply.h"
 
@@ -41,7 +42,7 @@ void console_open(struct console *console, struct keeper *keeper, struct cds_rin
     console->input = input;
     console->looked = input->tail;
     console->writer.ring = output;
-    console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet);
+    console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet, console->reply);
     console->line.request = &console->request;
     begin_line(console);
 }
@@ -207,9 +208,9 @@ static void read_input(struct console *console)
 {
     feed_locked(console);
     for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console); left--) {
-        uint8_t byte = cds_ring_peek(console->input, 0);
+        uint8_t byte = input_peek(console->input, 0);
 
-        cds_ring_drop(console->input, 1);
+        input_drop(console->input, 1);
         if (is_mark(byte))
             take_mark(console, byte);
         else
@@ -225,7 +226,7 @@ NOINLINE static uint8_t behind_stop(const struct console *console, uint8_t from)
     uint8_t behind = 0;
 
     for (uint8_t at = from; at < cds_ring_count(console->input); at++)
-        if (cds_ring_peek(console->input, at) == CONSOLE_STOP)
+        if (input_peek(console->input, at) == CONSOLE_STOP)
             behind = (uint8_t)(at + 1u);
     return behind;
 }
@@ -235,7 +236,7 @@ void console_stop(struct console *console)
     uint8_t behind = behind_stop(console, 0);
 
     robot_stop(console->robot);
-    cds_ring_drop(console->input, behind ? behind : cds_ring_count(console->input));
+    input_drop(console->input, behind ? behind : cds_ring_count(console->input));
     console->looked = console->input->tail;
     console->stop_asked = true;
     if (console->state == CONSOLE_READING)
@@ -301,8 +302,8 @@ bool console_key(struct console *console)
 {
     bool pressed = false;
 
-    for (; cds_ring_count(console->input); cds_ring_drop(console->input, 1)) {
-        uint8_t byte = cds_ring_peek(console->input, 0);
+    for (; cds_ring_count(console->input); input_drop(console->input, 1)) {
+        uint8_t byte = input_peek(console->input, 0);
 
         if (!(byte == '\n' && console->editor.after_cr) && byte != HOST_MARK_DROPPED)
             pressed = true;
@@ -326,7 +327,7 @@ bool console_operates(struct console *console, uint8_t operation)
 
 NOINLINE struct cds_servo_state *console_servo(const struct console *console)
 {
-    return cds_servos_find(&console->robot->crew.roster, console->line.id);
+    return cds_servos_find(&console->robot->servos, console->line.id);
 }
 
 static void poll_command(struct console *console)

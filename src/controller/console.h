@@ -27,7 +27,7 @@
 #define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
 #define CONSOLE_STOP     0x18 // Ctrl-X
 
-enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING };
+enum console_state { CONSOLE_READING, CONSOLE_RUNNING, CONSOLE_CLOSING } __attribute__((packed));
 
 /* Servos that monitor draws. */
 #define MONITOR_SERVOS 8
@@ -56,8 +56,8 @@ union console_job {
     uint32_t since_us;
 };
 
-/* What the console's request sends and hears. A line that is a packet itself may take all of it;
- * any other command has the end of it for what it remembers. */
+/* What the console's request sends. A line that is a packet itself may take all of it; any other
+ * command has the end of it for what it remembers. */
 union console_buffer {
     uint8_t packet[CDS_LENGTH_MAX + 4]; // the longest
     struct {
@@ -92,7 +92,8 @@ struct console {
     struct token token;
     struct editor editor;
     struct cds_request request;
-    union console_buffer buffer; // of it
+    union console_buffer buffer;  // of its packet
+    uint8_t reply[CDS_REPLY_MAX]; // of its reply
 };
 
 /* Zero *console first (static storage is). The robot of `keeper` has begun; it is on the bus that
@@ -112,8 +113,8 @@ bool console_idle(const struct console *console);
 
 /* ---- for the commands ---- */
 
-/* What a command remembers: one without an instruction in its row of the table, whose packets, and
- * the replies to them, are 100 bytes at the most. */
+/* What a command remembers: one without an instruction in its row of the table, whose packets are
+ * 100 bytes at the most. */
 static inline union console_job *console_job(struct console *console)
 {
     return &console->buffer.command.job;

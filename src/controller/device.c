@@ -10,7 +10,7 @@
 /* Registers looked at in a call: a READ of all of them must not hold up the bus. */
 #define READ_PER_CALL 8
 
-enum access { RD, RW };
+enum access { RD, RW } __attribute__((packed));
 
 /* A row of the table. */
 struct row {

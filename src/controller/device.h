@@ -92,7 +92,7 @@ enum device_register {
     DEVICE_REGISTERS(DEVICE_ENUM_)
 #undef DEVICE_ENUM_
         DEVICE_REGISTER_COUNT,
-};
+} __attribute__((packed));
 
 /* What stands behind the registers; `reg`: enum device_register. Not asked for MODEL, VERSION,
  * FAILED and FAILED_IDS. */

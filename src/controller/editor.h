@@ -17,7 +17,7 @@ enum editor_event {
     EDITOR_FULL, // no key more, until some of the text was taken by editor_take()
     EDITOR_END,  // of the line: all of it is to be taken
     EDITOR_DROP, // forget the line (Ctrl-C)
-};
+} __attribute__((packed));
 
 /* Zeroed, it is empty. */
 struct editor {

@@ -71,7 +71,7 @@ enum console_error {
 #define CONSOLE_ERROR_ENUM_(name, number, text, remedy) name = number,
     CONSOLE_ERRORS(CONSOLE_ERROR_ENUM_)
 #undef CONSOLE_ERROR_ENUM_
-};
+} __attribute__((packed));
 
 /* "text; remedy" of an error of either table, for the writer. */
 uint16_t error_text(uint8_t number);

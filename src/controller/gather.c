@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "answer.h"
-#include "compiler.h" // NOINLINE
+#include "compiler.h" // NOINLINE, OPTIMIZER_BARRIER()
 
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
@@ -77,7 +77,7 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
     return left == 0 && servos;
 }
 
-/* Makes a READ of the next servo, there being one. Its result: CDS_OK if it may be sent;
+/* Makes a READ of the next servo, there being one. Its result: CDS_OK if it is to be sent;
  * CDS_PENDING if the device itself is asked, and nothing is sent. */
 static void build(struct gather *gather, struct cds_request *read)
 {
@@ -91,18 +91,19 @@ static void build(struct gather *gather, struct cds_request *read)
         address = next[2];
         count = next[0];
     }
-    cds_packet_build_read_(&read->packet, id, address, count);
+    cds_packet_begin(&read->packet, id, CDS_READ);
+    cds_packet_put(&read->packet, address);
+    cds_packet_put(&read->packet, count);
+    cds_packet_end(&read->packet);
     read->id = id;
     read->reply_parameters = count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
-    read->repeats = gather->bus->repeats;
-    read->return_delay_us = gather->bus->return_delay_us;
     read->result = CDS_OK;
-    if (id == gather->device_id)
+    if (id == gather->device_id) {
         read->result = CDS_PENDING;
-    else if (id > CDS_ID_MAX)
+        memcpy(read->reply, read->packet.bytes, CDS_PACKET_SIZE(2));
+    } else if (id > CDS_ID_MAX) {
         read->result = CDS_BAD_ARGUMENT;
-    else
-        read->result = cds_bus_judge_(gather->bus, read);
+    }
 }
 
 /* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
@@ -117,7 +118,7 @@ NOINLINE static void keep(struct gather *gather, const struct cds_request *read)
     if (gather->bulk)
         return;
     if (good) {
-        memcpy(gather->to, read->packet.bytes, each);
+        memcpy(gather->to, read->reply, each);
     } else {
         memset(gather->to, MISSING, each);
         gather->error = GATHER_ERROR_FAILED;
@@ -132,8 +133,7 @@ static void hand_over(struct gather *gather)
 
     if (!gather->bulk || read->result != CDS_OK)
         keep(gather, read);
-    else if (!answer_at_once(gather->output, read->id, read->error, read->packet.bytes,
-                             read->length))
+    else if (!answer_at_once(gather->output, read->id, read->error, read->reply, read->length))
         return;
     gather->other = GATHER_SPENT;
 }
@@ -145,29 +145,12 @@ static void prepare(struct gather *gather)
     bool waits = asked->result == CDS_PENDING && asked->id != gather->device_id;
 
     gather->other = waits ? GATHER_WAITS : GATHER_READY;
-    if (gather->left > 1) {
+    if (gather->left > 1)
         build(gather, gather->spare);
-        if (waits && gather->spare->result == CDS_OK)
-            gather->other = GATHER_FOLLOWS;
-    }
-}
-
-/* The rest of it; or if others wait, it is judged again in its turn. */
-static void send(struct cds_bus *bus, struct cds_request *read, uint8_t begun)
-{
-    uint8_t result;
-
-    if (begun) {
-        cds_bus_follow_(bus, read, begun);
-    } else {
-        result = (uint8_t)cds_bus_submit(bus, read);
-        if (result != CDS_OK)
-            read->result = result;
-    }
 }
 
 /* The servo asked has ended. In a BULK READ the others would wait in vain for one that failed. */
-static void go_on(struct gather *gather, uint8_t begun)
+static void go_on(struct gather *gather)
 {
     struct cds_request *ended = gather->asked, *next = gather->spare;
 
@@ -178,31 +161,31 @@ static void go_on(struct gather *gather, uint8_t begun)
     if (gather->bulk && ended->result != CDS_OK)
         gather->left = 0;
     if (gather->left && next->result == CDS_OK)
-        send(gather->bus, next, begun);
-    hand_over(gather); // while the next one is asked
+        cds_bus_submit(gather->bus, next); // next->result says why, if it is refused
+    hand_over(gather);                     // while the next one is asked
 }
 
 /* If the host has not taken the reply before this one, gather_poll() goes on. */
 static void on_end(struct cds_request *ended)
 {
-    struct gather *gather = ended->owner;
-    uint8_t other = gather->other, begun = 0;
+    struct gather *gather = ended->context;
 
-    if (other == GATHER_FOLLOWS && (ended->result == CDS_OK || !gather->bulk))
-        begun = cds_bus_begin_judged_(gather->bus);
-    if (other >= GATHER_WAITS)
-        go_on(gather, begun);
+    if (gather->other == GATHER_WAITS)
+        go_on(gather);
 }
 
 void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
                  struct cds_ring *output)
 {
+    OPTIMIZER_BARRIER(gather);
     *gather = (struct gather){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->bytes[i];
-        gather->read[i].packet.room = CDS_REPLY_MAX;
+        gather->read[i].packet.bytes = gather->packets[i];
+        gather->read[i].packet.capacity = sizeof gather->packets[i];
+        gather->read[i].reply = gather->replies[i];
+        gather->read[i].reply_capacity = sizeof gather->replies[i];
         gather->read[i].on_end = on_end;
-        gather->read[i].owner = gather;
+        gather->read[i].context = gather;
     }
 }
 
@@ -210,6 +193,7 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
 {
     bool sense = true;
 
+    OPTIMIZER_BARRIER(gather);
     gather->device_id = device_id;
     gather->asked = gather->read;
     gather->spare = gather->read + 1;
@@ -221,7 +205,7 @@ bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
     if (sense && gather->left) {
         build(gather, gather->asked);
         if (gather->asked->result == CDS_OK)
-            send(gather->bus, gather->asked, cds_bus_begin_judged_(gather->bus));
+            cds_bus_submit(gather->bus, gather->asked);
     }
     device_forget_failures(gather->device); // while the first servo is asked
     return sense;
@@ -235,7 +219,7 @@ static void obey(struct gather *gather, struct cds_request *read)
     if (read->reply_parameters == 0) {
         read->error = CDS_ERROR_RANGE;
         read->length = 0;
-    } else if (device_obey(device, read->packet.bytes)) {
+    } else if (device_obey(device, read->reply)) {
         read->error = device->error;
         read->length = device->length;
     } else {
@@ -251,8 +235,10 @@ static void look_after(struct gather *gather)
 
     if (asked->result == CDS_PENDING && asked->id == gather->device_id)
         obey(gather, asked);
+    else if (asked->result == CDS_BUSY) // an operation held the bus
+        cds_bus_submit(gather->bus, asked);
     if (asked->result != CDS_PENDING)
-        go_on(gather, 0);
+        go_on(gather);
 }
 
 enum gather_turn gather_poll(struct gather *gather)

@@ -29,15 +29,14 @@ enum gather_turn {
     GATHER_MORE,
     GATHER_ANSWER, // over: a status packet of the device is due
     GATHER_DONE,   // over
-};
+} __attribute__((packed));
 
 enum gather_other {
-    GATHER_ENDED,   // its reply is there, or none
-    GATHER_SPENT,   // ... and was handed over
-    GATHER_READY,   // to be sent to the next servo, if there is one
-    GATHER_WAITS,   // likewise, and a servo is asked: the bus sees to its end
-    GATHER_FOLLOWS, // likewise, and it may be sent then
-};
+    GATHER_ENDED, // its reply is there, or none
+    GATHER_SPENT, // ... and was handed over
+    GATHER_READY, // to be sent to the next servo, if there is one
+    GATHER_WAITS, // likewise, and a servo is asked: the bus sees to its end
+} __attribute__((packed));
 
 /* All state of it. Fields without a word are its own. */
 struct gather { // the buffers last: what is near costs less to reach
@@ -55,7 +54,8 @@ struct gather { // the buffers last: what is near costs less to reach
     uint8_t *to;                // of a SYNC READ: where the next data of the status packet go
     const uint8_t *next;        // what is asked of whom, from the READ built next on
     struct cds_request read[2]; // in turn
-    uint8_t bytes[2][CDS_REPLY_MAX];
+    uint8_t packets[2][CDS_PACKET_SIZE(2)];
+    uint8_t replies[2][CDS_REPLY_MAX]; // of the device too, which finds its packet there
 };
 
 /* Once. */

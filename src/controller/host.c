@@ -5,6 +5,7 @@
 
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "compiler.h"     // OPTIMIZER_BARRIER(), NOINLINE
+#include "input.h"        // input_peek(), input_drop()
 
 /* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
  */
@@ -14,6 +15,7 @@
 
 void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
 {
+    OPTIMIZER_BARRIER(host);
     *host = (struct host){.input = input, .text = text, .bytes = bytes};
 }
 
@@ -262,9 +264,9 @@ static uint8_t take_counted(struct host *host)
 /* Takes a byte out of the input ring; *late: it came too long ago for a packet. */
 static uint8_t next_byte(struct host *host, bool *late)
 {
-    uint8_t byte = cds_ring_peek(host->input, 0);
+    uint8_t byte = input_peek(host->input, 0);
 
-    cds_ring_drop(host->input, 1);
+    input_drop(host->input, 1);
     *late = host->old != 0;
     if (*late)
         host->old--;
@@ -311,7 +313,7 @@ static void listen(struct host *host)
 static bool text_follows(const struct host *host)
 {
     return host->count == host->end && cds_ring_count(host->input) &&
-           cds_ring_peek(host->input, 0) != CDS_HEADER;
+           input_peek(host->input, 0) != CDS_HEADER;
 }
 
 static void take_following(struct host *host)

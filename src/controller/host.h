@@ -27,7 +27,7 @@
 
 /* Bytes in the ring of text that the host cannot have said: where they stand, the line so far is
  * gone, because a packet began; or because something was lost, which has to be answered. */
-enum host_mark { HOST_MARK_DROPPED = 0xF8, HOST_MARK_LOST = 0xF9 };
+enum host_mark { HOST_MARK_DROPPED = 0xF8, HOST_MARK_LOST = 0xF9 } __attribute__((packed));
 
 /* Counted modulo 65536. */
 struct host_counters {

@@ -2,6 +2,7 @@
 #include "host_rescue.h"
 
 #include "cds55xx/port.h" // cds_port_now_us()
+#include "input.h"        // input_peek(), input_drop()
 #include "keeper.h"       // KEEPER_RESET_...
 #include "compiler.h"     // OPTIMIZER_BARRIER(), NOINLINE
 
@@ -60,8 +61,8 @@ bool host_rescue_poll(struct host_rescue *rescue, struct cds_ring *input)
 
     OPTIMIZER_BARRIER(rescue);
     if (cds_ring_count(input)) {
-        take(rescue, cds_ring_peek(input, 0));
-        cds_ring_drop(input, 1);
+        take(rescue, input_peek(input, 0));
+        input_drop(input, 1);
         rescue->heard = silence_time(now_us);
     }
     if ((uint8_t)(window_time(now_us) - rescue->begun) >= WINDOW)

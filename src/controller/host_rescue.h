@@ -23,7 +23,7 @@ enum host_rescue_state {
     HOST_RESCUE_SHUT,
     HOST_RESCUE_OPEN,
     HOST_RESCUE_EXPIRED, // the time is over: who changes the rate of the link then shuts the window
-};
+} __attribute__((packed));
 
 /* Zeroed, the window is shut. */
 struct host_rescue {

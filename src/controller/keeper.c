@@ -19,7 +19,7 @@ void keeper_heard(struct keeper *keeper)
 
 static bool is_at_its_rate(const struct keeper *keeper)
 {
-    return keeper->robot->bus->baud == keeper->settings->bus_baud;
+    return keeper->robot->bus->baud_reg == keeper->settings->bus_baud;
 }
 
 bool keeper_follow(struct keeper *keeper)
@@ -28,7 +28,7 @@ bool keeper_follow(struct keeper *keeper)
     struct cds_bus *bus = keeper->robot->bus;
 
     cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
-    cds_bus_set_repeats(bus, settings->repeats);
+    cds_queue_set_retries(&keeper->robot->queue, settings->repeats);
     if (!is_at_its_rate(keeper))
         keeper->robot->strangers = ROBOT_NOT_SCANNED;
     keeper->unsettled =
@@ -42,7 +42,7 @@ static void watch_rate(struct keeper *keeper)
     if (keeper->unsettled)
         keeper_follow(keeper);
     else if (!robot_is_exclusive(keeper->robot) && !is_at_its_rate(keeper)) {
-        keeper->settings->bus_baud = keeper->robot->bus->baud;
+        keeper->settings->bus_baud = keeper->robot->bus->baud_reg;
         keeper->robot->strangers = ROBOT_NOT_SCANNED;
     }
 }
@@ -70,10 +70,10 @@ static void watch_link(struct keeper *keeper)
  * not let go: it is told no more. */
 static bool has_torque(const struct robot *robot)
 {
-    const struct cds_servo_state *servo = robot->servos;
+    const struct cds_servo_state *servo = robot->states;
 
-    for (uint8_t left = robot->crew.roster.count; left; left--, servo++)
-        if (servo->torque && servo->stopped != CDS_TORQUE_OFF_ON)
+    for (uint8_t left = robot->servos.count; left; left--, servo++)
+        if (servo->torque && servo->torque_off != CDS_TORQUE_OFF_ON)
             return true;
     return false;
 }
@@ -84,23 +84,24 @@ static void insist_on_stop(struct keeper *keeper)
 {
     struct robot *robot = keeper->robot;
 
-    if (robot->stop_told && !robot_is_stopping(robot) && cds_bus_state(robot->bus) == CDS_BUS_OK &&
-        (robot->stop.result == CDS_LINE_BUSY || has_torque(robot)))
+    if (robot->stop_told && !robot_is_stopping(robot) &&
+        cds_bus_line(robot->bus) == CDS_BUS_LINE_QUIET &&
+        (robot->stop.steps.result == CDS_LINE_BUSY || has_torque(robot)))
         robot_stop(robot);
 }
 
 /* Alarms that were acknowledged in the meantime are told again when they come again. */
 static void watch_alarms(struct keeper *keeper)
 {
-    const struct cds_servos *roster = &keeper->robot->crew.roster;
+    const struct cds_servos *servos = &keeper->robot->servos;
     const struct cds_servo_state *servo;
     uint8_t *told;
 
-    if (keeper->alarm || !keeper->settings->alarm_report || roster->count == 0)
+    if (keeper->alarm || !keeper->settings->alarm_report || servos->count == 0)
         return;
-    if (keeper->next >= roster->count)
+    if (keeper->next >= servos->count)
         keeper->next = 0;
-    servo = &roster->servos[keeper->next];
+    servo = &servos->states[keeper->next];
     told = &keeper->told[keeper->next++];
     keeper->alarm = (uint8_t)(servo->alarms & ~*told);
     keeper->alarm_id = servo->id;
@@ -111,7 +112,9 @@ void keeper_poll(struct keeper *keeper)
 {
     OPTIMIZER_BARRIER(keeper);
     watch_rate(keeper);
-    keeper->robot->crew.open = keeper->settings->link_loss_ms != 0; // all are to be looked at then
+    keeper->robot->servos.grows = keeper->settings->link_loss_ms // all are to be looked at then
+                                      ? CDS_GROWS_ALWAYS
+                                      : CDS_GROWS_ON_ALARM_OR_SETTING;
     watch_link(keeper);
     insist_on_stop(keeper);
     watch_alarms(keeper);
@@ -121,7 +124,7 @@ bool keeper_clear(struct keeper *keeper)
 {
     if (!robot_allow(keeper->robot))
         return false;
-    cds_servos_acknowledge(&keeper->robot->crew.roster, NULL);
+    cds_servos_acknowledge(&keeper->robot->servos, NULL);
     keeper->link_lost = false;
     keeper_heard(keeper); // who has asked for this is there
     return true;

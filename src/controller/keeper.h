@@ -17,7 +17,7 @@
 #include "settings.h" // struct settings
 
 /* Values of settings.link_loss_action. */
-enum keeper_action { KEEPER_SHOW, KEEPER_HOLD, KEEPER_TORQUE_OFF };
+enum keeper_action { KEEPER_SHOW, KEEPER_HOLD, KEEPER_TORQUE_OFF } __attribute__((packed));
 
 /* Bits of `reset_cause`: those of watchdog.h. */
 enum keeper_reset {
@@ -26,7 +26,7 @@ enum keeper_reset {
     KEEPER_RESET_BROWN_OUT = 4,
     KEEPER_RESET_WATCHDOG = 8,
     KEEPER_RESET_JTAG = 16,
-};
+} __attribute__((packed));
 
 /* What the keeper knows. Fields without a word about writing are to be read only. */
 struct keeper {

@@ -29,6 +29,9 @@
 #define POLLS        1500
 #define POLLS_OTHERS 150
 
+/* A turn takes a reply of up to 50 bytes in so many polls. */
+#define REPLY_POLLS 8
+
 /* So often is the host listened to in a turn while a packet comes in. */
 #define HOST_POLLS 8
 
@@ -186,10 +189,8 @@ static void open(void)
         controller.host_baud = HOST_BAUD_OWN; // follow_host_baud() ends it
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
-    cds_bus_set_queue(&controller.bus, true);
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
-    robot_begin(&controller.robot, &controller.bus);
-    controller.robot.crew.roster.shortest_delay = AVR_SHORTEST_DELAY(0);
+    robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
     robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
     begin_keeper();
     host_open(&controller.host, &controller.serial.rx, &controller.text,
@@ -277,8 +278,22 @@ static void poll_console(void)
     send_to_host();
 }
 
-/* What the bridge has to say leaves at once. A reply is in the ring already when cds_bus_poll()
- * returns. While a servo is asked, nothing comes between two polls. */
+/* Polls until what has come of a reply is taken: a poll takes a part of it. */
+static bool take_reply(void)
+{
+    struct cds_bus *bus = &controller.bus;
+    uint8_t left = REPLY_POLLS;
+    bool is_in_use;
+
+    do {
+        is_in_use = cds_bus_poll(bus);
+    } while (bus->state == CDS_BUS_RECEIVING &&
+             cds_parser_has_unread(&bus->parser, &bus->link.rx) && --left);
+    return is_in_use;
+}
+
+/* What the bridge has to say leaves at once. While a servo is asked, nothing comes between two
+ * polls. */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
@@ -288,8 +303,8 @@ static void poll_bus(void)
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
-        while (cds_bus_poll(&controller.bus) && bridge_waits(bridge) &&
-               sent == controller.serial.tx.head && --left) {
+        while (take_reply() && bridge_waits(bridge) && sent == controller.serial.tx.head &&
+               --left) {
         }
         sent = send_to_host();
         poll_bridge();
@@ -314,6 +329,7 @@ __attribute__((noinline)) static void turn(void)
     robot_poll(&controller.robot);
     if (odd || !flooded)
         comes = poll_host();
+    robot_poll(&controller.robot); // again: goals are due, and a line of the console takes long
     if (comes && controller.turns % KEPT_TURNS >= 2) // of these one is odd
         return;
     if (!odd || (!flooded && controller.console.state == CONSOLE_READING))

@@ -20,7 +20,7 @@ enum number_kind {
     NUMBER_TEMPERATURE,
     NUMBER_TIME,
     NUMBER_RATE,
-};
+} __attribute__((packed));
 
 /* digits / 10^decimals * 10^exponent, in millidegrees, mRPM, mV, 0.01 %, degrees Celsius,
  * microseconds or bit/s. */

@@ -7,11 +7,18 @@
 #include "errors.h"
 #include "compiler.h" // NOINLINE
 
-void robot_begin(struct robot *robot, struct cds_bus *bus)
+void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay)
 {
+    OPTIMIZER_BARRIER(robot);
     robot->bus = bus;
     robot->strangers = ROBOT_NOT_SCANNED;
-    crew_begin(&robot->crew, bus, robot->servos, ROBOT_SERVOS);
+    cds_servos_begin(&robot->servos,
+                     &(struct cds_servos_config){.bus = bus,
+                                                 .queue = &robot->queue,
+                                                 .states = robot->states,
+                                                 .capacity = ROBOT_SERVOS,
+                                                 .grows = CDS_GROWS_ON_ALARM_OR_SETTING,
+                                                 .shortest_delay = shortest_delay});
 }
 
 static void store(const struct robot *robot, uint16_t state)
@@ -24,14 +31,14 @@ void robot_inhibit(struct robot *robot)
 {
     if (robot->kept && inhibit_stored(robot->kept) != INHIBIT_STOPPING)
         store(robot, INHIBIT_ON); // a stop that has not reached all servos stays one
-    cds_servos_hold(&robot->crew.roster, NULL, CDS_INHIBIT_STOPPED);
+    cds_servos_inhibit_all(&robot->servos);
 }
 
 bool robot_allow(struct robot *robot)
 {
     if (robot_is_stopping(robot))
         return false;
-    cds_servos_allow(&robot->crew.roster);
+    cds_servos_allow(&robot->servos);
     robot->stop_told = false;
     store(robot, INHIBIT_FREE);
     return true;
@@ -41,7 +48,7 @@ bool robot_release(struct robot *robot)
 {
     if (!robot_allow(robot))
         return false;
-    cds_servos_release(&robot->crew.roster, NULL);
+    cds_servos_release_all(&robot->servos);
     return true;
 }
 
@@ -60,8 +67,8 @@ void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_o
 uint8_t robot_strangers(const struct robot *robot)
 {
     if (robot->strangers == ROBOT_NOT_SCANNED)
-        return (uint8_t)(CDS_ID_MAX + 1 - robot->crew.roster.count);
-    return robot->strangers == 0 && robot->crew.crowded ? 1 : robot->strangers;
+        return (uint8_t)(CDS_ID_MAX + 1 - robot->servos.count);
+    return robot->strangers == 0 && robot->servos.is_full ? 1 : robot->strangers;
 }
 
 bool robot_is_exclusive(const struct robot *robot)
@@ -88,9 +95,9 @@ uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
         return ERROR_CYCLE;
     robot->operation = (uint8_t)operation;
     robot->result = CDS_PENDING;
-    robot->baud = robot->bus->baud;
+    robot->baud = robot->bus->baud_reg;
     if (operation == ROBOT_SCAN || operation == ROBOT_DIAGNOSE)
-        robot->crew.away = true; // a servo that is silent at another rate is not offline
+        robot->servos.is_paused = true; // a servo that is silent at another rate is not offline
     return 0;
 }
 
@@ -98,9 +105,11 @@ NOINLINE static void let_go(struct robot *robot)
 {
     if (robot->operation == ROBOT_CYCLE)
         cds_health_set_cycle(&robot->watch, NULL);
+    if (robot->operation == ROBOT_IDENTITY)
+        cds_servos_allow_reset(&robot->servos, false);
     robot->watch_rests = false;
     robot->operation = ROBOT_IDLE;
-    robot->crew.away = false;
+    robot->servos.is_paused = false;
 }
 
 uint8_t robot_begun(struct robot *robot, enum cds_result begun)
@@ -116,7 +125,7 @@ uint8_t robot_begun(struct robot *robot, enum cds_result begun)
 void robot_abort(struct robot *robot)
 {
     switch (robot->operation) {
-    case ROBOT_CYCLE: cds_cycle_stop(&robot->work.cycle.cycle); break;
+    case ROBOT_CYCLE: cds_cycle_abort(&robot->work.cycle.cycle); break;
     case ROBOT_SCAN: cds_scan_abort(&robot->work.scan.scan); break;
     case ROBOT_DIAGNOSE:
         if (ROBOT_DIAGNOSES)
@@ -130,8 +139,14 @@ NOINLINE static void begin_stop(struct robot *robot)
 {
     robot->stop_told = true;
     robot->stopping = true;
-    robot->crew.away = false;
-    cds_torque_off_begin(&robot->stop, &robot->crew.roster);
+    robot->servos.is_paused = false;
+    cds_torque_off_begin(&robot->stop, &robot->servos);
+}
+
+/* True if the bus is not at another rate because of an operation. */
+static bool is_at_own_rate(const struct robot *robot)
+{
+    return !robot_is_exclusive(robot) || robot->bus->baud_reg == robot->baud;
 }
 
 /* At another rate no servo of the robot hears the stop: it begins when the bus is back. An
@@ -144,7 +159,7 @@ void robot_stop(struct robot *robot)
     robot_inhibit(robot);
     robot->stop_waits = robot_is_exclusive(robot);
     robot->stop_told = false;
-    if (!robot->stop_waits || robot->bus->baud == robot->baud)
+    if (is_at_own_rate(robot))
         begin_stop(robot);
 }
 
@@ -153,12 +168,14 @@ static void poll_stop(struct robot *robot)
     if (robot->stop_waits && robot->operation == ROBOT_IDLE) {
         robot->stop_waits = false;
         begin_stop(robot);
-    } else if (robot->stop_waits && !robot->stop_told && robot->bus->baud == robot->baud) {
+    } else if (robot->stop_waits && !robot->stop_told && is_at_own_rate(robot)) {
         begin_stop(robot);
     }
+    if (!is_at_own_rate(robot)) // else torque off would abort a change of rate
+        return;
     if (robot->stopping && cds_torque_off_poll(&robot->stop) != CDS_PENDING) {
         robot->stopping = false;
-        if (!robot->stop_waits && robot->stop.result != CDS_LINE_BUSY)
+        if (!robot->stop_waits && robot->stop.steps.result != CDS_LINE_BUSY)
             store(robot, INHIBIT_ON);
     }
 }
@@ -193,10 +210,12 @@ static bool begin_watch(struct robot *robot)
 {
     struct cds_health *watch = &robot->watch;
 
-    if (cds_health_begin(watch, &robot->crew.roster, CDS_HEALTH_PERIOD_US) != CDS_OK)
+    if (cds_health_begin(watch, &(struct cds_health_config){.servos = &robot->servos,
+                                                            .period_us = CDS_HEALTH_PERIOD_US}) !=
+        CDS_OK)
         return false;
     watch->look_us += watch->step_us; // who has joined was heard just now
-    robot->watched = robot->crew.roster.count;
+    robot->watched = robot->servos.count;
     if (robot->operation == ROBOT_CYCLE)
         robot->watch_rests = cds_health_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
     return true;
@@ -207,7 +226,7 @@ void robot_poll(struct robot *robot)
     uint8_t count;
 
     OPTIMIZER_BARRIER(robot);
-    count = robot->crew.roster.count;
+    count = robot->servos.count;
     if (!robot_idle(robot))
         poll_work(robot);
     if (count && !robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot) &&
@@ -221,23 +240,22 @@ void robot_poll(struct robot *robot)
 bool robot_add(struct robot *robot, uint8_t id)
 {
     robot->chosen = true;
-    return crew_meet(&robot->crew, id);
+    return cds_servos_find(&robot->servos, id) || cds_servos_add(&robot->servos, id) == CDS_OK;
 }
 
 NOINLINE void robot_yield(struct robot *robot)
 {
-    robot->watch.look_us = robot->watch.seek_us = cds_port_now_us() + ROBOT_REST_US;
+    struct cds_health *watch = &robot->watch;
+
+    watch->look_us = cds_port_now_us() + ROBOT_REST_US;
+    if (watch->sought >= robot->servos.count ||
+        robot->states[watch->sought].presence != CDS_PRESENCE_RETURNED)
+        watch->seek_us = watch->look_us;
 }
 
 void robot_forget(struct robot *robot)
 {
-    bool inhibited = robot_is_inhibited(robot), open = robot->crew.open;
-    uint8_t shortest_delay = robot->crew.roster.shortest_delay;
-
-    crew_begin(&robot->crew, robot->bus, robot->servos, ROBOT_SERVOS);
-    robot->crew.roster.inhibited = inhibited;
-    robot->crew.roster.shortest_delay = shortest_delay;
-    robot->crew.open = open;
+    cds_servos_forget(&robot->servos);
     robot->strangers = ROBOT_NOT_SCANNED;
     robot->group_count = 0;
     robot->watched = 0;

@@ -15,10 +15,11 @@
 #include "cds55xx/diagnose.h"        // struct cds_diagnose
 #include "cds55xx/registered_move.h" // struct cds_registered_move
 #include "cds55xx/identity.h"        // struct cds_identity
+#include "cds55xx/queue.h"           // struct cds_queue
 #include "cds55xx/scan.h"            // struct cds_scan
+#include "cds55xx/servos.h"          // struct cds_servos
 #include "cds55xx/torque_off.h"      // struct cds_torque_off
 #include "cds55xx/health.h"          // struct cds_health
-#include "crew.h"                    // struct crew
 #include "inhibit.h"                 // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
@@ -44,7 +45,7 @@ enum robot_operation {
     ROBOT_DIAGNOSE,
     ROBOT_IDENTITY,
     ROBOT_MOVE,
-};
+} __attribute__((packed));
 
 /* Storage of the operation. */
 union robot_work {
@@ -85,16 +86,18 @@ struct robot {
     uint8_t group_count;
     uint8_t watched;   // servos that the state check was begun for
     uint8_t strangers; // servos that the last whole scan found beyond those of the robot
-    struct crew crew;
+    struct cds_servos servos;
+    struct cds_queue queue;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_torque_off stop;
     struct cds_health watch;
     union robot_work work;
-    struct cds_servo_state servos[ROBOT_SERVOS];
+    struct cds_servo_state states[ROBOT_SERVOS];
 };
 
-/* Begins with no servos on `bus`, which must be open. Zero *robot first (static storage is). */
-void robot_begin(struct robot *robot, struct cds_bus *bus);
+/* Begins with no servos on `bus`, which must be open. `shortest_delay`: the smallest value of
+ * register 0x05 the board can bear. Zero *robot first (static storage is). */
+void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay);
 
 /* Moves everything on; once in each turn of the main loop, after cds_bus_poll(). */
 void robot_poll(struct robot *robot);
@@ -119,7 +122,7 @@ bool robot_release(struct robot *robot);
 /* Is driving inhibited? */
 static inline bool robot_is_inhibited(const struct robot *robot)
 {
-    return robot->crew.roster.inhibited;
+    return robot->servos.is_inhibited;
 }
 
 /* How many servos there may be that the robot does not look at: 0 to 254. After a whole scan, those

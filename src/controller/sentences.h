@@ -11,7 +11,7 @@
 /* X(name, text). In the order of an enum or of a struct: CONDITION_... of the CDS_ERROR_* bits,
  * ORIGIN_... of enum settings_origin, BUS_... and BUS_IS_... of enum cds_bus_state, RESET_... of
  * enum keeper_reset, STOP_... of enum cds_torque_off_outcome, PRESENCE_... of enum cds_presence,
- * COUNTER_... of struct cds_counters. */
+ * COUNTER_... of struct cds_stats. */
 #define SENTENCES(X)                                                                               \
     X(NOTHING, "")                                                                                 \
     X(DECIMAL, "#")                                                                                \

@@ -82,7 +82,7 @@ enum settings_origin {
     SETTINGS_NEWER,         // the record has settings that this firmware does not know
     SETTINGS_STORED,        // the record has these settings
     SETTINGS_CORRECTED,     // a value of the record was out of range and is its default
-};
+} __attribute__((packed));
 
 /* How the last settings_save() went. */
 enum settings_result {
@@ -90,7 +90,7 @@ enum settings_result {
     SETTINGS_SAVING,  // it goes on
     SETTINGS_SAVED,
     SETTINGS_FAILED, // a byte does not keep what is written: the older record still holds
-};
+} __attribute__((packed));
 
 /* Keeps a struct settings in the EEPROM. The fields are to be read only. */
 struct settings_store {

@@ -19,8 +19,8 @@ static void reset(void *owner)
 static uint16_t counter(const struct values *values, uint8_t reg)
 {
     const struct cds_bus *bus = values->keeper->robot->bus;
-    struct cds_counters copy;
-    const void *counters = &bus->counters;
+    struct cds_stats stats;
+    const void *counters = &stats;
     uint8_t first = DEVICE_BUS_SENT;
     uint16_t value;
 
@@ -32,9 +32,8 @@ static uint16_t counter(const struct values *values, uint8_t reg)
     } else if (reg >= DEVICE_HOST_PACKETS) {
         counters = &values->host->counters;
         first = DEVICE_HOST_PACKETS;
-    } else if (reg >= DEVICE_BUS_FRAMING || reg == DEVICE_BUS_STRAY) { // else it took long
-        cds_bus_counters(bus, &copy);
-        counters = &copy;
+    } else {
+        cds_bus_stats(bus, &stats);
     }
     memcpy(&value, (const uint8_t *)counters + (uint8_t)(reg - first) * sizeof value, sizeof value);
     return value;
@@ -46,11 +45,11 @@ static uint16_t saving(const struct settings_store *store)
 }
 
 /* The first servo that has an alarm; UINT8_MAX: none that is known. */
-static uint16_t alarm_id(const struct cds_servos *roster)
+static uint16_t alarm_id(const struct cds_servos *servos)
 {
-    const struct cds_servo_state *servo = roster->servos;
+    const struct cds_servo_state *servo = servos->states;
 
-    for (uint8_t left = roster->count; left; left--, servo++)
+    for (uint8_t left = servos->count; left; left--, servo++)
         if (servo->alarms)
             return servo->id;
     return UINT8_MAX;
@@ -66,13 +65,13 @@ static uint16_t get(void *owner, uint8_t reg)
         return settings_get(keeper->settings, reg);
     switch (reg) {
     case DEVICE_SAVE: return saving(keeper->store);
-    case DEVICE_BUS_STATE: return cds_bus_state(robot->bus);
+    case DEVICE_BUS_STATE: return cds_bus_line(robot->bus);
     case DEVICE_RESET_CAUSE: return keeper->reset_cause;
     case DEVICE_LINK_LOST: return keeper->link_lost;
     case DEVICE_INHIBIT: return robot_is_inhibited(robot);
-    case DEVICE_DELAYS_REFUSED: return robot->crew.early;
-    case DEVICE_ALARMS: return robot->crew.roster.alarms;
-    case DEVICE_ALARM_ID: return alarm_id(&robot->crew.roster);
+    case DEVICE_DELAYS_REFUSED: return robot->servos.too_early;
+    case DEVICE_ALARMS: return robot->servos.alarms;
+    case DEVICE_ALARM_ID: return alarm_id(&robot->servos);
     default: return counter(values, reg);
     }
 }
@@ -90,7 +89,7 @@ static void set(void *owner, uint8_t reg, uint16_t value)
     else if (reg == DEVICE_INHIBIT)
         robot_release(values->keeper->robot);
     else if (reg == DEVICE_ALARMS)
-        cds_servos_acknowledge(&values->keeper->robot->crew.roster, NULL);
+        cds_servos_acknowledge(&values->keeper->robot->servos, NULL);
 }
 
 /* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at

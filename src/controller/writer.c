@@ -20,7 +20,7 @@ enum mark {
     MARK_TEXT, // its values, if it has marks, are the next ones
     MARK_LONG, // two values: 32 bits, of which 31 are shown
     MARK_UNIT, // of `units`, and so are those behind it
-};
+} __attribute__((packed));
 
 static const CDS_FLASH uint8_t marked_units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
                                                  CDS_UNIT_CELSIUS, CDS_UNIT_BPS};

@@ -14,8 +14,8 @@
 /* NOINLINE for a function that a header has declared. */
 #define DECLARED_NOINLINE(function) extern __typeof__(function) function NOINLINE
 
-/* Neither merged nor copied for a bus that is known when the program is linked: less flash. Where
- * the time for a byte counts, NOINLINE leaves the compiler that copy: it saves a pointer. */
+/* Neither merged nor copied for a bus that is known when the program is linked: saves flash. Where
+ * the time of a byte counts, use NOINLINE: the compiler may then make that copy. */
 #define NOCLONE __attribute__((noclone, noinline))
 
 /* NOCLONE, and kept out of the way of what runs for every byte and every transaction. */

@@ -11,8 +11,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(packet);
+BENCH_REQUEST(request, 2);
 static volatile uint8_t servo = ABSENT, address = CDS_REG_PRESENT_POSITION, length = 2;
 static uint8_t timeouts;
 
@@ -66,7 +65,7 @@ BENCH_NOINLINE static void slow(uint8_t id, uint8_t from, uint8_t count)
 
 int main(void)
 {
-    bench_open(&bus);
+    bench_open_bare(&bus);
     cds_bus_set_return_delay(&bus, 2);
     whole(servo, address, length);
     settle();

@@ -28,10 +28,12 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t goals_packets[2][CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
-static struct cds_request goals[2] = {CDS_REQUEST(goals_packets[0]), CDS_REQUEST(goals_packets[1])};
+static struct cds_request goals[2] = {CDS_REQUEST_WITHOUT_DATA(goals_packets[0]),
+                                      CDS_REQUEST_WITHOUT_DATA(goals_packets[1])};
 static uint8_t read_packets[2][CDS_PACKET_SIZE(2)];
-static struct cds_request requests[2] = {CDS_REQUEST(read_packets[0]),
-                                         CDS_REQUEST(read_packets[1])};
+static uint8_t replies[2][BYTES];
+static struct cds_request requests[2] = {CDS_REQUEST(read_packets[0], replies[0]),
+                                         CDS_REQUEST(read_packets[1], replies[1])};
 static uint8_t feedback[SERVOS][BYTES];
 
 static uint8_t front;                              // goals that are sent next
@@ -110,7 +112,7 @@ static void begin_period(void)
 /* What `request` has brought; the bus is at work on the next. */
 static void take(const struct cds_request *request)
 {
-    memcpy(values, request->packet.bytes, BYTES);
+    memcpy(values, request->reply, BYTES);
     if (request->result != CDS_OK || request->length != BYTES)
         failed++;
     reads++;

@@ -11,8 +11,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(packet);
+BENCH_REQUEST(request, BYTES);
 static struct cds_group_read group;
 static struct cds_group_answer answers[SERVOS_MAX];
 static uint8_t ids[SERVOS_MAX], data[SERVOS_MAX * BYTES];
@@ -20,10 +19,18 @@ static volatile uint8_t address = CDS_REG_PRESENT_POSITION, bytes = BYTES;
 
 BENCH_NOINLINE static enum cds_result read(uint8_t servos, uint8_t from, uint8_t length)
 {
+    const struct cds_group_read_config config = {.bus = &bus,
+                                                 .request = &request,
+                                                 .ids = ids,
+                                                 .data = data,
+                                                 .answers = answers,
+                                                 .count = servos,
+                                                 .address = from,
+                                                 .length = length};
     enum cds_result result;
 
     mark(MARK_WHOLE);
-    cds_group_read_begin(&group, &bus, &request, ids, servos, from, length, data, answers);
+    cds_group_read_begin(&group, &config);
     while ((result = cds_group_read_poll(&group)) == CDS_PENDING)
         cds_bus_poll(&bus);
     unmark(MARK_WHOLE);

@@ -17,8 +17,8 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)], reply[CDS_REPLY_MAX];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 static uint8_t good;
 
 static void exchanges(void)
@@ -62,14 +62,14 @@ static void babble(void)
 
 int main(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
     bench_open(&bus);
     if (bench_option(0) == 0)
         exchanges();
     else
         babble();
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("good", good);
     say("framing_errors", count.framing_errors);
     say("overruns", count.overruns);

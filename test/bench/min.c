@@ -12,7 +12,8 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t reply[2];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 
 static void wait(void)
 {

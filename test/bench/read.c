@@ -1,7 +1,7 @@
-/* READs of 2 bytes from servo 1 at the return delays 2, 4, ... 32 us, and then what submitting one
- * costs, on an idle bus and behind another one. Last PINGs, with the main loop at ever other phases
- * when the last stop bit ends. All of it before the clock's first overflow: no other handler runs.
- */
+/* READs of 1, 2, 8 and 50 bytes from servo 1, each at the return delays 2, 4, ... 32 us, on a bus
+ * without a queue. Then what submitting a READ costs, on an idle bus and behind another READ. Last
+ * PINGs, with the main loop at ever other phases when the last stop bit ends. Each part lies
+ * between two overflows of the clock: no other handler runs. */
 #include "bench.h"
 
 #define DELAYS 16
@@ -11,10 +11,11 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(2)], other_packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(packet), other = CDS_REQUEST(other_packet);
+BENCH_REQUEST(request, CDS_REPLY_MAX);
+BENCH_REQUEST(other, 2);
 static volatile uint8_t servo = 1, address = CDS_REG_PRESENT_POSITION, length = 2;
-static uint8_t good;
+static volatile uint8_t sizes[] = {1, 2, 8, CDS_REPLY_MAX};
+static uint8_t good, torn;
 
 static void set_return_delay(uint8_t n)
 {
@@ -48,42 +49,63 @@ static void count_good(const struct cds_request *which)
         good++;
 }
 
-/* 4 cycles a turn, and one more for an odd number of them. */
-static void idle(uint8_t turns)
+/* READs of `count` bytes at all return delays. */
+static void reads(uint8_t count)
 {
-    if (turns & 1)
-        __asm__ volatile("nop");
-    if (turns & 2)
-        __asm__ volatile("nop\n\tnop");
-    for (turns >>= 2; turns; turns--)
-        __asm__ volatile("nop");
-}
+    uint8_t lap = bench_new_lap();
 
-int main(void)
-{
-    bench_open(&bus);
     for (uint8_t n = 1; n <= DELAYS; n++) {
         set_return_delay(n);
-        read(servo, address, length);
-        count_good(&request);
+        read(servo, count == CDS_REPLY_MAX ? CDS_REG_RESERVED_00 : address, count);
+        if (request.result == CDS_OK && request.length == count)
+            good++;
     }
+    if (bench_lap() != lap)
+        torn++;
+}
+
+static void submits(void)
+{
+    uint8_t lap;
+
     set_return_delay(1);
+    bench_attach_queue(&bus);
+    lap = bench_new_lap();
     for (uint8_t i = 0; i < 4; i++) {
         submit(&request, servo, address, length);
-        idle(i);
+        bench_idle(i);
         submit(&other, servo, address, length);
         bench_wait(&bus);
         count_good(&request);
         count_good(&other);
     }
+    if (bench_lap() != lap)
+        torn++;
+}
+
+static void pings(void)
+{
+    uint8_t lap = bench_new_lap();
+
     for (uint8_t i = 0; i < PINGS; i++) {
         cds_servo_ping(&bus, &request, servo);
-        idle(i);
+        bench_idle(i);
         bench_wait(&bus);
         if (request.result == CDS_OK)
             good++;
     }
-    say("us", cds_port_now_us());
+    if (bench_lap() != lap)
+        torn++;
+}
+
+int main(void)
+{
+    bench_open_bare(&bus);
+    for (uint8_t i = 0; i < sizeof(sizes); i++)
+        reads(sizes[i]);
+    submits();
+    pings();
     say("good", good);
+    say("torn", torn);
     say_end();
 }

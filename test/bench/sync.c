@@ -11,7 +11,7 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS_MAX, 4)];
-static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 static volatile uint16_t goals[SERVOS_MAX];
 static volatile uint16_t speed = 300;
 
@@ -38,7 +38,7 @@ int main(void)
 {
     uint8_t servos = bench_option(0), good = 0;
 
-    bench_open(&bus);
+    bench_open_bare(&bus);
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, CDS_REG_TORQUE_ENABLE, 1);
     bench_wait(&bus);
     for (uint8_t turn = 0; turn < 4; turn++) {

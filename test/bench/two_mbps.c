@@ -9,8 +9,7 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(BYTES)];
-static struct cds_request request = CDS_REQUEST(packet);
+BENCH_REQUEST(request, BYTES);
 
 static void set(uint8_t address, uint8_t value)
 {
@@ -21,7 +20,7 @@ static void set(uint8_t address, uint8_t value)
 int main(void)
 {
     uint32_t until_us = 1000000 * (uint32_t)bench_option(0), reads = 0;
-    struct cds_counters count;
+    struct cds_stats count;
 
     bench_open(&bus);
     cds_bus_set_return_delay(&bus, (uint16_t)(2 * bench_option(1)));
@@ -32,7 +31,7 @@ int main(void)
         cds_servo_read(&bus, &request, 1, CDS_REG_GOAL_POSITION, BYTES);
         bench_wait(&bus);
     }
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("reads", reads);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);

@@ -69,7 +69,7 @@ bool check_next(struct check *check, const char *format, ...)
     check->misunderstood = check->powered_up = false;
     check->rules = check->slack_us = check->bad = check->echo_errors = 0;
     check->good_id = rig_node(check->rig, 0)->id;
-    check->before = check->look.counters;
+    check->before = check->look.stats;
     va_list arguments;
     va_start(arguments, format);
     vsnprintf(check->text, sizeof(check->text), format, arguments);
@@ -449,7 +449,7 @@ static void check_unsent(struct check *check)
     if (last_use(check, rig->ended, 0, &bytes) + behind < rig->ended) {
         check_fail(check, "the line was quiet, and nothing was said");
     }
-    if (check->outcome.state == CDS_BUS_OK) {
+    if (check->outcome.state == CDS_BUS_LINE_QUIET) {
         check_fail(check, "the line is said to be quiet");
     }
 }
@@ -489,7 +489,7 @@ static void hear_all(struct check *check)
     }
 }
 
-static void subtract(struct cds_counters *a, const struct cds_counters *b)
+static void subtract(struct cds_stats *a, const struct cds_stats *b)
 {
     uint16_t *words = (uint16_t *)(void *)a;
     const uint16_t *less = (const uint16_t *)(const void *)b;
@@ -500,7 +500,7 @@ static void subtract(struct cds_counters *a, const struct cds_counters *b)
 
 void check_sums(struct check *check)
 {
-    const struct cds_counters *moved = &check->moved;
+    const struct cds_stats *moved = &check->moved;
     expect(check, "ok + timeouts + corrupt", moved->sent,
            (unsigned)moved->ok + moved->timeouts + moved->corrupt);
 }
@@ -508,17 +508,17 @@ void check_sums(struct check *check)
 /* Of one exchange; what came that was not due is counted by check_settle(). */
 static void check_counters(struct check *check)
 {
-    const struct cds_counters *moved = &check->moved;
+    const struct cds_stats *moved = &check->moved;
     enum cds_result result = check->outcome.result;
     bool unsent = result == CDS_LINE_BUSY;
-    expect(check, "repeated", moved->sent - (unsent ? 0u : 1u), moved->repeated);
-    expect(check, "unsent", unsent, moved->unsent);
+    expect(check, "repeated", moved->sent - (unsent ? 0u : 1u), moved->retried);
+    expect(check, "unsent", unsent, moved->line_busy);
     expect(check, "ok", result == CDS_OK, moved->ok);
     if ((result == CDS_TIMEOUT && !moved->timeouts) || (result == CDS_CORRUPT && !moved->corrupt)) {
         check_fail(check, "the end was not counted");
     }
-    if (moved->repeated > check->job.repeats) {
-        check_fail(check, "repeated %u times of %u", moved->repeated, check->job.repeats);
+    if (moved->retried > check->job.repeats) {
+        check_fail(check, "repeated %u times of %u", moved->retried, check->job.repeats);
     }
 }
 
@@ -535,7 +535,7 @@ static void check_counts(struct check *check)
 {
     struct check_sums least, most;
     struct verdict verdict;
-    const struct cds_counters *all = &check->all;
+    const struct cds_stats *all = &check->all;
     expect(check, "framing errors", check->bad, all->framing_errors);
     expect(check, "echo errors", check->echo_errors, all->echo_errors);
     expect(check, "overruns", 0, all->overruns);
@@ -552,11 +552,11 @@ static void check_counts(struct check *check)
     add(&least, &check->least);
     add(&most, &check->most);
     if (all->ring_overflows == 0) {
-        between(check, "refuted", least.refuted, most.refuted, all->refuted);
-        between(check, "stray", least.stray, most.stray, all->stray);
-        between(check, "late", least.late, most.late, all->late);
-        between(check, "extra", least.extra, most.extra, all->extra);
-        between(check, "foreign", least.foreign, most.foreign, all->foreign);
+        between(check, "refuted", least.refuted, most.refuted, all->malformed);
+        between(check, "stray", least.stray, most.stray, all->noise_bytes);
+        between(check, "late", least.late, most.late, all->stale_replies);
+        between(check, "extra", least.extra, most.extra, all->duplicate_replies);
+        between(check, "foreign", least.foreign, most.foreign, all->unexpected_packets);
     }
 }
 
@@ -615,7 +615,7 @@ static void perform(struct check *check, const struct job *job, struct job_outco
 
 void check_job(struct check *check, const struct job *job)
 {
-    struct cds_counters before = check->look.counters;
+    struct cds_stats before = check->look.stats;
     check->job = *job;
     if (job->kind < JOB_SCAN) {
         check_asked(job, &check->asked);
@@ -626,7 +626,7 @@ void check_job(struct check *check, const struct job *job)
     }
     perform(check, job, &check->outcome);
     check->look = check->outcome;
-    check->moved = check->outcome.counters;
+    check->moved = check->outcome.stats;
     subtract(&check->moved, &before);
     check->attempts = check->moved.sent;
 }
@@ -820,7 +820,7 @@ void check_refused(struct check *check, const struct job *job, enum cds_result r
     expect(check, "submitted", result, check->outcome.submitted);
     expect(check, "bytes said", 0, check->rig->said.count);
     expect(check, "sent", 0, check->moved.sent);
-    expect(check, "unsent", 0, check->moved.unsent);
+    expect(check, "unsent", 0, check->moved.line_busy);
 }
 
 void check_forget(struct check *check)
@@ -840,9 +840,9 @@ void check_settle(struct check *check)
     rig_pass(check->rig, QUIET);
     hear(check, UINT64_MAX);
     perform(check, &look, &check->look);
-    check->all = check->look.counters;
+    check->all = check->look.stats;
     subtract(&check->all, &check->before);
-    expect(check, "state of the bus", CDS_BUS_OK, check->look.state);
+    expect(check, "state of the bus", CDS_BUS_LINE_QUIET, check->look.state);
     if (!check->blind) {
         check_counts(check);
     }

@@ -103,9 +103,9 @@ struct check {
     struct job job;
     struct job_outcome outcome; // of the latest exchange, like the two above
     struct job_outcome look;    // the latest, of any job
-    struct cds_counters before; // the injection
-    struct cds_counters moved;  // by the latest exchange
-    struct cds_counters all;    // by the injection, as of check_settle()
+    struct cds_stats before;    // the injection
+    struct cds_stats moved;     // by the latest exchange
+    struct cds_stats all;       // by the injection, as of check_settle()
     unsigned attempts;
     struct check_span span;         // since the latest packet
     struct check_sums least, most;  // by the spans before it

@@ -6,7 +6,7 @@
 
 #include <stdint.h>
 
-#include "cds55xx/servos.h" // struct cds_counters and those of a servo, which may grow
+#include "cds55xx/servos.h" // struct cds_stats and those of a servo, which may grow
 
 #define JOB_DATA_MAX  50 // the whole control table
 #define JOB_FOUND_MAX 8
@@ -42,25 +42,25 @@ struct __attribute__((packed)) job {
 /* What the roster knows of a servo. */
 struct __attribute__((packed)) job_known {
     struct cds_servo_counters counters;
-    uint8_t return_delay, status_return_level, alarms, presence, silences, held, torque;
+    uint8_t return_delay, status_return_level, alarms, presence, misses, inhibited, torque;
 };
 
 struct __attribute__((packed)) job_outcome {
     uint8_t submitted; // enum cds_result of the call
     uint8_t result;    // of the exchange, or of the scan
-    uint8_t state;     // enum cds_bus_state, when it had ended
+    uint8_t state;     // enum cds_bus_line, when it had ended
     uint8_t alarms;    // of the roster
     uint8_t id;
     uint8_t error;
     uint8_t length;
-    uint8_t spilled;              // bytes of the buffer changed behind the packet and the reply due
+    uint8_t spilled;              // bytes of the packet, and behind the reply due, that changed
     uint8_t data[JOB_DATA_MAX];   // as cds_request_byte() gives them
     uint16_t asked, found;        // of a scan
     uint8_t ids[JOB_FOUND_MAX];   // who was found,
     uint8_t bauds[JOB_FOUND_MAX]; // at what rate,
     uint8_t owns[JOB_FOUND_MAX];  // and what its register says
     struct job_known known;       // of servo 1
-    struct cds_counters counters; // since the program began
+    struct cds_stats stats;       // since the program began
 };
 
 struct __attribute__((packed)) job_board {

@@ -5,7 +5,7 @@
  */
 
 /* Nothing is said, and the state is told. */
-static void say_nothing(struct check *check, const struct job *job, enum cds_bus_state state)
+static void say_nothing(struct check *check, const struct job *job, enum cds_bus_line state)
 {
     check_run(check, job);
     check_outcome(check, OUTCOME(CDS_LINE_BUSY));
@@ -26,7 +26,7 @@ static void babble(struct check *check, const struct job *job, const char *what,
     rig_pass(check->rig, phase);
     rig_order(check->rig, "babble %s", what);
     rig_pass(check->rig, 500 * RIG_US);
-    say_nothing(check, job, CDS_BUS_BUSY);
+    say_nothing(check, job, CDS_BUS_LINE_SUSPECT);
     rig_order(check->rig, "babble off");
     check_after(check);
 }
@@ -51,7 +51,7 @@ static void babble_begins(struct check *check)
             check_outcome(check, GOOD | FAILED | (before ? OUTCOME(CDS_LINE_BUSY) : 0));
             rig_pass(check->rig, heard > rig_now(check->rig) ? heard - rig_now(check->rig) : 1);
             check_forget(check);
-            say_nothing(check, &rows_jobs[1], CDS_BUS_BUSY);
+            say_nothing(check, &rows_jobs[1], CDS_BUS_LINE_SUSPECT);
             rig_order(check->rig, "babble off");
             check->job = *job;
             check_after(check);
@@ -145,7 +145,7 @@ static void stick(struct check *check, bool low)
                     bool may_wait = low && for_us[n] > CHECK_QUIET_WAIT_US;
                     check_outcome(check, GOOD | FAILED | (may_wait ? OUTCOME(CDS_LINE_BUSY) : 0));
                     if (check->outcome.result == CDS_LINE_BUSY &&
-                        check->outcome.state != CDS_BUS_FAULT) {
+                        check->outcome.state != CDS_BUS_LINE_FAULT) {
                         check_fail(check, "the state was %u", check->outcome.state);
                     }
                     rig_pass(check->rig, until);
@@ -180,7 +180,7 @@ static void stay_stuck(struct check *check)
             rig_pass(check->rig, 100 * RIG_US);
             for (unsigned n = 0; n < 500; n++) {
                 if (low) {
-                    say_nothing(check, &rows_jobs[i], CDS_BUS_FAULT);
+                    say_nothing(check, &rows_jobs[i], CDS_BUS_LINE_FAULT);
                 } else {
                     check_run(check, &rows_jobs[i]);
                     check_outcome(check, OUTCOME(CDS_TIMEOUT));

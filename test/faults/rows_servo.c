@@ -63,9 +63,9 @@ static unsigned foresee_both(struct check *check, const struct job *job, unsigne
  * same within half a bit: of the second one something came that had no business there. */
 static void check_seen(struct check *check, unsigned us)
 {
-    const struct cds_counters *all = &check->all;
-    if (us > 0 && check->outcome.result == CDS_OK && !all->extra && !all->refuted && !all->stray &&
-        !all->framing_errors) {
+    const struct cds_stats *all = &check->all;
+    if (us > 0 && check->outcome.result == CDS_OK && !all->duplicate_replies && !all->malformed &&
+        !all->noise_bytes && !all->framing_errors) {
         check_fail(check, "of the second reply nothing was counted");
     }
 }
@@ -81,13 +81,13 @@ static void check_quarrel(struct check *check, unsigned us)
     rig_pass(check->rig, us * RIG_US);
     check_run(check, &other);
     check_outcome(check, OUTCOME(CDS_LINE_BUSY));
-    if (check->outcome.state != CDS_BUS_BUSY) {
+    if (check->outcome.state != CDS_BUS_LINE_SUSPECT) {
         check_fail(check, "the state was %u", check->outcome.state);
     }
     rig_order(check->rig, "stuck high 1");
     rig_pass(check->rig, 2000 * RIG_US);
     check_settle(check);
-    if (check->all.extra == 0) {
+    if (check->all.duplicate_replies == 0) {
         check_fail(check, "the second reply was not counted");
     }
     check->job = job;
@@ -199,7 +199,7 @@ static void lose_state(struct check *check, unsigned ms)
                        .roster = JOB_ROSTER};
     check_run(check, &ask);
     check_outcome(check, GOOD);
-    check_known(check, "held", CDS_INHIBIT_STATE_LOST, check->outcome.known.held);
+    check_known(check, "held", CDS_INHIBIT_STATE_LOST, check->outcome.known.inhibited);
     check_known(check, "presence", CDS_PRESENCE_ONLINE, check->outcome.known.presence);
     check_forget(check);
     check_refused(check, &goal, CDS_INHIBITED);
@@ -271,8 +271,9 @@ static void scan(struct check *check)
         found->ids[1] != 2 || check->moved.sent != 254 || check->moved.timeouts != 252) {
         check_fail(check, "asked %u, found %u", found->asked, found->found);
     }
-    const struct cds_counters *moved = &check->moved;
-    if (moved->refuted || moved->stray || moved->late || moved->extra || moved->foreign) {
+    const struct cds_stats *moved = &check->moved;
+    if (moved->malformed || moved->noise_bytes || moved->stale_replies ||
+        moved->duplicate_replies || moved->unexpected_packets) {
         check_fail(check, "something else was counted");
     }
     check->job = rows_jobs[0];

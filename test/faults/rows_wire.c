@@ -364,9 +364,11 @@ static void echo_changed(struct check *check)
 static void check_late(struct check *check)
 {
     check_settle(check);
-    const struct cds_counters *all = &check->all;
-    if (all->late != (check->outcome.result == CDS_TIMEOUT) || all->extra || all->foreign) {
-        check_fail(check, "late: %u, extra: %u, foreign: %u", all->late, all->extra, all->foreign);
+    const struct cds_stats *all = &check->all;
+    if (all->stale_replies != (check->outcome.result == CDS_TIMEOUT) || all->duplicate_replies ||
+        all->unexpected_packets) {
+        check_fail(check, "late: %u, extra: %u, foreign: %u", all->stale_replies,
+                   all->duplicate_replies, all->unexpected_packets);
     }
 }
 
@@ -409,8 +411,8 @@ static void stale(struct check *check)
             check->pause = 50;
             rig_order(check->rig, "delay out 1 %u", us);
             check_all(check, &job, OUTCOME(CDS_TIMEOUT));
-            if (check->all.late != 1) {
-                check_fail(check, "late: %u", check->all.late);
+            if (check->all.stale_replies != 1) {
+                check_fail(check, "late: %u", check->all.stale_replies);
             }
         }
     }
@@ -445,8 +447,9 @@ static void next(struct check *check, uint8_t id, bool absent)
         check_run(check, &second);
         check_outcome(check, GOOD);
         check_settle(check);
-        if (check->all.late + check->all.foreign != late) {
-            check_fail(check, "late: %u, foreign: %u", check->all.late, check->all.foreign);
+        if (check->all.stale_replies + check->all.unexpected_packets != late) {
+            check_fail(check, "late: %u, foreign: %u", check->all.stale_replies,
+                       check->all.unexpected_packets);
         }
         check_after(check);
     }
@@ -476,8 +479,8 @@ static void other_id(struct check *check)
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, id == 1 ? GOOD : id == 0xFF ? FAILED : OUTCOME(CDS_TIMEOUT));
                 // servo 2 takes its own ID for a packet to it, and answers
-                if (id != 1 && id != 0xFF && check->moved.foreign != (id == 2 ? 2 : 1)) {
-                    check_fail(check, "foreign: %u", check->moved.foreign);
+                if (id != 1 && id != 0xFF && check->moved.unexpected_packets != (id == 2 ? 2 : 1)) {
+                    check_fail(check, "foreign: %u", check->moved.unexpected_packets);
                 }
                 check_after(check);
             }
@@ -494,7 +497,7 @@ static void wrong_length(struct check *check)
                 rig_order(check->rig, "length out 1 %u", length);
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, length == right ? GOOD : FAILED);
-                if ((length < 2 || length > right) && check->moved.refuted == 0) {
+                if ((length < 2 || length > right) && check->moved.malformed == 0) {
                     check_fail(check, "not rejected");
                 }
                 check_after(check);

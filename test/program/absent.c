@@ -11,8 +11,8 @@ CDS_AVR_CLOCK()
 
 int main(void)
 {
-    static uint8_t packet[CDS_PACKET_SIZE(2)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static uint8_t packet[CDS_PACKET_SIZE(2)], reply[2];
+    static struct cds_request request = CDS_REQUEST(packet, reply);
     uint32_t turns = 0, from_us, submit_us;
 
     say_open();

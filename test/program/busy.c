@@ -18,8 +18,8 @@ static void wait(void)
 
 int main(void)
 {
-    static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS_MAX, 4)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS_MAX, 4)], reply[8];
+    static struct cds_request request = CDS_REQUEST(packet, reply);
     uint8_t servos = 0;
 
     cds_avr_clock_open();

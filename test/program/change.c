@@ -2,8 +2,7 @@
  * "baud ID REGISTER", "reset ID" (at the bus's rate), each said with what came of it; "again" looks
  * once more if the servo was lost, and says it anew; "rate REGISTER" takes the bus there; "scan
  * REGISTER" says who of IDs 0 to 9 is at that rate. */
-#include <cds55xx/identity.h>
-#include <cds55xx/scan.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <string.h>
 
@@ -16,7 +15,7 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_PACKET_SIZE(2)];
-static struct cds_request request = CDS_REQUEST(packet);
+static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 static struct cds_identity identity;
 static char line[24];
 
@@ -26,25 +25,40 @@ static enum cds_result settle(enum cds_result begun)
         while (cds_identity_poll(&identity) == CDS_PENDING)
             cds_bus_poll(&bus);
     say("state", identity.state);
-    say("result", identity.result);
-    say("written", identity.written);
-    say("baud", bus.baud);
+    say("result", identity.steps.result);
+    say("written", identity.is_written);
+    say("baud", bus.baud_reg);
     return begun;
 }
 
-static enum cds_result look(uint8_t baud)
+static enum cds_result look(uint8_t baud_reg)
 {
     static struct cds_scan scan;
     static struct cds_scan_found found[IDS];
+    struct cds_scan_config config = {.bus = &bus,
+                                     .request = &request,
+                                     .found = found,
+                                     .found_capacity = IDS,
+                                     .last_id = IDS - 1,
+                                     .baud_regs = &baud_reg,
+                                     .baud_count = 1};
 
-    cds_scan_begin(&scan, &bus, &request, found, IDS);
-    cds_scan_set_ids(&scan, 0, IDS - 1);
-    cds_scan_set_bauds(&scan, &baud, 1);
-    while (cds_scan_poll(&scan) == CDS_PENDING)
-        cds_bus_poll(&bus);
+    cds_blocking_scan(&scan, &config);
     for (uint8_t i = 0; i < scan.count; i++)
-        say("found", found[i].id * 1000ul + found[i].baud);
-    return (enum cds_result)scan.result;
+        say("found", found[i].id * 1000ul + found[i].baud_reg);
+    return (enum cds_result)scan.steps.result;
+}
+
+static enum cds_result change(uint8_t what, uint8_t id, uint8_t value)
+{
+    struct cds_identity_config config = {.bus = &bus,
+                                         .request = &request,
+                                         .change = what,
+                                         .id = id,
+                                         .new_id = value,
+                                         .new_baud_reg = value};
+
+    return settle(cds_identity_begin(&identity, &config));
 }
 
 static uint8_t number(const char *text)
@@ -55,11 +69,11 @@ static uint8_t number(const char *text)
 static enum cds_result obey(const char *word, uint8_t first, uint8_t second)
 {
     if (strcmp(word, "id") == 0)
-        return settle(cds_identity_change_id_begin(&identity, &bus, &request, first, second));
+        return change(CDS_IDENTITY_ID, first, second);
     if (strcmp(word, "baud") == 0)
-        return settle(cds_identity_change_baud_begin(&identity, &bus, &request, first, second));
+        return change(CDS_IDENTITY_BAUD, first, second);
     if (strcmp(word, "reset") == 0)
-        return settle(cds_identity_reset_begin(&identity, &bus, &request, first));
+        return change(CDS_IDENTITY_RESET, first, 0);
     if (strcmp(word, "again") == 0)
         return settle(identity.state == CDS_IDENTITY_LOST ? cds_identity_look_again(&identity)
                                                           : CDS_OK);

@@ -12,6 +12,7 @@
 #include <cds55xx/servo.h>
 #include <cds55xx/setup.h>
 #include <cds55xx/servo_units.h>
+#include <cds55xx/queue.h>
 #include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
@@ -27,7 +28,9 @@ CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
 static uint8_t packet[CDS_SYNC_WRITE_SIZE(SERVOS, 4)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t reply[26]; // what "no_room" asks for does not fit
+static struct cds_request request = CDS_REQUEST(packet, reply);
+static struct cds_queue bus_queue;
 static const struct cds_register_profile *const servo = &cds_profile_cds55xx;
 
 static void ended(const char *name, enum cds_result result)
@@ -51,17 +54,18 @@ static void count_call(struct cds_request *ended_request)
     calls++;
 }
 
-/* Three that are submitted at once: the urgent one goes before the other that waits, one is taken
- * back. */
+/* Three that are submitted at once: the one of high priority goes before the other that waits, one
+ * is taken back. */
 static void queue(void)
 {
     static uint8_t packets[3][CDS_PACKET_SIZE(3)];
-    static struct cds_request waiting[3] = {CDS_REQUEST(packets[0]), CDS_REQUEST(packets[1]),
-                                            CDS_REQUEST(packets[2])};
+    static struct cds_request waiting[3] = {CDS_REQUEST_WITHOUT_DATA(packets[0]),
+                                            CDS_REQUEST_WITHOUT_DATA(packets[1]),
+                                            CDS_REQUEST_WITHOUT_DATA(packets[2])};
 
     for (uint8_t i = 0; i < 3; i++)
         waiting[i].on_end = count_call;
-    waiting[2].urgent = true;
+    waiting[2].priority = CDS_PRIORITY_HIGH;
     cds_servo_ping(&bus, &request, 1);
     cds_servo_ping(&bus, &waiting[0], 2);
     cds_servo_ping(&bus, &waiting[1], 3);
@@ -190,10 +194,10 @@ static void registered_move(void)
     static struct cds_registered_move move;
 
     for (uint8_t count = 3; count >= 2; count--) { // called off, then carried out
-        cds_registered_move_begin(&move, &bus, &request, goals, count);
-        while (cds_registered_move_poll(&move) == CDS_PENDING)
-            cds_bus_poll(&bus);
-        say("armed", move.result);
+        struct cds_registered_move_config config = {
+            .bus = &bus, .request = &request, .goals = goals, .count = count};
+
+        say("armed", cds_blocking_registered_move(&move, &config));
     }
 }
 
@@ -203,8 +207,7 @@ static void feedback(void)
     enum cds_result result;
     uint32_t age_us;
 
-    cds_blocking_for(&bus, &request, cds_feedback_read(&bus, &request, 4));
-    result = cds_feedback_take(&told, &request, cds_port_now_us());
+    result = cds_blocking_feedback(&bus, &request, 4, &told);
     age_us = cds_feedback_age_us(&told);
     ended("asked", result);
     say("at", told.position);
@@ -219,10 +222,16 @@ static void group_read(void)
     static struct cds_group_answer answers[5];
     static struct cds_group_read read;
 
-    cds_group_read_begin(&read, &bus, &request, ids, 5, CDS_REG_PRESENT_POSITION, 2, data, answers);
-    while (cds_group_read_poll(&read) == CDS_PENDING)
-        cds_bus_poll(&bus);
-    say("group", read.result);
+    say("group", cds_blocking_group_read(&read, &(struct cds_group_read_config){
+                                                    .bus = &bus,
+                                                    .request = &request,
+                                                    .ids = ids,
+                                                    .data = data,
+                                                    .answers = answers,
+                                                    .count = 5,
+                                                    .address = CDS_REG_PRESENT_POSITION,
+                                                    .length = 2,
+                                                }));
     for (uint8_t i = 0; i < 5; i++)
         say("at", answers[i].result ? answers[i].result : data[2 * i] + 256ul * data[2 * i + 1]);
     say("never", cds_group_read_age_us(&answers[2]) == CDS_GROUP_READ_NEVER);
@@ -237,7 +246,13 @@ static void cycle(void)
     enum cds_result committed;
     bool young;
 
-    say("begun", cds_cycle_begin(&at_250_Hz, &bus, ids, 4, packets, told, CDS_CYCLE_PERIOD_US));
+    say("begun",
+        cds_cycle_begin(&at_250_Hz, &(struct cds_cycle_config){.bus = &bus,
+                                                               .ids = ids,
+                                                               .packets = packets,
+                                                               .feedback = told,
+                                                               .count = 4,
+                                                               .period_us = CDS_CYCLE_PERIOD_US}));
     for (uint8_t i = 0; i < 4; i++)
         cds_cycle_goal(&at_250_Hz, i, 500u + i, 0);
     committed = cds_cycle_commit(&at_250_Hz);
@@ -246,7 +261,7 @@ static void cycle(void)
         cds_cycle_poll(&at_250_Hz);
     }
     young = cds_cycle_oldest_us(&at_250_Hz) < 4000;
-    cds_cycle_stop(&at_250_Hz);
+    cds_cycle_abort(&at_250_Hz);
     while (cds_cycle_poll(&at_250_Hz) == CDS_PENDING)
         cds_bus_poll(&bus);
     say("commit", committed);
@@ -273,40 +288,48 @@ static void many_servos(void)
 static struct cds_scan scan;
 static struct cds_scan_found found[SERVOS + 1];
 
+static struct cds_scan_config scan_config = {
+    .bus = &bus, .request = &request, .found = found, .found_capacity = SERVOS + 1};
+
 static void scanned(uint16_t abort_after)
 {
+    cds_scan_begin(&scan, &scan_config);
     while (cds_scan_poll(&scan) == CDS_PENDING) {
         cds_bus_poll(&bus);
         if (scan.asked == abort_after)
             cds_scan_abort(&scan);
     }
-    say("scan", scan.result);
+    say("scan", scan.steps.result);
     say("asked", scan.asked);
     for (uint8_t i = 0; i < scan.count && i <= SERVOS; i++)
-        say("id", (uint32_t)found[i].id * 1000 + found[i].baud);
+        say("id", (uint32_t)found[i].id * 1000 + found[i].baud_reg);
 }
 
 static void at_own_rate(void)
 {
-    cds_scan_begin(&scan, &bus, &request, found, SERVOS + 1);
-    cds_scan_set_bauds(&scan, &bus.baud, 1);
+    scan_config.first_id = 0;
+    scan_config.last_id = CDS_ID_MAX;
+    scan_config.baud_regs = &bus.baud_reg;
+    scan_config.baud_count = 1;
     scanned(UINT16_MAX);
+    scan_config.baud_regs = NULL;
+    scan_config.baud_count = 0;
 }
 
 static void scans(void)
 {
     at_own_rate();
-    cds_scan_begin(&scan, &bus, &request, found, SERVOS + 1);
-    cds_scan_set_ids(&scan, 0, 7);
-    cds_scan_set_details(&scan);
+    scan_config.last_id = 7;
+    scan_config.reads_details = true;
     scanned(UINT16_MAX);
     for (uint8_t i = 0; i < scan.count && i <= SERVOS; i++)
         say("own", found[i].details ? found[i].details
-                                    : (uint32_t)found[i].model * 1000 + found[i].own_baud);
-    cds_scan_begin(&scan, &bus, &request, found, SERVOS + 1);
-    cds_scan_set_ids(&scan, 3, 3);
-    cds_scan_set_rescue(&scan);
+                                    : (uint32_t)found[i].model * 1000 + found[i].own_baud_reg);
+    scan_config.first_id = scan_config.last_id = 3;
+    scan_config.tries_every_rate = true;
+    scan_config.reads_details = false;
     scanned(3);
+    scan_config.tries_every_rate = false;
 }
 
 static struct cds_identity identity;
@@ -316,58 +339,72 @@ static void settled(const char *name)
     while (cds_identity_poll(&identity) == CDS_PENDING)
         cds_bus_poll(&bus);
     say(name, identity.state);
-    say("result", identity.result);
+    say("result", identity.steps.result);
+}
+
+static void change(const char *name, uint8_t what, uint8_t id, uint8_t value)
+{
+    cds_identity_begin(&identity, &(struct cds_identity_config){
+                                      .bus = &bus,
+                                      .request = &request,
+                                      .change = what,
+                                      .id = id,
+                                      .new_id = value,
+                                      .new_baud_reg = value,
+                                  });
+    settled(name);
 }
 
 static void identities(void)
 {
-    cds_identity_change_id_begin(&identity, &bus, &request, 6, 9);
-    settled("to_9");
-    cds_identity_change_id_begin(&identity, &bus, &request, 9, 5); // taken
-    settled("to_5");
-    cds_identity_change_id_begin(&identity, &bus, &request, NOBODY, 78);
-    settled("lost");
+    change("to_9", CDS_IDENTITY_ID, 6, 9);
+    change("to_5", CDS_IDENTITY_ID, 9, 5); // taken
+    change("lost", CDS_IDENTITY_ID, NOBODY, 78);
     cds_identity_look_again(&identity);
     settled("look");
-    cds_identity_change_baud_begin(&identity, &bus, &request, 9, 3);
-    settled("slow");
-    say("baud", bus.baud);
+    change("slow", CDS_IDENTITY_BAUD, 9, 3);
+    say("baud", bus.baud_reg);
     at_own_rate();
-    cds_identity_change_baud_begin(&identity, &bus, &request, 9, CDS_BAUD_1M);
-    settled("fast");
-    say("baud", bus.baud);
-    cds_identity_change_id_begin(&identity, &bus, &request, 9, 6);
-    settled("to_6");
-    cds_identity_reset_begin(&identity, &bus, &request, 6); // 1 is taken
-    settled("reset");
-    cds_identity_reset_begin(&identity, &bus, &request, 1);
-    settled("reset");
+    change("fast", CDS_IDENTITY_BAUD, 9, CDS_BAUD_1M);
+    say("baud", bus.baud_reg);
+    change("to_6", CDS_IDENTITY_ID, 9, 6);
+    change("reset", CDS_IDENTITY_RESET, 6, 0); // 1 is taken
+    change("reset", CDS_IDENTITY_RESET, 1, 0);
 }
 
 static struct cds_setup setting;
 
-static void set_up(const char *name)
+static void set_up(const char *name, const struct cds_setup_config *config)
 {
-    while (cds_setup_poll(&setting) == CDS_PENDING)
-        cds_bus_poll(&bus);
-    say(name, setting.result);
-    say("written", setting.written);
+    say(name, cds_blocking_setup(&setting, config));
+    say("written", setting.is_written);
+}
+
+static void set_delay(const char *name, uint16_t delay_us)
+{
+    set_up(name, &(struct cds_setup_config){.bus = &bus,
+                                            .request = &request,
+                                            .id = 2,
+                                            .setting = CDS_SETUP_RETURN_DELAY,
+                                            .return_delay_us = delay_us});
 }
 
 static void settings(void)
 {
     static const uint8_t punch[] = {0x60, 0x00};
+    struct cds_setup_config config = {.bus = &bus,
+                                      .request = &request,
+                                      .id = 2,
+                                      .address = CDS_REG_PUNCH,
+                                      .length = 2,
+                                      .data = punch};
 
-    for (uint8_t i = 0; i < 2; i++) { // it differs; it does not
-        cds_setup_write_begin(&setting, &bus, &request, 2, CDS_REG_PUNCH, punch, 2);
-        set_up("punch");
-    }
-    cds_setup_return_delay_begin(&setting, &bus, &request, 2, 20);
-    set_up("delay");
-    cds_setup_lock_begin(&setting, &bus, &request, 2);
-    set_up("lock");
-    cds_setup_return_delay_begin(&setting, &bus, &request, 2, 40);
-    set_up("locked");
+    for (uint8_t i = 0; i < 2; i++) // it differs; it does not
+        set_up("punch", &config);
+    set_delay("delay", 20);
+    config.setting = CDS_SETUP_LOCK;
+    set_up("lock", &config);
+    set_delay("locked", 40);
 }
 
 /* --- all of it -----------------------------------------------------------------------------------
@@ -375,16 +412,16 @@ static void settings(void)
 
 static void say_counters(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("sent", count.sent);
-    say("repeated", count.repeated);
+    say("repeated", count.retried);
     say("ok", count.ok);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);
-    say("refuted", count.refuted);
-    say("foreign", count.foreign);
+    say("refuted", count.malformed);
+    say("foreign", count.unexpected_packets);
     say("framing", count.framing_errors);
     say("overruns", count.overruns);
     say("overflow", count.ring_overflows);
@@ -397,19 +434,18 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_queue(&bus, true);
+    cds_queue_attach(&bus_queue, &bus);
     cds_bus_set_return_delay(&bus, 100);
     one_servo();
     units();
     many_servos();
-    cds_bus_set_repeats(&bus, 2); // so that who is not there is asked three times
+    cds_queue_set_retries(&bus_queue, 2); // so that who is not there is asked three times
     ended("absent", cds_blocking_ping(&bus, &request, NOBODY));
-    cds_bus_set_repeats(&bus, 0);
+    cds_queue_set_retries(&bus_queue, 0);
     scans();
     identities();
     settings();
     say_counters();
-    cds_identity_reset_all_begin(&identity, &bus, &request);
-    settled("all");
+    change("all", CDS_IDENTITY_RESET_ALL, 0, 0);
     say_end();
 }

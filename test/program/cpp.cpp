@@ -1,17 +1,14 @@
 // A robot in C++11: both macros of the AVR port, requests with and without a reply; built and run
 // by test/run/test_cpp.py.
-#include <cds55xx/cycle.h>
-#include <cds55xx/diagnose.h>
-#include <cds55xx/feedback.h>
-#include <cds55xx/sync_write.h>
-#include <cds55xx/blocking.h>
+#include <cds55xx/cds55xx.h>
 #include <cds55xx_avr.h>
 
 namespace
 {
 cds_bus bus;
 uint8_t packet[CDS_SYNC_WRITE_SIZE(2, 4)];
-cds_request request = CDS_REQUEST(packet);
+uint8_t reply[2];
+cds_request request = CDS_REQUEST(packet, reply);
 } // namespace
 
 CDS_AVR_BUS(bus, 0)
@@ -30,7 +27,7 @@ int main()
     cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
     cds_sync_write_add_goal(&request, 1, 700, 512);
     cds_sync_write_add_goal(&request, id, 300, 512);
-    cds_blocking_for(&bus, &request, cds_sync_write_send(&bus, &request));
+    cds_blocking_sync_write(&bus, &request);
     for (;;)
         cds_bus_poll(&bus);
 }

@@ -7,7 +7,7 @@
  * high while it runs. What neither that nor the handlers take is left to the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
-#include <cds55xx/servos.h>
+#include <cds55xx/queue.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 
@@ -21,35 +21,46 @@
 #define TICKS_PER_US  ((uint16_t)(F_CPU / 8000000u)) // of the clock's timer
 #define TICK          (1000u * TICKS_PER_US)
 #define MARK          (1 << PB0)
+#define MOST          (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 8) // of a reply: the rest is polled for
 
 static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
+static struct cds_queue queue;
 static struct cds_cycle cycle;
 static uint8_t servo_count;
 static uint8_t ids[SERVOS_MAX];
 static uint8_t packets[CDS_CYCLE_PACKETS_SIZE(SERVOS_MAX)];
 static struct cds_feedback feedback[SERVOS_MAX];
 
-#ifdef ROSTER
-static struct cds_servos roster;
-static struct cds_servo_state servos[SERVOS_MAX];
+#ifndef SPEED
+#define SPEED 0 // as fast as the servo can
+#endif
 
-static void begin_roster(void)
-{
-    for (uint8_t i = 0; i < servo_count; i++) {
-        servos[i].id = ids[i];
-    }
-    say("roster", cds_servos_begin(&roster, &bus, servos, servo_count) == CDS_OK);
-    for (uint8_t i = 0; i < servo_count; i++) {
-        servos[i].ccw_limit = CDS_ANGLE_SET; // at their factory values: position mode
-        cds_servos_set_limits(&roster, &servos[i], 256, 767, CDS_VALUE_MAX);
-    }
-}
+#ifdef SAFE
+#include "cycle50_safe.h"
 #else
-static void begin_roster(void)
+static void begin_servos(void)
 {
+    say("queue", cds_queue_attach(&queue, &bus) == CDS_OK);
+}
+
+static void begin_health(void)
+{
+}
+
+static void poll_health(void)
+{
+}
+
+static void say_health(void)
+{
+}
+
+static uint8_t most(void)
+{
+    return MOST;
 }
 #endif
 
@@ -73,17 +84,17 @@ static uint16_t next_tick;
 /* What the handlers of the bus change: there is work when a packet has left, when most of a reply
  * has come, and then with each byte, so that at its end there is the less to do before the next
  * READ. */
-#define MOST (CDS_PACKET_SIZE(CDS_FEEDBACK_SIZE) - 4)
-
 static uint8_t seen_state, due; // `due`: head of the ring
 
 static bool anything_new(void)
 {
     uint8_t state = bus.link.state;
 
+    if (bus.state == CDS_BUS_SENDING) // the deadline of the packet that has begun is not set yet
+        return true;
     if (state == seen_state || state != CDS_LINK_LISTENING)
         return (int8_t)(bus.link.rx.head - due) >= 0;
-    due = (uint8_t)(bus.link.rx.head + MOST);
+    due = (uint8_t)(bus.link.rx.head + most());
     return true;
 }
 
@@ -104,6 +115,7 @@ static void poll(void)
     mark();
     cds_bus_poll(&bus);
     cds_cycle_poll(&cycle);
+    poll_health();
     unmark();
     seen_state = bus.link.state; // that of a packet which has just begun, not the one before it
 }
@@ -120,7 +132,7 @@ static bool set_goals(uint16_t period)
             position = 0x3FF - position;
         }
         mark();
-        taken &= cds_cycle_goal(&cycle, i, 256 + position, 0) == CDS_OK;
+        taken &= cds_cycle_goal(&cycle, i, 256 + position, SPEED) == CDS_OK;
         unmark();
     }
     mark();
@@ -131,15 +143,15 @@ static bool set_goals(uint16_t period)
 
 static void say_counters(void)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("sent", count.sent);
     say("ok", count.ok);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);
-    say("refuted", count.refuted);
-    say("foreign", count.foreign);
+    say("malformed", count.malformed);
+    say("unexpected_packets", count.unexpected_packets);
     say("framing_errors", count.framing_errors);
     say("overruns", count.overruns);
     say("ring_overflows", count.ring_overflows);
@@ -163,7 +175,7 @@ static uint16_t run(uint32_t periods)
         }
         wait();
     }
-    cds_cycle_stop(&cycle);
+    cds_cycle_abort(&cycle);
     while (cds_cycle_poll(&cycle) == CDS_PENDING)
         cds_bus_poll(&bus);
     return refused;
@@ -172,7 +184,7 @@ static uint16_t run(uint32_t periods)
 static void set(uint8_t address, uint8_t value)
 {
     static uint8_t packet[CDS_PACKET_SIZE(3)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 
     cds_servo_write_byte(&bus, &request, CDS_BROADCAST_ID, address, value);
     while (cds_bus_poll(&bus)) {
@@ -188,10 +200,15 @@ static uint8_t option(uint8_t index, uint8_t otherwise)
 
 int main(void)
 {
+    struct cds_cycle_config config = {.bus = &bus,
+                                      .ids = ids,
+                                      .packets = packets,
+                                      .feedback = feedback,
+                                      .period_us = CDS_CYCLE_PERIOD_US};
     uint8_t delay = option(3, RETURN_DELAY_FACTORY);
     uint16_t refused;
 
-    servo_count = option(2, SERVOS_MAX);
+    servo_count = config.count = option(2, SERVOS_MAX);
 
     for (uint8_t i = 0; i < servo_count; i++) {
         ids[i] = (uint8_t)(i + 1);
@@ -204,10 +221,12 @@ int main(void)
     cds_bus_set_return_delay(&bus, (uint16_t)(2 * delay));
     if (delay != RETURN_DELAY_FACTORY)
         set(CDS_REG_RETURN_DELAY, delay);
+#ifndef SAFE // a servo with limits is prepared first
     set(CDS_REG_TORQUE_ENABLE, 1);
-    begin_roster();
-    say("begun", cds_cycle_begin(&cycle, &bus, ids, servo_count, packets, feedback,
-                                 CDS_CYCLE_PERIOD_US) == CDS_OK);
+#endif
+    begin_servos();
+    say("begun", cds_cycle_begin(&cycle, &config) == CDS_OK);
+    begin_health();
     refused = run(PERIODS_PER_S * eeprom_read_word((const uint16_t *)0));
     say("periods", cycle.counters.periods);
     say("missed", cycle.counters.missed);
@@ -220,5 +239,6 @@ int main(void)
     say("utilisation_permille", cds_cycle_utilisation_permille(&cycle));
     say("return_delay_us", 2ul * delay);
     say_counters();
+    say_health();
     say_end();
 }

@@ -1,7 +1,7 @@
 /* A diagnosis, as often as the host asks for one, with what a test needs to lead up to it. A line
  * is a letter and numbers; each is answered with "ok". */
-#include <cds55xx/diagnose.h>
 #include <cds55xx/blocking.h>
+#include <cds55xx/queue.h>
 #include <cds55xx_avr.h>
 
 #include "say.h"
@@ -10,8 +10,9 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(11)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_PACKET_SIZE(2)], reply[11];
+static struct cds_request request = CDS_REQUEST(packet, reply);
+static struct cds_queue queue;
 static struct cds_diagnose diagnose;
 
 static void say_tally(const char *name, const struct cds_diagnose_tally *tally)
@@ -27,34 +28,32 @@ static void say_tally(const char *name, const struct cds_diagnose_tally *tally)
 static void say_found(uint32_t us)
 {
     say("us", us);
-    say("result", diagnose.result);
+    say("result", diagnose.steps.result);
     say("finding", diagnose.finding);
     say("found_id", diagnose.found_id);
-    say("found_baud", diagnose.found_baud);
+    say("found_baud", diagnose.found_baud_reg);
     say("value", diagnose.value);
-    say("unasked", diagnose.unasked);
-    say("extra", diagnose.extra);
-    say("late", diagnose.late);
-    say("foreign", diagnose.foreign);
+    say("unasked", diagnose.unrequested_bytes);
+    say("extra", diagnose.duplicate_replies);
+    say("late", diagnose.stale_replies);
+    say("foreign", diagnose.unexpected_packets);
     say("echo_errors", diagnose.echo_errors);
     say("overruns", diagnose.overruns);
-    say("exchanges", diagnose.exchanges);
-    say_tally("ping", &diagnose.ping);
+    say("exchanges", diagnose.transactions);
+    say_tally("ping", &diagnose.probe);
     say_tally("same", &diagnose.same);
-    say_tally("differing", &diagnose.differing);
+    say_tally("differing", &diagnose.varying);
     say_tally("total", &diagnose.total);
-    say("baud", bus.baud);
+    say("baud", bus.baud_reg);
     say("return_delay_us", bus.return_delay_us);
-    say("repeats", bus.repeats);
+    say("repeats", queue.retries);
 }
 
 static void run(uint8_t id)
 {
     uint32_t from_us = cds_port_now_us();
 
-    cds_diagnose_begin(&diagnose, &bus, &request, id);
-    while (cds_diagnose_poll(&diagnose) == CDS_PENDING)
-        cds_bus_poll(&bus);
+    cds_blocking_diagnose(&diagnose, &(struct cds_diagnose_config){&bus, &request, id});
     say_found(cds_port_now_us() - from_us);
 }
 
@@ -67,7 +66,7 @@ static void obey(char letter, const uint16_t *number)
     case 'w': cds_blocking_write_byte(&bus, &request, id, address, (uint8_t)number[2]); break;
     case 'f': // feedback, so many times
         for (uint16_t i = 0; i < number[1]; i++)
-            cds_blocking_for(&bus, &request, cds_servo_read(&bus, &request, id, 0x24, 11));
+            cds_blocking_read(&bus, &request, id, 0x24, 11);
         break;
     case 'r': cds_bus_set_return_delay(&bus, number[0]); break;
     case 'b': cds_bus_set_baud(&bus, (uint8_t)number[0]); break;
@@ -90,7 +89,8 @@ int main(void)
     cds_avr_clock_open();
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    cds_bus_set_repeats(&bus, 1);
+    cds_queue_attach(&queue, &bus);
+    cds_queue_set_retries(&queue, 1);
     for (;;) {
         uint16_t number[3] = {0};
         uint8_t count = 0;

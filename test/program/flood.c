@@ -19,8 +19,12 @@ static void begin_once(void)
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
         robot->group[i] = (uint8_t)(i + 1);
     robot_claim(robot, ROBOT_CYCLE);
-    cds_cycle_begin(cycle, robot->bus, robot->group, ROBOT_SERVOS, robot->work.cycle.packets,
-                    robot->work.cycle.feedback, CDS_CYCLE_PERIOD_US);
+    cds_cycle_begin(cycle, &(struct cds_cycle_config){.bus = robot->bus,
+                                                      .ids = robot->group,
+                                                      .packets = robot->work.cycle.packets,
+                                                      .feedback = robot->work.cycle.feedback,
+                                                      .count = ROBOT_SERVOS,
+                                                      .period_us = CDS_CYCLE_PERIOD_US});
     for (uint8_t i = 0; i < ROBOT_SERVOS; i++)
         cds_cycle_goal(cycle, i, 512, 0);
     cds_cycle_commit(cycle);

@@ -26,11 +26,11 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(CDS_REPLY_MAX)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_MAX];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 __attribute__((used)) static volatile uint8_t loops;
 
-ISR(FOREIGN_VECTOR, ISR_NAKED)
+ISR(FOREIGN_VECTOR, ISR_NAKED AVR_NEAR) // reached by rjmp
 {
     __asm__ volatile("push r24              \n\t" // 4 of the entry and 2 of the vector before it; 2
                      "in   r24, __SREG__    \n\t" // 1
@@ -63,7 +63,7 @@ static uint8_t read(uint16_t phase)
 int main(void)
 {
     uint16_t good = 0;
-    struct cds_counters count;
+    struct cds_stats count;
 
     loops = eeprom_read_byte((const uint8_t *)0);
     say_open();
@@ -79,7 +79,7 @@ int main(void)
     for (uint16_t i = 0; i < READS; i++)
         if (read(i) == CDS_OK)
             good++;
-    cds_bus_counters(&bus, &count);
+    cds_bus_stats(&bus, &count);
     say("good", good);
     say("reads", READS);
     say("overruns", count.overruns);

@@ -1,10 +1,7 @@
 /* Groups on servos 1 to 60: a SYNC WRITE to all, one to 18 whose packets end at 64 bytes, a group
  * read of what became of it; a registered move of three that servo 2 refuses, and a verified one of
  * 18. Says how each went. */
-#include <cds55xx/registered_move.h>
-#include <cds55xx/group_read.h>
-#include <cds55xx/sync_write_many.h>
-#include <cds55xx/servo.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
 
@@ -19,8 +16,9 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_SYNC_WRITE_MANY_LONGEST];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_SYNC_WRITE_PACKET_MAX];
+static uint8_t reply[CDS_REGISTERED_MOVE_VERIFY_REPLY];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 static uint8_t ids[SERVOS];
 static uint8_t data[SERVOS * GOAL];
 static struct cds_goal goals[SOME];
@@ -28,6 +26,14 @@ static struct cds_goal goals[SOME];
 static void write_group(uint8_t count, uint16_t longest, uint16_t position)
 {
     static struct cds_sync_write_many write;
+    struct cds_sync_write_many_config config = {.bus = &bus,
+                                                .request = &request,
+                                                .ids = ids,
+                                                .data = data,
+                                                .count = count,
+                                                .address = CDS_REG_GOAL_POSITION,
+                                                .length = GOAL,
+                                                .packet_max = longest};
 
     for (uint8_t i = 0; i < count; i++) {
         uint16_t goal = position + i;
@@ -38,12 +44,7 @@ static void write_group(uint8_t count, uint16_t longest, uint16_t position)
         data[GOAL * i + 2] = 0;
         data[GOAL * i + 3] = 0;
     }
-    cds_sync_write_many_begin(&write, &bus, &request, ids, count, CDS_REG_GOAL_POSITION, GOAL,
-                              data);
-    cds_sync_write_many_set_longest(&write, longest);
-    while (cds_sync_write_many_poll(&write) == CDS_PENDING)
-        cds_bus_poll(&bus);
-    say("write_result", write.result);
+    say("write_result", cds_blocking_sync_write_many(&write, &config));
     say("write_packets", write.packets);
 }
 
@@ -52,13 +53,18 @@ static void read_group(uint8_t count, uint16_t position)
 {
     static struct cds_group_read read;
     static struct cds_group_answer answers[SERVOS];
+    struct cds_group_read_config config = {.bus = &bus,
+                                           .request = &request,
+                                           .ids = ids,
+                                           .data = data,
+                                           .answers = answers,
+                                           .count = count,
+                                           .address = CDS_REG_GOAL_POSITION,
+                                           .length = 2};
     uint8_t there = 0;
     uint32_t oldest_us = 0;
 
-    cds_group_read_begin(&read, &bus, &request, ids, count, CDS_REG_GOAL_POSITION, 2, data,
-                         answers);
-    while (cds_group_read_poll(&read) == CDS_PENDING)
-        cds_bus_poll(&bus);
+    cds_blocking_group_read(&read, &config);
     for (uint8_t i = 0; i < count; i++) {
         uint16_t goal = (uint16_t)(data[2 * i] | (uint16_t)data[2 * i + 1] << 8);
         uint32_t age_us = cds_group_read_age_us(&answers[i]);
@@ -68,7 +74,7 @@ static void read_group(uint8_t count, uint16_t position)
         if (age_us > oldest_us)
             oldest_us = age_us;
     }
-    say("read_result", read.result);
+    say("read_result", read.steps.result);
     say("there", there);
     say("oldest_us", oldest_us);
 }
@@ -76,22 +82,19 @@ static void read_group(uint8_t count, uint16_t position)
 static void move_group(uint8_t count, uint16_t position, bool verified)
 {
     static struct cds_registered_move move;
+    struct cds_registered_move_config config = {
+        .bus = &bus, .request = &request, .goals = goals, .count = count, .verify = verified};
 
     for (uint8_t i = 0; i < count; i++)
         goals[i] = (struct cds_goal){.id = (uint8_t)(i + 1), .position = position, .speed = 900};
-    cds_registered_move_begin(&move, &bus, &request, goals, count);
-    if (verified)
-        cds_registered_move_set_verify(&move);
-    while (cds_registered_move_poll(&move) == CDS_PENDING)
-        cds_bus_poll(&bus);
-    say("move_result", move.result);
+    say("move_result", cds_blocking_registered_move(&move, &config));
     say("acted", move.acted);
     for (uint8_t i = 0; i < count; i++) {
-        if (goals[i].result != CDS_OK || goals[i].armed) {
+        if (goals[i].result != CDS_OK || goals[i].registered) {
             say("servo", goals[i].id);
             say("servo_result", goals[i].result);
             say("servo_error", goals[i].error);
-            say("servo_armed", goals[i].armed);
+            say("servo_armed", goals[i].registered);
         }
     }
 }
@@ -114,7 +117,7 @@ int main(void)
     while (cds_bus_poll(&bus)) {
     }
 
-    write_group(SERVOS, CDS_SYNC_WRITE_MANY_LONGEST, 400);
+    write_group(SERVOS, CDS_SYNC_WRITE_PACKET_MAX, 400);
     read_group(SERVOS, 400);
     write_group(SOME, SHORT, 300);
     read_group(SOME, 300);

@@ -10,8 +10,8 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(50)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_PACKET_SIZE(2)], reply[40];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 
 static void read_table_with_a_pause(uint8_t after_us)
 {
@@ -28,7 +28,7 @@ static void read_table_with_a_pause(uint8_t after_us)
 
 int main(void)
 {
-    struct cds_counters counters;
+    struct cds_stats counters;
 
     say_open();
     cds_avr_clock_open();
@@ -38,7 +38,7 @@ int main(void)
     say("whole", request.result);
     read_table_with_a_pause(1);
     say("paused", request.result);
-    cds_bus_counters(&bus, &counters);
+    cds_bus_stats(&bus, &counters);
     say("overruns", counters.overruns);
 
     cds_servo_write_byte(&bus, &request, 1, CDS_REG_BAUD_RATE, 3); // 500 kbps from here on
@@ -57,7 +57,7 @@ int main(void)
     while (cds_bus_poll(&bus)) {
     }
     say("mismatch", request.result);
-    cds_bus_counters(&bus, &counters);
+    cds_bus_stats(&bus, &counters);
     say("framing_errors", counters.framing_errors);
     say_end();
 }

@@ -1,7 +1,6 @@
 /* Set-up of servos on a bus of three, 1, 100 and 253: a scan at 1 Mbps, then servo 100 becomes 42,
  * and, whatever came of that, it is looked for at both. Says what it finds. */
-#include <cds55xx/identity.h>
-#include <cds55xx/scan.h>
+#include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 
 #include "say.h"
@@ -13,9 +12,16 @@ CDS_AVR_CLOCK()
 int main(void)
 {
     static uint8_t packet[CDS_PACKET_SIZE(2)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
     static struct cds_scan_found found[4];
     static struct cds_scan scan;
+    static struct cds_scan_config config = {.bus = &bus,
+                                            .request = &request,
+                                            .found = found,
+                                            .found_capacity = 4,
+                                            .last_id = CDS_ID_MAX,
+                                            .baud_regs = &bus.baud_reg,
+                                            .baud_count = 1};
     static struct cds_identity identity;
     uint32_t from_us;
 
@@ -24,28 +30,23 @@ int main(void)
     sei();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
 
-    cds_scan_begin(&scan, &bus, &request, found, 4);
-    cds_scan_set_bauds(&scan, &bus.baud, 1);
     from_us = cds_port_now_us();
-    while (cds_scan_poll(&scan) == CDS_PENDING)
-        cds_bus_poll(&bus);
+    cds_blocking_scan(&scan, &config);
     say("scan_us", cds_port_now_us() - from_us);
     say("asked", scan.asked);
     for (uint8_t i = 0; i < scan.count && i < 4; i++)
         say("found", found[i].id);
 
-    cds_identity_change_id_begin(&identity, &bus, &request, 100, 42);
     from_us = cds_port_now_us();
-    while (cds_identity_poll(&identity) == CDS_PENDING)
-        cds_bus_poll(&bus);
+    cds_blocking_identity(
+        &identity,
+        &(struct cds_identity_config){
+            .bus = &bus, .request = &request, .change = CDS_IDENTITY_ID, .id = 100, .new_id = 42});
     say("change_us", cds_port_now_us() - from_us);
-    say("result", identity.result);
+    say("result", identity.steps.result);
     say("state", identity.state);
 
-    cds_scan_begin(&scan, &bus, &request, found, 4);
-    cds_scan_set_bauds(&scan, &bus.baud, 1);
-    while (cds_scan_poll(&scan) == CDS_PENDING)
-        cds_bus_poll(&bus);
+    cds_blocking_scan(&scan, &config);
     for (uint8_t i = 0; i < scan.count && i < 4; i++)
         say("then", found[i].id);
     say_end();

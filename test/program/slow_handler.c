@@ -19,7 +19,7 @@ ISR(TIMER0_COMP_vect)
 int main(void)
 {
     static uint8_t packet[CDS_PACKET_SIZE(3)];
-    static struct cds_request request = CDS_REQUEST(packet);
+    static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(packet);
 
     say_open();
     cds_avr_clock_open();

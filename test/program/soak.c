@@ -15,15 +15,16 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[CDS_PACKET_SIZE(50)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_SYNC_WRITE_SIZE(3, 4)];
+static uint8_t reply[CDS_REPLY_MAX];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 
 static void sync_goals(uint16_t goal)
 {
     cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 4);
     for (uint8_t id = 1; id <= 3; id++)
         cds_sync_write_add_goal(&request, id, (uint16_t)(goal + id), 512);
-    cds_blocking_for(&bus, &request, cds_sync_write_send(&bus, &request));
+    cds_blocking_sync_write(&bus, &request);
 }
 
 static bool has_goal(uint8_t id, uint16_t goal)
@@ -36,16 +37,16 @@ static bool has_goal(uint8_t id, uint16_t goal)
 
 static void say_counters(void)
 {
-    struct cds_counters counters;
+    struct cds_stats counters;
 
-    cds_bus_counters(&bus, &counters);
+    cds_bus_stats(&bus, &counters);
     say("sent", counters.sent);
     say("ok", counters.ok);
     say("timeouts", counters.timeouts);
     say("corrupt", counters.corrupt);
-    say("unsent", counters.unsent);
-    say("refuted", counters.refuted);
-    say("foreign", counters.foreign);
+    say("unsent", counters.line_busy);
+    say("refuted", counters.malformed);
+    say("foreign", counters.unexpected_packets);
     say("framing_errors", counters.framing_errors);
     say("overruns", counters.overruns);
     say("echo_errors", counters.echo_errors);
@@ -66,7 +67,7 @@ int main(void)
         uint8_t id = (uint8_t)(1 + round % 3);
 
         cds_blocking_ping(&bus, &request, id);
-        cds_blocking_for(&bus, &request, cds_servo_read(&bus, &request, id, 0, 49));
+        cds_blocking_read(&bus, &request, id, 0, 49);
         sync_goals(round);
         good = (uint16_t)(good + has_goal(id, round));
     }

@@ -22,9 +22,10 @@ CDS_AVR_BUS(bus[1], 1)
 CDS_AVR_BUS(bus[2], 2)
 CDS_AVR_CLOCK()
 
-static uint8_t packet[BUSES][CDS_PACKET_SIZE(CDS_REPLY_MAX)];
-static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0]), CDS_REQUEST(packet[1]),
-                                            CDS_REQUEST(packet[2])};
+static uint8_t packet[BUSES][CDS_PACKET_SIZE(2)], reply[BUSES][CDS_REPLY_MAX];
+static struct cds_request request[BUSES] = {CDS_REQUEST(packet[0], reply[0]),
+                                            CDS_REQUEST(packet[1], reply[1]),
+                                            CDS_REQUEST(packet[2], reply[2])};
 static uint8_t length, more, buses;
 static uint16_t reads[BUSES], good[BUSES], refused[BUSES];
 static uint32_t begun_us[BUSES], longest_us[BUSES];
@@ -88,21 +89,21 @@ static uint32_t read_all(uint8_t seconds)
 
 static void say_counters(uint8_t i)
 {
-    struct cds_counters count;
+    struct cds_stats count;
 
-    cds_bus_counters(&bus[i], &count);
+    cds_bus_stats(&bus[i], &count);
     say("bus", i);
     say("reads", reads[i]);
     say("good", good[i]);
     say("refused", refused[i]);
     say("sent", count.sent);
-    say("unsent", count.unsent);
+    say("unsent", count.line_busy);
     say("ok", count.ok);
     say("timeouts", count.timeouts);
     say("corrupt", count.corrupt);
     say("overruns", count.overruns);
-    say("refuted", count.refuted);
-    say("foreign", count.foreign);
+    say("refuted", count.malformed);
+    say("foreign", count.unexpected_packets);
     say("framing", count.framing_errors);
     say("overflows", count.ring_overflows);
     say("longest_us", longest_us[i]);

@@ -15,8 +15,8 @@ CDS_AVR_CLOCK()
 
 #define ID 1
 
-static uint8_t packet[CDS_PACKET_SIZE(8)];
-static struct cds_request request = CDS_REQUEST(packet);
+static uint8_t packet[CDS_PACKET_SIZE(5)], reply[8];
+static struct cds_request request = CDS_REQUEST(packet, reply);
 static const struct cds_register_profile *const servo = &cds_profile_cds55xx;
 
 static void must(enum cds_result submitted)

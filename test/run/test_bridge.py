@@ -100,7 +100,7 @@ class BothWays(unittest.TestCase):
             packet(4, WRITE, [RETURN_LEVEL, 0]), packet(4, READ, [LED, 1]), packet(4, PING),
             packet(6, WRITE, [ID, 77]), packet(77, READ, [ID, 1]), packet(6, PING),
             packet(1, WRITE, [ID, 100]), packet(77, RESET), packet(77, PING), packet(1, READ, [0, 10]),
-            packet(1, WRITE, [0x2F, 1]), packet(1, WRITE, [ID, 5]), packet(1, RESET),
+            packet(1, WRITE, [0x2F, 1]), packet(1, WRITE, [ID, 200]), packet(1, RESET),
             packet(99, PING), packet(99, WRITE, [LED, 1]), packet(0, READ, [0, 2]),
             packet(BROADCAST, 0x92, [0, 1, 1, 0]), packet(BROADCAST, 0x84, [0, 1, 1]),
         ]

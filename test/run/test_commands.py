@@ -9,7 +9,7 @@ from program import BOARDS, Program
 # bits if the servo answered. States: 1 changed, 3 taken, 4 lost. Scans: 1000 * ID + baud register.
 SAID = """
 ping 0, absent 2, read 0, id 3, limit 1023, write 0, byte 0, word 0, is 0, is 0, torque 1, speed 341,
-refused 7, no_id 5, no_room 6, reg 0, action 0, again 16384, cancel 0, queued 1, calls 2,
+refused 7, no_id 5, no_room 6, reg 0, action 0, again 7, cancel 0, queued 1, calls 2,
 unit 0, is 36, unit 0, is 150147, unit 0, is 880, unit 0, is 31030, unit 0, is 9003, unit 0, is 6500,
 unit 0, is 75, unit 0, is 10, unit 0, is 1000000,
 ramps 0, torque 0, move 0, limits 0, turn 0,

@@ -198,7 +198,7 @@ SCRIPT = {
 }
 
 # Two of one ID, of which one takes another and the other is locked.
-BOTH = "lock 1\nwrite 2 ID 1\n" + error(52, "id 1 5") + "@expect rule collision\n"
+BOTH = "lock 1\nservos forget\nwrite 2 ID 1\n" + error(52, "id 1 5") + "@expect rule collision\n"
 
 
 # A servo that is set not to answer, which the controller knows.

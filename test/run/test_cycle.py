@@ -9,8 +9,8 @@ class FiftyServos(unittest.TestCase):
         cycle = Cycle(5)
         self.assertEqual(cycle.broken(), [], cycle.output)
 
-    def test_a_roster_costs_one_read_of_three_and_no_goal(self):
-        cycle = Cycle(5, roster=True)
+    def test_safety_costs_no_goal_and_no_read(self):
+        cycle = Cycle(5, safe=True)
         self.assertEqual(cycle.broken(), [], cycle.output)
 
 

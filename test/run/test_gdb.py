@@ -87,16 +87,16 @@ class Debugger(unittest.TestCase):
 
     def test_a_breakpoint_in_the_main_loop_and_the_controller_printed(self):
         said = self.debug("break turn", "continue", "continue",
-                          "print controller.bus.counters", "detach")
+                          "print controller.bus.stats", "detach")
         stops = re.findall(r"^Breakpoint 1, turn \(.*\) at src/controller/main.c:(\d+)", said, re.M)
         first, last = main_loop()
         self.assertEqual(len(stops), 2, said)
         for line in stops:
             self.assertIn(int(line), range(first, last), said)
-        self.assertRegex(said, r"\$1 = \{sent = \d+, repeated = 0, ok = 0, timeouts = 0,")
+        self.assertRegex(said, r"\$1 = \{sent = \d+, retried = 0, timeouts = 0,")
 
     def test_a_breakpoint_in_a_handler_of_the_usart(self):
-        said = self.debug("break __vector_30", "continue", "print controller.bus.counters.sent",
+        said = self.debug("break __vector_30", "continue", "print controller.bus.stats.sent",
                           "x/6xb controller.console.buffer.packet", "detach")
         self.assertIn("Breakpoint 1, __vector_30 () at ", said)
         self.assertIn("$1 = 1\n", said)
@@ -120,7 +120,7 @@ class Debugger(unittest.TestCase):
         self.assertRegex(stepped, r"bytes = \"pi")  # the second letter came meanwhile
 
     def test_a_watchpoint_stops_where_a_variable_is_written(self):
-        said = self.debug("break main", "continue", "watch controller.bus.counters.sent",
+        said = self.debug("break main", "continue", "watch controller.bus.stats.sent",
                           "continue", "continue", "detach")
         self.assertIn("Old value = 0\nNew value = 1\n", said)
 

@@ -8,10 +8,11 @@ from program import BOARDS, Program
 SAID = """
 written 0, packets 3, goal 522, goal 523, goal 524, goal 525, goal 526, goal 527,
 limit 0, moved 7, acted 0, servo 0, servo 7020, servo 1000, moved 0, acted 1, servo 0, servo 0, servo 0,
-roster 0, mode 0, set 0, fast 11, speed 0, far 11, goal 0, whom 1,
+roster 0, mode 0, set 0, fast 11, speed 0, far 11, alone 11, goal 0, whom 1,
 delay 0, known 50, level 0, unread 10, ping 0, level 0, read 0, id 5, wrong 7, alarms 8, alarms 0,
 absent 2, absent 2, absent 2, away 1,
 held 12, let_go 0, driven 0,
+moved 11, acted 0, servo 11000, servo 11000, servo 11000, set 0,
 level 0, moved 0, acted 1, servo 0, servo 0, servo 0, moved 12, acted 0, servo 0, servo 12000, servo 1000,
 level 0,
 begun 0, stopped 2, told 3, outcome 1, outcome 1, outcome 1, outcome 1, outcome 1, outcome 1, outcome 3,
@@ -51,8 +52,8 @@ class Operations(Program):
     def check_wire(self, board, run):
         """What was refused was not sent; three broadcasts, and nothing that drives until release."""
         sent = [packet for _, way, packet in run.packets if way == "->in"]
-        to_1 = [packet[15:] for packet in sent if packet.startswith("FF FF 01 05 03")]
-        self.assertEqual([words[:8] for words in to_1], ["20 00 02", "1E BC 02"], board)
+        to_1 = [packet[15:-3] for packet in sent if packet.startswith(("FF FF 01 05 03", "FF FF 01 07 03"))]
+        self.assertEqual(to_1, ["20 00 02", "1E BC 02 00 02"], board)
         first, last = sent.index(TORQUE_OFF), len(sent) - sent[::-1].index(TORQUE_OFF)
         self.assertEqual(sent[first:last], [TORQUE_OFF] * 3, board)
         self.assertEqual(sum(packet[9:20] == TORQUE_ON for packet in sent[last:]), 1, board)

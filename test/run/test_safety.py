@@ -9,7 +9,7 @@ from simulator import Run
 HOSTED = {"atmega128": 18, "arbotix": 18, "arduino-mega": 50, "cm510": 50}  # servos
 MHZ = 16  # cycles in a microsecond
 PERIOD_US = 4000
-WATCH_US = 1000000
+HEALTH_US = 1000000
 BEGIN_MS = 400  # of what is measured
 BOUND_US = 20000  # beyond the period of the state check: it gives way to the cycle
 # goals, when a servo is dropped; of 50, they may have waited behind the exchange that told it
@@ -17,10 +17,10 @@ LATE_US = {18: 300, 50: 800}
 ALL_LATE_US = 1200  # ... when all are judged
 BROADCASTS_US = 2000  # from the first to the third: all that a cycle of 50 drops between them
 
-OK, TIMEOUT, LIMIT, HELD = 0, 2, 11, 12  # enum cds_result
+OK, TIMEOUT, LIMIT, INHIBITED = 0, 2, 11, 12  # enum cds_result
 OFF, SILENT = 1, 3  # enum cds_torque_off_outcome
-HERE, AWAY, BACK = 1, 2, 3  # enum cds_presence
-LOST, STOPPED = 1, 2  # CDS_HOLD_*
+ONLINE, OFFLINE, RETURNED = 1, 2, 3  # enum cds_presence
+LOST, STOPPED = 1, 2  # CDS_INHIBIT_*
 BROADCAST = 0xFE
 PING, READ, WRITE, SYNC_WRITE = 1, 2, 3, 0x83
 TORQUE_ENABLE, LED, GOAL_POSITION, REGISTERED = 0x18, 0x19, 0x1E, 0x2C
@@ -72,30 +72,30 @@ class Safety(unittest.TestCase):
                          [packet for packet in run.sent if packet[1:] == (BROADCAST, WRITE, REGISTERED, b"\0")])
         self.check_silence_behind(run.sent[first + 6:release], servos, dead)
         # in the order in which they were submitted: PING 1, torque on, an urgent goal, PING 3
-        self.assertEqual([value for name, value in stop if name == "waiting"], [OK, HELD, HELD, OK])
+        self.assertEqual([value for name, value in stop if name == "waiting"], [OK, INHIBITED, INHIBITED, OK])
         self.assertIn((3, PING), [packet[1:3] for packet in run.sent[first + 3:release]])
         self.assertEqual([value for name, value in stop if name == "outcome"],
                          [SILENT if 1 + i == dead else OFF for i in range(servos)])
         self.assertEqual(stop[:2], [("result", TIMEOUT), ("broadcasts", 3)])
         refused = [value for part in run.said[7:11] for name, value in part if name == "submitted"]
-        self.assertEqual(refused, [HELD] * 4)
+        self.assertEqual(refused, [INHIBITED] * 4)
         self.assertEqual(run.said[6][0], ("taken", 0))
         self.assertLess(told[2].us - told[0].us, BROADCASTS_US)
         return run.sent, first
 
     def check_silence_behind(self, sent, servos, dead):
-        """What is sent behind the broadcasts until the release: looks, and torque off."""
-        looks, offs = collections.Counter(), collections.Counter()
+        """What is sent behind the broadcasts until the release: reads, and torque off."""
+        reads, offs = collections.Counter(), collections.Counter()
         for packet in sent:
             if packet.instruction == WRITE:
                 self.assertEqual((packet.address, packet.data), (TORQUE_ENABLE, b"\0"))
                 offs[packet.id] += 1
             else:
                 self.assertIn(packet.instruction, (PING, READ))
-                looks[packet.id] += packet.address == TORQUE_ENABLE
+                reads[packet.id] += packet.address == TORQUE_ENABLE
         self.assertEqual(offs, {dead: 2})
-        self.assertEqual([looks[1 + i] > 0 for i in range(servos)], [True] * servos)
-        self.assertGreaterEqual(looks[dead], 3)
+        self.assertEqual([reads[1 + i] > 0 for i in range(servos)], [True] * servos)
+        self.assertGreaterEqual(reads[dead], 3)
 
     def test_torque_off_for_all_amid_cycle_and_queue_on_every_board_with_a_console(self):
         for board in HOSTED:
@@ -106,7 +106,7 @@ class Safety(unittest.TestCase):
 
     def brown_outs(self, board, faults):
         """`faults`: (ms since the start, servo, ms without power), and perhaps at which byte of the
-        next packet. The events of each servo as (us, held, presence), and the run."""
+        next packet. The events of each servo as (us, inhibits, presence), and the run."""
         lines = ["c 400", f"b {BROADCAST} 24 1", "w 1000", f"@at {BEGIN_MS}", "z"]
         for at, servo, ms, *byte in faults:
             lines += [f"@at {at}", f"@fault unplug in 1 {byte[0]} {servo} {ms}" if byte else
@@ -122,11 +122,11 @@ class Safety(unittest.TestCase):
                   "@wait 1000", f"@expect servo {victims[0]} PRESENT_POSITION 595..605",
                   f"@expect servo {victims[1]} torque off"]
         run = self.run_script(lines, board)
-        self.assertEqual([run.said[7][0][1], run.said[9][0][1]], [HELD, OK])
+        self.assertEqual([run.said[7][0][1], run.said[9][0][1]], [INHIBITED, OK])
         events = collections.defaultdict(list)
         words = [value for _, value in run.said[5]]
-        for us, servo, held, presence in zip(*[iter(words)] * 4):
-            events[servo].append((us, held, presence))
+        for us, servo, inhibits, presence in zip(*[iter(words)] * 4):
+            events[servo].append((us, inhibits, presence))
         return events, run
 
     def check_brown_outs(self, board, faults):
@@ -136,16 +136,16 @@ class Safety(unittest.TestCase):
         lost_us = {}
         for at, servo, ms, *_ in faults:
             told = f"{board}: servo {servo}, {ms} ms from {at}: {events[servo]}"
-            us, held, presence = events[servo][-1]
-            self.assertEqual((held, presence), (LOST, HERE), told)
-            self.assertTrue(1000 * at <= us <= 1000 * (at + ms) + WATCH_US + BOUND_US, told)
+            us, inhibits, presence = events[servo][-1]
+            self.assertEqual((inhibits, presence), (LOST, ONLINE), told)
+            self.assertTrue(1000 * at <= us <= 1000 * (at + ms) + HEALTH_US + BOUND_US, told)
             self.assertEqual([event[1:] for event in events[servo][:-1]],
-                             [(0, AWAY), (0, BACK)] if len(events[servo]) > 1 else [], told)
+                             [(0, OFFLINE), (0, RETURNED)] if len(events[servo]) > 1 else [], told)
             if ms >= 300:
                 self.assertEqual(len(events[servo]), 3, told)
             lost_us[servo] = us
         for name, number in (("missed", 0), ("unsent", 0), ("dropped", len(faults)), ("corrupt", 0),
-                             ("unsent_by_bus", 0), ("overruns", 0)):
+                             ("line_busy", 0), ("overruns", 0)):
             self.assertEqual(counters[name], number, name)
         goals = [packet for packet in run.sent if packet.instruction == SYNC_WRITE
                  and BEGIN_MS * 1000 < packet.us < BEGIN_MS * 1000 + counters["periods"] * PERIOD_US]
@@ -210,15 +210,17 @@ class Safety(unittest.TestCase):
     LIMITED = [
         ("l 1 300 700 200", None), ("l 2 0 1023 200", None),
         ("y 300 100 900 100", LIMIT), ("t 1 8 2", OK),  # a speed: in which mode?
-        ("d 1 30 500", LIMIT),  # its speed was never set
+        ("d 1 30 500", LIMIT), ("v 1 500 0", LIMIT), ("v 1 500 201", LIMIT),
         ("d 1 32 200", OK), ("d 1 32 201", LIMIT), ("d 1 32 0", LIMIT), ("d 1 32 1023", LIMIT),
-        ("d 1 30 300", OK), ("d 1 30 700", OK), ("d 1 30 299", LIMIT), ("d 1 30 701", LIMIT),
+        ("d 1 30 500", LIMIT),  # a goal without its speed
+        ("v 1 300 200", OK), ("v 1 700 200", OK), ("v 1 299 200", LIMIT), ("v 1 701 200", LIMIT),
         ("b 1 30 1", LIMIT), ("b 1 32 1", LIMIT),  # half of a word
         (f"d {BROADCAST} 30 299", LIMIT), (f"d {BROADCAST} 32 201", LIMIT),
         ("y 300 100 900 100", OK), ("y 299 100 900 100", LIMIT), ("y 300 100 900 201", LIMIT),
         ("y 300 0 900 100", LIMIT),
         ("d 1 6 0", OK), ("d 1 8 0", LIMIT),  # endless turn knows no goal
         ("d 2 6 0", LIMIT), ("d 2 32 200", OK),  # the speed it holds would turn it
+        ("d 2 6 0", LIMIT), ("t 2 6 4", OK), ("t 2 30 4", OK),  # it counts when it was read
         ("d 2 6 0", OK), ("d 2 8 0", OK),
         ("d 2 32 200", OK), ("d 2 32 1224", OK), ("d 2 32 0", OK), ("d 2 32 1024", OK),
         ("d 2 32 201", LIMIT), ("d 2 32 1225", LIMIT), ("d 2 32 2047", LIMIT),

@@ -1,46 +1,130 @@
-/* Requests that wait behind the one in flight: for programs that have a queue. In all others bus.c
- * has nothing in the place of these. */
-#include "cds55xx/bus.h"
+/* Priority and retries; see queue.h. */
+#include "cds55xx/queue.h"
 
-void cds_bus_set_queue(struct cds_bus *bus, bool on)
+#include "cds55xx/control_table.h" // CDS_REG_*
+#include "compiler.h"              // OPTIMIZER_BARRIER()
+
+/* Puts the request before all of a lower priority than `priority`. */
+static void insert(struct cds_queue *queue, struct cds_request *request, uint8_t priority)
 {
-    bus->has_queue = on;
-}
+    struct cds_request **place = &queue->first;
 
-bool cds_bus_queues_(const struct cds_bus *bus)
-{
-    return bus->has_queue;
-}
-
-struct cds_request *cds_bus_next_of_(const struct cds_request *request)
-{
-    return request->next;
-}
-
-/* Puts the request before those that are less urgent than `urgent`, but never before one in flight,
- * which is the first. */
-bool cds_bus_insert_(struct cds_bus *bus, struct cds_request *request, uint8_t urgent)
-{
-    struct cds_request **place = cds_bus_is_in_flight_(bus) ? &bus->request->next : &bus->request;
-
-    while (*place && (*place)->urgent >= urgent)
+    while (*place && (*place)->priority >= priority)
         place = &(*place)->next;
     request->next = *place;
     *place = request;
-    if (place != &bus->request)
+}
+
+/* A request of a higher priority also goes before the one that waits for the line. */
+static enum cds_result submit(void *context, struct cds_request *request)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+    struct cds_bus *bus = queue->bus;
+    struct cds_request *waiting = bus->request;
+
+    request->result = CDS_PENDING;
+    if (request->priority > waiting->priority && cds_bus_take_back(bus)) {
+        insert(queue, waiting, (uint8_t)(waiting->priority + 1u));
+        cds_bus_start(bus, request);
+    } else {
+        insert(queue, request, request->priority);
+    }
+    return CDS_OK;
+}
+
+static bool cancel(void *context, struct cds_request *request)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+    struct cds_request **place = &queue->first;
+
+    while (*place && *place != request && request)
+        place = &(*place)->next;
+    if (!*place)
         return false;
-    bus->flight = CDS_BUS_IDLE; // what time is left is of the one that has waited so far
+    do {
+        (*place)->result = CDS_CANCELLED;
+        (*place)->retries = 0;
+        *place = (*place)->next;
+    } while (*place && !request);
     return true;
 }
 
-/* Behind a bad end a poll has done enough, and the next one looks whether the line is quiet. If the
- * observer has changed its mind, the next poll sees, too. */
-void cds_bus_begin_next_(struct cds_bus *bus, uint8_t result)
+/* True if the registers `first` to `last` have one of `from` to `to` among them. */
+static bool overlaps(uint8_t first, uint8_t last, uint8_t from, uint8_t to)
 {
-    if (!bus->request)
-        return;
-    if (result == CDS_OK && cds_bus_judge_(bus, bus->request) == CDS_OK)
-        cds_bus_begin_turn_(bus);
-    else
-        cds_bus_wait_for_turn_(bus);
+    return first <= to && from <= last;
+}
+
+/* True if the packet may be sent again although its servo may have carried it out. False if that
+ * does something twice, if the servo may answer under another ID or at another rate by then, or if
+ * it refuses the second packet: a lock is set once (R6). */
+static bool is_idempotent(const uint8_t *bytes)
+{
+    uint8_t first = bytes[CDS_AT_PARAMETERS];
+    uint8_t last = (uint8_t)(first + bytes[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 2);
+
+    switch (bytes[CDS_AT_INSTRUCTION]) {
+    case CDS_PING:
+    case CDS_READ: return true;
+    case CDS_WRITE:
+        return !overlaps(first, last, CDS_REG_ID, CDS_REG_BAUD_RATE) &&
+               !overlaps(first, last, CDS_REG_LOCK, CDS_REG_LOCK);
+    default: return false;
+    }
+}
+
+/* True if the request waits again, before all of its own priority. */
+static bool retry(struct cds_queue *queue, struct cds_request *request, enum cds_result result)
+{
+    if ((result != CDS_TIMEOUT && result != CDS_CORRUPT) || request->retries >= queue->retries ||
+        request->no_retry || !is_idempotent(request->packet.bytes))
+        return false;
+    request->retries++;
+    insert(queue, request, (uint8_t)(request->priority + 1u));
+    return true;
+}
+
+static enum cds_result request_ended(void *context, struct cds_request *request,
+                                     enum cds_result result)
+{
+    struct cds_queue *queue = (struct cds_queue *)context;
+    bool is_kept = retry(queue, request, result);
+    struct cds_request *first = queue->first;
+
+    if (first) {
+        queue->first = first->next;
+        cds_bus_start(queue->bus, first);
+    }
+    if (is_kept)
+        return CDS_PENDING;
+    if (request->retries && result > CDS_CORRUPT)
+        result = CDS_TIMEOUT; // the retry was not sent, but the packet was before
+    request->retries = 0;
+    return result;
+}
+
+void cds_queue_begin(struct cds_queue *queue, struct cds_bus *bus)
+{
+    OPTIMIZER_BARRIER(queue);
+    *queue = (struct cds_queue){
+        .hooks = {.context = queue,
+                  .submit = submit,
+                  .cancel = cancel,
+                  .request_ended = request_ended},
+        .bus = bus,
+    };
+}
+
+enum cds_result cds_queue_attach(struct cds_queue *queue, struct cds_bus *bus)
+{
+    enum cds_result result = cds_bus_attach(bus, &queue->hooks);
+
+    if (result == CDS_OK)
+        cds_queue_begin(queue, bus);
+    return result;
+}
+
+void cds_queue_set_retries(struct cds_queue *queue, uint8_t retries)
+{
+    queue->retries = retries;
 }

@@ -1,4 +1,4 @@
-/* Who is there, and has its state; see health.h. */
+/* The state check; see health.h. */
 #include "cds55xx/health.h"
 
 #include "cds55xx/servo.h" // cds_servo_ping(), cds_servo_read()
@@ -8,34 +8,36 @@
 #define PERIOD_MAX_US 1000000000ul
 #define READ_BYTES    (CDS_PACKET_SIZE(2) + CDS_PACKET_SIZE(1))
 
-enum cds_result cds_health_begin(struct cds_health *watch, struct cds_servos *roster,
-                                 uint32_t period_us)
+enum cds_result cds_health_begin(struct cds_health *health, const struct cds_health_config *config)
 {
+    struct cds_servos *servos = config->servos;
     uint32_t now_us = cds_port_now_us();
 
-    OPTIMIZER_BARRIER(watch);
-    if (period_us < PERIOD_MIN_US || period_us > PERIOD_MAX_US)
+    OPTIMIZER_BARRIER(health);
+    if (config->period_us < PERIOD_MIN_US || config->period_us > PERIOD_MAX_US)
         return CDS_BAD_ARGUMENT;
-    if (watch->request.result == CDS_PENDING)
+    if (health->request.result == CDS_PENDING)
         return CDS_BUSY;
-    cds_bus_set_queue(roster->bus, true); // others send beside it
-    *watch = (struct cds_health){
-        .roster = roster,
-        .step_us = roster->count ? period_us / roster->count : period_us,
+    *health = (struct cds_health){
+        .servos = servos,
+        .is_running = true,
+        .request = {.packet = {.bytes = health->packet, .capacity = sizeof health->packet},
+                    .reply = &health->reply,
+                    .reply_capacity = 1,
+                    .no_retry = true}, // the servo has another turn soon
+        .step_us = servos->count ? config->period_us / servos->count : config->period_us,
         .look_us = now_us,
         .seek_us = now_us,
-        .epoch = (uint16_t)(roster->observer.epoch - 1u), // who is back is looked for first
+        .news = (uint8_t)(servos->news - 1u), // a servo may have RETURNED
     };
-    watch->request.packet.bytes = watch->buffer;
-    watch->request.packet.room = sizeof watch->buffer;
     return CDS_OK;
 }
 
-/* The longest a READ of one byte of this servo may take; a PING is shorter. */
-static NOINLINE uint16_t read_us(const struct cds_health *watch,
+/* The longest time a READ of one byte takes; a PING is shorter. NOINLINE: saves 28 bytes. */
+static NOINLINE uint16_t read_us(const struct cds_health *health,
                                  const struct cds_servo_state *servo)
 {
-    const struct cds_bus *bus = watch->roster->bus;
+    const struct cds_bus *bus = health->servos->bus;
     uint16_t delay_us = bus->return_delay_us;
 
     if (servo->return_delay != CDS_SERVOS_UNKNOWN)
@@ -43,12 +45,15 @@ static NOINLINE uint16_t read_us(const struct cds_health *watch,
     return (uint16_t)(READ_BYTES * bus->byte_time_us + delay_us + CDS_REPLY_MARGIN_US);
 }
 
-enum cds_result cds_health_set_cycle(struct cds_health *watch, struct cds_cycle *cycle)
+enum cds_result cds_health_set_cycle(struct cds_health *health, struct cds_cycle *cycle)
 {
-    for (uint8_t i = 0; cycle && i < watch->roster->count; i++)
-        if (read_us(watch, &watch->roster->servos[i]) > cds_cycle_room_us(cycle))
+    const struct cds_servo_state *servo = health->servos->states;
+    uint16_t spare_us = cycle ? cds_cycle_spare_us(cycle) : UINT16_MAX;
+
+    for (uint8_t i = health->servos->count; i; i--, servo++)
+        if (read_us(health, servo) > spare_us)
             return CDS_BAD_ARGUMENT;
-    watch->cycle = cycle;
+    health->cycle = cycle;
     return CDS_OK;
 }
 
@@ -57,119 +62,128 @@ static bool is_due(uint32_t time_us, uint32_t now_us)
     return (int32_t)(now_us - time_us) >= 0;
 }
 
-/* Is there time for a transaction of `us` now? */
-static bool has_room(struct cds_health *watch, uint16_t us, uint32_t now_us)
+/* True if there is time for a transaction of `us` now. */
+static NOINLINE bool has_time(struct cds_health *health, uint16_t us)
 {
-    struct cds_bus *bus = watch->roster->bus;
+    const struct cds_bus *bus = health->servos->bus;
 
-    if (watch->cycle)
-        return cds_cycle_gives_way(watch->cycle, us);
-    // in a rest it would wait in the queue, and others behind it
-    return !bus->request && !cds_bus_rests(bus, now_us);
+    if (health->cycle)
+        return cds_cycle_yields(health->cycle, us);
+    // while the bus rests, the request would wait, and others behind it
+    return !bus->request && !cds_bus_is_resting(bus);
 }
 
-/* Asks it what it can tell, if it ever can be. False: not now. */
-static bool ask(struct cds_health *watch, uint8_t index, uint32_t now_us)
+/* Asks servo `index` what it can tell. True: its turn is over. A RETURNED servo that has answered
+ * no READ is asked by PING whether it is there. */
+static bool ask(struct cds_health *health, uint8_t index)
 {
-    struct cds_servo_state *servo = &watch->roster->servos[index];
-    struct cds_bus *bus = watch->roster->bus;
-    uint16_t us = read_us(watch, servo);
+    struct cds_servos *servos = health->servos;
+    const struct cds_servo_state *servo = &servos->states[index];
+    uint16_t us = read_us(health, servo);
+    uint8_t presence = servo->presence;
     enum cds_result result;
 
-    // never: its return delay has become known, or longer, since the watch was set beside the cycle
-    if (watch->cycle && us > cds_cycle_room_us(watch->cycle))
-        return true; // the others must not wait for it
-    if (!has_room(watch, us, now_us))
+    if (health->cycle && us > cds_cycle_spare_us(health->cycle))
+        return true; // its return delay has grown; the others do not wait for it
+    if (!has_time(health, us))
         return false;
-    if (servo->presence == CDS_PRESENCE_OFFLINE || servo->status_return_level == 0)
-        result = cds_servo_ping(bus, &watch->request, servo->id);
+    health->request.servo_index = index;
+    if (presence == CDS_PRESENCE_OFFLINE || servo->status_return_level == 0 ||
+        (presence == CDS_PRESENCE_RETURNED && servo->misses == CDS_SERVOS_MISSES))
+        result = cds_servo_ping(servos->bus, &health->request, servo->id);
     else
-        result = cds_servo_read(bus, &watch->request, servo->id, CDS_REG_TORQUE_ENABLE, 1);
-    watch->request.repeats = 0; // it has its turn again soon enough
+        result = cds_servo_read(servos->bus, &health->request, servo->id, CDS_REG_TORQUE_ENABLE, 1);
+    health->asked_returned = result == CDS_OK && presence == CDS_PRESENCE_RETURNED;
     return result == CDS_OK;
 }
 
-/* The first servo that is back. One that cannot be asked what it remembers: nothing, for all that
- * is known. */
-static void look_for_back(struct cds_health *watch)
+/* A servo that was RETURNED has answered, or not. If it answers a PING after three READs without an
+ * answer, its status return level is 0, and its state is taken for lost. */
+static NOINLINE void take_returned(struct cds_health *health)
 {
-    struct cds_servos *roster = watch->roster;
+    const struct cds_request *request = &health->request;
+    struct cds_servos *servos = health->servos;
+    struct cds_servo_state *servo = cds_servos_find(servos, request->packet.bytes[CDS_AT_ID]);
+    bool is_ping = request->packet.bytes[CDS_AT_INSTRUCTION] == CDS_PING;
 
-    watch->back = roster->count;
-    for (uint8_t i = roster->count; i-- > 0;) {
-        struct cds_servo_state *servo = &roster->servos[i];
-
-        if (servo->presence != CDS_PRESENCE_RETURNED)
-            continue;
-        if (servo->status_return_level == 0) {
-            servo->presence = CDS_PRESENCE_ONLINE;
-            cds_servos_hold(roster, servo, CDS_INHIBIT_STATE_LOST);
-        } else {
-            watch->back = i;
-        }
-    }
-    watch->epoch = roster->observer.epoch;
-}
-
-/* The next one that is away, or `count`. */
-static uint8_t next_away(const struct cds_health *watch)
-{
-    const struct cds_servos *roster = watch->roster;
-    uint8_t at = watch->seeker;
-
-    for (uint8_t i = 0; i < roster->count; i++) {
-        at++;
-        if (at >= roster->count)
-            at = 0;
-        if (roster->servos[at].presence == CDS_PRESENCE_OFFLINE)
-            return at;
-    }
-    return roster->count;
-}
-
-static void seek(struct cds_health *watch, uint32_t now_us)
-{
-    uint8_t away = next_away(watch);
-
-    if (away < watch->roster->count) {
-        if (!ask(watch, away, now_us))
-            return;
-        watch->seeker = away;
-    }
-    watch->seek_us = now_us + CDS_HEALTH_SEEK_US;
-}
-
-static void look(struct cds_health *watch, uint32_t now_us)
-{
-    if (!ask(watch, watch->turn, now_us))
+    health->asked_returned = false;
+    if (!servo || servo->presence != CDS_PRESENCE_RETURNED)
         return;
-    watch->turn++;
-    if (watch->turn >= watch->roster->count)
-        watch->turn = 0;
-    watch->look_us += watch->step_us;
-    if (is_due(watch->look_us, now_us)) // it was held up: no burst to make up for that
-        watch->look_us = now_us + watch->step_us;
+    if (request->result == CDS_TIMEOUT && servo->misses < CDS_SERVOS_MISSES)
+        servo->misses = (servo->misses + 1u) & 3u;
+    if (request->result != CDS_OK || !is_ping)
+        return;
+    servo->status_return_level = 0;
+    servo->presence = CDS_PRESENCE_ONLINE;
+    servos->news++;
+    cds_servos_inhibit(servos, servo, CDS_INHIBIT_STATE_LOST);
 }
 
-void cds_health_poll(struct cds_health *watch)
+/* Chooses the servo to seek: the next one that is RETURNED, else the next one that is OFFLINE. A
+ * RETURNED servo is asked at once when news have come. */
+static void choose(struct cds_health *health, uint32_t now_us)
 {
-    uint32_t now_us = cds_port_now_us();
-    uint8_t count;
+    const struct cds_servos *servos = health->servos;
+    bool is_at_once = health->sought == CDS_NO_ID;
+    uint8_t index = health->sought, presence = CDS_PRESENCE_UNKNOWN;
 
-    OPTIMIZER_BARRIER(watch);
-    count = watch->roster->count;
-    if (watch->request.result == CDS_PENDING || count == 0)
+    health->sought = CDS_NO_ID;
+    for (uint8_t i = servos->count; i && presence != CDS_PRESENCE_RETURNED; i--) {
+        index++;
+        if (index >= servos->count)
+            index = 0;
+        presence = servos->states[index].presence;
+        if (presence == CDS_PRESENCE_RETURNED ||
+            (presence == CDS_PRESENCE_OFFLINE && health->sought == CDS_NO_ID))
+            health->sought = index;
+    }
+    if (is_at_once || (presence == CDS_PRESENCE_RETURNED && health->news != servos->news))
+        health->seek_us = now_us;
+    health->news = servos->news;
+    health->is_chosen = true;
+}
+
+static void seek(struct cds_health *health, uint32_t now_us)
+{
+    if (!ask(health, health->sought))
         return;
-    if (watch->epoch != watch->roster->observer.epoch) {
-        look_for_back(watch);
-        watch->back_us = now_us;
-    }
-    if (watch->back < count && is_due(watch->back_us, now_us)) {
-        if (ask(watch, watch->back, now_us))
-            watch->back_us = now_us + CDS_HEALTH_SEEK_US;
-    } else if (is_due(watch->seek_us, now_us)) {
-        seek(watch, now_us);
-    } else if (is_due(watch->look_us, now_us)) {
-        look(watch, now_us);
-    }
+    health->is_chosen = false;
+    health->seek_us = now_us + CDS_HEALTH_SEEK_US;
+}
+
+static void look(struct cds_health *health, uint32_t now_us)
+{
+    if (health->turn >= health->servos->count)
+        health->turn = 0;
+    if (!ask(health, health->turn))
+        return;
+    health->turn++;
+    health->look_us += health->step_us;
+    if (is_due(health->look_us, now_us)) // turns that were missed are not made up for
+        health->look_us = now_us + health->step_us;
+}
+
+void cds_health_poll(struct cds_health *health)
+{
+    uint32_t now_us;
+
+    OPTIMIZER_BARRIER(health);
+    if (!health->is_running || health->request.result == CDS_PENDING || !health->servos->count)
+        return;
+    now_us = cds_port_now_us();
+    if (health->asked_returned)
+        take_returned(health);
+    if (!health->is_chosen || health->news != health->servos->news)
+        choose(health, now_us);
+    else if (health->sought < health->servos->count && is_due(health->seek_us, now_us))
+        seek(health, now_us);
+    else if (is_due(health->look_us, now_us))
+        look(health, now_us);
+}
+
+void cds_health_abort(struct cds_health *health)
+{
+    if (health->is_running)
+        cds_bus_cancel(health->servos->bus, &health->request);
+    health->is_running = false;
 }

@@ -1,49 +1,74 @@
-/* Soft limits of one servo: the roster's own part that judges a write, and knows what that needs of
- * what the servo holds. */
+/* What a packet writes into one servo, and the soft limits of that servo; not installed. Main
+ * context. */
 #ifndef CDS_LIMITS_H
 #define CDS_LIMITS_H
 
 #include "cds55xx/servos.h" // struct cds_servo_state
 
-/* What is written, or was read: `length` bytes from register `address` on. */
-struct cds_span {
+/* Which registers are written, or were read: bits of `sets`. */
+enum cds_sets {
+    CDS_SETS_ID = 1,
+    CDS_SETS_REPLY = 2, // baud rate, return delay, status return level
+    CDS_SETS_MODE = 4,  // angle limits
+    CDS_SETS_TORQUE = 8,
+    CDS_SETS_GAIN = 16,        // compliance margins, proportions, punch
+    CDS_SETS_GOAL = 32,        // one byte of it, or both
+    CDS_SETS_SPEED = 64,       // one byte of it, or both
+    CDS_SETS_REGISTERED = 128, // 0x2C
+    CDS_SETS_DRIVE = CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED,
+} __attribute__((packed));
+
+/* How it became known what a servo holds. Passed as uint8_t: saves registers. */
+enum cds_source {
+    CDS_SOURCE_READ,     // the servo was read
+    CDS_SOURCE_ANSWERED, // it has answered the packet that wrote it
+    CDS_SOURCE_SENT,     // no reply was due
+    CDS_SOURCE_LOST,     // the reply is missing: written or not
+} __attribute__((packed));
+
+/* `length` bytes of servo `id`, from register `address` on. */
+struct cds_written {
     const uint8_t *data;
-    uint8_t address, length;
+    uint8_t address, length, id;
+    uint8_t sets; // CDS_SETS_* bits
+    uint8_t left; // bytes of a SYNC WRITE behind `data` and its `length`
 };
 
-/* The register `reg` of one byte; NULL if it is not among them. */
-const uint8_t *cds_span_byte(const struct cds_span *span, uint8_t reg);
+/* Returns the CDS_SETS_* bits of `length` registers from `address` on. */
+uint8_t cds_written_sets(uint8_t address, uint8_t length);
 
-/* Its value, or `otherwise` if it is not among them. */
-uint8_t cds_span_value(const struct cds_span *span, uint8_t reg, uint8_t otherwise);
+/* Describes what the packet `bytes`, a WRITE or REG WRITE, writes. Of a SYNC WRITE it is then
+ * before block `index`, and cds_written_next() goes on to that. False: the packet writes nothing.
+ */
+bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
 
-/* Is any of the registers `first` to `last` among them? */
-bool cds_span_touches(const struct cds_span *span, uint8_t first, uint8_t last);
+/* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
+bool cds_written_next(struct cds_written *written);
 
-enum cds_mode { CDS_MODE_UNKNOWN, CDS_MODE_POSITION, CDS_MODE_TURN };
+/* True if the packet is TORQUE_ENABLE = 0, and nothing else. */
+bool cds_written_is_torque_off(const uint8_t *bytes);
 
-/* Returns enum cds_mode. */
-static inline uint8_t cds_limits_mode(const struct cds_servo_state *servo)
-{
-    uint8_t cw = servo->cw_limit, ccw = servo->ccw_limit;
+/* Returns the byte of register `reg`, or NULL if it is not written. */
+const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg);
 
-    if ((cw | ccw) & CDS_ANGLE_SET)
-        return CDS_MODE_POSITION;
-    return cw & ccw ? CDS_MODE_TURN : CDS_MODE_UNKNOWN;
-}
+/* Returns the value of register `reg`, or `otherwise` if it is not written. */
+uint8_t cds_written_value(const struct cds_written *written, uint8_t reg, uint8_t otherwise);
 
-/* Is there any limit of its goal, or of its speed? */
-bool cds_limits_any(const struct cds_servo_state *servo);
+/* Returns CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go
+ * beyond a soft limit, or it is not known whether it would. A speed of 0 that is permitted is
+ * noted. */
+uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *servo,
+                         const struct cds_written *written);
 
-/* May this be written? CDS_OK, or CDS_LIMIT: with it, or with what it holds already, the servo
- * would go beyond a soft limit, or nobody knows whether it would. */
-enum cds_result cds_limits_check(const struct cds_servo_state *servo, const struct cds_span *span);
+/* As cds_limits_check() for goal and speed, `data` as in registers 0x1E to 0x21: shorter, because a
+ * cycle sets 50 of them in 4 ms. */
+enum cds_result cds_limits_check_goal(struct cds_servos *servos, struct cds_servo_state *servo,
+                                      const uint8_t *data);
 
-/* The same of goal and speed, `data` as of goal.h, by the short way: a cycle has 50 of them in
- * 4 ms. */
-enum cds_result cds_limits_check_goal(const struct cds_servo_state *servo, const uint8_t *data);
-
-/* The servo holds this: mode, goal and speed are known by that. */
-void cds_limits_take(struct cds_servo_state *servo, const struct cds_span *span);
+/* Takes mode, goal and speed over. A READ makes them known. A write leaves what is known of goal
+ * and speed; an angle limit that it may have changed is known only if it was, and the servo
+ * answered. True if an answer of the permit may have changed. */
+bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
+                      uint8_t source);
 
 #endif

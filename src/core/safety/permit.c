@@ -1,49 +1,340 @@
-/* The check of every packet before it is sent; see permit.h. Manual: 2.4; 3.1, registers 0x05, 0x06
- * to 0x09, 0x18, 0x1A to 0x21, 0x30. */
+/* The one door; see permit.h. Rows in the comments are those of docs/permit.md. Manual: 2.4; 3.1.
+ */
 #include "safety/permit.h"
 
-#include "cds55xx/control_table.h" // CDS_REG_RETURN_DELAY
+#include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/packet.h"        // CDS_AT_*
-#include "safety/part.h"
+#include "compiler.h"              // NOINLINE
+#include "safety/limits.h"         // cds_limits_check()
+#include "safety/servos_internal.h"
+#include "servo/goal.h" // CDS_GOAL_SIZE
 
-static bool sets_delay_below(const struct cds_span *span, uint8_t shortest)
+/* One packet under check. */
+struct check {
+    struct cds_walk walk; // first, as `written` in it: &check is also the address of both
+    const uint8_t *bytes;
+    uint8_t refused_id;
+    bool has_turn;     // `request` is to leave next: what reaches many servos is checked
+    bool is_goal;      // goal and speed are written, and no more
+    bool is_of_move;   // `request` carries the registered move
+    bool is_inhibited; // driving is, or was since this packet was checked last
+};
+
+/* ---- one servo ---- */
+
+/* Goal, speed (0 too), angle limit, or torque on. An angle limit changes the mode, and in endless
+ * turn the speed register makes the servo turn. */
+static inline bool drives(const struct cds_written *written)
 {
-    const uint8_t *delay = cds_span_byte(span, CDS_REG_RETURN_DELAY);
-
-    return delay && *delay < shortest;
+    return written->sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED) ||
+           (written->sets & CDS_SETS_TORQUE &&
+            cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-/* A WRITE, REG WRITE or SYNC WRITE, part by part. */
-static enum cds_result check_writes(const struct cds_servos *roster, const uint8_t *bytes)
+/* For servos of any ID, known or not: rows 3 and 7. */
+static NOINLINE uint8_t check_any(const struct check *check)
 {
-    const uint8_t *end = bytes + CDS_AT_LENGTH + bytes[CDS_AT_LENGTH];    // the checksum
-    struct cds_part part = {{bytes + CDS_AT_PARAMETERS + 2, 0, 0}, 0, 0}; // before the first block
+    const struct cds_written *written = &check->walk.written;
 
-    for (uint8_t i = 0; cds_part_of(bytes, i, &part); i++) {
-        if (roster->inhibited && cds_span_may_move(&part.span))
-            return CDS_INHIBITED;
-        if (sets_delay_below(&part.span, roster->shortest_delay))
-            return CDS_TOO_EARLY;
-    }
-    if (roster->inhibited && part.span.data + part.span.length != end)
-        return CDS_INHIBITED; // the last block is cut, or a write has no data
+    if (check->is_inhibited && drives(written))
+        return CDS_INHIBITED;
+    if (written->sets & CDS_SETS_REPLY &&
+        cds_written_value(written, CDS_REG_RETURN_DELAY, UINT8_MAX) <
+            check->walk.servos->shortest_delay)
+        return CDS_TOO_EARLY;
     return CDS_OK;
 }
 
-enum cds_result cds_permit_check(const struct cds_servos *roster, const uint8_t *bytes)
+/* Rows 20 to 22. A registered write may be carried out later, unnoticed: it must not change ID,
+ * rate, return delay, status return level or mode. */
+static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
-    uint8_t longest = CDS_LENGTH_MIN;
+    const struct cds_written *written = &check->walk.written;
 
-    switch (bytes[CDS_AT_INSTRUCTION]) {
+    if (written->sets & (CDS_SETS_ID | CDS_SETS_REPLY | CDS_SETS_MODE))
+        return CDS_LIMIT;
+    if (!servo->has_limits)
+        return CDS_OK;
+    if (!check->is_of_move || !check->is_goal)
+        return CDS_LIMIT;
+    return (uint8_t)cds_limits_check_goal(check->walk.servos, servo, written->data);
+}
+
+/* Rows 23 to 25. */
+static uint8_t check_action(const struct check *check, const struct cds_servo_state *servo)
+{
+    if (cds_servo_is_inhibited(servo))
+        return CDS_INHIBITED;
+    if (!servo->has_limits)
+        return CDS_OK;
+    return check->is_of_move && servo->is_registered && check->walk.servos->move_is_answered
+               ? CDS_OK
+               : CDS_LIMIT;
+}
+
+/* Rows 10 to 13. To a servo that is OFFLINE nothing that drives is sent alone; it stops no packet
+ * that others hear too. */
+static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_state *servo)
+{
+    const struct cds_written *written = &check->walk.written;
+    uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION];
+    uint8_t is_inhibited = cds_servo_is_inhibited(servo);
+
+    if (instruction == CDS_ACTION)
+        return check_action(check, servo);
+    if (servo->presence == CDS_PRESENCE_OFFLINE && check->bytes[CDS_AT_ID] != CDS_BROADCAST_ID &&
+        instruction != CDS_SYNC_WRITE)
+        is_inhibited = 1;
+    if (is_inhibited && drives(written))
+        return CDS_INHIBITED;
+    if (instruction == CDS_REG_WRITE)
+        return check_registered(check, servo);
+    if (check->is_goal)
+        return (uint8_t)cds_limits_check_goal(check->walk.servos, servo, written->data);
+    return cds_limits_check(check->walk.servos, servo, written);
+}
+
+/* Rows 40 and 41. */
+static uint8_t check_id(const struct check *check, const struct cds_servo_state *servo, uint8_t to)
+{
+    uint8_t id = check->bytes[CDS_AT_ID];
+
+    return cds_servos_may_become(check->walk.servos, servo, id, to) ? CDS_OK : CDS_LIMIT;
+}
+
+/* ---- many servos, some each call ---- */
+
+ALWAYS_INLINE enum cds_result check_goal(struct cds_servos *servos, struct cds_servo_state *servo,
+                                         const uint8_t *goal)
+{
+    return cds_servo_is_inhibited(servo) ? CDS_INHIBITED
+                                         : cds_limits_check_goal(servos, servo, goal);
+}
+
+static uint8_t check_block(struct check *check)
+{
+    const struct cds_written *written = &check->walk.written;
+    struct cds_servos *servos = check->walk.servos;
+    uint8_t result = check_any(check);
+
+    if (result != CDS_OK)
+        return result;
+    if (written->sets & CDS_SETS_ID && servos->count)
+        return CDS_LIMIT;
+    if (written->id > CDS_ID_MAX) // it may reach every servo, or none
+        return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
+    if (check->walk.servo)
+        return check_servo(check, check->walk.servo);
+    cds_servos_meet(servos, written->id, 0);
+    return CDS_OK;
+}
+
+static NOINLINE uint8_t check_many(struct check *check)
+{
+    struct cds_walk *walk = &check->walk;
+    uint8_t result;
+
+    if (!check->has_turn)
+        return CDS_PENDING;
+    while ((result = cds_walk_next(walk, 1)) == CDS_OK) {
+        if (!walk->is_sync_write)
+            result = check_servo(check, walk->servo);
+        else if (check->is_goal && walk->servo)
+            result = (uint8_t)check_goal(walk->servos, walk->servo, walk->written.data);
+        else
+            result = check_block(check);
+        if (result != CDS_OK) {
+            check->refused_id = walk->written.id;
+            return result;
+        }
+        walk->servos->walk_epoch = walk->servos->epoch; // what was found good still is
+        if (!check->is_goal && walk->servo && walk->servo->has_limits)
+            walk->budget = (int8_t)(walk->budget - 2); // such a check takes twice as long
+    }
+    if (result == CDS_PENDING)
+        return result;
+    // what a servo makes of a block that is cut is not known
+    return check->is_inhibited && walk->written.left ? CDS_INHIBITED : CDS_OK;
+}
+
+/* ---- the packet ---- */
+
+static uint8_t check_write(struct check *check, struct cds_servo_state *servo)
+{
+    struct cds_written *written = &check->walk.written;
+    struct cds_servos *servos = check->walk.servos;
+    const uint8_t *bytes = check->bytes;
+    uint8_t result, sets;
+
+    if (cds_written_is_torque_off(bytes))
+        return CDS_OK;
+    if (!cds_written_by(bytes, check->has_turn ? servos->walked : 0, written))
+        return check->is_inhibited ? CDS_INHIBITED : CDS_OK;
+    sets = written->sets;
+    check->is_goal = written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
+    if (check->is_inhibited &&
+        sets & (CDS_SETS_GAIN | CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED))
+        return CDS_INHIBITED;
+    if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE) {
+        if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
+            !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
+            return CDS_OK;
+        return check_many(check);
+    }
+    result = check_any(check);
+    if (result == CDS_OK && servo)
+        result = check_servo(check, servo);
+    if (result != CDS_OK)
+        return result;
+    if (written->id == CDS_BROADCAST_ID) {
+        if (sets & CDS_SETS_ID && servos->count)
+            return CDS_LIMIT;
+        return bytes[CDS_AT_INSTRUCTION] == CDS_WRITE && !(sets & CDS_SETS_DRIVE)
+                   ? CDS_OK
+                   : check_many(check);
+    }
+    if (sets & CDS_SETS_ID)
+        return check_id(check, servo, cds_written_value(written, CDS_REG_ID, written->id));
+    return CDS_OK;
+}
+
+static uint8_t check_action_or_reset(struct check *check, struct cds_servo_state *servo)
+{
+    struct cds_servos *servos = check->walk.servos;
+    bool is_to_all = check->bytes[CDS_AT_ID] == CDS_BROADCAST_ID;
+
+    if (check->is_inhibited)
+        return CDS_INHIBITED;
+    if (check->bytes[CDS_AT_INSTRUCTION] == CDS_ACTION) {
+        if (is_to_all)
+            return check_many(check);
+        return servo ? check_servo(check, servo) : CDS_OK;
+    }
+    if (is_to_all)
+        return servos->count && !servos->may_reset_all ? CDS_LIMIT : CDS_OK;
+    return check_id(check, servo, CDS_FACTORY_ID);
+}
+
+static inline uint8_t check_packet(struct check *check, struct cds_servo_state *servo)
+{
+    uint8_t instruction = check->bytes[CDS_AT_INSTRUCTION], longest = CDS_LENGTH_MIN;
+
+    if (check->is_of_move && !check->walk.servos->move_is_valid &&
+        (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
+        return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
+    switch (instruction) {
     case CDS_READ: longest = CDS_LENGTH_MIN + 2; // fall through
     case CDS_PING:
-        return roster->inhibited && bytes[CDS_AT_LENGTH] > longest ? CDS_INHIBITED : CDS_OK;
+        return check->is_inhibited && check->bytes[CDS_AT_LENGTH] > longest ? CDS_INHIBITED
+                                                                            : CDS_OK;
     case CDS_WRITE:
     case CDS_REG_WRITE:
-    case CDS_SYNC_WRITE:
-        if (roster->inhibited || bytes[CDS_AT_PARAMETERS] <= CDS_REG_RETURN_DELAY)
-            return check_writes(roster, bytes);
-        return CDS_OK;
-    default: return roster->inhibited ? CDS_INHIBITED : CDS_OK;
+    case CDS_SYNC_WRITE: return check_write(check, servo);
+    case CDS_ACTION:
+    case CDS_RESET: return check_action_or_reset(check, servo);
+    default:
+        return check->is_inhibited ? CDS_INHIBITED
+                                   : CDS_OK; // not in the manual: limits do not hold for it
     }
+}
+
+static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request *request,
+                                   struct cds_servo_state *servo)
+{
+    const uint8_t *bytes = request->packet.bytes;
+    struct check check;
+    const struct cds_request *current = servos->bus->request;
+    bool is_submitted = !current && request->permit_epoch == 0, has_turn = current == request;
+    uint8_t result;
+
+    if (!servo &&
+        (bytes[CDS_AT_INSTRUCTION] == CDS_WRITE || bytes[CDS_AT_INSTRUCTION] == CDS_REG_WRITE))
+        servo = cds_servos_meet(servos, bytes[CDS_AT_ID],
+                                bytes[CDS_AT_PARAMETERS] <= CDS_REG_STATUS_RETURN_LEVEL);
+    check.bytes = bytes;
+    check.refused_id = bytes[CDS_AT_ID];
+    check.walk.written.sets = check.walk.written.left = 0;
+    check.walk.servos = servos;
+    check.has_turn = has_turn || is_submitted; // else while another request is in flight, or just
+                                               // begins: the next poll goes on
+    check.is_goal = false;
+    if (check.has_turn)
+        cds_walk_begin(&check.walk, servos, request, servos->epoch);
+    if (is_submitted)
+        check.walk.budget--; // a submit takes longer than a poll
+    check.is_of_move = request == servos->move_request;
+    check.is_inhibited =
+        servos->is_inhibited ||
+        (request->permit_epoch && (int16_t)(servos->inhibit_epoch - request->permit_epoch) > 0);
+    result = check_packet(&check, servo);
+    if (result == CDS_PENDING) {
+        if (request->permit_epoch == 0) // an inhibit from now on refuses it, also if it ends before
+            request->permit_epoch = (uint16_t)(servos->epoch - 1u);
+        return result;
+    }
+    if (servos->walk_request == request)
+        servos->walk_request = NULL; // the next check of this request begins anew
+    if (result == CDS_OK)
+        request->permit_epoch = servos->epoch;
+    else
+        servos->refused_id = check.refused_id;
+    if (result == CDS_TOO_EARLY)
+        servos->too_early++;
+    return result;
+}
+
+enum cds_result cds_servos_permit(void *context, struct cds_request *request)
+{
+    struct cds_servos *servos = (struct cds_servos *)context;
+    const uint8_t *bytes = request->packet.bytes;
+    struct cds_servo_state *servo = NULL;
+    uint8_t instruction = bytes[CDS_AT_INSTRUCTION];
+
+    request->return_delay_us = servos->bus->return_delay_us;
+    request->is_muted = false;
+    if (bytes[CDS_AT_ID] <= CDS_ID_MAX)
+        servo = cds_servos_at(servos, bytes[CDS_AT_ID], &request->servo_index);
+    if (servo && !servos->is_paused && !request->ignores_servo_state) {
+        uint8_t level = servo->status_return_level;
+
+        if (servo->return_delay != CDS_SERVOS_UNKNOWN)
+            request->return_delay_us = (uint16_t)(2u * servo->return_delay);
+        if (level <= CDS_LEVEL_READ && instruction != CDS_PING) {
+            if (instruction != CDS_READ) {
+                request->is_muted = true;
+            } else if (level == CDS_LEVEL_PING) {
+                servos->refused_id = servo->id;
+                return CDS_NO_REPLY_DUE;
+            }
+        }
+    }
+    if (request->permit_epoch == servos->epoch ||
+        (!servos->is_inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
+        return CDS_OK;
+    return (enum cds_result)check_anew(servos, request, servo);
+}
+
+/* The entry is not where the caller has expected it. */
+static NOINLINE enum cds_result search_and_check_goal(struct cds_servos *servos, uint8_t id,
+                                                      uint8_t *index, const uint8_t *goal)
+{
+    struct cds_servo_state *servo = cds_servos_search(servos, id, index);
+
+    if (servo)
+        return check_goal(servos, servo, goal);
+    cds_servos_meet(servos, id, 0);
+    return CDS_OK;
+}
+
+enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index,
+                                       const uint8_t *goal)
+{
+    struct cds_servos *servos = (struct cds_servos *)context;
+    struct cds_servo_state *servo = &servos->states[*index];
+
+    if (servos->is_inhibited)
+        return CDS_INHIBITED;
+    if (*index >= servos->count || servo->id != id)
+        return search_and_check_goal(servos, id, index, goal);
+    return check_goal(servos, servo, goal);
 }

@@ -47,7 +47,7 @@ enum cds_result cds_feedback_take(struct cds_feedback *feedback, const struct cd
     }
     feedback->result = result & 31u;
     if (result == CDS_OK) {
-        cds_feedback_decode(feedback, request->packet.bytes);
+        cds_feedback_decode(feedback, request->reply);
         feedback->time_us = time_us;
         feedback->known = true;
     } else if (time_us - feedback->time_us >= TOO_OLD_US) {

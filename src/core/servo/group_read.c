@@ -1,142 +1,96 @@
 /* READs of many servos back to back; see group_read.h. */
 #include "cds55xx/group_read.h"
 
-#include "cds55xx/servo.h" // cds_servo_follow_read_()
+#include <string.h>
 
-#include "compiler.h" // NOINLINE
+#include "bus/steps_internal.h"   // cds_steps_poll()
+#include "cds55xx/servo.h"        // cds_servo_read()
+#include "wire/packet_internal.h" // cds_packet_set_id()
 
-/* Of the READ of servo `next`. */
-enum state {
-    TO_SEND,
-    SENT,
-    FOLLOWED, // SENT, and that of the servo behind it may begin as soon as it is over
-};
-
-#define COPIED_IN_TIME 12 // bytes: what follows the header has but two byte times
-
-void cds_group_read_begin(struct cds_group_read *read, struct cds_bus *bus,
-                          struct cds_request *request, const uint8_t *ids, uint8_t count,
-                          uint8_t address, uint8_t length, uint8_t *data,
-                          struct cds_group_answer *answers)
+enum cds_result cds_group_read_begin(struct cds_group_read *read,
+                                     const struct cds_group_read_config *config)
 {
-    *read = (struct cds_group_read){
-        .bus = bus,
-        .request = request,
-        .ids = ids,
-        .data = data,
-        .answers = answers,
-        .count = count,
-        .address = address,
-        .length = length,
-        .next = 0,
-        .state = TO_SEND,
-        .result = count ? CDS_OK : CDS_BAD_ARGUMENT,
-    };
-    for (; count; count--)
-        answers++->result = CDS_PENDING;
-}
+    enum cds_result result =
+        cds_steps_check(config->bus, config->request, CDS_PACKET_SIZE(2), config->length);
 
-/* Servo `next` is done with, so or so. */
-static inline void done(struct cds_group_read *read, uint8_t result)
-{
-    if (read->result == CDS_OK)
-        read->result = result;
-    read->next++;
-    read->state = TO_SEND;
-}
-
-/* Copies what servo `next` has answered, for its packet will be built over. */
-static uint8_t take_data(struct cds_group_read *read)
-{
-    const uint8_t *from = read->request->packet.bytes;
-    uint8_t left = read->length;
-    uint8_t *to = &read->data[(uint16_t)read->next * left];
-
-    if (read->request->length != left)
-        return CDS_REFUSED;
-    do {
-        *to++ = *from++;
-    } while (--left);
+    if (config->count == 0)
+        result = CDS_BAD_ARGUMENT;
+    if (result != CDS_OK)
+        return result;
+    *read = (struct cds_group_read){.config = *config};
+    for (uint8_t i = 0; i < config->count; i++)
+        config->answers[i].result = CDS_PENDING;
+    cds_steps_begin(&read->steps, config->bus, config->request);
     return CDS_OK;
 }
 
-/* Servo `next` was asked: what may be known of the one behind it is looked up while there is time.
- * What is right of address, length and buffer for the one is for the other. */
-static void look_ahead(struct cds_group_read *read)
+void cds_group_read_abort(struct cds_group_read *read)
 {
-    uint8_t behind = (uint8_t)(read->next + 1u);
-
-    read->state = SENT;
-    if (read->length <= COPIED_IN_TIME && behind < read->count && read->ids[behind] <= CDS_ID_MAX)
-        read->state = FOLLOWED;
+    cds_steps_abort(&read->steps);
 }
 
-/* Asks servo `next`, if it may be; its header may be on the wire already. */
-static void send(struct cds_group_read *read, uint8_t begun)
+/* The first READ is built. Each of the others is the READ before it with another ID. */
+static enum cds_result send(void *operation)
 {
-    uint8_t id = read->ids[read->next], result = CDS_OK;
+    struct cds_group_read *read = (struct cds_group_read *)operation;
+    const struct cds_group_read_config *config = &read->config;
+    struct cds_request *request = config->request;
+    uint8_t id = config->ids[read->next];
+    enum cds_result result;
 
-    if (!begun) {
-        result = cds_servo_may_read_(read->request, id, read->address, read->length);
-        if (result == CDS_OK)
-            begun = cds_bus_begin_(read->bus);
+    if (read->is_built && id <= CDS_ID_MAX) {
+        cds_packet_set_id(&request->packet, id);
+        return cds_bus_submit(config->bus, request);
     }
-    if (result == CDS_OK)
-        result = cds_servo_follow_read_(read->bus, read->request, begun, id, read->address,
-                                        read->length);
-    if (result == CDS_OK) {
-        look_ahead(read);
-    } else if (result != CDS_BUSY) { // an argument: nothing was sent to this servo
-        read->answers[read->next].result = result;
-        done(read, result);
-    }
+    result = cds_servo_read(config->bus, request, id, config->address, config->length);
+    read->is_built = result == CDS_OK;
+    return result;
 }
 
-/* The exchange is over. A short answer is copied while the header of the next READ is on the wire.
- */
-static void exchange_ended(struct cds_group_read *read, uint8_t begun)
+/* Notes the outcome of the READ of the servo before `next`, and copies its reply. */
+static void take(struct cds_group_read *read)
 {
-    uint8_t result = read->request->result, error = read->request->error, ended = read->next;
-    bool answers = result == CDS_OK;
-    struct cds_group_answer *answer;
+    uint8_t index = (uint8_t)(read->next - 1u), length = read->config.length;
+    struct cds_group_answer *answer = &read->config.answers[index];
+    uint8_t result = read->last_result;
 
-    if (answers)
-        result = take_data(read);
-    done(read, result);
-    if (read->next < read->count)
-        send(read, begun);
-    answer = &read->answers[ended];
+    read->is_ended = false;
+    if (read->first_result == CDS_OK)
+        read->first_result = result;
     answer->result = result;
-    if (answers)
-        answer->error = error;
-    if (result == CDS_OK) {
-        answer->time_us = cds_port_now_us();
-        answer->known = true;
-    }
+    if (result == CDS_OK || result == CDS_REFUSED)
+        answer->error = read->config.request->error;
+    if (result != CDS_OK)
+        return;
+    memcpy(&read->config.data[(uint16_t)index * length], read->config.request->reply, length);
+    answer->time_us = cds_port_now_us();
+    answer->known = true;
 }
 
-/* Apart, so that asking while the exchange goes on needs no frame. */
-NOINLINE static enum cds_result go_on(struct cds_group_read *read, uint8_t begun)
+static void ended(void *operation, enum cds_result result)
 {
-    if (read->state != TO_SEND)
-        exchange_ended(read, begun);
-    else if (read->next < read->count)
-        send(read, 0);
-    return read->next < read->count ? CDS_PENDING : (enum cds_result)read->result;
+    struct cds_group_read *read = (struct cds_group_read *)operation;
+
+    if (read->is_ended) // the submit to servo `next` was refused
+        take(read);
+    read->last_result = (uint8_t)result;
+    read->is_ended = true;
+    read->next++;
+    if (read->next < read->config.count)
+        return;
+    take(read);
+    cds_steps_end(&read->steps, (enum cds_result)read->first_result);
 }
 
-/* When an exchange is over the next one is first, as the bus is idle meanwhile. */
+/* The next READ is on its way before the reply of the last one is copied: error and reply of the
+ * request stay until the next poll of the bus. */
 enum cds_result cds_group_read_poll(struct cds_group_read *read)
 {
-    uint8_t begun = 0;
+    enum cds_result result = cds_steps_poll(&read->steps, read, send, ended);
 
-    if (read->state != TO_SEND) {
-        if (read->request->result == CDS_PENDING)
-            return CDS_PENDING;
-        if (read->state == FOLLOWED)
-            begun = cds_bus_begin_(read->bus);
-    }
-    return go_on(read, begun);
+    if (read->is_ended)
+        take(read);
+    return result;
 }
 
 uint32_t cds_group_read_age_us(const struct cds_group_answer *answer)

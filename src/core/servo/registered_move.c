@@ -1,255 +1,262 @@
 /* The registered move, step by step; see registered_move.h. */
 #include "cds55xx/registered_move.h"
 
-#include "cds55xx/servo.h" // cds_servo_reg_write(), cds_servo_read() ...
-#include "servo/goal.h"    // cds_goal_put()
-#include "compiler.h"      // OPTIMIZER_BARRIER(), NOINLINE
+#include <string.h>
 
-/* What is read after ACTION: the goal, and whether it is still registered. */
-#define OUTCOME_SIZE (CDS_REG_REGISTERED_INSTRUCTION - CDS_REG_GOAL_POSITION + 1)
+#include "bus/steps_internal.h"    // cds_steps_poll()
+#include "cds55xx/control_table.h" // CDS_REG_*
+#include "cds55xx/servo.h"         // cds_servo_reg_write()
+#include "compiler.h"              // NOINLINE
+#include "servo/goal.h"            // cds_goal_put()
 
-enum move_phase {
-    CHECK,     // the arguments
-    ARM,       // REG WRITE to each
-    INSPECT,   // READ of 0x2C of each: 1?
-    TRIGGER,   // ACTION to all
-    CONFIRM,   // READ of goal to 0x2C of each
-    DISARM,    // 0x2C = 0 to each that is, or may be, armed
-    READ_BACK, // ... and READ of it
-};
+/* Steps. All but ACTION are done for one goal after the other; READ_BACK follows each CLEAR. */
+enum phase {
+    REGISTER,  // REG WRITE
+    INSPECT,   // READ of 0x2C: 1?
+    ACTION,    // to all
+    CONFIRM,   // READ of goal to 0x2C
+    CLEAR,     // 0x2C = 0, unless the servo has nothing registered
+    READ_BACK, // READ of 0x2C: 0?
+} __attribute__((packed));
 
-void cds_registered_move_begin(struct cds_registered_move *move, struct cds_bus *bus,
-                               struct cds_request *request, struct cds_goal *goals, uint8_t count)
+static bool is_in_range(const struct cds_goal *goal)
 {
-    *move = (struct cds_registered_move){
-        .bus = bus,
-        .request = request,
-        .goals = goals,
-        .count = count,
-        .phase = CHECK,
-        .result = CDS_PENDING,
-    };
+    return goal->id <= CDS_ID_MAX && goal->position <= CDS_VALUE_MAX &&
+           goal->speed <= CDS_VALUE_MAX;
+}
+
+/* Sets what became of each goal to `result`, or to CDS_BAD_ARGUMENT if it is out of range. */
+static enum cds_result reset_goals(struct cds_goal *goals, uint8_t count)
+{
+    enum cds_result result = count ? CDS_OK : CDS_BAD_ARGUMENT;
+
     for (; count; count--, goals++) {
-        goals->result = CDS_PENDING;
         goals->error = 0;
-        goals->armed = CDS_ARMED_NO;
+        goals->registered = CDS_REGISTERED_NO;
+        goals->result = CDS_PENDING;
+        if (!is_in_range(goals))
+            goals->result = result = CDS_BAD_ARGUMENT;
     }
+    return result;
 }
 
-void cds_registered_move_set_verify(struct cds_registered_move *move)
+/* Tells the permit of the bus which request carries a registered move; NULL: none any more. */
+static void set_move(const struct cds_bus *bus, const struct cds_request *request)
 {
-    move->verified = true;
+    const struct cds_bus_hooks *hooks = bus->hooks;
+
+    if (hooks && hooks->set_move)
+        hooks->set_move(hooks->context, request);
 }
 
-static void enter(struct cds_registered_move *move, enum move_phase phase)
+enum cds_result cds_registered_move_begin(struct cds_registered_move *move,
+                                          const struct cds_registered_move_config *config)
 {
-    move->phase = (uint8_t)phase;
-    move->next = 0;
-    move->tries = 0;
+    uint8_t reply = config->verify ? CDS_REGISTERED_MOVE_VERIFY_REPLY : CDS_REGISTERED_MOVE_REPLY;
+    enum cds_result result =
+        cds_steps_check(config->bus, config->request, CDS_REGISTERED_MOVE_SIZE, reply);
+
+    if (result == CDS_OK)
+        result = reset_goals(config->goals, config->count);
+    if (result != CDS_OK)
+        return result;
+    *move = (struct cds_registered_move){
+        .goals = config->goals,
+        .count = config->count,
+        .verifies = config->verify,
+        .phase = REGISTER,
+    };
+    cds_steps_begin(&move->steps, config->bus, config->request);
+    set_move(config->bus, config->request);
+    return CDS_OK;
 }
 
-static void check(struct cds_registered_move *move)
-{
-    uint8_t room = move->verified ? CDS_GROUP_VERIFY_SIZE : CDS_REGISTERED_MOVE_SIZE;
-
-    enter(move, ARM);
-    if (move->request->packet.room < room)
-        move->result = CDS_NO_ROOM;
-    if (move->count == 0)
-        move->result = CDS_BAD_ARGUMENT;
-    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
-        if (goal->id > CDS_ID_MAX || goal->position > CDS_VALUE_MAX || goal->speed > CDS_VALUE_MAX)
-            move->result = goal->result = CDS_BAD_ARGUMENT;
-    }
-}
-
-/* Goal `next`, if there is one. */
+/* The goal of the step. */
 static NOINLINE struct cds_goal *current(const struct cds_registered_move *move)
 {
     return &move->goals[move->next];
 }
 
-/* Goal `next` has failed; the first reason stays. */
-static void fail(struct cds_registered_move *move, uint8_t result)
+static NOINLINE void enter(struct cds_registered_move *move, uint8_t phase)
 {
-    current(move)->result = result;
+    move->phase = phase;
+    move->next = 0;
+    move->retries = 0;
+    if (phase == CLEAR)
+        set_move(move->steps.bus, NULL);
+}
+
+/* The first reason stays. */
+static void note_reason(struct cds_registered_move *move, uint8_t reason)
+{
     if (move->reason == CDS_OK)
-        move->reason = result;
+        move->reason = reason;
 }
 
-/* Goal `next` is done with; behind the last of them comes `phase`. */
-static NOINLINE void advance(struct cds_registered_move *move, enum move_phase phase)
+/* Moves `next` to a goal that is to be cleared; after the last one the move ends. */
+static void skip_cleared(struct cds_registered_move *move)
 {
-    move->next++;
+    while (move->next < move->count && current(move)->registered == CDS_REGISTERED_NO)
+        move->next++;
     if (move->next == move->count)
-        enter(move, phase);
+        cds_steps_end(&move->steps, (enum cds_result)move->reason);
 }
 
-static enum cds_result arm(struct cds_registered_move *move, struct cds_goal *goal)
+/* ---- a step is sent ---- */
+
+static enum cds_result send_goal(struct cds_registered_move *move, struct cds_goal *goal)
 {
     uint8_t data[CDS_GOAL_SIZE];
     enum cds_result result;
 
     cds_goal_put(data, goal->position, goal->speed);
-    result = cds_servo_reg_write(move->bus, move->request, goal->id, CDS_REG_GOAL_POSITION, data,
-                                 sizeof data);
+    result = cds_servo_reg_write(move->steps.bus, move->steps.request, goal->id,
+                                 CDS_REG_GOAL_POSITION, data, sizeof data);
     if (result == CDS_OK)
-        goal->armed = CDS_ARMED_IN_DOUBT; // until it answers; a refusal may leave an earlier one
+        goal->registered = CDS_REGISTERED_IN_DOUBT; // a servo that refuses keeps an earlier write
     return result;
 }
 
-static void on_armed(struct cds_registered_move *move, uint8_t result)
+static enum cds_result send(void *operation)
 {
-    struct cds_goal *goal = current(move);
-
-    if (result == CDS_OK && goal->error & CDS_ERRORS_OF_PACKET)
-        result = CDS_REFUSED;
-    if (result == CDS_OK) {
-        goal->result = CDS_OK;
-        goal->armed = CDS_ARMED_YES;
-        advance(move, move->verified ? INSPECT : TRIGGER);
-    } else {
-        fail(move, result);
-        enter(move, DISARM);
-    }
-}
-
-/* 0x2C as it was read, at `index` of the reply, goes to goals[next].armed. */
-static uint8_t take_armed(struct cds_registered_move *move, uint8_t result, uint8_t index)
-{
-    struct cds_goal *goal = current(move);
-    uint8_t registered = 0;
-
-    if (result == CDS_OK)
-        result = (uint8_t)cds_request_byte(move->request, index, &registered);
-    goal->armed = registered ? CDS_ARMED_YES : CDS_ARMED_NO;
-    if (result != CDS_OK)
-        goal->armed = CDS_ARMED_IN_DOUBT;
-    return result;
-}
-
-static void on_inspected(struct cds_registered_move *move, uint8_t result)
-{
-    result = take_armed(move, result, 0);
-    if (result == CDS_OK && current(move)->armed == CDS_ARMED_NO)
-        result = CDS_REFUSED; // its power failed meanwhile
-    if (result == CDS_OK) {
-        advance(move, TRIGGER);
-    } else {
-        fail(move, result);
-        enter(move, DISARM);
-    }
-}
-
-static void on_triggered(struct cds_registered_move *move, uint8_t result)
-{
-    move->acted = result == CDS_OK || result == CDS_TIMEOUT || result == CDS_CORRUPT ||
-                  result == CDS_CANCELLED;
-    move->reason = result;
-    for (struct cds_goal *goal = move->goals; goal < move->goals + move->count; goal++) {
-        goal->result = result;
-        if (result == CDS_OK && !move->verified)
-            goal->armed = CDS_ARMED_NO;
-    }
-    enter(move, result == CDS_OK && move->verified ? CONFIRM : DISARM);
-}
-
-/* Has it the goal that was registered? */
-static bool is_at_goal(const struct cds_registered_move *move)
-{
-    const struct cds_goal *goal = current(move);
-    const uint8_t *bytes = move->request->packet.bytes;
-
-    return bytes[0] == (uint8_t)goal->position && bytes[1] == goal->position >> 8 &&
-           bytes[2] == (uint8_t)goal->speed && bytes[3] == goal->speed >> 8;
-}
-
-static void on_confirmed(struct cds_registered_move *move, uint8_t result)
-{
-    result = take_armed(move, result, OUTCOME_SIZE - 1);
-    if (result == CDS_OK && (current(move)->armed != CDS_ARMED_NO || !is_at_goal(move)))
-        result = CDS_REFUSED;
-    if (result != CDS_OK)
-        fail(move, result);
-    advance(move, DISARM);
-}
-
-/* Goal `next` was told to forget its move, and read: again, or the next one. */
-static void on_read_back(struct cds_registered_move *move, uint8_t result)
-{
-    take_armed(move, result, 0);
-    move->phase = DISARM;
-    if (current(move)->armed != CDS_ARMED_NO && move->tries < CDS_REGISTERED_MOVE_RETRIES) {
-        move->tries++;
-    } else {
-        move->tries = 0;
-        move->next++;
-    }
-}
-
-/* Whoever is not armed needs no disarming. Behind the last one the move is over. */
-static void skip_disarmed(struct cds_registered_move *move)
-{
-    while (move->next < move->count && current(move)->armed == CDS_ARMED_NO)
-        move->next++;
-    if (move->next == move->count)
-        move->result = move->reason;
-}
-
-/* The exchange of this phase is over, or could not even begin. */
-static void on_ended(struct cds_registered_move *move, uint8_t result)
-{
-    if (result == CDS_OK && move->phase <= CONFIRM && move->phase != TRIGGER)
-        current(move)->error = move->request->error;
-    switch (move->phase) {
-    case ARM: on_armed(move, result); break;
-    case INSPECT: on_inspected(move, result); break;
-    case TRIGGER: on_triggered(move, result); break;
-    case CONFIRM: on_confirmed(move, result); break;
-    case DISARM: move->phase = READ_BACK; break; // it may have heard, whatever it answered
-    default: on_read_back(move, result); break;
-    }
-    if (move->phase == DISARM)
-        skip_disarmed(move);
-}
-
-static enum cds_result send(struct cds_registered_move *move)
-{
-    struct cds_bus *bus = move->bus;
-    struct cds_request *request = move->request;
+    struct cds_registered_move *move = (struct cds_registered_move *)operation;
+    struct cds_bus *bus = move->steps.bus;
+    struct cds_request *request = move->steps.request;
     struct cds_goal *goal = current(move);
 
     switch (move->phase) {
-    case ARM: return arm(move, goal);
-    case TRIGGER: return cds_servo_action(bus, request, CDS_BROADCAST_ID);
+    case REGISTER: return send_goal(move, goal);
+    case ACTION: return cds_servo_action(bus, request, CDS_BROADCAST_ID);
     case CONFIRM:
-        return cds_servo_read(bus, request, goal->id, CDS_REG_GOAL_POSITION, OUTCOME_SIZE);
-    case DISARM:
+        return cds_servo_read(bus, request, goal->id, CDS_REG_GOAL_POSITION,
+                              CDS_REGISTERED_MOVE_VERIFY_REPLY);
+    case CLEAR:
         return cds_servo_write_byte(bus, request, goal->id, CDS_REG_REGISTERED_INSTRUCTION, 0);
     default: return cds_servo_read(bus, request, goal->id, CDS_REG_REGISTERED_INSTRUCTION, 1);
     }
 }
 
-static void send_next(struct cds_registered_move *move)
+/* ---- a step has ended ---- */
+
+/* Takes 0x2C, the last byte of the reply. Returns `result`, or CDS_REFUSED if it is not as the step
+ * wants it. */
+static uint8_t take_registered(const struct cds_registered_move *move, uint8_t result)
 {
-    enum cds_result result = send(move);
+    const struct cds_request *request = move->steps.request;
+    struct cds_goal *goal = current(move);
+    uint8_t registered = 0;
 
     if (result == CDS_OK)
-        move->sent = true;
-    else if (result != CDS_BUSY)
-        on_ended(move, (uint8_t)result);
+        result = (uint8_t)cds_request_byte(request, (uint8_t)(request->length - 1u), &registered);
+    goal->registered = registered ? CDS_REGISTERED_YES : CDS_REGISTERED_NO;
+    if (result != CDS_OK)
+        goal->registered = CDS_REGISTERED_IN_DOUBT;
+    else if ((goal->registered == CDS_REGISTERED_YES) != (move->phase == INSPECT))
+        result = CDS_REFUSED;
+    return result;
 }
+
+/* True if the reply has the goal and the speed that were registered. */
+static NOINLINE bool is_at_goal(const struct cds_registered_move *move, const struct cds_goal *goal)
+{
+    uint8_t data[CDS_GOAL_SIZE];
+
+    cds_goal_put(data, goal->position, goal->speed);
+    return memcmp(move->steps.request->reply, data, sizeof data) == 0;
+}
+
+/* A step other than ACTION, before the goals are cleared. */
+static void on_goal(struct cds_registered_move *move, uint8_t result)
+{
+    struct cds_goal *goal = current(move);
+    uint8_t phase = move->phase, next = ACTION;
+
+    if (move->steps.request->result == CDS_OK)
+        goal->error = move->steps.request->error;
+    if (phase != REGISTER)
+        result = take_registered(move, result);
+    else if (result == CDS_OK)
+        goal->registered = CDS_REGISTERED_YES;
+    if (phase == CONFIRM && result == CDS_OK && !is_at_goal(move, goal))
+        result = CDS_REFUSED;
+    goal->result = result;
+    note_reason(move, result);
+    if (phase == CONFIRM)
+        next = CLEAR;
+    else if (phase == REGISTER && move->verifies)
+        next = INSPECT;
+    move->next++;
+    if (result != CDS_OK && phase != CONFIRM)
+        enter(move, CLEAR);
+    else if (move->next == move->count)
+        enter(move, next);
+}
+
+static void on_action(struct cds_registered_move *move, uint8_t result)
+{
+    struct cds_goal *goal = move->goals;
+
+    move->acted = !cds_was_not_sent(result) && result != CDS_BAD_ARGUMENT;
+    note_reason(move, result);
+    for (uint8_t i = move->count; i; i--, goal++) {
+        goal->result = result;
+        if (result == CDS_OK && !move->verifies)
+            goal->registered = CDS_REGISTERED_NO;
+    }
+    enter(move, result == CDS_OK && move->verifies ? CONFIRM : CLEAR);
+}
+
+/* Goal `next` was cleared and read: once more, or the next goal. */
+static void on_read_back(struct cds_registered_move *move, uint8_t result)
+{
+    take_registered(move, result);
+    move->phase = CLEAR;
+    if (current(move)->registered != CDS_REGISTERED_NO &&
+        move->retries < CDS_REGISTERED_MOVE_RETRIES) {
+        move->retries++;
+    } else {
+        move->retries = 0;
+        move->next++;
+    }
+}
+
+static void ended(void *operation, enum cds_result result)
+{
+    struct cds_registered_move *move = (struct cds_registered_move *)operation;
+
+    switch (move->phase) {
+    case ACTION: on_action(move, (uint8_t)result); break;
+    case CLEAR: move->phase = READ_BACK; break; // whatever the answer was, it may be cleared
+    case READ_BACK: on_read_back(move, (uint8_t)result); break;
+    default: on_goal(move, (uint8_t)result); break;
+    }
+    if (move->is_called_off && move->phase < CLEAR)
+        enter(move, CLEAR);
+    if (move->phase == CLEAR)
+        skip_cleared(move);
+}
+
+/* ---- */
 
 enum cds_result cds_registered_move_poll(struct cds_registered_move *move)
 {
-    OPTIMIZER_BARRIER(move);
-    if (move->phase == CHECK)
-        check(move);
-    if (move->sent && move->request->result != CDS_PENDING) {
-        move->sent = false;
-        on_ended(move, move->request->result);
+    return cds_steps_poll(&move->steps, move, send, ended);
+}
+
+void cds_registered_move_abort(struct cds_registered_move *move)
+{
+    struct cds_steps *steps = &move->steps;
+
+    if (steps->result != CDS_PENDING || move->phase >= CLEAR)
+        return;
+    note_reason(move, CDS_CANCELLED);
+    if (steps->is_submitted) {
+        if (cds_bus_cancel(steps->bus, steps->request) != CDS_OK) {
+            move->is_called_off = true; // when the transaction has ended
+            return;
+        }
+        steps->is_submitted = false;
     }
-    if (move->result == CDS_PENDING && !move->sent)
-        send_next(move);
-    return (enum cds_result)move->result;
+    enter(move, CLEAR);
+    skip_cleared(move);
 }

@@ -3,52 +3,49 @@
 
 #include <stddef.h>
 
-#include "compiler.h" // NOINLINE
+#include "bus/bus_internal.h"     // cds_bus_submit_valid()
+#include "compiler.h"             // OPTIMIZER_BARRIER()
+#include "servo/servo_internal.h" // cds_servo_send()
+#include "wire/packet_internal.h" // cds_packet_start()
 
-/* Instead of that of repeat.c, where nothing is repeated. */
-__attribute__((weak)) uint8_t cds_bus_repeats_of_(const struct cds_bus *bus, const uint8_t *bytes)
-{
-    (void)bus, (void)bytes;
-    return 0;
-}
-
-/* A request on its way must not be built over, for its buffer is to be sent. */
-NOINLINE void cds_servo_start_(struct cds_request *request, const uint8_t *data, uint8_t count,
-                               uint8_t id, uint8_t instruction)
+NOINLINE void cds_servo_start(struct cds_request *request, const uint8_t *data, uint8_t count,
+                              uint8_t id, uint8_t instruction)
 {
     if (request->result != CDS_PENDING)
-        cds_packet_start_(&request->packet, data, count, id, instruction);
+        cds_packet_start(&request->packet, data, count, id, instruction);
 }
 
-/* Whole before its header leaves, if that has not begun: between the two a program with slow
- * handlers would let the line idle for longer than a servo waits. */
-NOINLINE uint8_t cds_servo_send_(struct cds_bus *bus, struct cds_request *request, uint8_t begun)
+/* No earlier result stays, which would be taken for the answer to this call. */
+static enum cds_result refuse(struct cds_request *request, enum cds_result result)
 {
-    uint8_t result;
+    request->result = result;
+    return result;
+}
+
+NOINLINE enum cds_result cds_servo_send(struct cds_bus *bus, struct cds_request *request)
+{
+    enum cds_result result;
     const uint8_t *bytes;
 
     OPTIMIZER_BARRIER(request);
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    result = (uint8_t)cds_packet_end(&request->packet);
+    result = cds_packet_end(&request->packet);
     if (result != CDS_OK)
-        return result;
+        return refuse(request, result);
     bytes = request->packet.bytes;
     request->reply_parameters = 0;
     if (bytes[CDS_AT_ID] == CDS_BROADCAST_ID && bytes[CDS_AT_INSTRUCTION] != CDS_PING)
-        request->reply_parameters = CDS_REPLY_NONE; // it is answered to PING only (R1)
-    request->any_length = false;                    // there is room for what is due
-    request->repeats = cds_bus_repeats_of_(bus, bytes);
-    if (!begun)
-        begun = cds_bus_begin_(bus);
-    return cds_bus_follow_(bus, request, begun);
+        request->reply_parameters = CDS_REPLY_NONE; // only PING is answered (R1)
+    request->any_length = false;
+    return cds_bus_submit_valid(bus, request);
 }
 
 static enum cds_result bare(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                             uint8_t instruction)
 {
-    cds_servo_start_(request, NULL, 0, id, instruction);
-    return (enum cds_result)cds_servo_send_(bus, request, 0);
+    cds_servo_start(request, NULL, 0, id, instruction);
+    return cds_servo_send(bus, request);
 }
 
 enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request, uint8_t id)
@@ -56,44 +53,25 @@ enum cds_result cds_servo_ping(struct cds_bus *bus, struct cds_request *request,
     return bare(bus, request, id, CDS_PING);
 }
 
-uint8_t cds_servo_may_read_(const struct cds_request *request, uint8_t id, uint8_t address,
-                            uint8_t length)
-{
-    uint8_t result;
-
-    if (request->result == CDS_PENDING)
-        return CDS_BUSY;
-    result = cds_packet_may_read_(&request->packet, id, address, length);
-    if (result != CDS_OK)
-        return result;
-    if (length > CDS_PACKET_SIZE(2) && length > request->packet.room)
-        return CDS_NO_ROOM;
-    return CDS_OK;
-}
-
-uint8_t cds_servo_follow_read_(struct cds_bus *bus, struct cds_request *request, uint8_t begun,
-                               uint8_t id, uint8_t address, uint8_t length)
-{
-    request->reply_parameters = length;
-    request->any_length = false; // there is room for what is due
-    cds_packet_build_read_(&request->packet, id, address, length);
-    request->repeats = cds_bus_repeats_of_(bus, request->packet.bytes);
-    return cds_bus_follow_(bus, request, begun);
-}
-
-/* For the one that is asked most the header is on the wire while the rest is built. */
 enum cds_result cds_servo_read(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                uint8_t address, uint8_t length)
 {
-    uint8_t result = cds_servo_may_read_(request, id, address, length);
+    struct cds_request *fields = request;
+    enum cds_result result;
 
-    if (result == CDS_OK) {
-        uint8_t begun = cds_bus_begin_(bus);
-
-        OPTIMIZER_BARRIER(request);
-        result = cds_servo_follow_read_(bus, request, begun, id, address, length);
-    }
-    return (enum cds_result)result;
+    OPTIMIZER_BARRIER(fields); // `request` stays where cds_bus_send() gets it: saves 10 cycles
+    if (fields->result == CDS_PENDING)
+        return CDS_BUSY;
+    fields->reply_parameters = length; // before the packet is built: saves 12 cycles
+    fields->any_length = false;
+    if (!cds_packet_is_length(length))
+        return refuse(request, CDS_BAD_ARGUMENT);
+    if (length > fields->reply_capacity)
+        return refuse(request, CDS_NO_ROOM);
+    result = cds_packet_read(&fields->packet, id, address, length);
+    if (result == CDS_OK)
+        return cds_bus_submit_valid(bus, request);
+    return refuse(request, result);
 }
 
 static enum cds_result with_data(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -102,8 +80,8 @@ static enum cds_result with_data(struct cds_bus *bus, struct cds_request *reques
 {
     if (request->result == CDS_PENDING)
         return CDS_BUSY;
-    cds_packet_begin_write_(&request->packet, id, instruction, address, data, length);
-    return (enum cds_result)cds_servo_send_(bus, request, 0);
+    cds_packet_begin_write(&request->packet, id, instruction, address, data, length);
+    return cds_servo_send(bus, request);
 }
 
 enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request, uint8_t id,
@@ -112,14 +90,14 @@ enum cds_result cds_servo_write(struct cds_bus *bus, struct cds_request *request
     return with_data(bus, request, id, CDS_WRITE, address, data, length);
 }
 
-/* A WRITE of `count` bytes from `address` on, which `data` begins with. */
+/* A WRITE of `count` bytes: data[0] is the address of the first, and they follow it. */
 static enum cds_result write_few(struct cds_bus *bus, struct cds_request *request, uint8_t id,
                                  const uint8_t *data, uint8_t count)
 {
-    if (!cds_packet_is_within_(data[0], count))
-        id = cds_packet_refused_id_(&request->packet, id);
-    cds_servo_start_(request, data, (uint8_t)(1 + count), id, CDS_WRITE);
-    return (enum cds_result)cds_servo_send_(bus, request, 0);
+    if (!cds_packet_is_within(data[0], count))
+        id = cds_packet_refused_id(&request->packet, id);
+    cds_servo_start(request, data, (uint8_t)(1 + count), id, CDS_WRITE);
+    return cds_servo_send(bus, request);
 }
 
 enum cds_result cds_servo_write_byte(struct cds_bus *bus, struct cds_request *request, uint8_t id,

@@ -11,7 +11,7 @@ void cds_link_open(struct cds_link *link, uint8_t port)
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
                      uint8_t begun)
 {
-    link->rx.tail = link->rx.head;
+    cds_ring_release(&link->rx, cds_ring_end(&link->rx));
     link->broken = CDS_LINK_WHOLE;
     __asm__ __volatile__("" ::: "memory"); // the packet is in memory before a handler may read it
     link->cursor = packet + begun;

@@ -4,17 +4,18 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "compiler.h" // NOINLINE
+#include "compiler.h"             // NOINLINE
+#include "wire/packet_internal.h" // cds_packet_append()
 
 #define LENGTH_OFFSET 4u // LENGTH counts what follows it: packet size less four
 
-#define GROWS (CDS_PACKET_GROWS + CDS_AT_PARAMETERS) // `size`: all but parameters was put
-#define REAL  2u // what the low byte of `size` is less than the bytes put
+#define BUILDING     (CDS_PACKET_BUILDING + CDS_AT_PARAMETERS) // `size`: all but parameters was put
+#define LOW_BYTE_LAG 2u // the bytes put are the low byte of `size` plus 2
 
 /* While a packet grows, the sum of its other bytes from the ID on stands in the place of LENGTH: so
  * its end costs the same however long it is. */
 
-NOINLINE void cds_packet_refuse_(struct cds_packet *packet)
+NOINLINE void cds_packet_refuse(struct cds_packet *packet)
 {
     packet->size |= CDS_PACKET_REFUSED;
 }
@@ -34,19 +35,19 @@ static inline void add(uint8_t *bytes, uint16_t at, const uint8_t *data, uint8_t
     bytes[CDS_AT_LENGTH] = (uint8_t)(bytes[CDS_AT_LENGTH] + sum);
 }
 
-NOINLINE uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *data, uint8_t count)
+NOINLINE uint8_t *cds_packet_append(struct cds_packet *packet, const uint8_t *data, uint8_t count)
 {
     uint16_t size, end;
     uint8_t *bytes;
 
     OPTIMIZER_BARRIER(packet);
     size = packet->size;
-    if (cds_packet_grows_(packet)) { // else it was ended, never begun, or refused
+    if (cds_packet_is_building(packet)) { // else it was ended, never begun, or refused
         end = (uint16_t)(size + count);
-        if (!(end & 0x100) && end < (uint16_t)(packet->room + CDS_PACKET_GROWS)) {
+        if (!(end & 0x100) && end < (uint16_t)(packet->capacity + CDS_PACKET_BUILDING)) {
             packet->size = end;
             bytes = packet->bytes;
-            add(bytes, (uint16_t)(size - CDS_PACKET_GROWS), data, count);
+            add(bytes, (uint16_t)(size - CDS_PACKET_BUILDING), data, count);
             return bytes;
         }
         size |= CDS_PACKET_NO_ROOM;
@@ -57,7 +58,7 @@ NOINLINE uint8_t *cds_packet_append_(struct cds_packet *packet, const uint8_t *d
 
 void cds_packet_put(struct cds_packet *packet, uint8_t byte)
 {
-    cds_packet_append_(packet, &byte, 1);
+    cds_packet_append(packet, &byte, 1);
 }
 
 void cds_packet_put_word(struct cds_packet *packet, uint16_t word)
@@ -77,23 +78,23 @@ static inline uint8_t *put_head(uint8_t *bytes, uint8_t id, uint8_t length, uint
     return bytes;
 }
 
-void cds_packet_start_(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
-                       uint8_t instruction)
+void cds_packet_start(struct cds_packet *packet, const uint8_t *data, uint8_t count, uint8_t id,
+                      uint8_t instruction)
 {
-    uint16_t size = GROWS;
+    uint16_t size = BUILDING;
 
-    if (packet->room >= CDS_PACKET_SIZE(0))
+    if (packet->capacity >= CDS_PACKET_SIZE(0))
         put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
     OPTIMIZER_BARRIER(size); // or gcc loads both bytes anew
     if (id == CDS_NO_ID)
         size |= CDS_PACKET_REFUSED;
     packet->size = size;
-    cds_packet_append_(packet, data, count); // or finds that there is no room
+    cds_packet_append(packet, data, count); // or finds that there is no room
 }
 
 void cds_packet_begin(struct cds_packet *packet, uint8_t id, uint8_t instruction)
 {
-    cds_packet_start_(packet, NULL, 0, id, instruction);
+    cds_packet_start(packet, NULL, 0, id, instruction);
 }
 
 uint8_t cds_packet_checksum(const uint8_t *bytes)
@@ -110,19 +111,19 @@ uint8_t cds_packet_checksum(const uint8_t *bytes)
 static inline void close(struct cds_packet *packet)
 {
     uint8_t *bytes = packet->bytes, at = (uint8_t)packet->size;
-    uint8_t length = (uint8_t)(at + REAL + 1 - LENGTH_OFFSET);
+    uint8_t length = (uint8_t)(at + LOW_BYTE_LAG + 1 - LENGTH_OFFSET);
     uint8_t sum = (uint8_t)(bytes[CDS_AT_LENGTH] + length);
 
-    packet->size = (uint16_t)(at + REAL + 1);
+    packet->size = (uint16_t)(at + LOW_BYTE_LAG + 1);
     bytes[CDS_AT_LENGTH] = length;
-    bytes[at + REAL] = (uint8_t)~sum;
+    bytes[at + LOW_BYTE_LAG] = (uint8_t)~sum;
 }
 
 enum cds_result cds_packet_end(struct cds_packet *packet)
 {
     uint16_t size = packet->size;
 
-    if (cds_packet_grows_(packet)) { // all was judged when it was put
+    if (cds_packet_is_building(packet)) { // all was judged when it was put
         close(packet);
         return CDS_OK;
     }
@@ -132,26 +133,6 @@ enum cds_result cds_packet_end(struct cds_packet *packet)
         packet->bytes[CDS_AT_LENGTH] == (uint8_t)(size - LENGTH_OFFSET))
         return CDS_OK; // it was ended before
     return CDS_BAD_ARGUMENT;
-}
-
-uint8_t cds_packet_may_read_(const struct cds_packet *packet, uint8_t id, uint8_t address,
-                             uint8_t length)
-{
-    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length) ||
-        id > CDS_ID_MAX)
-        return CDS_BAD_ARGUMENT;
-    return packet->room < CDS_PACKET_SIZE(2) ? CDS_NO_ROOM : CDS_OK;
-}
-
-void cds_packet_build_read_(struct cds_packet *packet, uint8_t id, uint8_t address, uint8_t length)
-{
-    uint8_t *to;
-
-    packet->size = CDS_PACKET_SIZE(2);
-    to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
-    *to++ = address;
-    *to++ = length;
-    *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
 }
 
 static enum cds_result bare(struct cds_packet *packet, uint8_t id, uint8_t instruction)
@@ -175,36 +156,44 @@ enum cds_result cds_packet_reset(struct cds_packet *packet, uint8_t id)
     return bare(packet, id, CDS_RESET);
 }
 
+/* The packet that is sent most is built at once. */
 enum cds_result cds_packet_read(struct cds_packet *packet, uint8_t id, uint8_t address,
                                 uint8_t length)
 {
-    uint8_t result = cds_packet_may_read_(packet, id, address, length);
+    uint8_t *to;
 
-    if (result == CDS_OK)
-        cds_packet_build_read_(packet, id, address, length);
-    return (enum cds_result)result;
+    if (!cds_packet_is_length(length) || !cds_packet_is_within(address, length) || id > CDS_ID_MAX)
+        return CDS_BAD_ARGUMENT;
+    if (packet->capacity < CDS_PACKET_SIZE(2))
+        return CDS_NO_ROOM;
+    packet->size = CDS_PACKET_SIZE(2);
+    to = put_head(packet->bytes, id, CDS_LENGTH_MIN + 2, CDS_READ);
+    *to++ = address;
+    *to++ = length;
+    *to = (uint8_t) ~(id + CDS_LENGTH_MIN + 2 + CDS_READ + address + length);
+    return CDS_OK;
 }
 
-void cds_packet_begin_write_(struct cds_packet *packet, uint8_t id, uint8_t instruction,
-                             uint8_t address, const uint8_t *data, uint8_t length)
+void cds_packet_begin_write(struct cds_packet *packet, uint8_t id, uint8_t instruction,
+                            uint8_t address, const uint8_t *data, uint8_t length)
 {
-    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length))
-        id = cds_packet_refused_id_(packet, id);
-    cds_packet_start_(packet, &address, 1, id, instruction);
-    cds_packet_append_(packet, data, length);
+    if (!cds_packet_is_length(length) || !cds_packet_is_within(address, length))
+        id = cds_packet_refused_id(packet, id);
+    cds_packet_start(packet, &address, 1, id, instruction);
+    cds_packet_append(packet, data, length);
 }
 
 enum cds_result cds_packet_write(struct cds_packet *packet, uint8_t id, uint8_t address,
                                  const uint8_t *data, uint8_t length)
 {
-    cds_packet_begin_write_(packet, id, CDS_WRITE, address, data, length);
+    cds_packet_begin_write(packet, id, CDS_WRITE, address, data, length);
     return cds_packet_end(packet);
 }
 
 enum cds_result cds_packet_reg_write(struct cds_packet *packet, uint8_t id, uint8_t address,
                                      const uint8_t *data, uint8_t length)
 {
-    cds_packet_begin_write_(packet, id, CDS_REG_WRITE, address, data, length);
+    cds_packet_begin_write(packet, id, CDS_REG_WRITE, address, data, length);
     return cds_packet_end(packet);
 }
 
@@ -214,23 +203,23 @@ enum cds_result cds_packet_sync_begin(struct cds_packet *packet, uint8_t address
     enum cds_result result = CDS_OK;
     uint8_t id = CDS_BROADCAST_ID;
 
-    if (!cds_packet_is_length_(length) || !cds_packet_is_within_(address, length)) {
-        id = cds_packet_refused_id_(packet, id);
+    if (!cds_packet_is_length(length) || !cds_packet_is_within(address, length)) {
+        id = cds_packet_refused_id(packet, id);
         result = CDS_BAD_ARGUMENT;
     }
-    cds_packet_start_(packet, where, 2, id, CDS_SYNC_WRITE);
+    cds_packet_start(packet, where, 2, id, CDS_SYNC_WRITE);
     return result;
 }
 
 void cds_packet_sync_add(struct cds_packet *packet, uint8_t id, const uint8_t *data)
 {
     // no length stands in the buffer where nothing was begun, or was refused
-    bool begun = (int16_t)packet->size > (int16_t)CDS_PACKET_GROWS + CDS_AT_SYNC_LENGTH;
+    bool begun = (int16_t)packet->size > (int16_t)CDS_PACKET_BUILDING + CDS_AT_SYNC_LENGTH;
 
     if (id > CDS_ID_MAX || !begun) {
-        cds_packet_refuse_(packet);
+        cds_packet_refuse(packet);
         return;
     }
-    cds_packet_append_(packet, &id, 1);
-    cds_packet_append_(packet, data, packet->bytes[CDS_AT_SYNC_LENGTH]);
+    cds_packet_append(packet, &id, 1);
+    cds_packet_append(packet, data, packet->bytes[CDS_AT_SYNC_LENGTH]);
 }

@@ -1,86 +1,134 @@
-/* Finding packets in a ring; see parser.h. */
+/* Finds and checks status packets in a ring; see parser.h. */
 #include "cds55xx/parser.h"
+
+#include <stddef.h>
 
 #include "compiler.h" // NOINLINE
 
-#define SUM_OF_ALL                                                                                 \
-    UINT8_MAX // of a packet from the ID on, with its checksum, which is ~ of the rest
+#define SUM_OF_PACKET UINT8_MAX // from the ID on, with the checksum, which is ~ of the rest
 
-ALWAYS_INLINE uint8_t peek(const struct cds_ring *ring, uint8_t at)
+/* As cds_ring_at(). The barrier lets gcc use X: two registers less to save, 8 cycles a call. */
+ALWAYS_INLINE uint8_t byte_at(const struct cds_ring *ring, uint8_t position)
 {
-    return ring->bytes[at & (CDS_RING_SIZE - 1)];
+    const volatile uint8_t *place = &ring->bytes[position & (CDS_RING_SIZE - 1)];
+
+    OPTIMIZER_BARRIER(place);
+    return *place;
 }
 
-/* Instead of that of account.c, where nothing is counted. */
-__attribute__((weak)) void cds_parser_note_stray_(struct cds_parser *parser)
+/* The candidate at the ring's tail is no packet. */
+static uint8_t reject(struct cds_parser *parser, struct cds_ring *ring)
 {
-    (void)parser;
+    cds_parser_skip_damage(parser, ring, cds_ring_after(cds_ring_begin(ring), 1));
+    return CDS_PARSED_MALFORMED;
 }
 
-NOINLINE void cds_parser_refute(struct cds_parser *parser, struct cds_ring *ring)
+/* Searches for a header, an ID and a LENGTH in range. HEAD: they stand at the ring's tail. */
+ALWAYS_INLINE uint8_t find_head(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
-    ring->tail++;
-    parser->is_clean = false;
-}
-
-NOINLINE uint8_t cds_parser_step(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
-{
-    uint8_t tail = ring->tail, steps = CDS_PARSER_SKIPPED_MAX + 1, id, length;
+    uint8_t at = cds_ring_begin(ring), offset = 0, left = CDS_PARSER_SKIPPED_MAX;
 
     for (;;) {
-        int8_t more = (int8_t)(end - tail - 1); // bytes, behind the first
+        uint8_t position = cds_ring_after(at, offset), byte;
 
-        if (more < 0)
-            return CDS_PARSED_MORE;
-        if (--steps == 0)
-            return CDS_PARSED_SKIPPED;
-        if (peek(ring, tail) != CDS_HEADER)
-            goto stray;
-        if (more == 0)
-            return CDS_PARSED_MORE;
-        if (peek(ring, (uint8_t)(tail + 1)) != CDS_HEADER) {
-            tail++;
-            goto stray;
+        if (position == end)
+            break;
+        byte = byte_at(ring, position);
+        offset++;
+        if (offset <= CDS_AT_ID) {
+            if (byte == CDS_HEADER)
+                continue;
+            parser->noise_bytes++;
+            at = cds_ring_after(at, offset);
+            offset = 0;
+        } else if (offset == CDS_AT_LENGTH) {
+            parser->id = byte;
+            if (byte != CDS_HEADER)
+                continue;
+            at = cds_ring_after(at, 1); // R27: the last two FF are the header
+            offset = CDS_AT_ID;
+        } else {
+            parser->length = byte;
+            if (byte < CDS_LENGTH_MIN || byte > parser->longest)
+                return reject(parser, ring);
+            parser->found = CDS_FOUND_LENGTH;
+            return CDS_PARSED_HEAD;
         }
-        if (more == CDS_AT_ID - 1)
-            return CDS_PARSED_MORE;
-        id = peek(ring, (uint8_t)(tail + CDS_AT_ID));
-        if (id == CDS_HEADER) // R27: still header; the last two count
-            goto drop;
-        if (more == CDS_AT_LENGTH - 1)
-            return CDS_PARSED_MORE;
-        parser->id = id;
-        length = peek(ring, (uint8_t)(tail + CDS_AT_LENGTH));
-        parser->length = length;
-        if (length < CDS_LENGTH_MIN || length > parser->longest) {
-            cds_parser_refute(parser, ring);
-            return CDS_PARSED_REFUTED;
+        cds_ring_release(ring, at);
+        if (--left == 0) {
+            parser->position = at;
+            return CDS_PARSED_SOME;
         }
-        if (more == CDS_AT_ERROR - 1)
-            return CDS_PARSED_MORE;
-        if (steps != CDS_PARSER_SKIPPED_MAX)
-            return CDS_PARSED_SKIPPED; // enough for one step
-        parser->error = peek(ring, (uint8_t)(tail + CDS_AT_ERROR));
-        return CDS_PARSED_HEAD;
-    stray:
-        cds_parser_note_stray_(parser);
-    drop:
-        ring->tail = ++tail;
     }
+    parser->position = end;
+    return CDS_PARSED_MORE;
 }
 
-NOINLINE bool cds_parser_take(struct cds_parser *parser, struct cds_ring *ring)
+/* In two steps, so that less is left to do when ERROR has come: at 1 Mbps and 16 MHz 110 cycles
+ * remain for each byte. */
+uint8_t cds_parser_find(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
 {
-    uint8_t at = (uint8_t)(ring->tail + CDS_AT_ID), sum = 0;
-    uint8_t end = (uint8_t)(ring->tail + parser->length + CDS_AT_LENGTH + 1);
+    uint8_t at, parsed, error;
 
-    do {
-        sum = (uint8_t)(sum + peek(ring, at++));
-    } while (at != end);
-    if (sum != SUM_OF_ALL) {
-        cds_parser_refute(parser, ring);
-        return false;
+    if (parser->found == CDS_FOUND_NOTHING) {
+        parsed = find_head(parser, ring, end);
+        if (parsed != CDS_PARSED_HEAD)
+            return parsed;
     }
-    ring->tail = end;
-    return true;
+    at = cds_ring_after(cds_ring_begin(ring), CDS_AT_ERROR);
+    parser->position = at;
+    if (at == end)
+        return CDS_PARSED_MORE;
+    error = byte_at(ring, at);
+    parser->error = error;
+    parser->sum = (uint8_t)(parser->id + parser->length + error);
+    parser->position = cds_ring_after(at, 1);
+    parser->end = cds_ring_after(at, (uint8_t)(parser->length - 1u));
+    parser->to = NULL;
+    parser->found = CDS_FOUND_HEAD;
+    return CDS_PARSED_HEAD;
+}
+
+uint8_t cds_parser_take_some(struct cds_parser *parser, struct cds_ring *ring, uint8_t end)
+{
+    uint8_t at = parser->position, last = parser->end, sum = parser->sum;
+
+    if (at != last) {
+        uint8_t *to = parser->to;
+
+        if (cds_ring_distance(at, end) > CDS_PARSER_TAKEN_MAX)
+            end = cds_ring_after(at, CDS_PARSER_TAKEN_MAX);
+        do {
+            uint8_t byte = byte_at(ring, at);
+
+            sum = (uint8_t)(sum + byte);
+            if (to)
+                *to++ = byte;
+            at = cds_ring_after(at, 1);
+            if (at == end) {
+                parser->position = at;
+                parser->sum = sum;
+                parser->to = to;
+                return CDS_PARSED_SOME;
+            }
+        } while (at != last);
+    }
+    sum = (uint8_t)(sum + byte_at(ring, at));
+    if (sum == SUM_OF_PACKET) {
+        at = cds_ring_after(at, 1);
+        parser->position = at;
+        parser->found = CDS_FOUND_NOTHING;
+        cds_ring_release(ring, at);
+        return CDS_PARSED_PACKET;
+    }
+    return reject(parser, ring);
+}
+
+NOINLINE void cds_parser_skip_damage(struct cds_parser *parser, struct cds_ring *ring,
+                                     uint8_t position)
+{
+    cds_ring_release(ring, position);
+    parser->position = position;
+    parser->found = CDS_FOUND_NOTHING;
+    parser->is_clean = false;
 }

@@ -81,12 +81,11 @@ struct scale {
 };
 
 static const CDS_FLASH struct scale scales[] = {
-    [CDS_UNIT_NONE] = {0, 0, 0},
     [CDS_UNIT_NUMBER] = {1, 1, UINT16_MAX},
     [CDS_UNIT_MDEG] = {CDS_MDEG_MAX, CDS_VALUE_MAX, CDS_VALUE_MAX},
     [CDS_UNIT_MARGIN_MDEG] = {CDS_MDEG_MAX, CDS_VALUE_MAX, UINT8_MAX},
-    [CDS_UNIT_MRPM] = {0, CDS_VALUE_MAX, CDS_VALUE_MAX}, // `per` is the profile's
-    [CDS_UNIT_SIGNED_MRPM] = {0, CDS_VALUE_MAX, CDS_VALUE_MAX},
+    [CDS_UNIT_MRPM] = {.of = CDS_VALUE_MAX, .top = CDS_VALUE_MAX}, // `per` is the profile's
+    [CDS_UNIT_SIGNED_MRPM] = {.of = CDS_VALUE_MAX, .top = CDS_VALUE_MAX},
     [CDS_UNIT_CPCT] = {CDS_CPCT_MAX, CDS_VALUE_MAX, CDS_VALUE_MAX},
     [CDS_UNIT_SIGNED_CPCT] = {CDS_CPCT_MAX, CDS_VALUE_MAX, CDS_VALUE_MAX},
     [CDS_UNIT_MV] = {100, 1, UINT8_MAX},

@@ -1,0 +1,99 @@
+/* The line between two packets, and deadlines; see line_internal.h. */
+#include "bus/line_internal.h"
+
+#include "compiler.h" // NOCLONE
+
+/* ---- time ---- */
+
+static uint16_t now_65ms(void)
+{
+    return (uint16_t)(cds_port_now_us() >> 16);
+}
+
+NOCLONE void cds_line_set_deadline(struct cds_bus *bus, uint16_t from, uint16_t bytes,
+                                   uint16_t more_us)
+{
+    bus->timer_wraps = cds_port_set_timer(bus->port, from, bytes, bus->byte_time_us, more_us);
+    if (bus->timer_wraps)
+        bus->deadline_65ms = (uint16_t)(now_65ms() + bus->timer_wraps + 1u);
+}
+
+/* The timer has expired: true if it was for the last time. A poll that comes more than a wrap late
+ * sees one expiry of several: then the clock decides. */
+NOCLONE uint8_t cds_line_take_expiry(struct cds_bus *bus)
+{
+    if (bus->timer_wraps == 0 || (int16_t)(now_65ms() - bus->deadline_65ms) >= 0)
+        return true;
+    bus->timer_wraps--;
+    cds_port_restart_timer(bus->port);
+    return false;
+}
+
+/* ---- the rest ---- */
+
+static uint16_t two_byte_times_us(const struct cds_bus *bus)
+{
+    return (uint16_t)(2u * bus->byte_time_us);
+}
+
+/* Microseconds from the beginning of the rest to `now_us`, 65535 at the most. */
+static NOCLONE uint16_t rested_us(const struct cds_bus *bus, uint32_t now_us)
+{
+    uint32_t elapsed_us = now_us - bus->rest_from_us;
+
+    return elapsed_us > UINT16_MAX ? UINT16_MAX : (uint16_t)elapsed_us;
+}
+
+NOCLONE void cds_line_rest(struct cds_bus *bus, uint16_t stale_us)
+{
+    uint32_t now_us = cds_port_now_us();
+
+    if (bus->rest_us > stale_us) {
+        uint16_t elapsed_us = rested_us(bus, now_us);
+
+        if (bus->rest_us > elapsed_us && (uint16_t)(bus->rest_us - elapsed_us) > stale_us)
+            stale_us = (uint16_t)(bus->rest_us - elapsed_us);
+    }
+    bus->rest_us = stale_us;
+    bus->rest_from_us = now_us;
+    bus->gate = (uint8_t)((bus->gate & ~GATE_LOW) | GATE_SUSPECT | GATE_STALE);
+}
+
+COLD void cds_line_check_rest(struct cds_bus *bus)
+{
+    uint16_t elapsed_us = rested_us(bus, cds_port_now_us());
+    uint8_t gate = bus->gate;
+
+    if (elapsed_us >= bus->rest_us) {
+        bus->rest_us = 0;
+        gate &= (uint8_t)~GATE_STALE;
+    }
+    bus->gate = gate;
+    if (cds_port_line_is_high(bus->port)) {
+        if (elapsed_us < two_byte_times_us(bus))
+            return;
+        if (gate & GATE_LOW)
+            cds_line_rest(bus, 0); // high for two byte times from now on
+        else
+            bus->gate &= (uint8_t)~GATE_LINE;
+    } else if (!(gate & GATE_LINE)) {
+        cds_line_rest(bus, 0);
+    } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
+        cds_line_rest(bus, 0);
+        bus->gate |= GATE_FAULT;
+    } else {
+        bus->gate |= GATE_LOW;
+    }
+}
+
+bool cds_bus_is_resting(const struct cds_bus *bus)
+{
+    return bus->gate & GATE_STALE;
+}
+
+enum cds_bus_line cds_bus_line(const struct cds_bus *bus)
+{
+    if (bus->gate & GATE_FAULT)
+        return CDS_BUS_LINE_FAULT;
+    return bus->gate & GATE_SUSPECT ? CDS_BUS_LINE_SUSPECT : CDS_BUS_LINE_QUIET;
+}

@@ -1,0 +1,26 @@
+/* The texts of results; see result.h. */
+#include "cds55xx/result.h"
+
+#include "flash.h" // CDS_FLASH
+
+#define TEXT_OF(name, number, text, remedy) static const CDS_FLASH char name##_TEXT[] = text;
+CDS_RESULTS(TEXT_OF)
+#undef TEXT_OF
+
+#define ENTRY_OF(name, number, text, remedy) [number] = name##_TEXT,
+static const CDS_FLASH char *const CDS_FLASH texts[] = {CDS_RESULTS(ENTRY_OF)};
+#undef ENTRY_OF
+
+uint8_t cds_result_text(uint8_t result, char *text, uint8_t capacity)
+{
+    uint8_t length = 0;
+
+    if (result < sizeof texts / sizeof texts[0]) {
+        const CDS_FLASH char *from = texts[result];
+
+        for (; from[length] && length < capacity - 1; length++)
+            text[length] = from[length];
+    }
+    text[length] = '\0';
+    return length;
+}
