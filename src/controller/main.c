@@ -329,7 +329,8 @@ __attribute__((noinline)) static void turn(void)
     robot_poll(&controller.robot);
     if (odd || !flooded)
         comes = poll_host();
-    robot_poll(&controller.robot); // again: goals are due, and a line of the console takes long
+    if (flooded)
+        robot_poll(&controller.robot); // again: goals are due, and a line may take long
     if (comes && controller.turns % KEPT_TURNS >= 2) // of these one is odd
         return;
     if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
