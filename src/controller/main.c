@@ -29,7 +29,7 @@
 #define POLLS        1500
 #define POLLS_OTHERS 150
 
-/* A turn takes a reply of up to 50 bytes in so many polls. */
+/* So many polls in a row take a reply of up to 50 bytes. */
 #define REPLY_POLLS 8
 
 /* So often is the host listened to in a turn while a packet comes in. */

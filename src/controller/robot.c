@@ -221,20 +221,25 @@ static bool begin_watch(struct robot *robot)
     return true;
 }
 
+/* The state check goes on beside the cycle; during all else it pauses. */
+NOINLINE static void poll_watch(struct robot *robot)
+{
+    if (robot->stopping || robot->watch_rests || robot_is_exclusive(robot))
+        return;
+    if (robot->servos.count != robot->watched && !begin_watch(robot))
+        return;
+    if (!robot->chosen)
+        robot_yield(robot);
+    cds_health_poll(&robot->watch);
+}
+
+/* While there is nothing to do, it saves no register: each turn of the main loop calls it. */
 void robot_poll(struct robot *robot)
 {
-    uint8_t count;
-
-    OPTIMIZER_BARRIER(robot);
-    count = robot->servos.count;
     if (!robot_idle(robot))
         poll_work(robot);
-    if (count && !robot->stopping && !robot->watch_rests && !robot_is_exclusive(robot) &&
-        (count == robot->watched || begin_watch(robot))) {
-        if (!robot->chosen)
-            robot_yield(robot);
-        cds_health_poll(&robot->watch);
-    }
+    if (robot->servos.count)
+        poll_watch(robot);
 }
 
 bool robot_add(struct robot *robot, uint8_t id)

@@ -96,7 +96,7 @@ class Programs(unittest.TestCase):
         self.assertEqual(run.status, 0, run.output)
         self.assertEqual(figure["result"], 2)  # CDS_TIMEOUT
         self.assertGreaterEqual(figure["us"], deadline_us)
-        self.assertLess(figure["us"], 300)  # as the limit of absent_us in test/bench/rows.tsv
+        self.assertLess(figure["us"], deadline_us + figure["submit_us"] + 20)
         self.assertLess(figure["submit_us"], 8 * 10)  # not even its own packet was waited for
         self.assertGreater(figure["turns"], 20)
 

@@ -22,6 +22,7 @@ enum {
 };
 
 #define HEAD_SIZE CDS_AT_ERROR // bytes of a reply before which a search is of no use
+#define STALE_US  (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US) // from the deadline to a stale reply
 
 /* ---- a packet begins ---- */
 
@@ -255,21 +256,19 @@ static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
 static COLD bool fail(struct cds_bus *bus)
 {
     const struct cds_request *request = bus->request;
-    uint16_t waited_us = (uint16_t)(request->return_delay_us + CDS_REPLY_MARGIN_US), stale_us = 0;
-    uint16_t *counter = &bus->stats.timeouts;
-    uint8_t result = CDS_TIMEOUT;
+    uint16_t stale_us = 0;
+    uint8_t result = bus->parser.is_clean ? CDS_TIMEOUT : CDS_CORRUPT;
 
     bus->parser.to = NULL; // a late reply must not be stored
-    if (!bus->parser.is_clean) {
-        result = CDS_CORRUPT;
-        counter = &bus->stats.corrupt;
-    }
-    ++*counter;
+    if (result == CDS_TIMEOUT)
+        bus->stats.timeouts++;
+    else
+        bus->stats.corrupt++;
     if (bus->state != CDS_BUS_SENDING_ONLY) {
         bus->last_id = request->packet.bytes[CDS_AT_ID];
         bus->last_result = result;
-        if (waited_us < CDS_STALE_REPLY_US)
-            stale_us = (uint16_t)(CDS_STALE_REPLY_US - waited_us);
+        if (request->return_delay_us < STALE_US)
+            stale_us = (uint16_t)(STALE_US - request->return_delay_us);
     }
     cds_line_rest(bus, stale_us);
     return finish(bus, result);
@@ -408,13 +407,13 @@ static COLD bool examine_to_end(struct cds_bus *bus)
         if (link->state != CDS_LINK_LISTENING)
             return wait_until_sent(bus); // no reply before the packet has left
         is_closing = bus->phase & RECEPTION_CLOSING;
-        if (!is_closing && cds_line_check_deadline(bus)) {
+        if (is_closing) {
+            end = bus->closing_end;
+        } else if (cds_line_check_deadline(bus)) {
             is_closing = RECEPTION_CLOSING;
             bus->phase |= RECEPTION_CLOSING;
             bus->closing_end = end;
         }
-        if (is_closing)
-            end = bus->closing_end;
     }
     if (is_broken && cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
         is_broken = 0; // behind the end

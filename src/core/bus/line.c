@@ -36,54 +36,58 @@ static uint16_t two_byte_times_us(const struct cds_bus *bus)
     return (uint16_t)(2u * bus->byte_time_us);
 }
 
-/* Microseconds from the beginning of the rest to `now_us`, 65535 at the most. */
-static NOCLONE uint16_t rested_us(const struct cds_bus *bus, uint32_t now_us)
+/* Microseconds since the rest began, 65535 at the most. */
+static NOCLONE uint16_t rested_us(const struct cds_bus *bus)
 {
-    uint32_t elapsed_us = now_us - bus->rest_from_us;
+    uint32_t elapsed_us = cds_port_now_us() - bus->rest_from_us;
 
     return elapsed_us > UINT16_MAX ? UINT16_MAX : (uint16_t)elapsed_us;
 }
 
+/* The rest under way counts from now on, and ends when it would have. Returns what remains. */
+ALWAYS_INLINE uint16_t count_from_now(struct cds_bus *bus)
+{
+    uint16_t elapsed_us = rested_us(bus), rest_us = bus->rest_us;
+
+    bus->rest_from_us += elapsed_us;
+    rest_us = rest_us > elapsed_us ? (uint16_t)(rest_us - elapsed_us) : 0;
+    bus->rest_us = rest_us;
+    return rest_us;
+}
+
 NOCLONE void cds_line_rest(struct cds_bus *bus, uint16_t stale_us)
 {
-    uint32_t now_us = cds_port_now_us();
-
-    if (bus->rest_us > stale_us) {
-        uint16_t elapsed_us = rested_us(bus, now_us);
-
-        if (bus->rest_us > elapsed_us && (uint16_t)(bus->rest_us - elapsed_us) > stale_us)
-            stale_us = (uint16_t)(bus->rest_us - elapsed_us);
-    }
-    bus->rest_us = stale_us;
-    bus->rest_from_us = now_us;
     bus->gate = (uint8_t)((bus->gate & ~GATE_LOW) | GATE_SUSPECT | GATE_STALE);
+    if (bus->rest_us > stale_us && count_from_now(bus) > stale_us)
+        return;
+    bus->rest_us = stale_us;
+    bus->rest_from_us = cds_port_now_us();
 }
 
 COLD void cds_line_check_rest(struct cds_bus *bus)
 {
-    uint16_t elapsed_us = rested_us(bus, cds_port_now_us());
+    uint16_t elapsed_us = rested_us(bus);
+    bool is_over = elapsed_us >= two_byte_times_us(bus);
     uint8_t gate = bus->gate;
 
     if (elapsed_us >= bus->rest_us) {
         bus->rest_us = 0;
         gate &= (uint8_t)~GATE_STALE;
     }
-    bus->gate = gate;
     if (cds_port_line_is_high(bus->port)) {
-        if (elapsed_us < two_byte_times_us(bus))
+        if (!is_over || !(gate & GATE_LOW)) {
+            bus->gate = is_over ? gate & (uint8_t)~GATE_LINE : gate;
             return;
-        if (gate & GATE_LOW)
-            cds_line_rest(bus, 0); // high for two byte times from now on
-        else
-            bus->gate &= (uint8_t)~GATE_LINE;
-    } else if (!(gate & GATE_LINE)) {
-        cds_line_rest(bus, 0);
-    } else if (gate & GATE_FAULT || elapsed_us >= two_byte_times_us(bus)) {
-        cds_line_rest(bus, 0);
-        bus->gate |= GATE_FAULT;
-    } else {
-        bus->gate |= GATE_LOW;
+        }
+    } else if (gate & GATE_LINE) {
+        if (!is_over && !(gate & GATE_FAULT)) {
+            bus->gate = gate | GATE_LOW;
+            return;
+        }
+        gate |= GATE_FAULT;
     }
+    bus->gate = gate;
+    cds_line_rest(bus, 0); // the two byte times begin anew
 }
 
 bool cds_bus_is_resting(const struct cds_bus *bus)
