@@ -15,6 +15,15 @@ from test_manual import manual_packets
 CONSOLES = ["cm510", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
 
 
+def copy_build_files(root):
+    """What make reads, without the sources."""
+    for name in ["mk", "boards", "test/boards", "scripts", "src/avr"]:
+        shutil.copytree(ROOT / name, root / name)
+    (root / "sim").mkdir()
+    for name in ["Makefile", "sim/sim.mk", "test/test.mk"]:
+        shutil.copy(ROOT / name, root / name)
+
+
 class Boards(unittest.TestCase):
     def test_all_packets_of_the_manual(self):
         for board in CONSOLES:
@@ -115,9 +124,7 @@ class NewBoard(unittest.TestCase):
     def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
-            shutil.copy(ROOT / "Makefile", root)
-            for name in ["boards", "test/boards", "scripts", "src/avr"]:
-                shutil.copytree(ROOT / name, root / name)
+            copy_build_files(root)
             new = root / "boards/new"
             (root / "boards/cm510").rename(new)
             for other in ["atmega128", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
@@ -145,9 +152,7 @@ class Make(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.root = pathlib.Path(folder.name)
-        shutil.copy(ROOT / "Makefile", self.root)
-        for name in ["boards", "test/boards", "scripts", "src/avr"]:
-            shutil.copytree(ROOT / name, self.root / name)
+        copy_build_files(self.root)
         (self.root / "bin").mkdir()
         self.fake_avrdude('echo "avrdude was called: $*"')
 

@@ -1,0 +1,37 @@
+# What the hot path costs: make bench.
+
+BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/bench/min.elf \
+	$(patsubst %,build/atmega128/bench/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 \
+	safe_read safe_calls safe_torque_off turnaround) \
+	$(patsubst %,build/%/bench/handlers.elf,arduino-mega arbotix) \
+	$(patsubst %,build/atmega128/program/%.elf,cycle50 cycle50_safe flood) build/arduino-mega/program/three_buses.elf
+
+## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
+.PHONY: bench
+bench: $(BENCH_NEEDS)
+	@scripts/bench.py
+
+## bench-scaling: how the cost grows from 1 to 50 servos; build/bench-scaling.tsv and .svg
+.PHONY: bench-scaling
+bench-scaling: $(BENCH_NEEDS)
+	@scripts/bench.py --scaling
+
+## bench-account: where the cycles of its figures go, function by function
+.PHONY: bench-account
+bench-account: $(BENCH_NEEDS)
+	@scripts/account.py
+
+## bench-docs: make bench, and its tables in README.md and docs/performance.md anew
+.PHONY: bench-docs
+bench-docs: $(BENCH_NEEDS)
+	@scripts/bench.py; scripts/bench.py --docs; scripts/account.py --docs
+
+## bench-ci: make bench twice, the same to the digit, its tables up to date
+.PHONY: bench-ci
+bench-ci: $(BENCH_NEEDS)
+	@scripts/bench.py
+	@scripts/bench.py --out build/bench-again.tsv > build/bench-again.log || \
+	  { cat build/bench-again.log; exit 1; }
+	@cmp build/bench.tsv build/bench-again.tsv
+	@scripts/bench.py --docs --check
+

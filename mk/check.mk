@@ -1,0 +1,37 @@
+# Checks, and documents that are made from tables.
+
+FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
+	test/*.[ch] test/*/*.[ch])
+
+GENERATED_DOCS := errors registers settings console device
+
+## check: format, layering, docs, headers, machine code; every board built, warnings as errors
+.PHONY: check
+check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
+	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
+	@echo '  CHECK    layering'; scripts/layering.py
+	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
+	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
+	@scripts/readme.py --check
+	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
+	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
+	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
+	@echo '  CHECK    headers'; scripts/headers.py
+	@$(MAKE) --no-print-directory size
+
+## eva: Frama-C Eva looks for run-time errors in ring, parser, packet, link and bus (2 min)
+.PHONY: eva
+eva:
+	@scripts/deps.sh eva
+	@scripts/eva.py
+
+## docs: write anew what docs and README quote from tables and commands
+.PHONY: docs
+docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
+	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
+	@scripts/readme.py
+
+## format: put all C into the project's format
+.PHONY: format
+format: tools
+	clang-format -i $(FORMATTED)

@@ -1,0 +1,52 @@
+# The simulator, build/host/cds55xx-sim, and what runs in it for people.
+
+CC := gcc
+HOST_COMMON := -std=gnu99 -g -D_GNU_SOURCE $(WARNINGS)
+SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer
+SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
+SIM_FLAGS += -DSIM_SCRIPTS_DIR='"$(CURDIR)/scripts"'
+SIM_LIBS := -lsimavr -lm
+SIM_SRC := $(wildcard sim/*.c)
+
+build/host/flags: force
+	$(call stamp,$(CC) $(SIM_FLAGS) $(SANITIZE))
+
+# $(1): variant, $(2): its flags
+define sim_rules
+build/host/$(1)/%.o: sim/%.c build/host/flags | tools
+	$$(call say,CC,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(CC) $$(SIM_FLAGS) $(2) $$(DEPFILES) -c $$< -o $$@
+endef
+$(eval $(call sim_rules,sim,-O2))
+$(eval $(call sim_rules,sim-checked,$(SANITIZE)))
+
+build/host/cds55xx-sim: $(SIM_SRC:sim/%.c=build/host/sim/%.o)
+	$(call say,LD,$@)
+	$(Q)$(CC) $^ $(SIM_LIBS) -o $@
+
+## sim: build/host/cds55xx-sim, the simulated controller, wire and servos
+.PHONY: sim
+sim: build/host/cds55xx-sim
+
+# ---- the main job ----------------------------------------------------------------------------------
+
+## demo: the manual's examples and a wave of 18 servos, in the simulator; see build/demo/
+.PHONY: demo
+demo: build/atmega128/controller.elf build/host/cds55xx-sim
+	@scripts/demo.sh
+
+SERVOS ?= 1-18
+HOST_BAUD ?= board
+
+## run: BOARD's firmware and servos (SERVOS=1-18) in real time, its console a pty (HOST_BAUD=client: the client's rate)
+.PHONY: run
+run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
+	@build/host/cds55xx-sim firmware $< --board $(BOARD) --servos $(SERVOS) --host pty \
+	  --host-baud $(HOST_BAUD)
+
+## sim-speed: how many times real time the simulator runs at on this machine
+.PHONY: sim-speed
+sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
+	@scripts/sim-speed.py $^
+
