@@ -28,8 +28,8 @@ INCLUDES := -Iinclude -Isrc/core -Ibuild/texts
 
 # The console's texts, packed.
 TEXTS := build/texts/texts.h
-$(TEXTS): scripts/texts.py scripts/console.py src/controller/command.h src/controller/commands.h \
-		src/controller/sentences.h src/controller/errors.h include/cds55xx/result.h \
+$(TEXTS): scripts/texts.py scripts/console.py src/controller/console/command.h src/controller/console/commands.h \
+		src/controller/console/messages.h src/controller/console/errors.h include/cds55xx/result.h \
 		include/cds55xx/diagnose.h | tools
 	$(call say,TEXTS,$@)
 	@mkdir -p $(@D)

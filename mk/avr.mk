@@ -16,20 +16,21 @@ CONTROLLER_CC := -fno-inline-small-functions -fno-move-loop-invariants
 
 CORE_SRC := $(wildcard src/core/*/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
-CONTROLLER_SRC := $(wildcard src/controller/*.c)
 EXAMPLE_SRC := $(wildcard examples/*.c)
 EXAMPLES := $(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples/%.elf))
 
-# The controller's own serial port to the PC, its EEPROM, watchdog and RAM are not the library's
-# business.
-OWN_SRC := $(addprefix src/avr/,serial.c eeprom.c watchdog.c memory.c)
-LIBRARY_SRC := $(CORE_SRC) $(filter-out $(OWN_SRC),$(AVR_SRC))
-FIRMWARE_SRC := $(CONTROLLER_SRC) $(OWN_SRC)
+LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)
+
+# The hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
+CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
+CONTROLLER_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c \
+	src/controller/console/commands/*.c src/controller/robot/*.c)
+FIRMWARE_SRC := $(CONTROLLER_SRC) $(CONTROLLER_AVR_SRC)
 
 # $(1): board, $(2): its folder. Its board.mk has just been included.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(OMIT:%=-DOMIT_%) $(INCLUDES) -Isrc/avr $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(OMIT:%=-DOMIT_%) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
 
 build/$(1)/flags: force

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""docs/console.md from the table of commands in src/controller/commands.h, and from a first session
+"""docs/console.md from the table of commands in src/controller/console/commands.h, and from a first session
 with the firmware in the simulator (atmega128, built). Prints the document.
 
 usage: console.py [--session]    --session: only the session, without what README leaves out
@@ -35,7 +35,7 @@ def texts(field):
 
 def commands():
     """(group, name, arguments, what, details, example) of each row, in the table's order."""
-    for name, group, rest in ROW.findall(table("src/controller/commands.h", "COMMANDS")):
+    for name, group, rest in ROW.findall(table("src/controller/console/commands.h", "COMMANDS")):
         fields = re.findall(rf"(?:{STRING}\s*)+|[^,\"]+", rest)
         strings = [texts(field) for field in fields if field.startswith('"')]
         yield group, name, *strings[1:]  # the first is what it takes
@@ -91,12 +91,12 @@ def main(arguments):
         print(shortened(session()), end="")
         return
     headings = {name: texts(text) for name, text in
-                HEADING.findall(table("src/controller/command.h", "COMMAND_GROUPS"))}
+                HEADING.findall(table("src/controller/console/command.h", "COMMAND_GROUPS"))}
     rows = list(commands())
     print(f"""# The console
 
 What the firmware takes and says on the host link, 8N1, at the board's rate. Written by `make docs` from
-the table in `src/controller/commands.h` and from a real run in the simulator.
+the table in `src/controller/console/commands.h` and from a real run in the simulator.
 
 One command a line, ended by Enter. The reply is zero or more lines, then `ok`, or `error N: text;
 remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help` lists the commands,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""docs/device.md from the register table in src/controller/device.h. Prints the document."""
+"""docs/device.md from the register table in src/controller/host/device.h. Prints the document."""
 import re
 
 ROW = re.compile(r'X\((\w+),\s*(\w+),\s*(\d+),\s*(\w+),\s*(\d+),\s*(\d+),\s*"([^"]*)",'
@@ -16,7 +16,7 @@ device's ID says can only be read with the device elsewhere.
 
 Words are low byte first. 0x03 to 0x0F are kept without power once SAVE was written; all others begin
 anew at each reset. Counters count modulo 65536. Written by `make docs` from
-`src/controller/device.h`.
+`src/controller/host/device.h`.
 
 | address | name | bytes | access | range | unit | |
 |---|---|---|---|---|---|---|"""
@@ -25,7 +25,7 @@ TAIL = """
 ## Many servos in one packet
 
 CDS55xx know single READ only. The device makes of it what two other controllers and Robotis have
-defined (`src/controller/gather.h`), and has the READ for the next servo ready when the answer of
+defined (`src/controller/host/bulk_read.h`), and has the READ for the next servo ready when the answer of
 the one before comes, so that the bus is hardly ever idle: `make feedback`.
 
 - **SYNC READ 0x84**, as USB2AX and ArbotiX have it, to 254 or to the device:
@@ -43,7 +43,7 @@ the one before comes, so that the bus is hardly ever idle: `make feedback`.
 
 
 def main():
-    text = open("src/controller/device.h").read().replace("\\\n", " ")
+    text = open("src/controller/host/device.h").read().replace("\\\n", " ")
     print(HEAD)
     rows = []
     for name, address, count, access, lowest, highest, unit, what in ROW.findall(text):
@@ -52,7 +52,7 @@ def main():
         rows.append((int(address, 0), f"| {address} | `{name}` | {count} | {access} | {lowest} to "
                      f"{highest} | {unit} | {what} |"))
     if len(rows) != text.count("    X("):
-        raise SystemExit("src/controller/device.h: a row is not understood")
+        raise SystemExit("src/controller/host/device.h: a row is not understood")
     for _, row in sorted(rows):
         print(row)
     print(TAIL, end="")

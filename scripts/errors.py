@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """docs/errors.md from the two tables of errors, include/cds55xx/result.h and
-src/controller/errors.h, and the findings of include/cds55xx/diagnose.h. Prints the document."""
+src/controller/console/errors.h, and the findings of include/cds55xx/diagnose.h. Prints the document."""
 import re
 
 ROW = re.compile(r'X\((\w+),\s*(\d+),\s*"([^"]*)",\s*"([^"]*)"\)')
-SOURCES = ["include/cds55xx/result.h", "src/controller/errors.h"]
+SOURCES = ["include/cds55xx/result.h", "src/controller/console/errors.h"]
 FINDINGS = "include/cds55xx/diagnose.h"
 
 
@@ -29,7 +29,7 @@ def main():
     print("# Errors\n")
     print("Results of the library (`enum cds_result`) and numbered errors of the console, which says")
     print("`error N: text; remedy`. Written by `make docs` from the tables in")
-    print("`include/cds55xx/result.h` and `src/controller/errors.h`.\n")
+    print("`include/cds55xx/result.h` and `src/controller/console/errors.h`.\n")
     table(SOURCES)
     print("\n## Findings\n")
     print("What a diagnosis ends with (`enum cds_finding`), written from the table in")

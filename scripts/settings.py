@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""docs/settings.md from the table of settings in src/controller/settings.h. Prints the document."""
+"""docs/settings.md from the table of settings in src/controller/robot/settings.h. Prints the document."""
 import re
 
-TEXT = open("src/controller/settings.h").read().replace("\\\n", " ")
+TEXT = open("src/controller/robot/settings.h").read().replace("\\\n", " ")
 ROW = re.compile(r'X\((\w+),\s*(\d),\s*(\d+),\s*(\d+),\s*(\d+),\s*"([^"]*)",\s*((?:"[^"]*"\s*)+)\)')
 
 
@@ -10,7 +10,7 @@ def main():
     version = re.search(r"SETTINGS_VERSION = (\d+)", TEXT)[1]
     print("# Settings\n")
     print("What the controller remembers without power, by name (console: `settings NAME VALUE`, `save`) and")
-    print("by number. Written by `make docs` from `src/controller/settings.h`; version of the record in the")
+    print("by number. Written by `make docs` from `src/controller/robot/settings.h`; version of the record in the")
     print(f"EEPROM: {version}.\n")
     print("| number | name | bytes | default | range | unit | what |")
     print("|---|---|---|---|---|---|---|")

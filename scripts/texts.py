@@ -24,7 +24,7 @@ def by_number(*tables):
 def headings():
     """(name, heading, number of the first command) of each group."""
     groups = [group for group, *_ in console.commands()]
-    names = console.HEADING.findall(console.table("src/controller/command.h", "COMMAND_GROUPS"))
+    names = console.HEADING.findall(console.table("src/controller/console/command.h", "COMMAND_GROUPS"))
     if list(dict.fromkeys(groups)) != [name for name, _ in names] or groups != sorted(
             groups, key=groups.index):
         raise SystemExit("commands.h: the rows do not stand in the order of COMMAND_GROUPS")
@@ -39,9 +39,9 @@ def tables():
     yield "EXAMPLE", [example for *_, example in rows]
     yield "HEADING", [f"{heading}:" for _, heading, _ in headings()]
     yield "ERROR", by_number(("include/cds55xx/result.h", "CDS_RESULTS"),
-                             ("src/controller/errors.h", "CONSOLE_ERRORS"))
+                             ("src/controller/console/errors.h", "CONSOLE_ERRORS"))
     yield "FINDING", by_number(("include/cds55xx/diagnose.h", "CDS_FINDINGS"))
-    for name, text in console.HEADING.findall(console.table("src/controller/sentences.h",
+    for name, text in console.HEADING.findall(console.table("src/controller/console/messages.h",
                                                             "SENTENCES")):
         yield name, [console.texts(text)]
 

@@ -8,11 +8,11 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "bridge.h"
-#include "console.h"
-#include "input.h"
+#include "host/bridge.h"
+#include "console/console.h"
+#include "console/input.h"
 #include "port_fake.h"
-#include "values.h"
+#include "host/device_registers.h"
 
 #define ROOM 2048
 

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "../src/avr/eeprom.h" // what is implemented here
+#include "avr/eeprom_driver.h" // what is implemented here
 
 struct eeprom_fake eeprom_fake;
 

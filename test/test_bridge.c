@@ -1,14 +1,14 @@
 /* The bridge, the virtual device and the reads of many servos, between host bytes and bus bytes. */
 #include <string.h>
 
-#include "bridge.h"
+#include "host/bridge.h"
 #include "cds55xx/control_table.h"
 #include "cds55xx/servo.h"
 #include "eeprom_fake.h"
-#include "input.h"
+#include "console/input.h"
 #include "port_fake.h"
 #include "unity.h"
-#include "values.h"
+#include "host/device_registers.h"
 
 static struct cds_bus bus;
 static struct cds_ring input, text, output;

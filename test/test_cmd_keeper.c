@@ -2,9 +2,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "console.h"
+#include "console/console.h"
 #include "eeprom_fake.h"
-#include "input.h"
+#include "console/input.h"
 #include "port_fake.h"
 #include "unity.h"
 

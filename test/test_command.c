@@ -1,11 +1,11 @@
 /* The table of commands, and lines that are read by it. */
 #include <string.h>
 
-#include "commands.h"
-#include "errors.h"
-#include "input.h"
+#include "console/commands.h"
+#include "console/errors.h"
+#include "console/input.h"
 #include "texts.h"
-#include "writer.h"
+#include "console/printer.h"
 #include "unity.h"
 
 static uint8_t packet[258];

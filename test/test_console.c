@@ -2,10 +2,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "console.h"
-#include "errors.h"
-#include "host.h"
-#include "input.h"
+#include "console/console.h"
+#include "console/errors.h"
+#include "host/host_demux.h"
+#include "console/input.h"
 #include "port_fake.h"
 #include "unity.h"
 

@@ -1,8 +1,8 @@
 /* The line being typed, and its echo. */
 #include <string.h>
 
-#include "editor.h"
-#include "input.h"
+#include "console/editor.h"
+#include "console/input.h"
 #include "unity.h"
 
 static struct cds_ring ring;

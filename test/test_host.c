@@ -1,8 +1,8 @@
 /* The host link: bytes in; text, marks and packets out. */
 #include <string.h>
 
-#include "host.h"
-#include "input.h"
+#include "host/host_demux.h"
+#include "console/input.h"
 #include "port_fake.h"
 #include "unity.h"
 

@@ -1,10 +1,10 @@
 /* The window after a reset in which a person gets the host link back at the board's own rate. */
-#include "host_rescue.h"
+#include "host/host_rescue.h"
 
 #include <string.h>
 
-#include "input.h"
-#include "keeper.h" // KEEPER_RESET_...
+#include "console/input.h"
+#include "robot/failsafe.h" // KEEPER_RESET_...
 #include "port_fake.h"
 #include "unity.h"
 

@@ -1,6 +1,6 @@
 /* The keeper of the robot: loss of the host link, torque off, alarms; and the crew it looks after.
  */
-#include "keeper.h"
+#include "robot/failsafe.h"
 
 #include <string.h>
 

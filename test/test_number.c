@@ -1,9 +1,9 @@
 /* Numbers with units, in and out. */
 #include <string.h>
 
-#include "errors.h"
-#include "input.h"
-#include "number.h"
+#include "console/errors.h"
+#include "console/input.h"
+#include "console/number.h"
 #include "unity.h"
 
 static struct token token;

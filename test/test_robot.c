@@ -1,5 +1,5 @@
 /* The robot's servos: who joins, who is looked at, who is held. */
-#include "robot.h"
+#include "robot/robot.h"
 
 #include <stddef.h>
 #include <string.h>

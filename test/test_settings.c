@@ -1,9 +1,9 @@
 /* The settings' table, and their record in the EEPROM, also when the power goes. */
-#include "settings.h"
+#include "robot/settings.h"
 
 #include <string.h>
 
-#include "crc.h"
+#include "robot/crc.h"
 #include "eeprom_fake.h"
 #include "unity.h"
 

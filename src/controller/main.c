@@ -2,21 +2,21 @@
  * servos; and a keeper for when nobody looks. */
 #include <stddef.h>
 
-#include "bridge.h"
+#include "host/bridge.h"
 #include "cds55xx_avr.h"
-#include "console.h"
-#include "device.h"
-#include "host.h"
-#include "host_rescue.h"
-#include "inhibit.h"
-#include "idle.h"
-#include "keeper.h"
-#include "memory.h"
-#include "robot.h"
-#include "serial.h"
+#include "console/console.h"
+#include "host/device.h"
+#include "host/host_demux.h"
+#include "host/host_rescue.h"
+#include "robot/inhibit.h"
+#include "avr/idle.h"
+#include "robot/failsafe.h"
+#include "avr/memory.h"
+#include "robot/robot.h"
+#include "avr/serial.h"
 #include "texts.h" // TEXT_HOST_RESCUED
-#include "values.h"
-#include "watchdog.h"
+#include "host/device_registers.h"
+#include "avr/watchdog.h"
 
 /* Until the last byte has left at the lowest rate, 2 000 000 / 256 bit/s, once the ring is empty:
  * two are with the transmitter. */

@@ -1,12 +1,12 @@
 /* The firmware, its own main.c, whose cycle is begun at once: 18 servos at 250 Hz, all goals and as
  * much feedback as there is time for. For a host that floods the link meanwhile. The cycle stands
  * where the firmware has it: of a second one, the stack of 4 KiB of RAM would run into the data. */
-#include "../../src/controller/robot.h"
+#include "robot/robot.h"
 
 static void begin_once(void);
 #define robot_poll(robot) (begin_once(), robot_poll(robot))
 
-#include "../../src/controller/main.c"
+#include "main.c"
 
 /* In each turn, before the robot is polled. */
 static void begin_once(void)

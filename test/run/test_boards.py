@@ -17,7 +17,7 @@ CONSOLES = ["cm510", "arbotix", "test/boards/adapter", "test/boards/adapter-echo
 
 def copy_build_files(root):
     """What make reads, without the sources."""
-    for name in ["mk", "boards", "test/boards", "scripts", "src/avr"]:
+    for name in ["mk", "boards", "test/boards", "scripts", "src/avr", "src/controller/avr"]:
         shutil.copytree(ROOT / name, root / name)
     (root / "sim").mkdir()
     for name in ["Makefile", "sim/sim.mk", "test/test.mk"]:
@@ -69,7 +69,7 @@ class Boards(unittest.TestCase):
 class NewBoard(unittest.TestCase):
     """Mistakes in the two files of a board of one's own: what the first error says."""
 
-    def header(self, board, chip, pattern="", text="", source="usart.c"):
+    def header(self, board, chip, pattern="", text="", source="src/avr/usart.c"):
         """The first error of `source` for `board`, where in board.h `text` is put for `pattern`."""
         before = (ROOT / f"boards/{board}/board.h").read_text()
         after = re.sub(pattern, text, before)
@@ -78,7 +78,7 @@ class NewBoard(unittest.TestCase):
             (pathlib.Path(folder) / "board.h").write_text(after)
             status, output = call(
                 "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall",
-                "-Wextra", "-Iinclude", "-Isrc/avr", f"-I{folder}", "-c", f"src/avr/{source}", "-o",
+                "-Wextra", "-Iinclude", "-Isrc/avr", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
                 "/dev/null", cwd=ROOT)
         errors = re.findall(r"error: (.*)", output)
         self.assertEqual(status != 0, bool(errors), output)
@@ -88,7 +88,7 @@ class NewBoard(unittest.TestCase):
         for board, chip in [("cm510", "atmega2561"), ("arduino-mega", "atmega2560"),
                             ("arduino-uno", "atmega328p"), ("arbotix", "atmega644p"),
                             ("cm510", "atmega1281"), ("arduino-uno", "atmega168")]:
-            for source in ["usart.c", "clock.c", "now.c"]:
+            for source in ["src/avr/usart.c", "src/avr/clock.c", "src/avr/now.c"]:
                 self.assertEqual(self.header(board, chip, source=source), "")
 
     def test_what_is_missing_is_named(self):
@@ -114,12 +114,12 @@ class NewBoard(unittest.TestCase):
                       self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
         for timer, chip in [("2", "atmega2561"), ("0", "atmega328p"), ("3", "atmega328p")]:
             self.assertIn("BOARD_CLOCK_TIMER is no 16-bit timer of this chip", self.header(
-                "cm510", chip, r"TIMER 1", f"TIMER {timer}", "clock.c"))
-        self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3", "clock.c"), "")
+                "cm510", chip, r"TIMER 1", f"TIMER {timer}", "src/avr/clock.c"))
+        self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3", "src/avr/clock.c"), "")
 
     def test_a_console_without_a_host_link_is_named(self):
         self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",
-                      self.header("arduino-uno", "atmega328p", source="serial.c"))
+                      self.header("arduino-uno", "atmega328p", source="src/controller/avr/serial.c"))
 
     def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
         with tempfile.TemporaryDirectory() as folder:

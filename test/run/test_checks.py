@@ -48,7 +48,7 @@ class Layering(unittest.TestCase):
         self.breach("src/core/bus/bus.c", '#include "board.h"')
 
     def test_controller_must_not_know_a_register(self):
-        self.breach("src/controller/console.c", "int x = UCSR0A;")
+        self.breach("src/controller/console/console.c", "int x = UCSR0A;")
 
     def test_avr_port_includes_no_more_of_the_core_than_the_seam(self):
         self.breach("src/avr/usart.c", '#include "cds55xx/bus.h"')

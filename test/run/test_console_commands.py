@@ -38,10 +38,10 @@ def rows(path, name, fields):
     return found
 
 
-COMMANDS = rows("src/controller/commands.h", "COMMANDS", 10)
+COMMANDS = rows("src/controller/console/commands.h", "COMMANDS", 10)
 ERRORS = {int(row[1]): row[2] + "; " + row[3]
           for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
-                              ("src/controller/errors.h", "CONSOLE_ERRORS")]
+                              ("src/controller/console/errors.h", "CONSOLE_ERRORS")]
           for row in rows(path, table, 4).values()}
 
 

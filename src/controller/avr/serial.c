@@ -1,0 +1,38 @@
+/* The controller's serial port to the PC; see serial.h. */
+#include "avr/serial.h"
+
+#define DIVISOR ((F_CPU + 4UL * BOARD_HOST_BAUD) / (8UL * BOARD_HOST_BAUD))
+#if DIVISOR < 1 || DIVISOR > 4096 || F_CPU * 100 > 8UL * DIVISOR * BOARD_HOST_BAUD * 103 ||        \
+    F_CPU * 100 < 8UL * DIVISOR * BOARD_HOST_BAUD * 97
+#error "BOARD_HOST_BAUD cannot be made within 3 %"
+#endif
+
+void serial_open(struct serial *serial, uint16_t divisor)
+{
+    SERIAL_CONTROL = 0; // first: no handler may run while the struct changes
+    serial->rx.tail = serial->rx.head;
+    serial->tx.tail = serial->tx.head;
+    serial->broken = 0;
+    SERIAL_STATUS = AVR_U2X;
+    SERIAL_REGISTER_(UCSR, C) = AVR_EIGHT_BITS;
+    SERIAL_REGISTER_(UBRR, H) = (uint8_t)(divisor >> 8);
+    SERIAL_REGISTER_(UBRR, L) = (uint8_t)divisor;
+    SERIAL_CONTROL = SERIAL_IDLE;
+}
+
+void serial_send(struct serial *serial)
+{
+    if (cds_ring_count(&serial->tx))
+        SERIAL_CONTROL = serial->broken ? SERIAL_SENDING & SERIAL_DEAF : SERIAL_SENDING;
+}
+
+bool serial_broken(struct serial *serial)
+{
+    if (!serial->broken || cds_ring_count(&serial->rx))
+        return false;
+    while (SERIAL_STATUS & 1 << 7) // RXC: what came right behind the gap, three at the most
+        (void)SERIAL_DATA;
+    serial->broken = 0;
+    SERIAL_CONTROL = SERIAL_SENDING; // the handler turns sending off if there is nothing
+    return true;
+}

@@ -1,0 +1,173 @@
+/* monitor: what servos do, as lines that a serial plotter draws: "1deg:150.147,1rpm:0,..." */
+#include <stddef.h>
+#include <string.h>
+
+#include "cds55xx/port.h" // cds_port_now_us()
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/handlers.h"
+#include "console/messages.h"
+
+#define PERIOD_MS     100
+#define PERIOD_MIN_MS 10
+#define PERIOD_MAX_MS 60000
+
+enum monitor_phase {
+    PAUSE, // until the next line is due
+    ASK,   // a servo
+    TAKE,  // its answer
+    TELL,  // what it says
+    SUM_UP,
+} __attribute__((packed));
+
+uint8_t monitor_begin(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+    const struct command_line *line = &console->line;
+    uint8_t error;
+
+    console->raw = PERIOD_MS;
+    error = line->numbers ? console_ms(console) : 0;
+    if (error)
+        return error;
+    if (console->raw < PERIOD_MIN_MS || console->raw > PERIOD_MAX_MS)
+        return ERROR_OUT_OF_RANGE;
+    if (line->values > MONITOR_SERVOS)
+        return ERROR_TOO_MANY;
+    memcpy(monitor->ids, line->request->packet.bytes, line->values);
+    monitor->count = line->values;
+    monitor->period_us = console->raw * 1000ul;
+    monitor->next_us = cds_port_now_us();
+    return 0;
+}
+
+/* Told of each servo, one a turn: a conversion takes 100 us. */
+static const CDS_FLASH struct {
+    char label[5];
+    uint8_t unit;   // enum cds_unit
+    uint8_t offset; // in struct cds_feedback, in bytes
+    uint8_t bytes;
+} values[] = {
+    {"deg:", CDS_UNIT_MDEG, offsetof(struct cds_feedback, position), 2},
+    {"rpm:", CDS_UNIT_SIGNED_MRPM, offsetof(struct cds_feedback, speed), 2},
+    {"%:", CDS_UNIT_SIGNED_CPCT, offsetof(struct cds_feedback, load), 2},
+    {"V:", CDS_UNIT_MV, offsetof(struct cds_feedback, voltage), 1},
+    {"C:", CDS_UNIT_CELSIUS, offsetof(struct cds_feedback, temperature), 1},
+};
+
+#define VALUES (sizeof values / sizeof values[0])
+
+/* "1deg:150.147", behind the first one with a comma before it */
+static void tell(struct console *console, uint8_t value)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+    struct writer *writer = &console->writer;
+    uint16_t raw = 0;
+
+    if (monitor->begun)
+        writer_char(writer, ',');
+    monitor->begun = true;
+    writer_decimal(writer, monitor->ids[monitor->index]);
+    writer_flash(writer, values[value].label);
+    memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
+           values[value].bytes); // low byte first, on an AVR and on the host
+    number_write_bare(writer, (enum cds_unit)values[value].unit, raw);
+}
+
+static void end_of_line(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+    uint32_t now_us = cds_port_now_us();
+
+    if (monitor->begun)
+        writer_end_of_line(&console->writer);
+    if (monitor->lines < UINT16_MAX)
+        monitor->lines++;
+    monitor->next_us += monitor->period_us;
+    if ((int32_t)(now_us - monitor->next_us) > 0)
+        monitor->next_us = now_us; // it takes longer than that
+    monitor->begun = false;
+    monitor->index = 0;
+    console->phase = PAUSE;
+}
+
+static void next(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+
+    monitor->index++;
+    if (monitor->index < monitor->count)
+        console->phase = ASK;
+    else
+        end_of_line(console);
+}
+
+/* One that fails is left out of the line; in the first one it ends all. */
+static void take(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+    struct cds_feedback *feedback = &monitor->feedback;
+
+    if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
+        monitor->value = 0;
+        console->phase = TELL;
+    } else if (monitor->lines == 0) {
+        console->error = console->line.request->result;
+        console->servo_error = feedback->error;
+        console->phase = SUM_UP;
+    } else {
+        if (monitor->failed < UINT16_MAX)
+            monitor->failed++;
+        next(console);
+    }
+}
+
+/* "42 lines, 0 answers missing" */
+static bool sum_up(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+
+    if (console->writer.within) {
+        writer_end_of_line(&console->writer);
+        return true;
+    }
+    console->writer.values[0] = monitor->lines;
+    console->writer.values[1] = monitor->failed;
+    writer_line(&console->writer, TEXT_LINES);
+    return false;
+}
+
+static void ask(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+    enum cds_result result =
+        cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
+
+    console->error = (uint8_t)result;
+    console->phase = result == CDS_OK ? TAKE : SUM_UP;
+}
+
+bool monitor_poll(struct console *console)
+{
+    struct monitor *monitor = &console_job(console)->monitor;
+    bool asked = console->phase == TAKE;
+
+    if (asked && console->line.request->result == CDS_PENDING)
+        return true;
+    if (console->phase != SUM_UP && console_key(console))
+        console->phase = SUM_UP;
+    switch (console->phase) {
+    case PAUSE:
+        if ((int32_t)(cds_port_now_us() - monitor->next_us) >= 0)
+            console->phase = ASK;
+        return true;
+    case ASK: ask(console); return true;
+    case TAKE: take(console); return true;
+    case TELL:
+        tell(console, monitor->value++);
+        if (monitor->value == VALUES)
+            next(console);
+        return true;
+    default: return sum_up(console);
+    }
+}

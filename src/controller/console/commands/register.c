@@ -1,0 +1,118 @@
+/* get, set, info: registers in their units. */
+#include "cds55xx/control_table.h"
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/handlers.h"
+#include "console/messages.h"
+
+/* In endless turn MOVING_SPEED has a direction (R16), which no speed of position mode has. */
+static enum cds_unit unit_of(uint8_t address, uint16_t raw)
+{
+    enum cds_unit unit = cds_units_of(&cds_profile_cds55xx, address);
+
+    return unit == CDS_UNIT_MRPM && raw > CDS_VALUE_MAX ? CDS_UNIT_SIGNED_MRPM : unit;
+}
+
+/* "GOAL_POSITION = 150.147deg (512)": at most 44 characters. */
+static void write_register(struct writer *writer, uint8_t address, uint16_t raw)
+{
+    enum cds_unit unit = unit_of(address, raw);
+
+    number_write_name(writer, address);
+    number_write(writer, unit, raw);
+    if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
+        writer_char(writer, ' ');
+        writer_char(writer, '(');
+        writer_decimal(writer, raw);
+        writer_char(writer, ')');
+    }
+}
+
+static uint16_t raw_at(const uint8_t *bytes, uint8_t width)
+{
+    return (uint16_t)(width == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]);
+}
+
+/* ---- get ---- */
+
+uint8_t get_begin(struct console *console)
+{
+    struct command_line *line = &console->line;
+    struct cds_register at;
+
+    if (!cds_register_at(line->address, &at))
+        return ERROR_OUT_OF_RANGE;
+    line->address = at.address;
+    line->length = at.width;
+    return servo_read(console, at.address, at.width);
+}
+
+bool get_poll(struct console *console)
+{
+    const struct command_line *line = &console->line;
+
+    if (console_waits(console))
+        return true;
+    if (!console_answered(console))
+        return false;
+    write_register(&console->writer, line->address, raw_at(line->request->reply, line->length));
+    writer_end_of_line(&console->writer);
+    return false;
+}
+
+/* ---- set ---- */
+
+uint8_t set_begin(struct console *console)
+{
+    struct command_line *line = &console->line;
+    uint8_t *data = console_job(console)->set.data;
+    struct cds_register at;
+    uint16_t raw = 0;
+    uint8_t error;
+
+    if (!cds_register_at(line->address, &at))
+        return ERROR_OUT_OF_RANGE;
+    if (at.access != CDS_ACCESS_RW || at.address == CDS_REG_ID || at.address == CDS_REG_BAUD_RATE)
+        return ERROR_NOT_WRITABLE;
+    error = number_register(&line->number[0], cds_units_of(&cds_profile_cds55xx, at.address), &raw);
+    if (error)
+        return error;
+    if (raw < at.lowest || raw > at.highest)
+        return ERROR_OUT_OF_RANGE;
+    data[0] = (uint8_t)raw;
+    data[1] = (uint8_t)(raw >> 8);
+    if (at.area == CDS_AREA_EEPROM)
+        return setup_write(console, at.address, data, at.width);
+    return servo_write(console, at.address, at.width);
+}
+
+bool set_poll(struct console *console)
+{
+    return console->phase ? console_waits(console) : setup_poll(console);
+}
+
+/* ---- info ---- */
+
+uint8_t info_begin(struct console *console)
+{
+    return servo_read(console, 0, CDS_TABLE_SIZE);
+}
+
+/* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */
+bool info_poll(struct console *console)
+{
+    uint8_t *address = &console->index;
+    struct cds_register at;
+
+    if (console_waits(console))
+        return true;
+    if (!console_answered(console) || !cds_register_at(*address, &at))
+        return false;
+    writer_address(&console->writer, at.address);
+    writer_char(&console->writer, ' ');
+    write_register(&console->writer, at.address,
+                   raw_at(console->line.request->reply + at.address, at.width));
+    writer_line(&console->writer, at.area == CDS_AREA_EEPROM ? TEXT_IN_EEPROM : TEXT_IN_RAM);
+    *address = (uint8_t)(at.address + at.width);
+    return *address < CDS_TABLE_SIZE;
+}

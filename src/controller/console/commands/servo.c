@@ -1,0 +1,127 @@
+/* move, turn, torque, led. */
+#include "cds55xx/servo.h" // cds_servo_write()
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/handlers.h"
+#include "compiler.h" // NOINLINE
+#include "console/messages.h"
+
+/* What move looks at first, in one READ. */
+#define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
+#define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
+
+enum phase { LOOK, WRITE } __attribute__((packed));
+
+/* Number `index` of the line as what is written; its error, or 0. */
+static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
+{
+    uint8_t *data = &console_job(console)->set.data[2 * index];
+    uint8_t error = console_number(console, index, unit);
+
+    data[0] = (uint8_t)console->raw;
+    data[1] = (uint8_t)(console->raw >> 8);
+    return error;
+}
+
+NOINLINE uint8_t servo_read(struct console *console, uint8_t address, uint8_t length)
+{
+    const struct command_line *line = &console->line;
+
+    return (uint8_t)cds_servo_read(console->bus, line->request, line->id, address, length);
+}
+
+uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
+{
+    const struct command_line *line = &console->line;
+
+    console->phase = WRITE;
+    return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
+                                    console_job(console)->set.data, length);
+}
+
+uint8_t move_begin(struct console *console)
+{
+    struct command_line *line = &console->line;
+    uint8_t result = take_raw(console, 0, CDS_UNIT_MDEG);
+
+    if (result == 0 && line->numbers == 2)
+        result = take_raw(console, 1, CDS_UNIT_MRPM);
+    if (result == 0 && robot_cycles(console->robot, line->id))
+        result = ERROR_CYCLE; // whose goals come 4 ms later
+    if (result)
+        return result;
+    if (line->id != CDS_BROADCAST_ID)
+        result = servo_read(console, LOOK_FROM, LOOK_SIZE);
+    if (line->id == CDS_BROADCAST_ID || result == CDS_NO_REPLY_DUE)
+        result = servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * line->numbers));
+    return result;
+}
+
+/* A servo that could not do it says nothing by itself. */
+static void look(struct console *console)
+{
+    const uint8_t *bytes = console->line.request->reply;
+    bool off = bytes[LOOK_SIZE - 1] == 0;
+
+    if ((bytes[0] | bytes[1] | bytes[2] | bytes[3]) == 0) {
+        console->error = ERROR_ENDLESS;
+        return;
+    }
+    console->error =
+        servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
+    if (off && console->error == 0)
+        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
+}
+
+bool move_poll(struct console *console)
+{
+    if (console_waits(console))
+        return true;
+    if (console->phase == WRITE || !console_answered(console))
+        return false;
+    look(console);
+    return console->error == 0;
+}
+
+/* Both angle limits 0 make it an endless turn (manual 3.2). */
+uint8_t turn_begin(struct console *console)
+{
+    const uint8_t *no_limits = console_job(console)->set.no_limits; // zero since it began
+    uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
+
+    if (error == 0 && robot_cycles(console->robot, console->line.id))
+        error = ERROR_CYCLE;
+    if (error)
+        return error;
+    return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, 4);
+}
+
+bool turn_poll(struct console *console)
+{
+    if (console->phase == WRITE)
+        return console_waits(console);
+    if (setup_waits(console))
+        return true;
+    if (console->error)
+        return false;
+    if (console_job(console)->set.setup.is_written)
+        writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
+    console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
+    return console->error == 0;
+}
+
+NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
+{
+    console_job(console)->set.data[0] = console->line.choice == 1;
+    return servo_write(console, address, 1);
+}
+
+uint8_t torque_begin(struct console *console)
+{
+    return write_switch(console, CDS_REG_TORQUE_ENABLE);
+}
+
+uint8_t led_begin(struct console *console)
+{
+    return write_switch(console, CDS_REG_LED);
+}

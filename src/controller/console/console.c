@@ -1,0 +1,391 @@
+/* The text console: reading lines and running them; see console.h. The end of replies is in
+ * reply.c, the commands in cmd_....c. */
+#include "console/console.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "console/commands.h"
+#include "console/errors.h"
+#include "console/handlers.h" // alarm_tell()
+#include "host/host_demux.h"  // HOST_MARK_DROPPED
+#include "console/input.h"    // input_peek(), input_drop()
+#include "compiler.h"         // NOINLINE
+#include "console/reply.h"
+
+/* The bus must not wait for a line. */
+#define KEYS_PER_POLL 5
+#define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
+
+static void begin_line(struct console *console)
+{
+    command_begin(&console->line);
+    console->token.length = 0;
+    console->characters = 0;
+    console->skipping = false;
+    console->error = 0;
+    console->servo_error = 0;
+    console->state = CONSOLE_READING;
+}
+
+_Static_assert(sizeof(((union console_buffer *)0)->command) <=
+                   sizeof(((union console_buffer *)0)->packet),
+               "the longest packet decides");
+
+void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+                  struct cds_ring *output)
+{
+    OPTIMIZER_BARRIER(console);
+    console->keeper = keeper;
+    console->robot = keeper->robot;
+    console->bus = keeper->robot->bus;
+    console->input = input;
+    console->looked = input->tail;
+    console->writer.ring = output;
+    console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet, console->reply);
+    console->line.request = &console->request;
+    begin_line(console);
+}
+
+/* The line cannot be trusted any more; it still ends, and is answered, at its end. */
+static void spoil(struct console *console, uint8_t error)
+{
+    if (!console->skipping) {
+        console->skipping = true;
+        console->line.error = error;
+    }
+}
+
+/* ---- a line ---- */
+
+static void end_word(struct console *console, char separator)
+{
+    bool empty = console->token.length == 0;
+
+    if (empty && (separator == ' ' || console->line.words == 0))
+        return; // several spaces count as one
+    command_word(&console->line, &console->token, separator);
+    console->token.length = 0;
+}
+
+/* A character that can no longer be taken back. */
+static void feed(struct console *console, char c)
+{
+    if (++console->characters > CONSOLE_LINE_MAX) {
+        console->characters = CONSOLE_LINE_MAX; // must not wrap
+        spoil(console, ERROR_LINE_TOO_LONG);
+    }
+    if (console->skipping)
+        return;
+    if (c == ' ' || c == '\t')
+        end_word(console, ' ');
+    else if ((c == ':' || c == ',') && command_in_block(&console->line))
+        end_word(console, c);
+    else
+        token_add(&console->token, c);
+}
+
+NOINLINE static void conclude(struct console *console, uint8_t error)
+{
+    if (console->error == 0)
+        console->error = error;
+    console->closed = false;
+    console->state = CONSOLE_CLOSING;
+}
+
+NOINLINE static void begin_command(struct console *console)
+{
+    if (!commands[console->line.kind].instruction) // else the packet of the line stands there
+        memset(console_job(console), 0, sizeof(union console_job));
+    console->step = 0;
+    console->phase = 0;
+    console->index = 0;
+    console->part = 0;
+    console->state = CONSOLE_RUNNING;
+}
+
+/* The command that console->line is. */
+static void run(struct console *console)
+{
+    const CDS_FLASH struct command *command = &commands[console->line.kind];
+    uint8_t error = 0;
+
+    begin_command(console);
+    if (command->begin)
+        error = command->begin(console);
+    if (error || command->poll == NULL)
+        conclude(console, error);
+}
+
+static void end_line(struct console *console)
+{
+    uint8_t error;
+
+    editor_end(&console->editor);
+    end_word(console, ' ');
+    if (console->line.words == 0 && console->line.error == 0) {
+        begin_line(console); // an empty line asks for nothing
+        return;
+    }
+    error = command_end(&console->line);
+    if (error)
+        conclude(console, error);
+    else
+        run(console);
+}
+
+/* What is locked of the line, some characters a turn. */
+static void feed_locked(struct console *console)
+{
+    struct editor *editor = &console->editor;
+
+    for (uint8_t left = FED_PER_POLL; left && console->fed < editor->locked; left--)
+        feed(console, editor->text[console->fed++]);
+    if (console->fed < editor->locked)
+        return;
+    console->fed = 0;
+    if (console->ending) {
+        console->ending = false;
+        end_line(console);
+    } else if (editor->locked) {
+        editor_take(editor, editor->locked);
+    }
+}
+
+static void drop_line(struct console *console)
+{
+    console->editor.length = 0;
+    editor_end(&console->editor);
+    console->fed = 0;
+    console->ending = false;
+    begin_line(console);
+}
+
+static bool is_mark(uint8_t byte)
+{
+    return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
+}
+
+/* The host link says that the line so far is gone. */
+NOINLINE static void take_mark(struct console *console, uint8_t mark)
+{
+    drop_line(console);
+    if (mark == HOST_MARK_LOST)
+        conclude(console, ERROR_INPUT_LOST);
+}
+
+static struct writer *echo_of(struct console *console)
+{
+    return console->keeper->settings->echo ? &console->writer : NULL;
+}
+
+static void take(struct console *console, char c)
+{
+    struct editor *editor = &console->editor;
+
+    switch (editor_key(editor, c, echo_of(console))) {
+    case EDITOR_END:
+        editor->locked = editor->length;
+        console->ending = true;
+        break;
+    case EDITOR_DROP: drop_line(console); break;
+    case EDITOR_FULL:
+        if (editor->locked == 0)
+            editor->locked = EDITOR_SIZE / 2;
+        break;
+    default: break;
+    }
+}
+
+static bool takes_keys(struct console *console)
+{
+    return console->state == CONSOLE_READING && !console->ending &&
+           console->editor.length < EDITOR_SIZE &&
+           editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
+}
+
+static void read_input(struct console *console)
+{
+    feed_locked(console);
+    for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console); left--) {
+        uint8_t byte = input_peek(console->input, 0);
+
+        input_drop(console->input, 1);
+        if (is_mark(byte))
+            take_mark(console, byte);
+        else
+            take(console, (char)byte);
+    }
+}
+
+/* ---- Ctrl-X ---- */
+
+/* The place behind the last Ctrl-X among the bytes that wait for their turn, or 0. */
+NOINLINE static uint8_t behind_stop(const struct console *console, uint8_t from)
+{
+    uint8_t behind = 0;
+
+    for (uint8_t at = from; at < cds_ring_count(console->input); at++)
+        if (input_peek(console->input, at) == CONSOLE_STOP)
+            behind = (uint8_t)(at + 1u);
+    return behind;
+}
+
+void console_stop(struct console *console)
+{
+    uint8_t behind = behind_stop(console, 0);
+
+    robot_stop(console->robot);
+    input_drop(console->input, behind ? behind : cds_ring_count(console->input));
+    console->looked = console->input->tail;
+    console->stop_asked = true;
+    if (console->state == CONSOLE_READING)
+        drop_line(console);
+}
+
+/* Bytes that wait for their turn may hold the one that cannot wait. */
+static void look_for_stop(struct console *console)
+{
+    uint8_t count = cds_ring_count(console->input);
+    uint8_t from = (uint8_t)(console->looked - console->input->tail);
+
+    if (from > count)
+        from = 0; // what was looked at has been taken
+    if (behind_stop(console, from))
+        console_stop(console);
+    else
+        console->looked = (uint8_t)(console->input->tail + count);
+}
+
+/* A command that Ctrl-X has ended: its request must be back before the next one. */
+static void interrupt(struct console *console)
+{
+    if (console->line.request->result == CDS_PENDING || robot_is_exclusive(console->robot))
+        return;
+    if (!writer_ready(&console->writer))
+        return;
+    if (console->writer.within)
+        writer_end_of_line(&console->writer);
+    conclude(console, ERROR_STOPPED);
+}
+
+/* ---- a command ---- */
+
+NOINLINE uint8_t console_number(struct console *console, uint8_t index, enum cds_unit unit)
+{
+    return number_within(&console->line.number[index], unit, &console->raw);
+}
+
+uint8_t console_ms(struct console *console)
+{
+    return number_ms(&console->line.number[0], &console->raw);
+}
+
+bool console_waits(struct console *console)
+{
+    const struct cds_request *request = console->line.request;
+
+    if (request->result == CDS_PENDING)
+        return true;
+    console->error = request->result;
+    if (request->result == CDS_OK)
+        console->servo_error = request->error;
+    return false;
+}
+
+NOINLINE bool console_answered(const struct console *console)
+{
+    return console->error == 0 && !(console->servo_error & CDS_ERRORS_OF_PACKET);
+}
+
+bool console_key(struct console *console)
+{
+    bool pressed = false;
+
+    for (; cds_ring_count(console->input); input_drop(console->input, 1)) {
+        uint8_t byte = input_peek(console->input, 0);
+
+        if (!(byte == '\n' && console->editor.after_cr) && byte != HOST_MARK_DROPPED)
+            pressed = true;
+        console->editor.after_cr = false;
+    }
+    return pressed;
+}
+
+bool console_operates(struct console *console, uint8_t operation)
+{
+    struct robot *robot = console->robot;
+
+    if (robot->operation == operation) {
+        if (console_key(console))
+            robot_abort(robot);
+        return true;
+    }
+    console->error = robot->result == CDS_CANCELLED ? (uint8_t)ERROR_KEY : robot->result;
+    return false;
+}
+
+NOINLINE struct cds_servo_state *console_servo(const struct console *console)
+{
+    return cds_servos_find(&console->robot->servos, console->line.id);
+}
+
+static void poll_command(struct console *console)
+{
+    if (!writer_ready(&console->writer))
+        return;
+    if (!commands[console->line.kind].poll(console))
+        conclude(console, 0);
+    else if (console->step < UINT8_MAX)
+        console->step++;
+}
+
+static void answer_stop(struct console *console)
+{
+    console->stop_asked = false;
+    command_begin(&console->line);
+    console->line.kind = COMMAND_stop;
+    begin_command(console);
+}
+
+static void read_line(struct console *console)
+{
+    if (console->stop_asked)
+        answer_stop(console);
+    else if (!alarm_tell(console))
+        read_input(console);
+}
+
+static void go_on(struct console *console)
+{
+    if (console->stop_asked && console->line.kind != COMMAND_stop)
+        interrupt(console);
+    else
+        poll_command(console);
+}
+
+static void close_reply(struct console *console)
+{
+    if (writer_ready(&console->writer) && !reply_piece(console))
+        begin_line(console);
+}
+
+void console_poll(struct console *console)
+{
+    static void (*const CDS_FLASH states[])(struct console *) = {
+        [CONSOLE_READING] = read_line,
+        [CONSOLE_RUNNING] = go_on,
+        [CONSOLE_CLOSING] = close_reply,
+    };
+
+    look_for_stop(console);
+    states[console->state](console);
+}
+
+bool console_idle(const struct console *console)
+{
+    return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
+           !console->stop_asked && !console->ending && console->editor.locked == 0 &&
+           console->editor.shown == console->editor.length && !console->writer.text &&
+           !console->keeper->alarm;
+}

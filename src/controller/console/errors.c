@@ -1,0 +1,29 @@
+/* Texts of the numbered errors; see errors.h. */
+#include "console/errors.h"
+
+#include "cds55xx/packet.h"  // CDS_ERROR_*
+#include "texts.h"           // TEXT_ERROR
+#include "console/printer.h" // writer_text_at()
+
+uint16_t error_text(uint8_t number)
+{
+    return writer_text_at(TEXT_ERROR, number);
+}
+
+uint8_t error_of_servo(uint8_t *bits)
+{
+    static const CDS_FLASH uint8_t table[][2] = {
+        {CDS_ERROR_INSTRUCTION, ERROR_SERVO_INSTRUCTION},
+        {CDS_ERROR_RANGE, ERROR_SERVO_RANGE},
+        {CDS_ERROR_CHECKSUM, ERROR_SERVO_CHECKSUM},
+        {CDS_ERROR_ANGLE, ERROR_SERVO_ANGLE},
+    };
+
+    for (uint8_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        if (*bits & table[i][0]) {
+            *bits = (uint8_t)(*bits & ~table[i][0]);
+            return table[i][1];
+        }
+    }
+    return 0;
+}

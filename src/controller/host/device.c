@@ -1,0 +1,206 @@
+/* The virtual device; see device.h. */
+#include "host/device.h"
+
+#include <string.h>
+
+#include "cds55xx/packet.h" // CDS_AT_*
+#include "cds55xx/version.h"
+#include "flash.h"
+
+/* Registers looked at in a call: a READ of all of them must not hold up the bus. */
+#define READ_PER_CALL 8
+
+enum access { RD, RW } __attribute__((packed));
+
+/* A row of the table. */
+struct row {
+    uint8_t address, bytes, access;
+    uint16_t lowest, highest;
+};
+
+static const CDS_FLASH struct row rows[DEVICE_REGISTER_COUNT] = {
+#define ROW(name, address, bytes, access, lowest, highest, unit, what)                             \
+    {address, bytes, access, lowest, highest},
+    DEVICE_REGISTERS(ROW)
+#undef ROW
+};
+
+uint8_t device_id(const struct device *device)
+{
+    return (uint8_t)device->world->get(device->owner, DEVICE_ID);
+}
+
+void device_forget_failures(struct device *device)
+{
+    device->failed = 0;
+    memset(device->failed_ids, 0, sizeof device->failed_ids);
+}
+
+void device_note_failure(struct device *device, uint8_t id)
+{
+    if (device->failed < UINT8_MAX)
+        device->failed++;
+    device->failed_ids[id >> 3] = (uint8_t)(device->failed_ids[id >> 3] | 1u << (id & 7));
+}
+
+static uint16_t value_of(const struct device *device, uint8_t reg)
+{
+    static const CDS_FLASH char version[] = CDS_VERSION; // "major.minor.patch", a digit each
+
+    switch (reg) {
+    case DEVICE_MODEL: return DEVICE_MODEL_NUMBER;
+    case DEVICE_VERSION: return (uint16_t)((version[0] - '0') << 4 | (version[2] - '0'));
+    case DEVICE_FAILED: return device->failed;
+    default: return device->world->get(device->owner, reg);
+    }
+}
+
+/* Byte `index` of a register. */
+static uint8_t byte_of(const struct device *device, uint8_t reg, uint16_t value, uint8_t index)
+{
+    if (reg == DEVICE_FAILED_IDS)
+        return device->failed_ids[index];
+    return (uint8_t)(index ? value >> 8 : value);
+}
+
+/* --- READ --------------------------------------------------------------------------------------
+ */
+
+/* Does the register share a byte with `count` bytes from `from` on? */
+static bool overlaps(uint8_t reg, uint8_t from, uint8_t count)
+{
+    uint8_t ahead = (uint8_t)(rows[reg].address - from);
+
+    return ahead < count || (uint8_t)-ahead < rows[reg].bytes;
+}
+
+static uint8_t read(struct device *device, uint8_t *packet)
+{
+    uint8_t from = packet[CDS_AT_PARAMETERS], count = packet[CDS_AT_PARAMETERS + 1];
+
+    if (packet[CDS_AT_LENGTH] != CDS_LENGTH_MIN + 2)
+        return CDS_ERROR_INSTRUCTION;
+    if (count == 0 || from >= DEVICE_TABLE_SIZE || count > DEVICE_TABLE_SIZE - from)
+        return CDS_ERROR_RANGE;
+    device->from = from;
+    device->length = count;
+    device->left = DEVICE_REGISTER_COUNT;
+    memset(packet, 0, count); // where there is no register
+    return 0;
+}
+
+static void put_register(const struct device *device, uint8_t *packet, uint8_t reg)
+{
+    uint16_t value = reg == DEVICE_FAILED_IDS ? 0 : value_of(device, reg);
+
+    for (uint8_t i = 0; i < rows[reg].bytes; i++) {
+        uint8_t at = (uint8_t)(rows[reg].address + i - device->from);
+
+        if (at < device->length)
+            packet[at] = byte_of(device, reg, value, i);
+    }
+}
+
+/* Goes on with a READ; true when all of it is there. */
+static bool read_on(struct device *device, uint8_t *packet)
+{
+    for (uint8_t looks = READ_PER_CALL; looks && device->left; looks--) {
+        uint8_t reg = (uint8_t)(DEVICE_REGISTER_COUNT - device->left--);
+
+        if (overlaps(reg, device->from, device->length))
+            put_register(device, packet, reg);
+    }
+    return device->left == 0;
+}
+
+/* --- WRITE -------------------------------------------------------------------------------------
+ */
+
+/* How many of the bytes written fall into this register; *value: what it will be. */
+static uint8_t written(const struct device *device, const uint8_t *packet, uint8_t reg,
+                       uint16_t *value)
+{
+    uint8_t from = packet[CDS_AT_PARAMETERS];
+    uint8_t count = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
+    const uint8_t *data = &packet[CDS_AT_PARAMETERS + 1];
+    uint8_t first = rows[reg].address, bytes = rows[reg].bytes, hits = 0;
+
+    if (!overlaps(reg, from, count))
+        return 0;
+    if (rows[reg].access == RW)
+        *value = value_of(device, reg);
+    for (uint8_t i = 0; i < bytes; i++) {
+        uint8_t address = (uint8_t)(first + i);
+
+        if (address < from || address - from >= count)
+            continue;
+        hits++;
+        if (i)
+            *value = (uint16_t)((uint8_t)*value | (uint16_t)data[address - from] << 8);
+        else
+            *value = (uint16_t)((*value & 0xFF00u) | data[address - from]);
+    }
+    return hits;
+}
+
+static bool may_be(uint8_t reg, uint16_t value)
+{
+    return rows[reg].access == RW && value >= rows[reg].lowest && value <= rows[reg].highest;
+}
+
+static uint8_t write(struct device *device, const uint8_t *packet)
+{
+    const CDS_FLASH struct device_world *world = device->world;
+    uint8_t due = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
+    uint16_t value = 0;
+
+    if (packet[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2)
+        return CDS_ERROR_INSTRUCTION;
+    for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++) {
+        uint8_t hits = written(device, packet, reg, &value);
+
+        if (hits && (!may_be(reg, value) || !world->allows(device->owner, reg)))
+            return CDS_ERROR_RANGE;
+        due = (uint8_t)(due - hits);
+    }
+    if (due) // some fell where there is no register
+        return CDS_ERROR_RANGE;
+    for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
+        if (written(device, packet, reg, &value))
+            world->set(device->owner, reg, value);
+    device->unsettled = true;
+    return 0;
+}
+
+static uint8_t without_parameters(const uint8_t *packet)
+{
+    return packet[CDS_AT_LENGTH] == CDS_LENGTH_MIN ? 0 : CDS_ERROR_INSTRUCTION;
+}
+
+static uint8_t reset(struct device *device, const uint8_t *packet)
+{
+    uint8_t error = without_parameters(packet);
+
+    if (error == 0) {
+        device->world->reset(device->owner);
+        device->unsettled = true;
+    }
+    return error;
+}
+
+bool device_obey(struct device *device, uint8_t *packet)
+{
+    if (!device->unsettled && !device->left) {
+        device->length = 0;
+        switch (packet[CDS_AT_INSTRUCTION]) {
+        case CDS_PING: device->error = without_parameters(packet); break;
+        case CDS_READ: device->error = read(device, packet); break;
+        case CDS_WRITE: device->error = write(device, packet); break;
+        case CDS_RESET: device->error = reset(device, packet); break;
+        default: device->error = CDS_ERROR_INSTRUCTION; break;
+        }
+    }
+    if (device->unsettled)
+        device->unsettled = !device->world->settled(device->owner);
+    return !device->unsettled && read_on(device, packet);
+}

@@ -1,0 +1,123 @@
+/* Behind the device's registers; see values.h. */
+#include "host/device_registers.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "cds55xx/link.h" // cds_link_count()
+
+_Static_assert(DEVICE_KEPT == SETTINGS_COUNT, "the first registers are the settings");
+
+static void reset(void *owner)
+{
+    struct values *values = owner;
+
+    settings_default(values->keeper->settings);
+}
+
+/* The registers stand in the order of the structs. */
+static uint16_t counter(const struct values *values, uint8_t reg)
+{
+    const struct cds_bus *bus = values->keeper->robot->bus;
+    struct cds_stats stats;
+    const void *counters = &stats;
+    uint8_t first = DEVICE_BUS_SENT;
+    uint16_t value;
+
+    if (reg == DEVICE_HOST_OVERFLOWS)
+        return cds_link_count(values->gaps);
+    if (reg >= DEVICE_BRIDGE_PASSED) {
+        counters = &values->bridge->counters;
+        first = DEVICE_BRIDGE_PASSED;
+    } else if (reg >= DEVICE_HOST_PACKETS) {
+        counters = &values->host->counters;
+        first = DEVICE_HOST_PACKETS;
+    } else {
+        cds_bus_stats(bus, &stats);
+    }
+    memcpy(&value, (const uint8_t *)counters + (uint8_t)(reg - first) * sizeof value, sizeof value);
+    return value;
+}
+
+static uint16_t saving(const struct settings_store *store)
+{
+    return store->result == SETTINGS_SAVING ? 1 : store->result == SETTINGS_FAILED ? 2 : 0;
+}
+
+/* The first servo that has an alarm; UINT8_MAX: none that is known. */
+static uint16_t alarm_id(const struct cds_servos *servos)
+{
+    const struct cds_servo_state *servo = servos->states;
+
+    for (uint8_t left = servos->count; left; left--, servo++)
+        if (servo->alarms)
+            return servo->id;
+    return UINT8_MAX;
+}
+
+static uint16_t get(void *owner, uint8_t reg)
+{
+    const struct values *values = owner;
+    const struct keeper *keeper = values->keeper;
+    const struct robot *robot = keeper->robot;
+
+    if (reg < DEVICE_KEPT)
+        return settings_get(keeper->settings, reg);
+    switch (reg) {
+    case DEVICE_SAVE: return saving(keeper->store);
+    case DEVICE_BUS_STATE: return cds_bus_line(robot->bus);
+    case DEVICE_RESET_CAUSE: return keeper->reset_cause;
+    case DEVICE_LINK_LOST: return keeper->link_lost;
+    case DEVICE_INHIBIT: return robot_is_inhibited(robot);
+    case DEVICE_DELAYS_REFUSED: return robot->servos.too_early;
+    case DEVICE_ALARMS: return robot->servos.alarms;
+    case DEVICE_ALARM_ID: return alarm_id(&robot->servos);
+    default: return counter(values, reg);
+    }
+}
+
+static void set(void *owner, uint8_t reg, uint16_t value)
+{
+    struct values *values = owner;
+
+    if (reg < DEVICE_KEPT)
+        settings_set(values->keeper->settings, reg, value);
+    else if (reg == DEVICE_SAVE)
+        values->to_save = value;
+    else if (reg == DEVICE_LINK_LOST)
+        keeper_clear(values->keeper);
+    else if (reg == DEVICE_INHIBIT)
+        robot_release(values->keeper->robot);
+    else if (reg == DEVICE_ALARMS)
+        cds_servos_acknowledge(&values->keeper->robot->servos, NULL);
+}
+
+/* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at
+ * the console. */
+static bool allows(void *owner, uint8_t reg)
+{
+    const struct keeper *keeper = ((const struct values *)owner)->keeper;
+
+    if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
+        return true;
+    return !robot_is_stopping(keeper->robot) && (reg == DEVICE_LINK_LOST || !keeper->link_lost);
+}
+
+/* Does what was asked, if it can: the rate of the bus changes between two exchanges, and a save
+ * waits for the one before it. True: all is done, and the device may answer. */
+static bool settled(void *owner)
+{
+    struct values *values = owner;
+    struct keeper *keeper = values->keeper;
+
+    values->to_save = values->to_save && !settings_save(keeper->store, keeper->settings);
+    return keeper_follow(keeper) && !values->to_save;
+}
+
+const CDS_FLASH struct device_world values_world = {get, set, allows, reset, settled};
+
+void values_open(struct values *values, struct keeper *keeper, const struct host *host,
+                 const struct bridge *bridge, const volatile uint16_t *gaps)
+{
+    *values = (struct values){.keeper = keeper, .host = host, .bridge = bridge, .gaps = gaps};
+}

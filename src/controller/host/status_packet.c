@@ -1,0 +1,85 @@
+/* A status packet for the host; see answer.h. */
+#include "host/status_packet.h"
+
+#include "compiler.h" // NOINLINE
+
+void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *parameters,
+                  uint8_t length)
+{
+    uint8_t *packet = parameters - ANSWER_BEFORE;
+
+    packet[0] = packet[1] = CDS_HEADER;
+    packet[CDS_AT_ID] = id;
+    packet[CDS_AT_LENGTH] = (uint8_t)(length + CDS_LENGTH_MIN);
+    packet[CDS_AT_ERROR] = error;
+    parameters[length] = cds_packet_checksum(packet);
+    answer->from = packet;
+    answer->left = (uint16_t)CDS_PACKET_SIZE(length);
+}
+
+bool answer_put(struct answer *answer, struct cds_ring *ring)
+{
+    const uint8_t *from = answer->from;
+    uint8_t head = ring->head;
+    uint8_t room = (uint8_t)(CDS_RING_SIZE - (uint8_t)(head - ring->tail));
+    uint8_t count = room;
+
+    if (count > answer->left)
+        count = (uint8_t)answer->left;
+    for (uint8_t left = count; left; left--)
+        ring->bytes[head++ & (CDS_RING_SIZE - 1)] = *from++;
+    ring->head = head; // behind the bytes it vouches for
+    answer->from = from;
+    answer->left = (uint16_t)(answer->left - count);
+    return answer->left == 0;
+}
+
+/* Copies bytes and adds them to `sum`. The ring's bytes are written here as any others: that is
+ * half as long, and the barrier keeps them before the index that vouches for them. */
+NOINLINE static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
+                             uint8_t sum)
+{
+    uint8_t *to = (uint8_t *)ring;
+
+    if (!count)
+        return sum;
+    do {
+        uint8_t byte = *from++;
+
+        *to++ = byte;
+        sum = (uint8_t)(sum + byte);
+    } while (--count);
+    __asm__ volatile("" ::: "memory");
+    return sum;
+}
+
+#define PUT(byte) bytes[head++ & (CDS_RING_SIZE - 1)] = (byte)
+
+bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint8_t *parameters,
+                    uint8_t length)
+{
+    uint8_t head = ring->head, sum = (uint8_t)(id + length + CDS_LENGTH_MIN + error);
+    volatile uint8_t *bytes = ring->bytes;
+    uint8_t at, first;
+
+    if ((uint8_t)(ring->tail + CDS_RING_SIZE - head) < (uint8_t)CDS_PACKET_SIZE(length))
+        return false;
+    PUT(CDS_HEADER);
+    PUT(CDS_HEADER);
+    PUT(id);
+    PUT((uint8_t)(length + CDS_LENGTH_MIN));
+    PUT(error);
+    at = head & (CDS_RING_SIZE - 1);
+    head = (uint8_t)(head + length);
+    first = (uint8_t)(CDS_RING_SIZE - at);
+    if (first < length) { // over the ring's end
+        sum = copy(bytes + at, parameters, first, sum);
+        parameters += first;
+        length = (uint8_t)(length - first);
+        at = 0;
+    }
+    sum = copy(bytes + at, parameters, length, sum);
+    PUT((uint8_t)~sum);
+    ring->head = head; // behind the bytes it vouches for
+    return true;
+}

@@ -1,0 +1,268 @@
+/* The robot at the bus; see robot.h. */
+#include "robot/robot.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "console/errors.h"
+#include "compiler.h" // NOINLINE
+
+void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay)
+{
+    OPTIMIZER_BARRIER(robot);
+    robot->bus = bus;
+    robot->strangers = ROBOT_NOT_SCANNED;
+    cds_servos_begin(&robot->servos,
+                     &(struct cds_servos_config){.bus = bus,
+                                                 .queue = &robot->queue,
+                                                 .states = robot->states,
+                                                 .capacity = ROBOT_SERVOS,
+                                                 .grows = CDS_GROWS_ON_ALARM_OR_SETTING,
+                                                 .shortest_delay = shortest_delay});
+}
+
+static void store(const struct robot *robot, uint16_t state)
+{
+    if (robot->kept)
+        inhibit_store(robot->kept, state);
+}
+
+void robot_inhibit(struct robot *robot)
+{
+    if (robot->kept && inhibit_stored(robot->kept) != INHIBIT_STOPPING)
+        store(robot, INHIBIT_ON); // a stop that has not reached all servos stays one
+    cds_servos_inhibit_all(&robot->servos);
+}
+
+bool robot_allow(struct robot *robot)
+{
+    if (robot_is_stopping(robot))
+        return false;
+    cds_servos_allow(&robot->servos);
+    robot->stop_told = false;
+    store(robot, INHIBIT_FREE);
+    return true;
+}
+
+bool robot_release(struct robot *robot)
+{
+    if (!robot_allow(robot))
+        return false;
+    cds_servos_release_all(&robot->servos);
+    return true;
+}
+
+void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on)
+{
+    uint16_t state = powered_on ? INHIBIT_FREE : inhibit_stored(kept);
+
+    robot->kept = kept;
+    store(robot, state);
+    if (state == INHIBIT_STOPPING)
+        robot_stop(robot);
+    else if (state == INHIBIT_ON)
+        robot_inhibit(robot);
+}
+
+uint8_t robot_strangers(const struct robot *robot)
+{
+    if (robot->strangers == ROBOT_NOT_SCANNED)
+        return (uint8_t)(CDS_ID_MAX + 1 - robot->servos.count);
+    return robot->strangers == 0 && robot->servos.is_full ? 1 : robot->strangers;
+}
+
+bool robot_is_exclusive(const struct robot *robot)
+{
+    return robot->operation > ROBOT_CYCLE;
+}
+
+bool robot_idle(const struct robot *robot)
+{
+    return robot->operation == ROBOT_IDLE && !robot_is_stopping(robot);
+}
+
+bool robot_cycles(const struct robot *robot, uint8_t id)
+{
+    return robot->operation == ROBOT_CYCLE &&
+           (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
+}
+
+uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
+{
+    if (robot_is_stopping(robot))
+        return ERROR_STOPPED;
+    if (robot->operation != ROBOT_IDLE)
+        return ERROR_CYCLE;
+    robot->operation = (uint8_t)operation;
+    robot->result = CDS_PENDING;
+    robot->baud = robot->bus->baud_reg;
+    if (operation == ROBOT_SCAN || operation == ROBOT_DIAGNOSE)
+        robot->servos.is_paused = true; // a servo that is silent at another rate is not offline
+    return 0;
+}
+
+NOINLINE static void let_go(struct robot *robot)
+{
+    if (robot->operation == ROBOT_CYCLE)
+        cds_health_set_cycle(&robot->watch, NULL);
+    if (robot->operation == ROBOT_IDENTITY)
+        cds_servos_allow_reset(&robot->servos, false);
+    robot->watch_rests = false;
+    robot->operation = ROBOT_IDLE;
+    robot->servos.is_paused = false;
+}
+
+uint8_t robot_begun(struct robot *robot, enum cds_result begun)
+{
+    if (begun != CDS_OK)
+        let_go(robot);
+    else if (robot->operation == ROBOT_CYCLE) // goals that leave no time for it go before it
+        robot->watch_rests =
+            cds_health_set_cycle(&robot->watch, &robot->work.cycle.cycle) != CDS_OK;
+    return (uint8_t)begun;
+}
+
+void robot_abort(struct robot *robot)
+{
+    switch (robot->operation) {
+    case ROBOT_CYCLE: cds_cycle_abort(&robot->work.cycle.cycle); break;
+    case ROBOT_SCAN: cds_scan_abort(&robot->work.scan.scan); break;
+    case ROBOT_DIAGNOSE:
+        if (ROBOT_DIAGNOSES)
+            cds_diagnose_abort(&robot->work.diagnose);
+        break;
+    default: break;
+    }
+}
+
+NOINLINE static void begin_stop(struct robot *robot)
+{
+    robot->stop_told = true;
+    robot->stopping = true;
+    robot->servos.is_paused = false;
+    cds_torque_off_begin(&robot->stop, &robot->servos);
+}
+
+/* True if the bus is not at another rate because of an operation. */
+static bool is_at_own_rate(const struct robot *robot)
+{
+    return !robot_is_exclusive(robot) || robot->bus->baud_reg == robot->baud;
+}
+
+/* At another rate no servo of the robot hears the stop: it begins when the bus is back. An
+ * operation may leave a servo, and the bus, at another rate than before: then all are told once
+ * more. */
+void robot_stop(struct robot *robot)
+{
+    robot_abort(robot);
+    store(robot, INHIBIT_STOPPING);
+    robot_inhibit(robot);
+    robot->stop_waits = robot_is_exclusive(robot);
+    robot->stop_told = false;
+    if (is_at_own_rate(robot))
+        begin_stop(robot);
+}
+
+static void poll_stop(struct robot *robot)
+{
+    if (robot->stop_waits && robot->operation == ROBOT_IDLE) {
+        robot->stop_waits = false;
+        begin_stop(robot);
+    } else if (robot->stop_waits && !robot->stop_told && is_at_own_rate(robot)) {
+        begin_stop(robot);
+    }
+    if (!is_at_own_rate(robot)) // else torque off would abort a change of rate
+        return;
+    if (robot->stopping && cds_torque_off_poll(&robot->stop) != CDS_PENDING) {
+        robot->stopping = false;
+        if (!robot->stop_waits && robot->stop.steps.result != CDS_LINE_BUSY)
+            store(robot, INHIBIT_ON);
+    }
+}
+
+static enum cds_result poll_operation(struct robot *robot)
+{
+    switch (robot->operation) {
+    case ROBOT_CYCLE: return cds_cycle_poll(&robot->work.cycle.cycle);
+    case ROBOT_SCAN: return cds_scan_poll(&robot->work.scan.scan);
+    case ROBOT_DIAGNOSE:
+        if (ROBOT_DIAGNOSES)
+            return cds_diagnose_poll(&robot->work.diagnose);
+        return CDS_OK;
+    case ROBOT_IDENTITY: return cds_identity_poll(&robot->work.identity);
+    default: return cds_registered_move_poll(&robot->work.move.move);
+    }
+}
+
+/* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
+NOINLINE static void poll_work(struct robot *robot)
+{
+    poll_stop(robot);
+    if (robot->operation == ROBOT_IDLE)
+        return;
+    robot->result = (uint8_t)poll_operation(robot);
+    if (robot->result != CDS_PENDING)
+        let_go(robot);
+}
+
+/* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
+static bool begin_watch(struct robot *robot)
+{
+    struct cds_health *watch = &robot->watch;
+
+    if (cds_health_begin(watch, &(struct cds_health_config){.servos = &robot->servos,
+                                                            .period_us = CDS_HEALTH_PERIOD_US}) !=
+        CDS_OK)
+        return false;
+    watch->look_us += watch->step_us; // who has joined was heard just now
+    robot->watched = robot->servos.count;
+    if (robot->operation == ROBOT_CYCLE)
+        robot->watch_rests = cds_health_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
+    return true;
+}
+
+/* The state check goes on beside the cycle; during all else it pauses. */
+NOINLINE static void poll_watch(struct robot *robot)
+{
+    if (robot->stopping || robot->watch_rests || robot_is_exclusive(robot))
+        return;
+    if (robot->servos.count != robot->watched && !begin_watch(robot))
+        return;
+    if (!robot->chosen)
+        robot_yield(robot);
+    cds_health_poll(&robot->watch);
+}
+
+/* While there is nothing to do, it saves no register: each turn of the main loop calls it. */
+void robot_poll(struct robot *robot)
+{
+    if (!robot_idle(robot))
+        poll_work(robot);
+    if (robot->servos.count)
+        poll_watch(robot);
+}
+
+bool robot_add(struct robot *robot, uint8_t id)
+{
+    robot->chosen = true;
+    return cds_servos_find(&robot->servos, id) || cds_servos_add(&robot->servos, id) == CDS_OK;
+}
+
+NOINLINE void robot_yield(struct robot *robot)
+{
+    struct cds_health *watch = &robot->watch;
+
+    watch->look_us = cds_port_now_us() + ROBOT_REST_US;
+    if (watch->sought >= robot->servos.count ||
+        robot->states[watch->sought].presence != CDS_PRESENCE_RETURNED)
+        watch->seek_us = watch->look_us;
+}
+
+void robot_forget(struct robot *robot)
+{
+    cds_servos_forget(&robot->servos);
+    robot->strangers = ROBOT_NOT_SCANNED;
+    robot->group_count = 0;
+    robot->watched = 0;
+    robot->chosen = false;
+}
