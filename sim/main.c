@@ -8,10 +8,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "bench.h"
-#include "bus.h"
-#include "files.h"
-#include "named_files.h"
+#include "testbench.h"
+#include "testbench_bus.h"
+#include "output/files.h"
+#include "output/named_files.h"
 
 #ifndef SIM_BOARDS_DIR
 #define SIM_BOARDS_DIR "boards"

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "bench.h"
+#include "testbench.h"
 #include "job.h"
 
 #define RIG_US      16u  // cycles

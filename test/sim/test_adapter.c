@@ -1,6 +1,6 @@
 /* The serial adapter, alone on a wire and with servos. */
-#include "adapter.h"
-#include "servos.h"
+#include "host/adapter.h"
+#include "servo/servos.h"
 #include "unity.h"
 
 #include <string.h>

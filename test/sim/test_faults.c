@@ -1,6 +1,6 @@
 /* Every fault on a wire without an AVR: what it does to levels, bytes, framing and time, against a
  * model of its own: an array of levels, one for each microsecond, which is a bit at 1 Mbps. */
-#include "faults.h"
+#include "script/faults.h"
 #include "unity.h"
 
 #include <string.h>

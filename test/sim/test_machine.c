@@ -1,6 +1,6 @@
 /* Resets of the simulated chip and what they leave; a firmware that writes 5A to byte 0 of the
  * EEPROM, and then A5, from 8.5 ms on. */
-#include "machine.h"
+#include "avr/machine.h"
 #include "unity.h"
 
 #include <sanitizer/lsan_interface.h>

@@ -1,7 +1,7 @@
 /* The motor model: speeds, ramps, position loop, loads and temperature. */
 #include "unity.h"
 
-#include "motor.h"
+#include "servo/motor.h"
 
 static struct motor motor;
 static struct motor_order order;

@@ -1,7 +1,7 @@
 /* What the CPU reads of a pin that hangs on a net: every instruction that can read PINx, on ports
  * low and high of several chips. */
-#include "machine.h" // machine_free(): all that simavr forgets
-#include "pins.h"
+#include "avr/machine.h" // machine_free(): all that simavr forgets
+#include "avr/pins.h"
 #include "unity.h"
 
 #include <simavr/sim_io.h>

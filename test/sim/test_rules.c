@@ -1,6 +1,6 @@
 /* Whole runs of the simulator that must fail, and say why: rules of the wire, crashes, bad input.
  */
-#include "rules.h"
+#include "wire/rules.h"
 #include "sim/simulator.h"
 
 static struct run run;

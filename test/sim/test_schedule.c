@@ -1,4 +1,4 @@
-#include "schedule.h"
+#include "wire/schedule.h"
 #include "unity.h"
 
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Scenarios, read and run against a firmware that is four lines of C and servos on a wire; and
  * lists of IDs. */
-#include "adapter.h"
-#include "script.h"
+#include "host/adapter.h"
+#include "script/script.h"
 #include "unity.h"
 
 #include <stdarg.h>

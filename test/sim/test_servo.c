@@ -4,7 +4,7 @@
 
 #include "unity.h"
 
-#include "servo.h"
+#include "servo/servo.h"
 
 enum {
     PING = 0x01,

@@ -1,5 +1,5 @@
 /* Servos on a wire without an AVR: when they answer, what they hear, and their rates. */
-#include "servos.h"
+#include "servo/servos.h"
 #include "unity.h"
 
 #include <string.h>

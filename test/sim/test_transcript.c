@@ -1,5 +1,5 @@
 /* The transcript of a wire with two talkers; what it must say is the manual's notation. */
-#include "transcript.h"
+#include "output/transcript.h"
 #include "unity.h"
 
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* Talker and ear on one net: bit times, mismatch, breaks, collisions. Cycles are of 16 MHz. */
-#include "uart.h"
+#include "wire/uart.h"
 #include "unity.h"
 
 #include <string.h>
