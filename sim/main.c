@@ -233,7 +233,7 @@ static bool parse_option(struct bench_options *options, const char *name, const 
 static bool *find_switch(struct bench_options *options, const char *name)
 {
     return strcmp(name, "--echo") == 0               ? &options->echo
-           : strcmp(name, "--follow") == 0           ? &options->follow
+           : strcmp(name, "--follow") == 0           ? &options->live_view
            : strcmp(name, "--pty") == 0              ? &options->pty
            : strcmp(name, "--allow-duplicates") == 0 ? &options->allow_duplicates
                                                      : 0;

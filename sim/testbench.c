@@ -13,75 +13,75 @@
 /* --- who tells whom ------------------------------------------------------------------------------
  */
 
-static void wire_changed(void *owner, uint64_t now)
+static void wire_changed(void *context, uint64_t now)
 {
-    struct bench_bus *bus = owner;
-    bus_trace_wire(&bus->trace, now);
-    times_wire(&bus->bench->times, now, bus->index, &bus->wire);
+    struct bench_bus *bus = context;
+    bus_trace_circuit(&bus->trace, now);
+    times_wire(&bus->bench->times, now, bus->index, &bus->circuit);
 }
 
-static void servo_byte(void *owner, uint64_t now, const struct servo_node *node)
+static void servo_byte(void *context, uint64_t now, const struct servo_node *node)
 {
-    struct bench_bus *bus = owner;
-    if (!node->driver.excused) {
-        wire_servo_byte(&bus->wire, now, talker_end(&node->talker));
+    struct bench_bus *bus = context;
+    if (!node->driver.exempt) {
+        bus_circuit_servo_byte(&bus->circuit, now, uart_tx_end(&node->tx));
     }
 }
 
-static void controller_byte(void *owner, uint64_t now)
+static void controller_byte(void *context, uint64_t now)
 {
-    struct bench_bus *bus = owner;
-    faults_controller_byte(&bus->faults, now, &bus->wire.usart.talker);
-    times_byte(&bus->bench->times, now, bus->index, &bus->wire);
+    struct bench_bus *bus = context;
+    faults_controller_byte(&bus->faults, now, &bus->circuit.usart.tx);
+    times_byte(&bus->bench->times, now, bus->index, &bus->circuit);
 }
 
-static void servo_talks(void *owner, uint64_t now, const struct servo_node *node)
+static void servo_talks(void *context, uint64_t now, const struct servo_node *node)
 {
-    struct bench_bus *bus = owner;
+    struct bench_bus *bus = context;
     bus_trace_servo(&bus->trace, now, node);
 }
 
 /* Two talked, or a rule of the wire was broken in another way. */
-static void rule_broken(void *owner, enum rule rule, uint64_t now)
+static void rule_broken(void *context, enum rule rule, uint64_t now)
 {
-    struct bench_bus *bus = owner;
+    struct bench_bus *bus = context;
     bool collision = rule == RULE_COLLISION || rule == RULE_TWO_DRIVERS;
     plot_mark(&bus->bench->plot, bus->index, collision ? PLOT_COLLISION : PLOT_BREACH, now);
 }
 
-static void fault_acts(void *owner, uint64_t from, uint64_t until, const char *what)
+static void fault_acts(void *context, uint64_t from, uint64_t until, const char *what)
 {
-    struct bench_bus *bus = owner;
+    struct bench_bus *bus = context;
     (void)until;
     (void)what;
     plot_mark(&bus->bench->plot, bus->index, PLOT_FAULT, from);
 }
 
-static void line_seen(void *owner, const struct transcript *transcript)
+static void line_seen(void *context, const struct transcript *transcript)
 {
-    struct bench_bus *bus = owner;
+    struct bench_bus *bus = context;
     if (!transcript->good) {
         plot_mark(&bus->bench->plot, bus->index, PLOT_DAMAGED, transcript->start);
     }
-    script_packet(&bus->bench->script, transcript);
+    script_record_packet(&bus->bench->script, transcript);
 }
 
-static void handler_runs(void *owner, uint64_t now, uint8_t vector)
+static void handler_runs(void *context, uint64_t now, uint8_t vector)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     vcd_change(&bench->vcd, bench->handler, now, vector);
     times_handler(&bench->times, now);
 }
 
-static void was_reset(void *owner, uint64_t now)
+static void was_reset(void *context, uint64_t now)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
         faults_controller_reset(&bench->bus[i].faults, now);
-        wire_reset(&bench->bus[i].wire, now);
+        bus_circuit_reset(&bench->bus[i].circuit, now);
     }
     if (bench->board.has_host) {
-        usart_reset(&bench->host.usart, now);
+        usart_reset(&bench->host_link.usart, now);
     }
     if (bench->options->host == BENCH_HOST_SCRIPT) {
         if (bench->script.echo) {
@@ -91,17 +91,17 @@ static void was_reset(void *owner, uint64_t now)
     }
 }
 
-static void host_byte(void *owner, uint64_t now, uint8_t byte)
+static void host_byte(void *context, uint64_t now, uint8_t byte)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     switch (bench->options->host) {
-    case BENCH_HOST_SCRIPT: script_hear(&bench->script, now, byte); break;
+    case BENCH_HOST_SCRIPT: script_receive(&bench->script, now, byte); break;
     case BENCH_HOST_PTY:
         bench->traffic = now;
-        pty_say(&bench->pty, &byte, 1);
+        pty_send(&bench->pty, &byte, 1);
         break;
     case BENCH_HOST_STDOUT: fputc(byte, stdout); break;
-    case BENCH_HOST_PC: pc_hear(&bench->pc, now, byte); break;
+    case BENCH_HOST_PC: pc_program_receive(&bench->pc_program, now, byte); break;
     case BENCH_HOST_NONE: break;
     }
 }
@@ -109,18 +109,19 @@ static void host_byte(void *owner, uint64_t now, uint8_t byte)
 /* A client may be there before the firmware listens: its bytes wait. */
 static size_t pty_room(const struct bench *bench)
 {
-    return usart_rxen(&bench->host.usart) ? host_room(&bench->host) : 0;
+    return usart_rxen(&bench->host_link.usart) ? host_link_space(&bench->host_link) : 0;
 }
 
 static void hear_client(struct bench *bench, uint64_t now)
 {
     uint8_t bytes[PTY_BLOCK];
-    size_t room = pty_room(bench);
-    size_t size = pty_read(&bench->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
+    size_t capacity = pty_room(bench);
+    size_t size = pty_read(&bench->pty, bytes, capacity < sizeof(bytes) ? capacity : sizeof(bytes));
     if (bench->options->client_baud) {
-        adapter_baud(&bench->host.pc, pty_baud(&bench->pty)); // for these, and what is heard
+        adapter_baud(&bench->host_link.adapter,
+                     pty_baud(&bench->pty)); // for these, and what is heard
     }
-    adapter_say(&bench->host.pc, now, bytes, size);
+    adapter_send(&bench->host_link.adapter, now, bytes, size);
     bench->traffic = size ? now : bench->traffic;
 }
 
@@ -128,23 +129,23 @@ static void hear_client(struct bench *bench, uint64_t now)
  * time has passed, then simulates as much time as that was. So what the client writes is read at
  * once, and reaches the firmware at the cycle at which it was read. A run that is late simulates a
  * whole step without a sleep. */
-static void keep_pace(void *owner, uint64_t now)
+static void keep_pace(void *context, uint64_t now)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     uint32_t ms = bench->board.clock_Hz / 1000;
     hear_client(bench, now);
     pty_flush(&bench->pty);
     bool traffic = now - bench->traffic < TRAFFIC_MS * ms;
     uint64_t step = now + (traffic ? ms / STEPS_PER_MS : ms);
-    pace_wait(&bench->pace, step, pty_room(bench) ? pty_fd(&bench->pty) : -1);
-    uint64_t next = pace_cycle(&bench->pace);
+    realtime_wait(&bench->realtime, step, pty_room(bench) ? pty_fd(&bench->pty) : -1);
+    uint64_t next = realtime_cycle(&bench->realtime);
     next = next > now ? next : now + 1;
     schedule_at(&bench->schedule, &bench->keep_pace, next < step ? next : step);
 }
 
-static void time_is_over(void *owner, uint64_t now)
+static void time_is_over(void *context, uint64_t now)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     (void)now;
     machine_stop(&bench->machine);
 }
@@ -152,64 +153,65 @@ static void time_is_over(void *owner, uint64_t now)
 /* --- what a script does --------------------------------------------------------------------------
  */
 
-static bool script_ready(void *owner)
+static bool script_ready(void *context)
 {
-    struct bench *bench = owner;
-    return bench->board.has_host && usart_rxen(&bench->host.usart);
+    struct bench *bench = context;
+    return bench->board.has_host && usart_rxen(&bench->host_link.usart);
 }
 
-static void script_say(void *owner, uint64_t now, const char *bytes, size_t size)
+static void script_say(void *context, uint64_t now, const char *bytes, size_t size)
 {
-    struct bench *bench = owner;
-    host_say(&bench->host, now, bytes, size);
+    struct bench *bench = context;
+    host_link_send(&bench->host_link, now, bytes, size);
 }
 
 static bool put_servos(struct bench_bus *bus, uint64_t now, const uint8_t *ids, unsigned count)
 {
-    state_save(&bus->state);
+    servo_eeprom_save(&bus->state);
     servos_replace(&bus->servos, now, ids, count);
-    bus_trace_block(&bus->trace, now);
-    return state_load(&bus->state);
+    bus_trace_new_servos(&bus->trace, now);
+    return servo_eeprom_load(&bus->state);
 }
 
-static void script_servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count)
+static void script_servos(void *context, uint64_t now, const uint8_t *ids, unsigned count)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     if (!put_servos(&bench->bus[0], now, ids, count)) {
         machine_stop(&bench->machine);
     }
-    motion_block(&bench->motion, now);
+    motion_new_servos(&bench->motion, now);
 }
 
-static struct servos *script_bus(void *owner, unsigned index)
+static struct servos *script_bus(void *context, unsigned index)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     return index < bench->board.bus_count ? &bench->bus[index].servos : 0;
 }
 
-static const char *script_fault(void *owner, uint64_t now, const char *text)
+static const char *script_fault(void *context, uint64_t now, const char *text)
 {
-    struct bench *bench = owner;
-    unsigned bus = fault_bus(text);
+    struct bench *bench = context;
+    unsigned bus = fault_order_bus(text);
     return bus < bench->board.bus_count ? faults_order(&bench->bus[bus].faults, now, text)
                                         : "the board has no such bus";
 }
 
-static void order_upset(void *owner, uint64_t now, const struct upset_order *order)
+static void order_reset(void *context, uint64_t now, const struct reset_order *order)
 {
-    struct bench *bench = owner;
-    upset_order(&bench->upset, now, order);
+    struct bench *bench = context;
+    reset_injection_order(&bench->reset, now, order);
 }
 
-static void script_echo(void *owner, bool on)
+static void script_echo(void *context, bool on)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
         bench->bus[i].transcript.echo = on ? stdout : 0;
     }
 }
 
-static void script_outcome(void *owner, uint64_t now, enum script_outcome outcome, const char *what)
+static void script_outcome(void *context, uint64_t now, enum script_outcome outcome,
+                           const char *what)
 {
     static const enum rule rule[] = {
         [SCRIPT_UNEXPECTED_ERROR] = RULE_REPLY_WAS_ERROR,
@@ -217,7 +219,7 @@ static void script_outcome(void *owner, uint64_t now, enum script_outcome outcom
         [SCRIPT_SILENCE] = RULE_SCRIPT_UNFINISHED,
         [SCRIPT_UNMET] = RULE_EXPECTATION,
     };
-    struct bench *bench = owner;
+    struct bench *bench = context;
     if (outcome != SCRIPT_GOOD) {
         rules_break(&bench->rules, rule[outcome], now, "%s:%u: %s%s", bench->options->script,
                     script_line_number(&bench->script), what,
@@ -225,30 +227,30 @@ static void script_outcome(void *owner, uint64_t now, enum script_outcome outcom
     }
 }
 
-static void script_finished(void *owner, uint64_t now)
+static void script_finished(void *context, uint64_t now)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     (void)now;
     machine_stop(&bench->machine);
 }
 
-static void pc_ended(void *owner, uint64_t now, const char *wrong)
+static void pc_ended(void *context, uint64_t now, const char *wrong)
 {
-    struct bench *bench = owner;
+    struct bench *bench = context;
     if (wrong) {
         rules_break(&bench->rules, RULE_EXPECTATION, now, "%s:%u: %s", bench->options->pc,
-                    bench->pc.line[bench->pc.next - 1].number, wrong);
+                    bench->pc_program.line[bench->pc_program.next - 1].number, wrong);
     }
     machine_stop(&bench->machine);
 }
 
-static const struct script_world script_world = {
+static const struct script_ops script_ops = {
     .ready = script_ready,
     .say = script_say,
     .bus = script_bus,
     .servos = script_servos,
     .fault = script_fault,
-    .upset = order_upset,
+    .reset = order_reset,
     .echo = script_echo,
     .outcome = script_outcome,
     .finished = script_finished,
@@ -280,41 +282,41 @@ static bool init_bus(struct bench *bench, unsigned index)
         snprintf(bus->label, sizeof(bus->label), " bus%u", index);
         snprintf(bus->where, sizeof(bus->where), "bus %u: ", index);
     }
-    rules_join(&bus->rules, &bench->rules, bus->where);
-    bus->rules.owner = bus;
+    rules_init_bus(&bus->rules, &bench->rules, bus->where);
+    bus->rules.context = bus;
     bus->rules.on_break = rule_broken;
-    if (!wire_init(&bus->wire, &bench->machine, &bench->board.bus[index], bench->options->exact,
-                   &bus->rules)) {
+    if (!bus_circuit_init(&bus->circuit, &bench->machine, &bench->board.bus[index],
+                          bench->options->exact, &bus->rules)) {
         return false;
     }
-    transcript_init(&bus->transcript, &bench->schedule, &bus->wire.sig, &bus->wire.to_sig);
-    bus->transcript.controller_talker = &bus->wire.usart.txd;
+    transcript_init(&bus->transcript, &bench->schedule, &bus->circuit.sig, &bus->circuit.to_sig);
+    bus->transcript.controller_talker = &bus->circuit.usart.txd;
     bus->transcript.label = bus->label;
     bus->transcript.file = bench->transcript;
-    bus->transcript.owner = bus;
+    bus->transcript.context = bus;
     bus->transcript.on_line = line_seen;
-    servos_init(&bus->servos, &bench->schedule, &bus->wire.sig, clock_Hz);
-    bus_trace_init(&bus->trace, &bench->vcd, index, &bus->wire);
+    servos_init(&bus->servos, &bench->schedule, &bus->circuit.sig, clock_Hz);
+    bus_trace_init(&bus->trace, &bench->vcd, index, &bus->circuit);
     bus_trace_servos(&bus->trace, &bench->plot, &bus->servos);
     if (index > 0) {
         motion_bus(&bench->motion, &bus->servos);
     }
-    bus->wire.owner = bus;
-    bus->wire.on_change = wire_changed;
-    bus->wire.on_byte = controller_byte;
-    bus->servos.owner = bus;
+    bus->circuit.context = bus;
+    bus->circuit.on_change = wire_changed;
+    bus->circuit.on_byte = controller_byte;
+    bus->servos.context = bus;
     bus->servos.on_byte = servo_byte;
     bus->servos.on_talk = servo_talks;
     bus->servos.seed = bench->options->seed + index * 0x10001u;
     bus->servos.duplicates = bench->options->allow_duplicates;
     faults_init(&bus->faults, &bench->schedule, &bus->servos, bus->servos.seed);
-    faults_join_receiver(&bus->faults, &bus->wire.rxd);
-    bus->faults.owner = bus;
+    faults_connect_receiver(&bus->faults, &bus->circuit.rxd);
+    bus->faults.context = bus;
     bus->faults.on_act = fault_acts;
-    if (bench->options->follow) {
-        follow_bus(&bench->follow, &bus->servos);
+    if (bench->options->live_view) {
+        live_view_add_bus(&bench->live_view, &bus->servos);
     }
-    return state_init(&bus->state, bench->options->state, index, &bus->servos);
+    return servo_eeprom_init(&bus->state, bench->options->state, index, &bus->servos);
 }
 
 static bool open_pty(struct bench *bench)
@@ -322,7 +324,7 @@ static bool open_pty(struct bench *bench)
     if (!pty_open(&bench->pty, bench->board.host_baud)) {
         return false;
     }
-    pace_start(&bench->pace, bench->board.clock_Hz);
+    realtime_start(&bench->realtime, bench->board.clock_Hz);
     event_init(&bench->keep_pace, keep_pace, bench);
     schedule_at(&bench->schedule, &bench->keep_pace, 0);
     return true;
@@ -330,14 +332,14 @@ static bool open_pty(struct bench *bench)
 
 static bool start_script(struct bench *bench)
 {
-    bench->world = script_world;
-    bench->world.owner = bench;
-    bench->world.rules = &bench->rules;
+    bench->ops = script_ops;
+    bench->ops.context = bench;
+    bench->ops.rules = &bench->rules;
     if (!bench->board.has_host) {
-        bench->world.say = 0;
+        bench->ops.say = 0;
     }
     bench->script.echo = bench->options->echo;
-    return script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->world,
+    return script_start(&bench->script, &bench->schedule, bench->board.clock_Hz, &bench->ops,
                         stdout);
 }
 
@@ -345,12 +347,12 @@ static bool init_host(struct bench *bench)
 {
     const struct bench_options *options = bench->options;
     if (bench->board.has_host) {
-        if (!host_init(&bench->host, &bench->machine, bench->board.host_usart,
-                       bench->board.host_baud, options->exact)) {
+        if (!host_link_init(&bench->host_link, &bench->machine, bench->board.host_usart,
+                            bench->board.host_baud, options->exact)) {
             return false;
         }
-        bench->host.pc.owner = bench;
-        bench->host.pc.on_byte = host_byte;
+        bench->host_link.adapter.context = bench;
+        bench->host_link.adapter.on_byte = host_byte;
     } else if (options->host == BENCH_HOST_PTY || options->host == BENCH_HOST_STDOUT ||
                options->host == BENCH_HOST_PC) {
         fprintf(stderr, "%s: the board has no host link: no --host\n", options->board);
@@ -360,10 +362,11 @@ static bool init_host(struct bench *bench)
     case BENCH_HOST_SCRIPT: return start_script(bench);
     case BENCH_HOST_PTY: return open_pty(bench);
     case BENCH_HOST_PC:
-        bench->pc.owner = bench;
-        bench->pc.on_reset = order_upset;
-        bench->pc.on_end = pc_ended;
-        pc_start(&bench->pc, &bench->schedule, bench->board.clock_Hz, &bench->host, stdout);
+        bench->pc_program.context = bench;
+        bench->pc_program.on_reset = order_reset;
+        bench->pc_program.on_end = pc_ended;
+        pc_program_start(&bench->pc_program, &bench->schedule, bench->board.clock_Hz,
+                         &bench->host_link, stdout);
         return true;
     default: return true;
     }
@@ -403,11 +406,11 @@ static bool init_instruments(struct bench *bench)
         (options->stamp && !times_stamp(&bench->times, options->stamp)) ||
         (options->steps && !times_steps(&bench->times, options->steps)) ||
         (options->plot && !open_plot(bench)) || (options->gdb && !open_gdb(bench)) ||
-        (options->eeprom && !eeprom_load(&bench->machine.eeprom, options->eeprom))) {
+        (options->eeprom && !eeprom_model_load(&bench->machine.eeprom, options->eeprom))) {
         return false;
     }
     bench->handler = vcd_signal(&bench->vcd, "cpu_handler_vector", 8);
-    bench->machine.cpu.owner = bench;
+    bench->machine.cpu.context = bench;
     bench->machine.cpu.on_handler = handler_runs;
     return true;
 }
@@ -428,7 +431,7 @@ static bool init_servos(struct bench *bench)
             return false;
         }
     }
-    motion_block(&bench->motion, 0);
+    motion_new_servos(&bench->motion, 0);
     return true;
 }
 
@@ -442,11 +445,11 @@ static void set_limit(struct bench *bench)
 }
 
 bool bench_order_faults(const struct bench_options *options,
-                        const char *(*order)(void *owner, uint64_t now, const char *text),
-                        void *owner)
+                        const char *(*order)(void *context, uint64_t now, const char *text),
+                        void *context)
 {
     for (unsigned i = 0; i < options->fault_count; i++) {
-        const char *wrong = order(owner, 0, options->faults[i]);
+        const char *wrong = order(context, 0, options->faults[i]);
         if (wrong) {
             fprintf(stderr, "--fault \"%s\": %s\n", options->faults[i], wrong);
             return false;
@@ -461,7 +464,7 @@ bool bench_init(struct bench *bench, const struct bench_options *options)
         .options = options, .pty = {.master = -1}, .gdb = {.listener = -1, .client = -1}};
     schedule_init(&bench->schedule);
     if ((options->script && !script_read(&bench->script, options->script)) ||
-        (options->pc && !pc_read(&bench->pc, options->pc))) {
+        (options->pc && !pc_program_read(&bench->pc_program, options->pc))) {
         return false;
     }
     if (!board_read(&bench->board, options->boards, options->board)) {
@@ -474,17 +477,17 @@ bool bench_init(struct bench *bench, const struct bench_options *options)
         !init_instruments(bench)) {
         return false;
     }
-    if (options->follow) {
-        follow_init(&bench->follow, stderr, &bench->schedule, bench->board.clock_Hz);
+    if (options->live_view) {
+        live_view_init(&bench->live_view, stderr, &bench->schedule, bench->board.clock_Hz);
     }
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
         if (!init_bus(bench, i)) {
             return false;
         }
     }
-    bench->machine.owner = bench;
+    bench->machine.context = bench;
     bench->machine.on_reset = was_reset;
-    upset_init(&bench->upset, &bench->machine);
+    reset_injection_init(&bench->reset, &bench->machine);
     if (!init_servos(bench) || !bench_order_faults(options, script_fault, bench)) {
         return false;
     }
@@ -532,11 +535,11 @@ bool bench_run(struct bench *bench)
                     bench->options->script, script_line_number(&bench->script),
                     why_unfinished(bench));
     }
-    follow_end(&bench->follow, bench->end);
+    live_view_end(&bench->live_view, bench->end);
     pty_flush(&bench->pty);
     for (unsigned i = 0; i < bench->board.bus_count; i++) {
         transcript_end(&bench->bus[i].transcript);
-        state_save(&bench->bus[i].state);
+        servo_eeprom_save(&bench->bus[i].state);
     }
     return !rules_failed(&bench->rules);
 }
@@ -564,13 +567,13 @@ void bench_report(struct bench *bench, FILE *out)
     fprintf(out, "cpu:     %.1f %% in interrupt handlers, awake %.1f %%\n",
             percent(cpu->in_handlers, bench->end), 100.0 - percent(cpu->asleep, bench->end));
     mark_report(&bench->mark, bench->end, out);
-    if (bench->host.pc.framing_errors) {
+    if (bench->host_link.adapter.framing_errors) {
         fprintf(out, "host:    %" PRIu32 " bytes of the firmware with framing errors: baud rate?\n",
-                bench->host.pc.framing_errors);
+                bench->host_link.adapter.framing_errors);
     }
     pty_report(&bench->pty, out);
-    if (bench->pace.lost_ns) {
-        fprintf(out, "pace:    %.3f s behind real time\n", (double)bench->pace.lost_ns * 1e-9);
+    if (bench->realtime.lost_ns) {
+        fprintf(out, "pace:    %.3f s behind real time\n", (double)bench->realtime.lost_ns * 1e-9);
     }
     rules_report(&bench->rules, out);
 }
@@ -582,8 +585,8 @@ static bool save_results(struct bench *bench)
     if (bench->ran) {
         good = plot_draw(&bench->plot, bench->end);
         if (eeprom) {
-            eeprom_lose_power(&bench->machine.eeprom, bench->end);
-            good = eeprom_save(&bench->machine.eeprom, eeprom) && good;
+            eeprom_model_lose_power(&bench->machine.eeprom, bench->end);
+            good = eeprom_model_save(&bench->machine.eeprom, eeprom) && good;
         }
     }
     return good;
@@ -607,7 +610,7 @@ bool bench_free(struct bench *bench)
     pty_close(&bench->pty);
     machine_free(&bench->machine);
     script_free(&bench->script);
-    pc_free(&bench->pc);
+    pc_program_free(&bench->pc_program);
     schedule_free(&bench->schedule);
     return good;
 }

@@ -73,7 +73,7 @@ struct bench_options {
     bool echo;
     bool bus; // servos only, no AVR
     bool pty; // likewise
-    bool follow;
+    bool live_view;
 };
 
 /* One bus and what hangs on it. */
@@ -82,10 +82,10 @@ struct bench_bus {
     unsigned index;
     struct rules rules;
     char label[16], where[24]; // of a board with several buses
-    struct wire wire;
+    struct bus_circuit circuit;
     struct servos servos;
     struct faults faults;
-    struct state state;
+    struct servo_eeprom state;
     struct transcript transcript;
     struct bus_trace trace;
 };
@@ -95,15 +95,15 @@ struct bench {
     struct schedule schedule;
     struct board board;
     struct machine machine;
-    struct upset upset;
+    struct reset_injection reset;
     struct rules rules;
     struct bench_bus bus[BOARD_BUSES_MAX];
-    struct host host;
+    struct host_link host_link;
     struct script script;
-    struct script_world world;
-    struct pc pc;
+    struct script_ops ops;
+    struct pc_program pc_program;
     struct pty pty;
-    struct pace pace; // with a pty
+    struct realtime realtime; // with a pty
     struct event keep_pace;
     uint64_t traffic; // cycle of the latest byte of the client or for it
     struct vcd vcd;
@@ -115,7 +115,7 @@ struct bench {
     struct mark mark;
     struct times times;
     FILE *transcript;
-    struct follow follow;
+    struct live_view live_view;
     struct event limit;
     bool ran; // there are results to save, though the run may have ended before its first cycle
     uint64_t end;
@@ -127,8 +127,8 @@ bool bench_init(struct bench *bench, const struct bench_options *options);
 
 /* The faults of the command line. False, with one line on stderr, when one cannot be had. */
 bool bench_order_faults(const struct bench_options *options,
-                        const char *(*order)(void *owner, uint64_t now, const char *text),
-                        void *owner);
+                        const char *(*order)(void *context, uint64_t now, const char *text),
+                        void *context);
 
 /* False when a rule was broken. */
 bool bench_run(struct bench *bench);

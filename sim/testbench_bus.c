@@ -17,51 +17,51 @@
 /* --- who tells whom ------------------------------------------------------------------------------
  */
 
-static void byte_heard(void *owner, uint64_t now, uint8_t byte)
+static void byte_received(void *context, uint64_t now, uint8_t byte)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     (void)now;
-    pty_say(&bus->pty, &byte, 1);
+    pty_send(&bus->pty, &byte, 1);
 }
 
-static void adapter_byte(void *owner, uint64_t now)
+static void adapter_byte(void *context, uint64_t now)
 {
-    struct bus *bus = owner;
-    faults_controller_byte(&bus->faults, now, &bus->adapter.talker);
+    struct bus *bus = context;
+    faults_controller_byte(&bus->faults, now, &bus->adapter.tx);
 }
 
-static void adapter_talks(void *owner, uint64_t now, bool talking)
+static void adapter_talks(void *context, uint64_t now, bool talking)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     bus_trace_controller(&bus->trace, now, talking);
 }
 
-static void servo_talks(void *owner, uint64_t now, const struct servo_node *node)
+static void servo_talks(void *context, uint64_t now, const struct servo_node *node)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     bus_trace_servo(&bus->trace, now, node);
 }
 
-static void line_seen(void *owner, const struct transcript *transcript)
+static void line_seen(void *context, const struct transcript *transcript)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     if (!transcript->good) {
         plot_mark(&bus->plot, 0, PLOT_DAMAGED, transcript->start);
     }
-    script_packet(&bus->script, transcript);
+    script_record_packet(&bus->script, transcript);
 }
 
-static void fault_acts(void *owner, uint64_t from, uint64_t until, const char *what)
+static void fault_acts(void *context, uint64_t from, uint64_t until, const char *what)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     (void)until;
     (void)what;
     plot_mark(&bus->plot, 0, PLOT_FAULT, from);
 }
 
-static void time_is_over(void *owner, uint64_t now)
+static void time_is_over(void *context, uint64_t now)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     (void)now;
     bus->stop = 1;
 }
@@ -69,57 +69,59 @@ static void time_is_over(void *owner, uint64_t now)
 /* --- what a scenario does ------------------------------------------------------------------------
  */
 
-static uint64_t script_send(void *owner, uint64_t now, const uint8_t *bytes, size_t size)
+static uint64_t script_send(void *context, uint64_t now, const uint8_t *bytes, size_t size)
 {
-    struct bus *bus = owner;
-    adapter_say(&bus->adapter, now, bytes, size);
+    struct bus *bus = context;
+    adapter_send(&bus->adapter, now, bytes, size);
     return adapter_end(&bus->adapter);
 }
 
-static void script_baud(void *owner, uint32_t baud)
+static void script_baud(void *context, uint32_t baud)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     adapter_baud(&bus->adapter, baud);
 }
 
-static struct servos *script_bus(void *owner, unsigned index)
+static struct servos *script_bus(void *context, unsigned index)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     return index == 0 ? &bus->servos : 0;
 }
 
 static bool put_servos(struct bus *bus, uint64_t now, const uint8_t *ids, unsigned count)
 {
-    state_save(&bus->state);
+    servo_eeprom_save(&bus->state);
     servos_replace(&bus->servos, now, ids, count);
-    bus_trace_block(&bus->trace, now);
-    motion_block(&bus->motion, now);
-    return state_load(&bus->state);
+    bus_trace_new_servos(&bus->trace, now);
+    motion_new_servos(&bus->motion, now);
+    return servo_eeprom_load(&bus->state);
 }
 
-static void script_servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count)
+static void script_servos(void *context, uint64_t now, const uint8_t *ids, unsigned count)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     if (!put_servos(bus, now, ids, count)) {
         bus->stop = 1;
     }
 }
 
-static const char *script_fault(void *owner, uint64_t now, const char *text)
+static const char *script_fault(void *context, uint64_t now, const char *text)
 {
-    struct bus *bus = owner;
-    return fault_bus(text) == 0 ? faults_order(&bus->faults, now, text) : "there is no such bus";
+    struct bus *bus = context;
+    return fault_order_bus(text) == 0 ? faults_order(&bus->faults, now, text)
+                                      : "there is no such bus";
 }
 
-static void script_echo(void *owner, bool on)
+static void script_echo(void *context, bool on)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     bus->transcript.echo = on ? stdout : 0;
 }
 
-static void script_outcome(void *owner, uint64_t now, enum script_outcome outcome, const char *what)
+static void script_outcome(void *context, uint64_t now, enum script_outcome outcome,
+                           const char *what)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     if (outcome != SCRIPT_GOOD) {
         rules_break(&bus->rules, RULE_EXPECTATION, now, "%s:%u: %s", bus->options->script,
                     script_line_number(&bus->script), what);
@@ -127,9 +129,9 @@ static void script_outcome(void *owner, uint64_t now, enum script_outcome outcom
 }
 
 /* With a pty the scenario is the world around a client, who goes on. */
-static void script_finished(void *owner, uint64_t now)
+static void script_finished(void *context, uint64_t now)
 {
-    struct bus *bus = owner;
+    struct bus *bus = context;
     (void)now;
     bus->stop = !bus->options->pty;
 }
@@ -164,22 +166,22 @@ static void init_wire(struct bus *bus)
     struct schedule *schedule = &bus->schedule;
     net_init(&bus->sig);
     adapter_init(&bus->adapter, schedule, &bus->sig, &bus->sig, BUS_CLOCK_HZ, BUS_BAUD);
-    bus->adapter.owner = bus;
-    bus->adapter.on_byte = byte_heard;
+    bus->adapter.context = bus;
+    bus->adapter.on_byte = byte_received;
     bus->adapter.on_start = adapter_byte;
     bus->adapter.on_talk = adapter_talks;
     transcript_init(&bus->transcript, schedule, &bus->sig, &bus->adapter.driver);
     bus->transcript.echo = bus->options->echo ? stdout : 0;
-    bus->transcript.owner = bus;
+    bus->transcript.context = bus;
     bus->transcript.on_line = line_seen;
     servos_init(&bus->servos, schedule, &bus->sig, BUS_CLOCK_HZ);
     bus->servos.duplicates = bus->options->allow_duplicates;
     bus->servos.seed = bus->options->seed;
     faults_init(&bus->faults, schedule, &bus->servos, bus->options->seed);
-    faults_join_receiver(&bus->faults, &bus->adapter.rx);
-    bus->faults.owner = bus;
+    faults_connect_receiver(&bus->faults, &bus->adapter.rxd);
+    bus->faults.context = bus;
     bus->faults.on_act = fault_acts;
-    bus->servos.owner = bus;
+    bus->servos.context = bus;
     bus->servos.on_talk = servo_talks;
 }
 
@@ -190,16 +192,16 @@ static void init_time(struct bus *bus)
     if (options->seconds > 0) {
         schedule_at(&bus->schedule, &bus->limit, (uint64_t)(options->seconds * BUS_CLOCK_HZ));
     }
-    if (options->follow) {
-        follow_init(&bus->follow, stderr, &bus->schedule, BUS_CLOCK_HZ);
-        follow_bus(&bus->follow, &bus->servos);
+    if (options->live_view) {
+        live_view_init(&bus->live_view, stderr, &bus->schedule, BUS_CLOCK_HZ);
+        live_view_add_bus(&bus->live_view, &bus->servos);
     }
 }
 
 static bool init_script(struct bus *bus)
 {
-    bus->world = (struct script_world){
-        .owner = bus,
+    bus->ops = (struct script_ops){
+        .context = bus,
         .send = script_send,
         .baud = script_baud,
         .bus = script_bus,
@@ -212,7 +214,7 @@ static bool init_script(struct bus *bus)
     };
     bus->script.echo = bus->options->echo;
     return !bus->options->script ||
-           script_start(&bus->script, &bus->schedule, BUS_CLOCK_HZ, &bus->world, stdout);
+           script_start(&bus->script, &bus->schedule, BUS_CLOCK_HZ, &bus->ops, stdout);
 }
 
 bool bus_init(struct bus *bus, const struct bench_options *options)
@@ -224,7 +226,7 @@ bool bus_init(struct bus *bus, const struct bench_options *options)
     if ((options->script && !script_read(&bus->script, options->script)) || !open_files(bus)) {
         return false;
     }
-    if (!state_init(&bus->state, options->state, 0, &bus->servos) ||
+    if (!servo_eeprom_init(&bus->state, options->state, 0, &bus->servos) ||
         !put_servos(bus, 0, options->servos[0].ids, options->servos[0].count) ||
         !bench_order_faults(options, script_fault, bus)) {
         return false;
@@ -245,25 +247,29 @@ bool bus_init(struct bus *bus, const struct bench_options *options)
 static void hear_client(struct bus *bus, uint64_t now)
 {
     uint8_t bytes[PTY_BLOCK];
-    size_t room = adapter_room(&bus->adapter);
-    size_t size = pty_read(&bus->pty, bytes, room < sizeof(bytes) ? room : sizeof(bytes));
+    size_t capacity = adapter_space(&bus->adapter);
+    size_t size = pty_read(&bus->pty, bytes, capacity < sizeof(bytes) ? capacity : sizeof(bytes));
     adapter_baud(&bus->adapter, pty_baud(&bus->pty));
-    adapter_say(&bus->adapter, now, bytes, size);
+    adapter_send(&bus->adapter, now, bytes, size);
 }
 
 static void run_in_real_time(struct bus *bus)
 {
     printf("%s\n", bus->pty.path); // a signal ends the run cleanly from here on
     fflush(stdout);
-    pace_start(&bus->pace, BUS_CLOCK_HZ);
+    realtime_start(&bus->realtime, BUS_CLOCK_HZ);
     while (!bus->stop) {
-        uint64_t now = pace_cycle(&bus->pace);
+        uint64_t now = realtime_cycle(&bus->realtime);
         schedule_run_until(&bus->schedule, now);
         hear_client(bus, now);
         pty_flush(&bus->pty);
-        bool traffic = bus->adapter.talker.busy || now - bus->sig.time < TRAFFIC_IS;
-        int fd = adapter_room(&bus->adapter) ? pty_fd(&bus->pty) : -1;
-        pace_wait(&bus->pace, now + (traffic ? TRAFFIC : fd >= 0 ? NO_TRAFFIC : NO_CLIENT), fd);
+        bool traffic = bus->adapter.tx.busy || now - bus->sig.time < TRAFFIC_IS;
+        int fd = adapter_space(&bus->adapter) ? pty_fd(&bus->pty) : -1;
+        realtime_wait(&bus->realtime,
+                      now + (traffic   ? TRAFFIC
+                             : fd >= 0 ? NO_TRAFFIC
+                                       : NO_CLIENT),
+                      fd);
     }
 }
 
@@ -279,9 +285,9 @@ bool bus_run(struct bus *bus)
         rules_break(&bus->rules, RULE_SCRIPT_UNFINISHED, bus->schedule.now, "%s:%u",
                     bus->options->script, script_line_number(&bus->script));
     }
-    follow_end(&bus->follow, bus->schedule.now);
+    live_view_end(&bus->live_view, bus->schedule.now);
     transcript_end(&bus->transcript);
-    state_save(&bus->state);
+    servo_eeprom_save(&bus->state);
     return rules_broken(&bus->rules) == 0;
 }
 
@@ -301,8 +307,8 @@ void bus_report(const struct bus *bus, FILE *out)
                 bus->adapter.framing_errors);
     }
     pty_report(&bus->pty, out);
-    if (bus->pace.lost_ns) {
-        fprintf(out, "pace:    %.3f s behind real time\n", (double)bus->pace.lost_ns * 1e-9);
+    if (bus->realtime.lost_ns) {
+        fprintf(out, "pace:    %.3f s behind real time\n", (double)bus->realtime.lost_ns * 1e-9);
     }
     rules_report(&bus->rules, out);
 }

@@ -36,18 +36,18 @@ struct bus {
     struct adapter adapter;
     struct servos servos;
     struct faults faults;
-    struct state state;
+    struct servo_eeprom state;
     struct rules rules;
     struct script script;
-    struct script_world world;
+    struct script_ops ops;
     struct pty pty;
-    struct pace pace; // with a pty
+    struct realtime realtime; // with a pty
     struct transcript transcript;
     struct vcd vcd;
     struct bus_trace trace;
     struct motion motion;
     struct plot plot;
-    struct follow follow;
+    struct live_view live_view;
     struct event limit;
     volatile sig_atomic_t stop; // may be set by a signal handler
 };

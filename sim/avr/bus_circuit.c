@@ -6,142 +6,145 @@
 /* --- rules ---------------------------------------------------------------------------------------
  */
 
-static bool has_adapter(const struct wire *wire)
+static bool has_adapter(const struct bus_circuit *circuit)
 {
-    return wire->wiring == BOARD_ADAPTER || wire->wiring == BOARD_ADAPTER_ECHO;
+    return circuit->wiring == BOARD_ADAPTER || circuit->wiring == BOARD_ADAPTER_ECHO;
 }
 
-static unsigned sent_byte(const struct wire *wire)
+static unsigned sent_byte(const struct bus_circuit *circuit)
 {
-    return wire->usart.talker.frame >> 1 & 0xFF;
+    return circuit->usart.tx.frame >> 1 & 0xFF;
 }
 
-static void check_release(struct wire *wire, uint64_t now)
+static void check_release(struct bus_circuit *circuit, uint64_t now)
 {
-    const struct talker *talker = &wire->usart.talker;
-    if (talker->busy && talker->bit > 0 && now < talker_end(talker)) {
-        rules_break(wire->rules, RULE_EARLY_RELEASE, now,
+    const struct uart_tx *tx = &circuit->usart.tx;
+    if (tx->busy && tx->bit > 0 && now < uart_tx_end(tx)) {
+        rules_break(circuit->rules, RULE_EARLY_RELEASE, now,
                     "byte %02X was cut %" PRIu64 " cycles before the end of its stop bit",
-                    sent_byte(wire), talker_end(talker) - now);
+                    sent_byte(circuit), uart_tx_end(tx) - now);
     }
 }
 
 /* The way to the receiver opens and shuts while a servo talks. */
-static void check_listening(struct wire *wire, uint64_t now)
+static void check_listening(struct bus_circuit *circuit, uint64_t now)
 {
-    bool listening = wire->rx_enable && usart_listens(&wire->usart);
-    if (wire->listening && !listening && now < wire->servo_until) {
-        rules_break(wire->rules, RULE_REPLY_LOST, now,
+    bool listening = circuit->rx_enable && usart_is_listening(&circuit->usart);
+    if (circuit->listening && !listening && now < circuit->servo_until) {
+        rules_break(circuit->rules, RULE_REPLY_LOST, now,
                     "the receiver was shut %" PRIu64 " cycles before a servo's byte had ended",
-                    wire->servo_until - now);
+                    circuit->servo_until - now);
     }
-    wire->listening = listening;
+    circuit->listening = listening;
 }
 
 /* An adapter's RXD never floats, and its TXD counts at any time: but a chip that comes out of reset
  * has not yet had the time to drive it. */
-static void check_floating(struct wire *wire, uint64_t now)
+static void check_floating(struct bus_circuit *circuit, uint64_t now)
 {
-    bool adapter = has_adapter(wire);
-    wire->txd_driven = wire->txd_driven || wire->txd.enabled;
-    bool rxd = !adapter && !wire->rx_enable && pin_state(&wire->pin_rxd) == PIN_FLOATS;
-    if (rxd && !wire->rxd_floats) {
-        rules_break(wire->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
+    bool adapter = has_adapter(circuit);
+    circuit->txd_driven = circuit->txd_driven || circuit->txd.enabled;
+    bool rxd = !adapter && !circuit->rx_enable && pin_state(&circuit->pin_rxd) == PIN_FLOATS;
+    if (rxd && !circuit->rxd_floats) {
+        rules_break(circuit->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
     }
-    wire->rxd_floats = rxd;
-    bool heard = adapter ? wire->txd_driven : wire->wiring != BOARD_TIED && wire->tx_enable;
-    bool txd = heard && wire->txd.enabled == 0 && pin_state(&wire->pin_txd) == PIN_FLOATS;
-    if (txd && !wire->txd_floats) {
-        rules_break(wire->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
+    circuit->rxd_floats = rxd;
+    bool heard =
+        adapter ? circuit->txd_driven : circuit->wiring != BOARD_TIED && circuit->tx_enable;
+    bool txd = heard && circuit->txd.enabled == 0 && pin_state(&circuit->pin_txd) == PIN_FLOATS;
+    if (txd && !circuit->txd_floats) {
+        rules_break(circuit->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
                     adapter ? "" : "TX enable on, ");
     }
-    wire->txd_floats = txd;
+    circuit->txd_floats = txd;
 }
 
 /* A pin of the port that is tied to the wire must be an input: at any level it is not the servos'.
  */
-static void check_output(struct wire *wire, uint64_t now, bool port_drives)
+static void check_output(struct bus_circuit *circuit, uint64_t now, bool port_drives)
 {
-    bool output = wire->wiring == BOARD_TIED && port_drives;
-    if (output && !wire->txd_output) {
-        rules_break(wire->rules, RULE_TXD_OUTPUT, now, "TXEN off, TXD an output");
+    bool output = circuit->wiring == BOARD_TIED && port_drives;
+    if (output && !circuit->txd_output) {
+        rules_break(circuit->rules, RULE_TXD_OUTPUT, now, "TXEN off, TXD an output");
     }
-    wire->txd_output = output;
+    circuit->txd_output = output;
 }
 
 /* What keeps the controller on the wire. */
-static const char *driving(const struct wire *wire)
+static const char *driving(const struct bus_circuit *circuit)
 {
-    if (has_adapter(wire)) {
+    if (has_adapter(circuit)) {
         return "the adapter held the wire";
     }
-    return wire->wiring == BOARD_TIED ? "TXD drove the wire" : "the TX enable was on";
+    return circuit->wiring == BOARD_TIED ? "TXD drove the wire" : "the TX enable was on";
 }
 
-static void sig_driver(void *owner, uint64_t now, struct driver *driver)
+static void sig_driver(void *context, uint64_t now, struct driver *driver)
 {
-    struct wire *wire = owner;
+    struct bus_circuit *circuit = context;
     (void)driver;
-    unsigned servos = wire->sig.enabled - wire->sig.excused - wire->to_sig.enabled;
-    bool two = wire->to_sig.enabled && servos > 0;
+    unsigned servos = circuit->sig.enabled - circuit->sig.exempt - circuit->to_sig.enabled;
+    bool two = circuit->to_sig.enabled && servos > 0;
     bool collision = servos > 1;
-    if (two && !wire->two_drivers) {
-        bool late = driver == &wire->to_sig;
-        rules_break(wire->rules, RULE_TWO_DRIVERS, now, "%s began while %s",
-                    late ? "the controller" : "a servo", late ? "a servo talked" : driving(wire));
+    if (two && !circuit->two_drivers) {
+        bool late = driver == &circuit->to_sig;
+        rules_break(circuit->rules, RULE_TWO_DRIVERS, now, "%s began while %s",
+                    late ? "the controller" : "a servo",
+                    late ? "a servo talked" : driving(circuit));
     }
-    if (collision && !wire->collision) {
-        rules_break(wire->rules, RULE_COLLISION, now, "a servo began while another one talked");
+    if (collision && !circuit->collision) {
+        rules_break(circuit->rules, RULE_COLLISION, now, "a servo began while another one talked");
     }
-    wire->two_drivers = two;
-    wire->collision = collision;
+    circuit->two_drivers = two;
+    circuit->collision = collision;
 }
 
-void wire_servo_byte(struct wire *wire, uint64_t now, uint64_t end)
+void bus_circuit_servo_byte(struct bus_circuit *circuit, uint64_t now, uint64_t end)
 {
-    wire->servo_until = end;
-    if (!wire->listening) {
-        rules_break(wire->rules, RULE_REPLY_LOST, now, "a servo's byte began while %s",
-                    wire->rx_enable     ? "RXEN was off"
-                    : has_adapter(wire) ? driving(wire)
-                                        : "the RX enable was off");
-    }
-}
-
-static void byte_begins(struct wire *wire, uint64_t now)
-{
-    if (!wire->tx_enable && !has_adapter(wire)) {
-        rules_break(wire->rules, RULE_DRIVER_OFF, now, "byte %02X never reached the wire",
-                    sent_byte(wire));
-    } else if (wire->on_byte) {
-        wire->on_byte(wire->owner, now);
+    circuit->servo_until = end;
+    if (!circuit->listening) {
+        rules_break(circuit->rules, RULE_REPLY_LOST, now, "a servo's byte began while %s",
+                    circuit->rx_enable     ? "RXEN was off"
+                    : has_adapter(circuit) ? driving(circuit)
+                                           : "the RX enable was off");
     }
 }
 
-static void usart_notice(void *owner, enum usart_notice notice, uint64_t now)
+static void byte_begins(struct bus_circuit *circuit, uint64_t now)
 {
-    struct wire *wire = owner;
-    switch (notice) {
+    if (!circuit->tx_enable && !has_adapter(circuit)) {
+        rules_break(circuit->rules, RULE_DRIVER_OFF, now, "byte %02X never reached the wire",
+                    sent_byte(circuit));
+    } else if (circuit->on_byte) {
+        circuit->on_byte(circuit->context, now);
+    }
+}
+
+static void check_usart_event(void *context, enum usart_event event, uint64_t now)
+{
+    struct bus_circuit *circuit = context;
+    switch (event) {
     case USART_ENABLED:
-        check_listening(wire, now);
-        check_floating(wire, now);
+        check_listening(circuit, now);
+        check_floating(circuit, now);
         break;
     case USART_BAD_FORMAT:
-        rules_break(wire->rules, RULE_FRAME_FORMAT, now, "UCSRC does not say 8N1");
-        byte_begins(wire, now);
+        rules_break(circuit->rules, RULE_FRAME_FORMAT, now, "UCSRC does not say 8N1");
+        byte_begins(circuit, now);
         break;
-    case USART_FRAME: byte_begins(wire, now); break;
+    case USART_FRAME: byte_begins(circuit, now); break;
     case USART_WRITE_LOST:
-        rules_break(wire->rules, RULE_LOST_WRITE, now, "the byte was ignored");
+        rules_break(circuit->rules, RULE_LOST_WRITE, now, "the byte was ignored");
         break;
     case USART_WRITE_OFF:
-        rules_break(wire->rules, RULE_TRANSMITTER_OFF, now, "the byte was ignored");
+        rules_break(circuit->rules, RULE_TRANSMITTER_OFF, now, "the byte was ignored");
         break;
     case USART_OVERRUN:
-        rules_break(wire->rules, RULE_OVERRUN, now, "DOR: two bytes unread, a third overwritten");
+        rules_break(circuit->rules, RULE_OVERRUN, now,
+                    "DOR: two bytes unread, a third overwritten");
         break;
-    case USART_BYTE_UNHEARD:
-        rules_break(wire->rules, RULE_REPLY_LOST, now, "a byte came while RXEN was off");
+    case USART_BYTE_IGNORED:
+        rules_break(circuit->rules, RULE_REPLY_LOST, now, "a byte came while RXEN was off");
         break;
     }
 }
@@ -149,56 +152,56 @@ static void usart_notice(void *owner, enum usart_notice notice, uint64_t now)
 /* --- the circuit ---------------------------------------------------------------------------------
  */
 
-static void tell(struct wire *wire, uint64_t now)
+static void notify(struct bus_circuit *circuit, uint64_t now)
 {
-    if (wire->on_change) {
-        wire->on_change(wire->owner, now);
+    if (circuit->on_change) {
+        circuit->on_change(circuit->context, now);
     }
 }
 
 /* The receiver is shut before the driver is on, and opened after it is off. */
-static void adapter_turn(struct wire *wire, uint64_t now, bool drives)
+static void adapter_turn(struct bus_circuit *circuit, uint64_t now, bool drives)
 {
-    bool hears = !drives || wire->wiring == BOARD_ADAPTER_ECHO;
-    wire->tx_enable = drives;
-    wire->rx_enable = hears;
-    driver_enable(&wire->to_rxd, now, wire->to_rxd.enabled && hears);
-    driver_set(&wire->to_sig, now, drives, wire->txd.level);
-    driver_set(&wire->to_rxd, now, hears, wire->sig.level);
-    check_listening(wire, now);
-    tell(wire, now);
+    bool hears = !drives || circuit->wiring == BOARD_ADAPTER_ECHO;
+    circuit->tx_enable = drives;
+    circuit->rx_enable = hears;
+    driver_enable(&circuit->to_rxd, now, circuit->to_rxd.enabled && hears);
+    driver_set(&circuit->to_sig, now, drives, circuit->txd.level);
+    driver_set(&circuit->to_rxd, now, hears, circuit->sig.level);
+    check_listening(circuit, now);
+    notify(circuit, now);
 }
 
 /* It knows a frame by the falling edge and the bit rate, and counts from there. */
-static void adapter_frame(struct wire *wire, uint64_t now)
+static void adapter_frame(struct bus_circuit *circuit, uint64_t now)
 {
-    uint64_t hold = (uint64_t)wire->machine->avr->frequency * WIRE_HOLD_us / 1000000;
-    uint32_t bit_256 = usart_bit_256(&wire->usart);
-    wire->frame_end = now + uart_half_bits(bit_256, 2 * UART_FRAME_BITS);
-    schedule_at(wire->machine->schedule, &wire->release, wire->frame_end + hold);
-    if (!wire->tx_enable) {
-        adapter_turn(wire, now, true);
+    uint64_t hold = (uint64_t)circuit->machine->avr->frequency * BUS_CIRCUIT_HOLD_us / 1000000;
+    uint32_t bit_256 = usart_bit_256(&circuit->usart);
+    circuit->frame_end = now + uart_half_bits(bit_256, 2 * UART_FRAME_BITS);
+    schedule_at(circuit->machine->schedule, &circuit->release, circuit->frame_end + hold);
+    if (!circuit->tx_enable) {
+        adapter_turn(circuit, now, true);
     }
 }
 
-static void adapter_releases(void *owner, uint64_t now)
+static void adapter_releases(void *context, uint64_t now)
 {
-    adapter_turn(owner, now, false);
+    adapter_turn(context, now, false);
 }
 
-static void sig_level(void *owner, uint64_t now, bool level)
+static void sig_level(void *context, uint64_t now, bool level)
 {
-    struct wire *wire = owner;
-    driver_level(&wire->to_rxd, now, level);
+    struct bus_circuit *circuit = context;
+    driver_level(&circuit->to_rxd, now, level);
 }
 
-static void txd_level(void *owner, uint64_t now, bool level)
+static void txd_level(void *context, uint64_t now, bool level)
 {
-    struct wire *wire = owner;
-    if (has_adapter(wire) && !level && now >= wire->frame_end) {
-        adapter_frame(wire, now);
+    struct bus_circuit *circuit = context;
+    if (has_adapter(circuit) && !level && now >= circuit->frame_end) {
+        adapter_frame(circuit, now);
     }
-    driver_level(&wire->to_sig, now, level);
+    driver_level(&circuit->to_sig, now, level);
 }
 
 static bool enable_level(const struct pin *pin, bool resistor)
@@ -213,54 +216,55 @@ static bool enable_level(const struct pin *pin, bool resistor)
 }
 
 /* What joins TXD and RXD to the wire. */
-static void read_enables(const struct wire *wire, bool port_drives, bool *tx, bool *rx)
+static void read_enables(const struct bus_circuit *circuit, bool port_drives, bool *tx, bool *rx)
 {
-    switch (wire->wiring) {
+    switch (circuit->wiring) {
     case BOARD_TWO_ENABLES:
-        *tx = enable_level(&wire->pin_tx_enable, false);
-        *rx = enable_level(&wire->pin_rx_enable, true);
+        *tx = enable_level(&circuit->pin_tx_enable, false);
+        *rx = enable_level(&circuit->pin_rx_enable, true);
         break;
     case BOARD_ONE_ENABLE:
-        *tx = enable_level(&wire->pin_tx_enable, false);
+        *tx = enable_level(&circuit->pin_tx_enable, false);
         *rx = !*tx;
         break;
     case BOARD_TIED:
-        *tx = port_drives || usart_transmits(&wire->usart);
+        *tx = port_drives || usart_is_transmitting(&circuit->usart);
         *rx = true;
         break;
     default: // an adapter: no pin has a say
-        *tx = wire->tx_enable;
-        *rx = wire->rx_enable;
+        *tx = circuit->tx_enable;
+        *rx = circuit->rx_enable;
         break;
     }
 }
 
 /* The port pins may have changed. Releasing comes before driving, as both may come of one write. */
-static void follow_pins(struct wire *wire, uint64_t now)
+static void apply_pins(struct bus_circuit *circuit, uint64_t now)
 {
-    enum pin_state txd = pin_state(&wire->pin_txd);
-    bool port_drives = (txd == PIN_LOW || txd == PIN_HIGH) && !usart_transmits(&wire->usart);
+    enum pin_state txd = pin_state(&circuit->pin_txd);
+    bool port_drives =
+        (txd == PIN_LOW || txd == PIN_HIGH) && !usart_is_transmitting(&circuit->usart);
     bool tx = false;
     bool rx = true;
-    driver_set(&wire->txd_pin, now, port_drives, txd != PIN_LOW); // first: an adapter acts on it
-    read_enables(wire, port_drives, &tx, &rx);
-    bool changed = tx != wire->tx_enable || rx != wire->rx_enable;
-    bool were_both = wire->tx_enable && wire->rx_enable;
-    if (wire->tx_enable && !tx) {
-        check_release(wire, now);
+    driver_set(&circuit->txd_pin, now, port_drives, txd != PIN_LOW); // first: an adapter acts on it
+    read_enables(circuit, port_drives, &tx, &rx);
+    bool changed = tx != circuit->tx_enable || rx != circuit->rx_enable;
+    bool were_both = circuit->tx_enable && circuit->rx_enable;
+    if (circuit->tx_enable && !tx) {
+        check_release(circuit, now);
     }
-    wire->tx_enable = tx;
-    wire->rx_enable = rx;
-    if (wire->wiring == BOARD_TWO_ENABLES && tx && rx && !were_both) {
-        rules_break(wire->rules, RULE_BOTH_ENABLES, now, "the controller hears itself");
+    circuit->tx_enable = tx;
+    circuit->rx_enable = rx;
+    if (circuit->wiring == BOARD_TWO_ENABLES && tx && rx && !were_both) {
+        rules_break(circuit->rules, RULE_BOTH_ENABLES, now, "the controller hears itself");
     }
-    check_output(wire, now, port_drives);
-    driver_set(&wire->to_sig, now, tx, wire->txd.level);
-    driver_set(&wire->to_rxd, now, rx, wire->sig.level);
-    check_listening(wire, now);
-    check_floating(wire, now);
+    check_output(circuit, now, port_drives);
+    driver_set(&circuit->to_sig, now, tx, circuit->txd.level);
+    driver_set(&circuit->to_rxd, now, rx, circuit->sig.level);
+    check_listening(circuit, now);
+    check_floating(circuit, now);
     if (changed) {
-        tell(wire, now);
+        notify(circuit, now);
     }
 }
 
@@ -269,80 +273,81 @@ static void pins_changed(struct avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
     (void)value;
-    struct wire *wire = param;
-    follow_pins(wire, wire->machine->avr->cycle + USART_WRITE_CYCLES);
+    struct bus_circuit *circuit = param;
+    apply_pins(circuit, circuit->machine->avr->cycle + USART_WRITE_CYCLES);
 }
 
-static void notice(void *owner, enum usart_notice what, uint64_t now)
+static void usart_has_event(void *context, enum usart_event event, uint64_t now)
 {
-    struct wire *wire = owner;
-    if (what == USART_ENABLED) {
-        follow_pins(wire, now); // TXEN takes the pin from the port, or gives it back
+    struct bus_circuit *circuit = context;
+    if (event == USART_ENABLED) {
+        apply_pins(circuit, now); // TXEN takes the pin from the port, or gives it back
     }
-    usart_notice(wire, what, now);
-    tell(wire, now);
+    check_usart_event(circuit, event, now);
+    notify(circuit, now);
 }
 
-void wire_reset(struct wire *wire, uint64_t now)
+void bus_circuit_reset(struct bus_circuit *circuit, uint64_t now)
 {
-    wire->txd_driven = false;
-    wire->servo_until = 0; // it hears no more of that, and that is no breach
-    usart_reset(&wire->usart, now);
-    follow_pins(wire, now);
+    circuit->txd_driven = false;
+    circuit->servo_until = 0; // it hears no more of that, and that is no breach
+    usart_reset(&circuit->usart, now);
+    apply_pins(circuit, now);
 }
 
 /* --- set-up --------------------------------------------------------------------------------------
  */
 
-static bool find_pin(struct wire *wire, struct pin *pin, const struct board_pin *where)
+static bool find_pin(struct bus_circuit *circuit, struct pin *pin, const struct board_pin *where)
 {
-    if (pin_find(pin, wire->machine->avr, where->port, where->bit)) {
-        pin_watch(pin, pins_changed, wire);
+    if (pin_find(pin, circuit->machine->avr, where->port, where->bit)) {
+        pin_watch(pin, pins_changed, circuit);
         return true;
     }
-    fprintf(stderr, "%s: no pin P%c%u: change the pin in board.h\n", wire->machine->avr->mmcu,
+    fprintf(stderr, "%s: no pin P%c%u: change the pin in board.h\n", circuit->machine->avr->mmcu,
             where->port, where->bit);
     return false;
 }
 
-static void init_nets(struct wire *wire)
+static void init_nets(struct bus_circuit *circuit)
 {
-    net_init(&wire->sig);
-    net_init(&wire->txd);
-    net_init(&wire->rxd);
-    driver_init(&wire->to_sig, &wire->sig);
-    driver_init(&wire->to_rxd, &wire->rxd);
-    driver_init(&wire->txd_pin, &wire->txd);
-    wire->on_sig = (struct listener){wire, sig_level, sig_driver, 0};
-    wire->on_txd = (struct listener){wire, txd_level, 0, 0};
-    net_listen(&wire->sig, &wire->on_sig);
-    net_listen(&wire->txd, &wire->on_txd);
+    net_init(&circuit->sig);
+    net_init(&circuit->txd);
+    net_init(&circuit->rxd);
+    driver_init(&circuit->to_sig, &circuit->sig);
+    driver_init(&circuit->to_rxd, &circuit->rxd);
+    driver_init(&circuit->txd_pin, &circuit->txd);
+    circuit->on_sig = (struct listener){circuit, sig_level, sig_driver, 0};
+    circuit->on_txd = (struct listener){circuit, txd_level, 0, 0};
+    net_listen(&circuit->sig, &circuit->on_sig);
+    net_listen(&circuit->txd, &circuit->on_txd);
 }
 
-bool wire_init(struct wire *wire, struct machine *machine, const struct board_bus *bus, bool exact,
-               struct rules *rules)
+bool bus_circuit_init(struct bus_circuit *circuit, struct machine *machine,
+                      const struct board_bus *bus, bool exact, struct rules *rules)
 {
-    *wire = (struct wire){.machine = machine, .rules = rules, .wiring = bus->wiring};
-    init_nets(wire);
-    wire->rx_enable = has_adapter(wire);
-    event_init(&wire->release, adapter_releases, wire);
+    *circuit = (struct bus_circuit){.machine = machine, .rules = rules, .wiring = bus->wiring};
+    init_nets(circuit);
+    circuit->rx_enable = has_adapter(circuit);
+    event_init(&circuit->release, adapter_releases, circuit);
     bool one = bus->wiring == BOARD_ONE_ENABLE;
     if (((one || bus->wiring == BOARD_TWO_ENABLES) &&
-         !find_pin(wire, &wire->pin_tx_enable, &bus->tx_enable)) ||
+         !find_pin(circuit, &circuit->pin_tx_enable, &bus->tx_enable)) ||
         (bus->wiring == BOARD_TWO_ENABLES &&
-         !find_pin(wire, &wire->pin_rx_enable, &bus->rx_enable)) ||
-        !find_pin(wire, &wire->pin_txd, &bus->txd) || !find_pin(wire, &wire->pin_rxd, &bus->rxd)) {
+         !find_pin(circuit, &circuit->pin_rx_enable, &bus->rx_enable)) ||
+        !find_pin(circuit, &circuit->pin_txd, &bus->txd) ||
+        !find_pin(circuit, &circuit->pin_rxd, &bus->rxd)) {
         return false;
     }
-    if (!usart_init(&wire->usart, machine->avr, bus->usart, exact, machine->schedule, &wire->txd,
-                    &wire->rxd)) {
+    if (!usart_init(&circuit->usart, machine->avr, bus->usart, exact, machine->schedule,
+                    &circuit->txd, &circuit->rxd)) {
         fprintf(stderr, "%s: no USART%u: change BOARD_BUSn_USART in board.h\n", machine->avr->mmcu,
                 bus->usart);
         return false;
     }
-    pin_join(&wire->rxd_input, &wire->pin_rxd, &wire->rxd);
-    wire->usart.owner = wire;
-    wire->usart.notice = notice;
-    wire_reset(wire, 0);
+    pin_connect_input(&circuit->rxd_input, &circuit->pin_rxd, &circuit->rxd);
+    circuit->usart.context = circuit;
+    circuit->usart.on_event = usart_has_event;
+    bus_circuit_reset(circuit, 0);
     return true;
 }

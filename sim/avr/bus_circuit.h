@@ -21,9 +21,9 @@
 #include "avr/usart.h"
 
 /* Adapter: behind the end of a stop bit it cannot know at once that no other byte follows. */
-#define WIRE_HOLD_us 1
+#define BUS_CIRCUIT_HOLD_us 1
 
-struct wire {
+struct bus_circuit {
     const struct machine *machine;
     struct rules *rules;
     enum board_wiring wiring;
@@ -46,19 +46,19 @@ struct wire {
     uint64_t frame_end;          // adapter: of the latest frame that it passed on
     struct event release;        // adapter: it lets go of the wire
     uint64_t servo_until;        // end of the latest byte of a servo
-    void *owner;
+    void *context;
     /* An enable has changed, or the controller's transmitter begins or falls idle; may be 0. */
-    void (*on_change)(void *owner, uint64_t now);
+    void (*on_change)(void *context, uint64_t now);
     /* A byte of the controller begins on the wire; may be 0. */
-    void (*on_byte)(void *owner, uint64_t now);
+    void (*on_byte)(void *context, uint64_t now);
 };
 
 /* False, with one line on stderr, when the chip lacks the USART or a pin. */
-bool wire_init(struct wire *wire, struct machine *machine, const struct board_bus *bus, bool exact,
-               struct rules *rules);
-void wire_reset(struct wire *wire, uint64_t now);
+bool bus_circuit_init(struct bus_circuit *circuit, struct machine *machine,
+                      const struct board_bus *bus, bool exact, struct rules *rules);
+void bus_circuit_reset(struct bus_circuit *circuit, uint64_t now);
 
 /* A servo's byte begins and will end at `end`; not for one that is excused. */
-void wire_servo_byte(struct wire *wire, uint64_t now, uint64_t end);
+void bus_circuit_servo_byte(struct bus_circuit *circuit, uint64_t now, uint64_t end);
 
 #endif

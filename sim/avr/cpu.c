@@ -1,10 +1,10 @@
 #include "avr/cpu.h"
 
-static void tell(struct cpu *cpu)
+static void notify(struct cpu *cpu)
 {
     if (cpu->on_handler) {
         uint8_t vector = cpu->depth ? cpu->vectors[cpu->depth - 1] : 0;
-        cpu->on_handler(cpu->owner, cpu->avr->cycle, vector);
+        cpu->on_handler(cpu->context, cpu->avr->cycle, vector);
     }
 }
 
@@ -32,7 +32,7 @@ static void forget_pending(avr_t *avr, avr_int_vector_t *vector)
     }
 }
 
-void cpu_follow_level(avr_t *avr, avr_int_vector_t *vector, bool on)
+void cpu_set_level_interrupt(avr_t *avr, avr_int_vector_t *vector, bool on)
 {
     if (on && !vector->pending) {
         avr_raise_interrupt(avr, vector);
@@ -61,7 +61,7 @@ static void entered(struct cpu *cpu, uint8_t vector)
         cpu->vectors[cpu->depth++] = vector;
     }
     cpu->latest = cpu->avr->cycle;
-    tell(cpu);
+    notify(cpu);
     if (cpu->exact) {
         charge_entry(cpu);
     }
@@ -74,7 +74,7 @@ static void left(struct cpu *cpu)
     if (cpu->depth && --cpu->depth == 0) {
         cpu->in_handlers += cpu->avr->cycle + 2u + cpu->avr->address_size - cpu->entered;
     }
-    tell(cpu);
+    notify(cpu);
 }
 
 static void running(struct avr_irq_t *irq, uint32_t value, void *param)
@@ -98,7 +98,7 @@ void cpu_reset(struct cpu *cpu)
 {
     cpu->depth = 0;
     cpu->woken = false;
-    tell(cpu);
+    notify(cpu);
 }
 
 void cpu_stepped(struct cpu *cpu)

@@ -18,8 +18,8 @@ struct cpu {
     uint64_t entered;     // when the outermost was
     uint64_t latest;      // when the latest was
     bool woken;           // slept since the latest entry
-    void *owner;
-    void (*on_handler)(void *owner, uint64_t now, uint8_t vector); // 0: none runs; may be 0
+    void *context;
+    void (*on_handler)(void *context, uint64_t now, uint8_t vector); // 0: none runs; may be 0
 };
 
 void cpu_init(struct cpu *cpu, avr_t *avr, bool exact);
@@ -33,7 +33,7 @@ void cpu_halt(avr_t *avr, avr_cycle_count_t cycles);
 
 /* A level-triggered interrupt: pending as long as `on`, and no longer. simavr drops the request
  * when the handler is entered: call it again then. */
-void cpu_follow_level(avr_t *avr, avr_int_vector_t *vector, bool on);
+void cpu_set_level_interrupt(avr_t *avr, avr_int_vector_t *vector, bool on);
 
 /* From avr->sleep. */
 void cpu_slept(struct cpu *cpu, uint64_t cycles);

@@ -22,59 +22,59 @@ enum { ERASE_AND_WRITE, ERASE, WRITE };
 #define LOWER_HALF   0x0F
 #define UPPER_HALF   0xF0
 
-static uint8_t *eecr(const struct eeprom *eeprom)
+static uint8_t *eecr(const struct eeprom_model *eeprom)
 {
     return &eeprom->avr->data[eeprom->registers->r_eecr];
 }
 
-static bool busy(const struct eeprom *eeprom)
+static bool busy(const struct eeprom_model *eeprom)
 {
     return event_armed(&eeprom->done);
 }
 
-static bool has_modes(const struct eeprom *eeprom)
+static bool has_modes(const struct eeprom_model *eeprom)
 {
     return eeprom->registers->eepm[0].reg != 0;
 }
 
-static void follow_ready(struct eeprom *eeprom)
+static void update_ready_interrupt(struct eeprom_model *eeprom)
 {
-    cpu_follow_level(eeprom->avr, &eeprom->registers->ready,
-                     (*eecr(eeprom) & EECR_EERIE) && !busy(eeprom));
+    cpu_set_level_interrupt(eeprom->avr, &eeprom->registers->ready,
+                            (*eecr(eeprom) & EECR_EERIE) && !busy(eeprom));
 }
 
 static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
     if (!value) {
-        follow_ready(param);
+        update_ready_interrupt(param);
     }
 }
 
-static void disarm(void *owner, uint64_t now)
+static void disarm(void *context, uint64_t now)
 {
     (void)now;
-    struct eeprom *eeprom = owner;
+    struct eeprom_model *eeprom = context;
     *eecr(eeprom) &= (uint8_t)~EECR_EEMPE;
 }
 
-static void written(void *owner, uint64_t now)
+static void written(void *context, uint64_t now)
 {
     (void)now;
-    struct eeprom *eeprom = owner;
+    struct eeprom_model *eeprom = context;
     eeprom->registers->eeprom[eeprom->address] = eeprom->value;
     *eecr(eeprom) &= (uint8_t)~EECR_EEPE;
-    follow_ready(eeprom);
+    update_ready_interrupt(eeprom);
 }
 
-static uint16_t address(const struct eeprom *eeprom)
+static uint16_t address(const struct eeprom_model *eeprom)
 {
     const avr_eeprom_t *r = eeprom->registers;
     unsigned high = r->r_eearh ? eeprom->avr->data[r->r_eearh] : 0u;
     return (uint16_t)((high << 8 | eeprom->avr->data[r->r_eearl]) & (r->size - 1u));
 }
 
-static void begin_write(struct eeprom *eeprom, unsigned mode)
+static void begin_write(struct eeprom_model *eeprom, unsigned mode)
 {
     static const struct {
         uint32_t us;
@@ -97,14 +97,14 @@ static void begin_write(struct eeprom *eeprom, unsigned mode)
     schedule_at(eeprom->schedule, &eeprom->done, start + duration);
     cpu_halt(eeprom->avr, HALT_CYCLES);
     if (eeprom->on_write) {
-        eeprom->on_write(eeprom->owner, start, duration);
+        eeprom->on_write(eeprom->context, start, duration);
     }
 }
 
 static void write_eecr(avr_t *avr, avr_io_addr_t at, uint8_t value, void *param)
 {
     (void)at;
-    struct eeprom *eeprom = param;
+    struct eeprom_model *eeprom = param;
     unsigned old = *eecr(eeprom);
     unsigned mode = busy(eeprom) ? old & EECR_EEPM : has_modes(eeprom) ? value & EECR_EEPM : 0u;
     bool armed = old & EECR_EEMPE;
@@ -123,7 +123,7 @@ static void write_eecr(avr_t *avr, avr_io_addr_t at, uint8_t value, void *param)
         cpu_halt(avr, READ_CYCLES);
     }
     *eecr(eeprom) = (uint8_t)(flags | (busy(eeprom) ? EECR_EEPE : 0u));
-    follow_ready(eeprom);
+    update_ready_interrupt(eeprom);
 }
 
 static void write_eear(avr_t *avr, avr_io_addr_t at, uint8_t value, void *param)
@@ -133,15 +133,16 @@ static void write_eear(avr_t *avr, avr_io_addr_t at, uint8_t value, void *param)
     }
 }
 
-static void take_register(struct eeprom *eeprom, avr_io_addr_t at, avr_io_write_t write)
+static void take_register(struct eeprom_model *eeprom, avr_io_addr_t at, avr_io_write_t write)
 {
     eeprom->avr->io[AVR_DATA_TO_IO(at)].w.c = write;
     eeprom->avr->io[AVR_DATA_TO_IO(at)].w.param = eeprom;
 }
 
-void eeprom_init(struct eeprom *eeprom, avr_t *avr, struct schedule *schedule, bool exact)
+void eeprom_model_init(struct eeprom_model *eeprom, avr_t *avr, struct schedule *schedule,
+                       bool exact)
 {
-    *eeprom = (struct eeprom){.avr = avr, .schedule = schedule, .exact = exact};
+    *eeprom = (struct eeprom_model){.avr = avr, .schedule = schedule, .exact = exact};
     event_init(&eeprom->disarm, disarm, eeprom);
     event_init(&eeprom->done, written, eeprom);
     for (avr_io_t *io = avr->io_port; io; io = io->next) {
@@ -161,7 +162,7 @@ void eeprom_init(struct eeprom *eeprom, avr_t *avr, struct schedule *schedule, b
     avr_irq_register_notify(r->ready.irq + AVR_INT_IRQ_PENDING, vector_entered, eeprom);
 }
 
-void eeprom_reset(struct eeprom *eeprom)
+void eeprom_model_reset(struct eeprom_model *eeprom)
 {
     schedule_cancel(eeprom->schedule, &eeprom->disarm);
     if (eeprom->registers && busy(eeprom)) {
@@ -169,7 +170,7 @@ void eeprom_reset(struct eeprom *eeprom)
     }
 }
 
-void eeprom_lose_power(struct eeprom *eeprom, uint64_t now)
+void eeprom_model_lose_power(struct eeprom_model *eeprom, uint64_t now)
 {
     if (busy(eeprom) && eeprom->whole) {
         uint8_t *byte = &eeprom->registers->eeprom[eeprom->address];
@@ -194,7 +195,7 @@ static bool complain(const char *path, const char *what)
     return false;
 }
 
-bool eeprom_load(struct eeprom *eeprom, const char *path)
+bool eeprom_model_load(struct eeprom_model *eeprom, const char *path)
 {
     if (!eeprom->registers) {
         return complain(path, "the chip has no EEPROM");
@@ -218,7 +219,7 @@ bool eeprom_load(struct eeprom *eeprom, const char *path)
     return true;
 }
 
-bool eeprom_save(const struct eeprom *eeprom, const char *path)
+bool eeprom_model_save(const struct eeprom_model *eeprom, const char *path)
 {
     return files_replace(path, eeprom->registers->eeprom, eeprom->registers->size, true);
 }

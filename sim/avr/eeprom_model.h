@@ -19,7 +19,7 @@
 
 #include "wire/schedule.h"
 
-struct eeprom {
+struct eeprom_model {
     avr_t *avr;
     avr_eeprom_t *registers; // simavr's: addresses, vector, and the bytes; 0: the chip has none
     struct schedule *schedule;
@@ -30,20 +30,21 @@ struct eeprom {
     uint8_t value;    // that the byte gets
     uint64_t start;
     bool whole; // it erases the old byte and writes the new one
-    void *owner;
-    void (*on_write)(void *owner, uint64_t start, uint64_t cycles); // one begins; may be 0
+    void *context;
+    void (*on_write)(void *context, uint64_t start, uint64_t cycles); // one begins; may be 0
 };
 
-void eeprom_init(struct eeprom *eeprom, avr_t *avr, struct schedule *schedule, bool exact);
+void eeprom_model_init(struct eeprom_model *eeprom, avr_t *avr, struct schedule *schedule,
+                       bool exact);
 
 /* simavr has reset the chip: a write goes on. */
-void eeprom_reset(struct eeprom *eeprom);
-void eeprom_lose_power(struct eeprom *eeprom, uint64_t now);
+void eeprom_model_reset(struct eeprom_model *eeprom);
+void eeprom_model_lose_power(struct eeprom_model *eeprom, uint64_t now);
 
 /* All its bytes from or to a file. A missing file is not read, and that is no error. Loading also
  * checks that the file can be saved at the end of the run. Saving replaces the file as a whole.
  * False, with one line on stderr. */
-bool eeprom_load(struct eeprom *eeprom, const char *path);
-bool eeprom_save(const struct eeprom *eeprom, const char *path);
+bool eeprom_model_load(struct eeprom_model *eeprom, const char *path);
+bool eeprom_model_save(const struct eeprom_model *eeprom, const char *path);
 
 #endif

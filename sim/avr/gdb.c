@@ -154,11 +154,11 @@ static void put_hex(char *text, const uint8_t *bytes, unsigned size)
     }
 }
 
-static unsigned get_hex(const char *text, uint8_t *bytes, unsigned room)
+static unsigned get_hex(const char *text, uint8_t *bytes, unsigned capacity)
 {
     unsigned size = 0;
     unsigned byte = 0;
-    while (size < room && sscanf(text + 2 * size, "%2x", &byte) == 1) {
+    while (size < capacity && sscanf(text + 2 * size, "%2x", &byte) == 1) {
         bytes[size++] = (uint8_t)byte;
     }
     return size;
@@ -227,7 +227,7 @@ static void read_memory(struct gdb *gdb, const char *arguments)
 {
     unsigned address = 0;
     unsigned size = 0;
-    char text[GDB_ROOM] = "";
+    char text[GDB_SIZE] = "";
     bool good = sscanf(arguments, "%x,%x", &address, &size) == 2;
     for (unsigned i = 0; good && i < size && 2 * i + 2 < sizeof(text); i++) {
         uint8_t byte;
@@ -315,7 +315,7 @@ static void resume(struct gdb *gdb, const char *arguments, enum gdb_state state)
     }
 }
 
-static void go_on(struct gdb *gdb, const char *arguments)
+static void resume_run(struct gdb *gdb, const char *arguments)
 {
     resume(gdb, arguments, GDB_RUNNING);
 }
@@ -325,7 +325,7 @@ static void step(struct gdb *gdb, const char *arguments)
     resume(gdb, arguments, GDB_STEPPING);
 }
 
-static void let_go(struct gdb *gdb)
+static void drop_client(struct gdb *gdb)
 {
     if (gdb->client >= 0) {
         close(gdb->client);
@@ -342,13 +342,13 @@ static void detach(struct gdb *gdb, const char *arguments)
 {
     (void)arguments;
     reply(gdb, "OK");
-    let_go(gdb);
+    drop_client(gdb);
 }
 
 static void end(struct gdb *gdb, const char *arguments)
 {
     (void)arguments;
-    let_go(gdb);
+    drop_client(gdb);
     gdb->killed = true;
 }
 
@@ -362,7 +362,7 @@ static void query(struct gdb *gdb, const char *arguments)
 {
     char text[40] = "";
     if (strncmp(arguments, "Supported", 9) == 0) {
-        snprintf(text, sizeof(text), "PacketSize=%x", GDB_ROOM - 16);
+        snprintf(text, sizeof(text), "PacketSize=%x", GDB_SIZE - 16);
     } else if (strncmp(arguments, "Attached", 8) == 0) {
         strcpy(text, "1");
     }
@@ -378,7 +378,7 @@ static void execute(struct gdb *gdb, const char *packet)
         {'?', why_stopped},   {'g', read_registers}, {'G', write_registers},
         {'p', read_register}, {'P', write_register}, {'m', read_memory},
         {'M', write_memory},  {'Z', set_point},      {'z', clear_point},
-        {'c', go_on},         {'s', step},           {'D', detach},
+        {'c', resume_run},    {'s', step},           {'D', detach},
         {'k', end},           {'H', choose_thread},  {'q', query},
     };
     for (size_t i = 0; i < sizeof(commands) / sizeof(commands[0]); i++) {
@@ -403,7 +403,7 @@ static void stop_here(struct gdb *gdb, uint8_t signal_number)
 /* Takes the first whole packet, or Ctrl-C, out of what has come. False: there is none. */
 static bool take_packet(struct gdb *gdb)
 {
-    char packet[GDB_ROOM];
+    char packet[GDB_SIZE];
     unsigned from = 0;
     while (from < gdb->in_size && gdb->in[from] != '$' && gdb->in[from] != CTRL_C) {
         from++; // acknowledgements
@@ -433,10 +433,10 @@ static bool take_packet(struct gdb *gdb)
 
 static void receive(struct gdb *gdb)
 {
-    size_t room = sizeof(gdb->in) - gdb->in_size;
-    ssize_t got = room ? recv(gdb->client, gdb->in + gdb->in_size, room, 0) : 0;
+    size_t capacity = sizeof(gdb->in) - gdb->in_size;
+    ssize_t got = capacity ? recv(gdb->client, gdb->in + gdb->in_size, capacity, 0) : 0;
     if (got <= 0) {
-        let_go(gdb); // it left without a word, or talks nonsense
+        drop_client(gdb); // it left without a word, or talks nonsense
         return;
     }
     gdb->in_size += (unsigned)got;
@@ -444,7 +444,7 @@ static void receive(struct gdb *gdb)
     }
 }
 
-static void welcome(struct gdb *gdb)
+static void accept_client(struct gdb *gdb)
 {
     int on = 1;
     gdb->client = accept(gdb->listener, 0, 0);
@@ -457,21 +457,21 @@ static void welcome(struct gdb *gdb)
 }
 
 /* timeout_ms -1: until something comes. False: a signal came. */
-static bool look(struct gdb *gdb, int timeout_ms)
+static bool poll_socket(struct gdb *gdb, int timeout_ms)
 {
     struct pollfd fd = {.fd = gdb->client >= 0 ? gdb->client : gdb->listener, .events = POLLIN};
     int ready = poll(&fd, 1, timeout_ms);
     if (ready > 0 && gdb->client >= 0) {
         receive(gdb);
     } else if (ready > 0) {
-        welcome(gdb);
+        accept_client(gdb);
     }
     return ready >= 0;
 }
 
 static void serve(struct gdb *gdb)
 {
-    while (gdb->state == GDB_STOPPED && !*gdb->stop && look(gdb, -1)) {
+    while (gdb->state == GDB_STOPPED && !*gdb->stop && poll_socket(gdb, -1)) {
     }
 }
 
@@ -509,8 +509,8 @@ void gdb_close(struct gdb *gdb)
     gdb->breakpoints = 0;
 }
 
-void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu, const struct eeprom *eeprom,
-                const volatile sig_atomic_t *stop)
+void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu,
+                const struct eeprom_model *eeprom, const volatile sig_atomic_t *stop)
 {
     gdb->avr = avr;
     gdb->cpu = cpu;
@@ -545,7 +545,7 @@ bool gdb_may_run(struct gdb *gdb)
         if (watch_changed(gdb) || stepped || met) {
             stop_here(gdb, SIGNAL_TRAP);
         } else if (gdb->runs % LOOK_EVERY == LOOK_EVERY - 1) {
-            look(gdb, 0);
+            poll_socket(gdb, 0);
         }
     }
     if (gdb->state == GDB_STOPPED) {
@@ -560,7 +560,7 @@ void gdb_ended(struct gdb *gdb, bool crashed)
 {
     if (crashed && gdb->client >= 0) {
         stop_here(gdb, SIGNAL_SEGV);
-        while (gdb->state == GDB_STOPPED && look(gdb, -1)) {
+        while (gdb->state == GDB_STOPPED && poll_socket(gdb, -1)) {
         }
     }
     reply(gdb, crashed ? "X0b" : "W00"); // gdb's words for: killed by a signal, exited

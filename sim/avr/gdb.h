@@ -19,7 +19,7 @@
 #include "avr/cpu.h"
 #include "avr/eeprom_model.h"
 
-#define GDB_ROOM         2048 // bytes of a packet
+#define GDB_SIZE         2048 // bytes of a packet
 #define GDB_WATCHES      8
 #define GDB_WATCHED_SIZE 8
 
@@ -33,7 +33,7 @@ struct gdb_watch {
 struct gdb {
     avr_t *avr;
     const struct cpu *cpu;
-    const struct eeprom *eeprom;
+    const struct eeprom_model *eeprom;
     const volatile sig_atomic_t *stop; // the simulation is to end
     int listener, client;              // -1: none
     enum gdb_state state;
@@ -46,15 +46,15 @@ struct gdb {
     struct gdb_watch watches[GDB_WATCHES];
     unsigned watching;
     unsigned in_size;
-    char in[GDB_ROOM];
-    char out[GDB_ROOM + 4];
+    char in[GDB_SIZE];
+    char out[GDB_SIZE + 4];
 };
 
 /* Listens on 127.0.0.1 and says so on stderr; port 0: any. False, with one line on stderr. */
 bool gdb_open(struct gdb *gdb, uint16_t port);
 void gdb_close(struct gdb *gdb);
-void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu, const struct eeprom *eeprom,
-                const volatile sig_atomic_t *stop);
+void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu,
+                const struct eeprom_model *eeprom, const volatile sig_atomic_t *stop);
 
 /* Before every instruction; does not return while the debugger holds the run. False: it ends it. */
 bool gdb_may_run(struct gdb *gdb);

@@ -35,17 +35,17 @@ static Elf32_Ehdr header(const struct image *image)
 
 static bool read_file(struct image *image, FILE *file)
 {
-    size_t room = 0;
+    size_t capacity = 0;
     for (;;) {
-        if (image->size == room) {
-            room = room ? room * 2 : 1u << 16;
-            uint8_t *bigger = realloc(image->file, room);
-            if (!bigger || room > FILE_SIZE_MAX) {
+        if (image->size == capacity) {
+            capacity = capacity ? capacity * 2 : 1u << 16;
+            uint8_t *bigger = realloc(image->file, capacity);
+            if (!bigger || capacity > FILE_SIZE_MAX) {
                 return refuse(image, "too big for an AVR program");
             }
             image->file = bigger;
         }
-        size_t got = fread(image->file + image->size, 1, room - image->size, file);
+        size_t got = fread(image->file + image->size, 1, capacity - image->size, file);
         if (!got) {
             return !ferror(file) || refuse(image, strerror(errno));
         }
@@ -107,7 +107,7 @@ static bool section(const struct image *image, const char *name, Elf32_Shdr *fou
 }
 
 /* avr-libc's start-up code leaves the chip's name at the end of a note. */
-static void device_name(const struct image *image, char *name, size_t room)
+static void device_name(const struct image *image, char *name, size_t capacity)
 {
     Elf32_Shdr note;
     name[0] = 0;
@@ -123,7 +123,7 @@ static void device_name(const struct image *image, char *name, size_t room)
     while (word > start && word[-1] != 0) {
         word--;
     }
-    if ((size_t)(end - word) < room) {
+    if ((size_t)(end - word) < capacity) {
         memcpy(name, word, (size_t)(end - word));
         name[end - word] = 0;
     }

@@ -8,8 +8,8 @@
 
 #include "avr/timer_flags.h"
 
-#define DATA_SPACE 0x10000u // what an AVR's pointers can reach
-#define SOON       16       // cycles: enter a vector without a handler and jump to 0
+#define DATA_SPACE    0x10000u // what an AVR's pointers can reach
+#define VECTOR_CYCLES 16       // cycles: enter a vector without a handler and jump to 0
 
 static void crash(struct machine *machine, const char *what)
 {
@@ -49,23 +49,24 @@ static void log_message(struct avr_t *avr, const int level, const char *format, 
 /* --- time ----------------------------------------------------------------------------------------
  */
 
-static avr_cycle_count_t drive(struct avr_t *avr, avr_cycle_count_t when, void *param)
+static avr_cycle_count_t run_due_events(struct avr_t *avr, avr_cycle_count_t when, void *param)
 {
     (void)when;
     struct machine *machine = param;
-    machine->driving = true;
+    machine->in_events = true;
     schedule_run_until(machine->schedule, avr->cycle);
-    machine->driving = false;
+    machine->in_events = false;
     uint64_t next = schedule_next(machine->schedule);
     return next == SCHEDULE_NEVER ? 0 : next;
 }
 
-static void head_moved(void *owner, uint64_t time)
+static void next_event_moved(void *context, uint64_t time)
 {
-    struct machine *machine = owner;
+    struct machine *machine = context;
     avr_t *avr = machine->avr;
-    if (!machine->driving) {
-        avr_cycle_timer_register(avr, time > avr->cycle ? time - avr->cycle : 0, drive, machine);
+    if (!machine->in_events) {
+        avr_cycle_timer_register(avr, time > avr->cycle ? time - avr->cycle : 0, run_due_events,
+                                 machine);
     }
 }
 
@@ -97,48 +98,48 @@ static avr_watchdog_t *watchdog(avr_t *avr)
  * WDP3 either, WDTCR is 0 then (data sheet, WDTCR). simavr leaves it on in all of them. */
 static void stop_old_watchdog(avr_t *avr)
 {
-    avr_watchdog_t *dog = watchdog(avr);
-    if (!dog || dog->wdp[3].reg || !avr_regbit_get(avr, dog->wde)) {
+    avr_watchdog_t *wdt = watchdog(avr);
+    if (!wdt || wdt->wdp[3].reg || !avr_regbit_get(avr, wdt->wde)) {
         return;
     }
-    avr_io_write_t write = avr->io[AVR_DATA_TO_IO(dog->wde.reg)].w.c;
-    avr_regbit_clear(avr, dog->wdrf); // it would keep WDE on
-    write(avr, dog->wde.reg, (uint8_t)(1u << dog->wdce.bit | 1u << dog->wde.bit), dog);
-    write(avr, dog->wde.reg, 0, dog);
-    avr_regbit_clear(avr, dog->wdce);
-    avr_regbit_set(avr, dog->wdrf);
+    avr_io_write_t write = avr->io[AVR_DATA_TO_IO(wdt->wde.reg)].w.c;
+    avr_regbit_clear(avr, wdt->wdrf); // it would keep WDE on
+    write(avr, wdt->wde.reg, (uint8_t)(1u << wdt->wdce.bit | 1u << wdt->wde.bit), wdt);
+    write(avr, wdt->wde.reg, 0, wdt);
+    avr_regbit_clear(avr, wdt->wdce);
+    avr_regbit_set(avr, wdt->wdrf);
 }
 
 /* A reset throws all cycle timers away, ours included. */
 static void was_reset(struct avr_io_t *io)
 {
     struct machine *machine = io->avr->custom.data;
-    machine->fresh = true;
+    machine->just_reset = true;
     machine->interrupts = false;
     cpu_reset(&machine->cpu);
-    eeprom_reset(&machine->eeprom);
+    eeprom_model_reset(&machine->eeprom);
     if (machine->cpu.exact) {
         stop_old_watchdog(machine->avr);
     }
     *flags(machine) |= machine->flags;
     if (machine->on_reset) {
-        machine->on_reset(machine->owner, machine->avr->cycle);
+        machine->on_reset(machine->context, machine->avr->cycle);
     }
     uint64_t next = schedule_next(machine->schedule);
-    machine->driving = false;
+    machine->in_events = false;
     if (next != SCHEDULE_NEVER) {
-        head_moved(machine, next);
+        next_event_moved(machine, next);
     }
 }
 
-static void watch_resets(struct machine *machine)
+static void hook_resets(struct machine *machine)
 {
-    machine->reset_watch = (avr_io_t){.kind = "cds55xx", .reset = was_reset, .avr = machine->avr};
+    machine->reset_hook = (avr_io_t){.kind = "cds55xx", .reset = was_reset, .avr = machine->avr};
     avr_io_t **tail = &machine->avr->io_port;
     while (*tail) {
         tail = &(*tail)->next;
     }
-    *tail = &machine->reset_watch;
+    *tail = &machine->reset_hook;
 }
 
 void machine_reset(struct machine *machine, enum machine_reset cause)
@@ -149,10 +150,10 @@ void machine_reset(struct machine *machine, enum machine_reset cause)
 /* simavr's watchdog is to do what it does after a bite of its own. */
 static void order_watchdog(struct machine *machine)
 {
-    avr_watchdog_t *dog = watchdog(machine->avr);
-    if (dog) {
-        dog->reset_context.wdrf = 1;
-        dog->reset_context.avr_run = machine->run;
+    avr_watchdog_t *wdt = watchdog(machine->avr);
+    if (wdt) {
+        wdt->reset_context.wdrf = 1;
+        wdt->reset_context.avr_run = machine->run;
     }
 }
 
@@ -199,7 +200,7 @@ static void reset(struct machine *machine)
         return; // the watchdog: simavr does it all
     }
     if (due & (1u << MACHINE_POWER_ON | 1u << MACHINE_BROWN_OUT)) {
-        eeprom_lose_power(&machine->eeprom, avr->cycle);
+        eeprom_model_lose_power(&machine->eeprom, avr->cycle);
     }
     if (due & 1u << MACHINE_POWER_ON) {
         due = 1u << MACHINE_POWER_ON;
@@ -232,7 +233,7 @@ static void widen_data(avr_t *avr)
 bool machine_init(struct machine *machine, struct schedule *schedule, const char *mcu,
                   const char *core, uint32_t clock_Hz, const char *elf, bool exact)
 {
-    *machine = (struct machine){.schedule = schedule, .fresh = true};
+    *machine = (struct machine){.schedule = schedule, .just_reset = true};
     if (!image_open(&machine->image, elf)) {
         return false;
     }
@@ -255,12 +256,12 @@ bool machine_init(struct machine *machine, struct schedule *schedule, const char
     machine->run = avr->run;
     cpu_init(&machine->cpu, avr, exact);
     if (exact) {
-        flags_init(avr);
+        timer_flags_init(avr);
     }
-    eeprom_init(&machine->eeprom, avr, schedule, exact);
-    watch_resets(machine);
-    schedule->on_earlier = head_moved;
-    schedule->owner = machine;
+    eeprom_model_init(&machine->eeprom, avr, schedule, exact);
+    hook_resets(machine);
+    schedule->on_earlier = next_event_moved;
+    schedule->context = machine;
     return true;
 }
 
@@ -275,9 +276,9 @@ static void free_irqs(avr_t *avr)
     for (unsigned i = 0; i < MAX_IOs; i++) {
         avr_free_irq(avr->io[i].irq, AVR_IOMEM_IRQ_ALL + 1);
     }
-    avr_watchdog_t *dog = watchdog(avr);
-    if (dog) {
-        avr_free_irq(dog->watchdog.irq, AVR_INT_IRQ_COUNT);
+    avr_watchdog_t *wdt = watchdog(avr);
+    if (wdt) {
+        avr_free_irq(wdt->watchdog.irq, AVR_INT_IRQ_COUNT);
     }
 }
 
@@ -307,7 +308,7 @@ static void check_jump(struct machine *machine, bool after_reset)
     const struct cpu *cpu = &machine->cpu;
     if (avr->pc == 0 && !after_reset) {
         char what[80] = "jump to 0 (null function pointer, torn stack)";
-        if (cpu->depth && avr->cycle - cpu->latest <= SOON) {
+        if (cpu->depth && avr->cycle - cpu->latest <= VECTOR_CYCLES) {
             snprintf(what, sizeof(what), "interrupt vector %u has no handler",
                      cpu->vectors[cpu->depth - 1]);
         }
@@ -321,7 +322,7 @@ static void interrupts_changed(struct machine *machine)
 {
     machine->interrupts = machine->avr->sreg[S_I];
     if (machine->on_interrupts) {
-        machine->on_interrupts(machine->watcher, machine->interrupts);
+        machine->on_interrupts(machine->log_context, machine->interrupts);
     }
 }
 
@@ -338,10 +339,10 @@ static enum machine_end run(struct machine *machine)
         if (machine->hang_due) {
             hang(machine);
         }
-        machine->fresh = false;
+        machine->just_reset = false;
         machine->pc = avr->pc;
         if (machine->on_step) {
-            machine->on_step(machine->watcher, avr->cycle, avr->pc);
+            machine->on_step(machine->log_context, avr->cycle, avr->pc);
         }
         int state = avr_run(avr);
         if (avr->interrupt_state < 0) {
@@ -357,7 +358,7 @@ static enum machine_end run(struct machine *machine)
             crash(machine, "crash");
         }
         if (avr->pc == 0 || avr->pc >= machine->image.code_end) {
-            check_jump(machine, machine->fresh);
+            check_jump(machine, machine->just_reset);
         }
     }
     return machine->crash[0] ? MACHINE_CRASHED : MACHINE_STOPPED;

@@ -33,7 +33,7 @@ struct machine {
     avr_t *avr;
     struct schedule *schedule;
     struct cpu cpu;
-    struct eeprom eeprom;
+    struct eeprom_model eeprom;
     struct image image;
     struct gdb *gdb;    // 0: none
     avr_run_t run;      // simavr's own way to run; its watchdog puts another one there to reset
@@ -43,18 +43,19 @@ struct machine {
     avr_flashaddr_t hang_at; // the instruction that was put aside
     uint8_t hang_code[2];
     uint8_t flags;              // of MCUSR, over a reset
-    avr_io_t reset_watch;       // simavr calls it when the chip is reset, after its own parts
+    avr_io_t reset_hook;        // simavr calls it when the chip is reset, after its own parts
     uint32_t pc;                // of the latest instruction, byte address
-    bool fresh;                 // has been reset and not yet run
-    bool driving;               // within schedule_run_until
+    bool just_reset;            // has been reset and not yet run
+    bool in_events;             // within schedule_run_until
     volatile sig_atomic_t stop; // may be set by a signal handler
     char crash[240];            // what went wrong; "": nothing
     bool interrupts;            // on, after the latest instruction
-    void *watcher;
-    void (*on_interrupts)(void *watcher, bool on); // they were turned on or off; may be 0
-    void (*on_step)(void *watcher, uint64_t now, uint32_t pc); // an instruction begins; may be 0
-    void *owner;
-    void (*on_reset)(void *owner, uint64_t now); // may be 0
+    void *log_context;
+    void (*on_interrupts)(void *log_context, bool on); // they were turned on or off; may be 0
+    void (*on_step)(void *log_context, uint64_t now,
+                    uint32_t pc); // an instruction begins; may be 0
+    void *context;
+    void (*on_reset)(void *context, uint64_t now); // may be 0
 };
 
 /* False, with one line on stderr, when there is no such chip or the ELF file is not for it. */

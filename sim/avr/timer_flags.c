@@ -15,7 +15,7 @@ static void flags_written(avr_t *avr, avr_io_addr_t address, uint8_t value, void
     for (unsigned i = 0; i < avr->interrupts.vector_count; i++) {
         avr_int_vector_t *vector = avr->interrupts.vector[i];
         if (vector->raised.reg == address && value >> vector->raised.bit & vector->raised.mask) {
-            cpu_follow_level(avr, vector, false);
+            cpu_set_level_interrupt(avr, vector, false);
             avr_regbit_clear(avr, vector->raised);
         }
     }
@@ -31,7 +31,7 @@ static int holds_flags(const avr_t *avr, avr_io_addr_t address)
     return 0;
 }
 
-void flags_init(avr_t *avr)
+void timer_flags_init(avr_t *avr)
 {
     for (unsigned i = 0; i < sizeof(registers) / sizeof(registers[0]); i++) {
         if (holds_flags(avr, registers[i])) {

@@ -7,6 +7,6 @@
 #include <simavr/sim_avr.h>
 
 /* Takes the registers over; after simavr has made its chip. */
-void flags_init(avr_t *avr);
+void timer_flags_init(avr_t *avr);
 
 #endif

@@ -36,10 +36,10 @@ static uint8_t *ucsrc(const struct usart *usart)
     return &usart->avr->data[usart->registers->r_ucsrc];
 }
 
-void usart_tell(struct usart *usart, enum usart_notice notice, uint64_t now)
+void usart_notify(struct usart *usart, enum usart_event event, uint64_t now)
 {
-    if (usart->notice) {
-        usart->notice(usart->owner, notice, now);
+    if (usart->on_event) {
+        usart->on_event(usart->context, event, now);
     }
 }
 
@@ -57,14 +57,14 @@ uint32_t usart_bit_256(const struct usart *usart)
     return (ubrr + 1) * clocks * 256;
 }
 
-uint32_t usart_ask_bit(void *owner)
+uint32_t usart_get_bit_time(void *context)
 {
-    return usart_bit_256(owner);
+    return usart_bit_256(context);
 }
 
-bool usart_transmits(const struct usart *usart)
+bool usart_is_transmitting(const struct usart *usart)
 {
-    return (*ucsrb(usart) & UCSRB_TXEN) || usart->talker.busy || usart->waiting || usart->queued;
+    return (*ucsrb(usart) & UCSRB_TXEN) || usart->tx.busy || usart->udr_full || usart->queued;
 }
 
 bool usart_rxen(const struct usart *usart)
@@ -72,31 +72,31 @@ bool usart_rxen(const struct usart *usart)
     return *ucsrb(usart) & UCSRB_RXEN;
 }
 
-bool usart_listens(const struct usart *usart)
+bool usart_is_listening(const struct usart *usart)
 {
     return !usart->exact || usart_rxen(usart);
 }
 
 void usart_update_txd(struct usart *usart, uint64_t now)
 {
-    driver_enable(&usart->txd, now, usart_transmits(usart));
-    usart_tell(usart, USART_ENABLED, now);
+    driver_enable(&usart->txd, now, usart_is_transmitting(usart));
+    usart_notify(usart, USART_ENABLED, now);
 }
 
 /* --- interrupts: levels, not edges ---------------------------------------------------------------
  */
 
-static void follow_level(avr_t *avr, avr_int_vector_t *vector)
+static void update_interrupt(avr_t *avr, avr_int_vector_t *vector)
 {
-    cpu_follow_level(avr, vector,
-                     avr_regbit_get(avr, vector->raised) && avr_regbit_get(avr, vector->enable));
+    cpu_set_level_interrupt(
+        avr, vector, avr_regbit_get(avr, vector->raised) && avr_regbit_get(avr, vector->enable));
 }
 
-static void follow_levels(struct usart *usart)
+static void update_interrupts(struct usart *usart)
 {
-    follow_level(usart->avr, &usart->registers->rxc);
-    follow_level(usart->avr, &usart->registers->udrc);
-    follow_level(usart->avr, &usart->registers->txc);
+    update_interrupt(usart->avr, &usart->registers->rxc);
+    update_interrupt(usart->avr, &usart->registers->udrc);
+    update_interrupt(usart->avr, &usart->registers->txc);
 }
 
 /* simavr drops a request when its handler is entered; RXC and UDRE stay until they are served. */
@@ -105,8 +105,8 @@ static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
     (void)irq;
     if (!value) {
         struct usart *usart = param;
-        follow_level(usart->avr, &usart->registers->rxc);
-        follow_level(usart->avr, &usart->registers->udrc);
+        update_interrupt(usart->avr, &usart->registers->rxc);
+        update_interrupt(usart->avr, &usart->registers->udrc);
     }
 }
 
@@ -115,28 +115,28 @@ static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
 
 static void start_frame(struct usart *usart, uint64_t start, uint8_t byte)
 {
-    talker_say(&usart->talker, start, usart_bit_256(usart), byte);
+    uart_tx_send(&usart->tx, start, usart_bit_256(usart), byte);
 }
 
-static void frame_started(void *owner, uint64_t now)
+static void frame_started(void *context, uint64_t now)
 {
-    struct usart *usart = owner;
+    struct usart *usart = context;
     bool good = (*ucsrc(usart) & UCSRC_FORMAT) == UCSRC_8N1 && !(*ucsrb(usart) & UCSRB_UCSZ2);
-    usart_tell(usart, good ? USART_FRAME : USART_BAD_FORMAT, now);
+    usart_notify(usart, good ? USART_FRAME : USART_BAD_FORMAT, now);
 }
 
-static void frame_ended(void *owner, uint64_t now)
+static void frame_ended(void *context, uint64_t now)
 {
-    struct usart *usart = owner;
-    if (usart->waiting) {
-        usart->waiting = false;
+    struct usart *usart = context;
+    if (usart->udr_full) {
+        usart->udr_full = false;
         *ucsra(usart) |= UCSRA_UDRE;
-        start_frame(usart, now, usart->waiting_byte);
+        start_frame(usart, now, usart->udr_byte);
     } else {
         *ucsra(usart) |= UCSRA_TXC;
         usart_update_txd(usart, now);
     }
-    follow_levels(usart);
+    update_interrupts(usart);
 }
 
 static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t byte, void *param)
@@ -145,17 +145,17 @@ static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t byte, void *par
     (void)address;
     struct usart *usart = param;
     if (!(*ucsrb(usart) & UCSRB_TXEN)) {
-        usart_tell(usart, USART_WRITE_OFF, write_time(usart));
+        usart_notify(usart, USART_WRITE_OFF, write_time(usart));
     } else if (!(*ucsra(usart) & UCSRA_UDRE)) {
-        usart_tell(usart, USART_WRITE_LOST, write_time(usart));
-    } else if (usart->talker.busy) {
-        usart->waiting = true;
-        usart->waiting_byte = byte;
+        usart_notify(usart, USART_WRITE_LOST, write_time(usart));
+    } else if (usart->tx.busy) {
+        usart->udr_full = true;
+        usart->udr_byte = byte;
         *ucsra(usart) &= (uint8_t)~UCSRA_UDRE;
     } else {
         start_frame(usart, write_time(usart), byte);
     }
-    follow_levels(usart);
+    update_interrupts(usart);
 }
 
 /* --- receiver ------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ static void show_received(struct usart *usart)
         flags |= usart->fifo[0].overrun ? UCSRA_DOR : 0;
     }
     *ucsra(usart) = (uint8_t)flags;
-    follow_levels(usart);
+    update_interrupts(usart);
 }
 
 static void flush_received(struct usart *usart)
@@ -182,21 +182,21 @@ static void flush_received(struct usart *usart)
 }
 
 /* The new frame is shifted in over the byte that waits in the shift register. */
-static void start_bit_heard(void *owner, uint64_t now)
+static void start_bit_received(void *context, uint64_t now)
 {
-    struct usart *usart = owner;
+    struct usart *usart = context;
     if (usart->shift_full) {
         usart->shift_full = false;
         usart->lost = true;
-        usart_tell(usart, USART_OVERRUN, now);
+        usart_notify(usart, USART_OVERRUN, now);
     }
 }
 
-static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
+static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
     (void)now;
-    struct usart *usart = owner;
-    struct usart_byte received = {heard->byte, heard->framing_error, usart->lost};
+    struct usart *usart = context;
+    struct usart_byte received = {frame->byte, frame->framing_error, usart->lost};
     usart->lost = false;
     if (usart->fifo_size < FIFO_SIZE) {
         usart->fifo[usart->fifo_size++] = received;
@@ -238,7 +238,7 @@ static void write_ucsra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
         flags &= ~(unsigned)UCSRA_TXC;
     }
     *ucsra(usart) = (uint8_t)(flags | (value & (UCSRA_U2X | UCSRA_MPCM)));
-    follow_levels(usart);
+    update_interrupts(usart);
 }
 
 static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
@@ -249,22 +249,22 @@ static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     uint8_t changed = *ucsrb(usart) ^ value;
     *ucsrb(usart) = value;
     if (changed & UCSRB_RXEN) {
-        ear_enable(&usart->ear, value & UCSRB_RXEN);
+        uart_rx_enable(&usart->rx, value & UCSRB_RXEN);
         flush_received(usart);
     }
     if (changed & (UCSRB_RXEN | UCSRB_TXEN)) {
         usart_update_txd(usart, write_time(usart));
     }
-    follow_levels(usart);
+    update_interrupts(usart);
 }
 
 void usart_reset(struct usart *usart, uint64_t now)
 {
-    talker_stop(&usart->talker, now);
-    usart->waiting = false;
+    uart_tx_stop(&usart->tx, now);
+    usart->udr_full = false;
     usart->queued = 0;
     if (usart->exact) {
-        ear_enable(&usart->ear, false);
+        uart_rx_enable(&usart->rx, false);
         *ucsra(usart) = UCSRA_UDRE;
         *ucsrb(usart) = 0;
         *ucsrc(usart) = UCSRC_8N1;
@@ -286,10 +286,10 @@ static void take_register(struct usart *usart, avr_io_addr_t address, avr_io_rea
 static void usart_init_exact(struct usart *usart)
 {
     avr_uart_t *r = usart->registers;
-    usart->talker.on_start = frame_started;
-    usart->talker.on_end = frame_ended;
-    usart->ear.on_start = start_bit_heard;
-    usart->ear.on_byte = byte_heard;
+    usart->tx.on_start = frame_started;
+    usart->tx.on_end = frame_ended;
+    usart->rx.on_start = start_bit_received;
+    usart->rx.on_byte = byte_received;
     take_register(usart, r->r_udr, read_udr, write_udr);
     take_register(usart, r->r_ucsra, 0, write_ucsra);
     take_register(usart, r->r_ucsrb, 0, write_ucsrb);
@@ -321,9 +321,9 @@ bool usart_init(struct usart *usart, avr_t *avr, unsigned number, bool exact,
         return false;
     }
     driver_init(&usart->txd, txd);
-    talker_init(&usart->talker, schedule, &usart->txd, usart);
-    ear_init(&usart->ear, schedule, rxd, usart);
-    usart->ear.ask_bit = usart_ask_bit;
+    uart_tx_init(&usart->tx, schedule, &usart->txd, usart);
+    uart_rx_init(&usart->rx, schedule, rxd, usart);
+    usart->rx.get_bit_256 = usart_get_bit_time;
     if (exact) {
         usart_init_exact(usart);
     } else {

@@ -25,14 +25,14 @@
 #define USART_WRITE_CYCLES 1
 #define USART_QUEUE        64 // bytes that simavr's own USART may have accepted and not yet sent
 
-enum usart_notice {
+enum usart_event {
     USART_ENABLED,      // TXEN or RXEN has changed, or the last frame after TXEN=0 is out
     USART_FRAME,        // a frame begins on TXD
     USART_BAD_FORMAT,   // a frame begins, and UCSRC does not say 8N1
     USART_WRITE_LOST,   // UDR was written while UDRE was 0: the byte is gone
     USART_WRITE_OFF,    // UDR was written while TXEN was 0: the byte is gone
     USART_OVERRUN,      // a received byte was overwritten (DOR)
-    USART_BYTE_UNHEARD, // stock only: a byte was handed over while RXEN was 0
+    USART_BYTE_IGNORED, // stock only: a byte was handed over while RXEN was 0
 };
 
 struct usart_byte {
@@ -45,15 +45,15 @@ struct usart {
     avr_t *avr;
     avr_uart_t *registers; // addresses, vectors; in exact mode simavr's own state in it is idle
     struct schedule *schedule;
-    struct talker talker;
+    struct uart_tx tx;
     struct driver txd;
-    struct ear ear;
+    struct uart_rx rx;
     bool exact;
-    void *owner;
-    void (*notice)(void *owner, enum usart_notice notice, uint64_t now); // may be 0
+    void *context;
+    void (*on_event)(void *context, enum usart_event event, uint64_t now); // may be 0
 
-    bool waiting; // exact: a byte is in UDR, behind the one in the shift register
-    uint8_t waiting_byte;
+    bool udr_full; // exact: a byte is in UDR, behind the one in the shift register
+    uint8_t udr_byte;
     struct usart_byte fifo[2];
     uint8_t fifo_size;
     bool shift_full; // a third byte waits in the receive shift register
@@ -78,11 +78,11 @@ void usart_init_stock(struct usart *usart);
 void usart_reset(struct usart *usart, uint64_t now);
 
 /* It drives TXD: TXEN, or frames that were pending when TXEN went to 0. */
-bool usart_transmits(const struct usart *usart);
+bool usart_is_transmitting(const struct usart *usart);
 
 /* A start bit at this moment would be received. Stock judges only whole bytes, when they are handed
  * over: it always says yes. */
-bool usart_listens(const struct usart *usart);
+bool usart_is_listening(const struct usart *usart);
 
 bool usart_rxen(const struct usart *usart);
 
@@ -91,7 +91,7 @@ uint32_t usart_bit_256(const struct usart *usart);
 
 /* Shared by the two makes: TXD follows TXEN. */
 void usart_update_txd(struct usart *usart, uint64_t now);
-void usart_tell(struct usart *usart, enum usart_notice notice, uint64_t now);
-uint32_t usart_ask_bit(void *owner);
+void usart_notify(struct usart *usart, enum usart_event event, uint64_t now);
+uint32_t usart_get_bit_time(void *context);
 
 #endif

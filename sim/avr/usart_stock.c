@@ -8,17 +8,17 @@ static void say_next(struct usart *usart, uint64_t start)
     uint8_t byte = usart->queue[0];
     usart->queued--;
     memmove(usart->queue, usart->queue + 1, usart->queued);
-    talker_say(&usart->talker, start, usart_bit_256(usart), byte);
+    uart_tx_send(&usart->tx, start, usart_bit_256(usart), byte);
 }
 
-static void frame_started(void *owner, uint64_t now)
+static void frame_started(void *context, uint64_t now)
 {
-    usart_tell(owner, USART_FRAME, now);
+    usart_notify(context, USART_FRAME, now);
 }
 
-static void frame_ended(void *owner, uint64_t now)
+static void frame_ended(void *context, uint64_t now)
 {
-    struct usart *usart = owner;
+    struct usart *usart = context;
     if (usart->queued) {
         say_next(usart, now);
     } else {
@@ -32,22 +32,22 @@ static void byte_written(struct avr_irq_t *irq, uint32_t value, void *param)
     struct usart *usart = param;
     uint64_t now = usart->avr->cycle + USART_WRITE_CYCLES;
     if (usart->queued == USART_QUEUE) {
-        usart_tell(usart, USART_WRITE_LOST, now);
+        usart_notify(usart, USART_WRITE_LOST, now);
         return;
     }
     usart->queue[usart->queued++] = (uint8_t)value;
-    if (!usart->talker.busy) {
+    if (!usart->tx.busy) {
         say_next(usart, now);
     }
 }
 
-static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
+static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    struct usart *usart = owner;
+    struct usart *usart = context;
     if (!avr_regbit_get(usart->avr, usart->registers->rxen)) {
-        usart_tell(usart, USART_BYTE_UNHEARD, now);
+        usart_notify(usart, USART_BYTE_IGNORED, now);
     }
-    uint32_t value = heard->byte | (heard->framing_error ? UART_INPUT_FE : 0u);
+    uint32_t value = frame->byte | (frame->framing_error ? UART_INPUT_FE : 0u);
     avr_raise_irq(usart->registers->io.irq + UART_IRQ_INPUT, value);
 }
 
@@ -56,7 +56,7 @@ static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t value, void *pa
     struct usart *usart = param;
     usart->stock_write_udr(avr, address, value, usart->stock_udr);
     if (!avr_regbit_get(avr, usart->registers->txen)) {
-        usart_tell(usart, USART_WRITE_OFF, avr->cycle + USART_WRITE_CYCLES);
+        usart_notify(usart, USART_WRITE_OFF, avr->cycle + USART_WRITE_CYCLES);
     }
 }
 
@@ -70,10 +70,10 @@ static void write_ucsrb(avr_t *avr, avr_io_addr_t address, uint8_t value, void *
 void usart_init_stock(struct usart *usart)
 {
     avr_uart_t *r = usart->registers;
-    usart->talker.on_start = frame_started;
-    usart->talker.on_end = frame_ended;
-    usart->ear.on_byte = byte_heard;
-    ear_enable(&usart->ear, true);
+    usart->tx.on_start = frame_started;
+    usart->tx.on_end = frame_ended;
+    usart->rx.on_byte = byte_received;
+    uart_rx_enable(&usart->rx, true);
 
     uint32_t no_flags = 0; // no echo on stdout, no sleep of the host at every look at UCSRA
     avr_ioctl(usart->avr, (uint32_t)AVR_IOCTL_UART_SET_FLAGS(r->name), &no_flags);

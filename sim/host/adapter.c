@@ -4,32 +4,32 @@
 
 static void set_driving(struct adapter *adapter, uint64_t now, bool driving)
 {
-    driver_enable(&adapter->to_rx, now, !driving);
+    driver_enable(&adapter->to_rxd, now, !driving);
     driver_enable(&adapter->driver, now, driving);
     if (adapter->on_talk) {
-        adapter->on_talk(adapter->owner, now, driving);
+        adapter->on_talk(adapter->context, now, driving);
     }
 }
 
 static void say_next(struct adapter *adapter, uint64_t now)
 {
     const struct adapter_byte *next = &adapter->queue[adapter->head];
-    adapter->head = (adapter->head + 1) % ADAPTER_ROOM;
+    adapter->head = (adapter->head + 1) % ADAPTER_SIZE;
     adapter->waiting--;
-    talker_say(&adapter->talker, now, next->bit_256, next->byte);
+    uart_tx_send(&adapter->tx, now, next->bit_256, next->byte);
 }
 
-static void byte_begins(void *owner, uint64_t now)
+static void byte_begins(void *context, uint64_t now)
 {
-    struct adapter *adapter = owner;
+    struct adapter *adapter = context;
     if (adapter->on_start) {
-        adapter->on_start(adapter->owner, now);
+        adapter->on_start(adapter->context, now);
     }
 }
 
-static void byte_said(void *owner, uint64_t now)
+static void byte_said(void *context, uint64_t now)
 {
-    struct adapter *adapter = owner;
+    struct adapter *adapter = context;
     if (adapter->waiting) {
         say_next(adapter, now);
     } else if (adapter->half_duplex) {
@@ -37,24 +37,24 @@ static void byte_said(void *owner, uint64_t now)
     }
 }
 
-static void level_changed(void *owner, uint64_t now, bool level)
+static void level_changed(void *context, uint64_t now, bool level)
 {
-    struct adapter *adapter = owner;
-    driver_level(&adapter->to_rx, now, level);
+    struct adapter *adapter = context;
+    driver_level(&adapter->to_rxd, now, level);
 }
 
-static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
+static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    struct adapter *adapter = owner;
-    adapter->framing_errors += heard->framing_error;
+    struct adapter *adapter = context;
+    adapter->framing_errors += frame->framing_error;
     if (adapter->on_byte) {
-        adapter->on_byte(adapter->owner, now, heard->byte);
+        adapter->on_byte(adapter->context, now, frame->byte);
     }
 }
 
-static uint32_t ask_bit(void *owner)
+static uint32_t get_bit_256(void *context)
 {
-    const struct adapter *adapter = owner;
+    const struct adapter *adapter = context;
     return adapter->bit_256;
 }
 
@@ -66,18 +66,18 @@ void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net
     adapter_baud(adapter, baud);
     driver_init(&adapter->driver, to);
     driver_enable(&adapter->driver, schedule->now, !adapter->half_duplex);
-    talker_init(&adapter->talker, schedule, &adapter->driver, adapter);
-    adapter->talker.on_start = byte_begins;
-    adapter->talker.on_end = byte_said;
-    net_init(&adapter->rx);
-    driver_init(&adapter->to_rx, &adapter->rx);
-    driver_set(&adapter->to_rx, schedule->now, true, from->level);
-    adapter->listener = (struct listener){.owner = adapter, .on_level = level_changed};
+    uart_tx_init(&adapter->tx, schedule, &adapter->driver, adapter);
+    adapter->tx.on_start = byte_begins;
+    adapter->tx.on_end = byte_said;
+    net_init(&adapter->rxd);
+    driver_init(&adapter->to_rxd, &adapter->rxd);
+    driver_set(&adapter->to_rxd, schedule->now, true, from->level);
+    adapter->listener = (struct listener){.context = adapter, .on_level = level_changed};
     net_listen(from, &adapter->listener);
-    ear_init(&adapter->ear, schedule, &adapter->rx, adapter);
-    adapter->ear.ask_bit = ask_bit;
-    adapter->ear.on_byte = byte_heard;
-    ear_enable(&adapter->ear, true);
+    uart_rx_init(&adapter->rx, schedule, &adapter->rxd, adapter);
+    adapter->rx.get_bit_256 = get_bit_256;
+    adapter->rx.on_byte = byte_received;
+    uart_rx_enable(&adapter->rx, true);
 }
 
 void adapter_baud(struct adapter *adapter, uint32_t baud)
@@ -89,18 +89,18 @@ void adapter_baud(struct adapter *adapter, uint32_t baud)
     adapter->bit_256 = uart_bit_256(adapter->clock_Hz, baud < BAUD_MAX ? baud : BAUD_MAX);
 }
 
-size_t adapter_room(const struct adapter *adapter)
+size_t adapter_space(const struct adapter *adapter)
 {
-    return ADAPTER_ROOM - adapter->waiting;
+    return ADAPTER_SIZE - adapter->waiting;
 }
 
-void adapter_say(struct adapter *adapter, uint64_t now, const uint8_t *bytes, size_t size)
+void adapter_send(struct adapter *adapter, uint64_t now, const uint8_t *bytes, size_t size)
 {
-    for (size_t i = 0; i < size && adapter->waiting < ADAPTER_ROOM; i++) {
-        size_t end = (adapter->head + adapter->waiting++) % ADAPTER_ROOM;
+    for (size_t i = 0; i < size && adapter->waiting < ADAPTER_SIZE; i++) {
+        size_t end = (adapter->head + adapter->waiting++) % ADAPTER_SIZE;
         adapter->queue[end] = (struct adapter_byte){adapter->bit_256, bytes[i]};
     }
-    if (!adapter->waiting || adapter->talker.busy) {
+    if (!adapter->waiting || adapter->tx.busy) {
         return;
     }
     if (adapter->half_duplex && !adapter->driver.enabled) {
@@ -111,9 +111,9 @@ void adapter_say(struct adapter *adapter, uint64_t now, const uint8_t *bytes, si
 
 uint64_t adapter_end(const struct adapter *adapter)
 {
-    uint64_t end = talker_end(&adapter->talker);
+    uint64_t end = uart_tx_end(&adapter->tx);
     for (size_t i = 0; i < adapter->waiting; i++) {
-        const struct adapter_byte *byte = &adapter->queue[(adapter->head + i) % ADAPTER_ROOM];
+        const struct adapter_byte *byte = &adapter->queue[(adapter->head + i) % ADAPTER_SIZE];
         end += uart_half_bits(byte->bit_256, UART_FRAME_BITS * 2);
     }
     return end;

@@ -16,7 +16,7 @@
 #include "wire/schedule.h"
 #include "wire/uart.h"
 
-#define ADAPTER_ROOM 4096 // bytes that wait to be sent
+#define ADAPTER_SIZE 4096 // bytes that wait to be sent
 
 struct adapter_byte {
     uint32_t bit_256;
@@ -28,19 +28,19 @@ struct adapter {
     uint32_t clock_Hz;
     bool half_duplex;
     struct driver driver;
-    struct talker talker;
-    struct net rx; // behind the receive buffer
-    struct driver to_rx;
+    struct uart_tx tx;
+    struct net rxd; // behind the receive buffer
+    struct driver to_rxd;
     struct listener listener;
-    struct ear ear;
+    struct uart_rx rx;
     uint32_t baud, bit_256;
-    struct adapter_byte queue[ADAPTER_ROOM]; // a ring
+    struct adapter_byte queue[ADAPTER_SIZE]; // a ring
     size_t head, waiting;
     uint32_t framing_errors;
-    void *owner;
-    void (*on_byte)(void *owner, uint64_t now, uint8_t byte); // may be 0
-    void (*on_start)(void *owner, uint64_t now);              // of a byte it says; may be 0
-    void (*on_talk)(void *owner, uint64_t now, bool talking); // half duplex: the driver; may be 0
+    void *context;
+    void (*on_byte)(void *context, uint64_t now, uint8_t byte); // may be 0
+    void (*on_start)(void *context, uint64_t now);              // of a byte it says; may be 0
+    void (*on_talk)(void *context, uint64_t now, bool talking); // half duplex: the driver; may be 0
 };
 
 /* Half duplex when `to` and `from` are one net. */
@@ -52,8 +52,8 @@ void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net
 void adapter_baud(struct adapter *adapter, uint32_t baud);
 
 /* How many bytes may be said now; further ones are dropped. */
-size_t adapter_room(const struct adapter *adapter);
-void adapter_say(struct adapter *adapter, uint64_t now, const uint8_t *bytes, size_t size);
+size_t adapter_space(const struct adapter *adapter);
+void adapter_send(struct adapter *adapter, uint64_t now, const uint8_t *bytes, size_t size);
 
 /* End of the last stop bit of all that was said; in the past when it is out. */
 uint64_t adapter_end(const struct adapter *adapter);

@@ -2,29 +2,29 @@
 
 #include <stdio.h>
 
-bool host_init(struct host *host, struct machine *machine, unsigned usart, uint32_t baud,
-               bool exact)
+bool host_link_init(struct host_link *link, struct machine *machine, unsigned usart, uint32_t baud,
+                    bool exact)
 {
-    *host = (struct host){0};
-    net_init(&host->to_avr);
-    net_init(&host->from_avr);
-    if (!usart_init(&host->usart, machine->avr, usart, exact, machine->schedule, &host->from_avr,
-                    &host->to_avr)) {
+    *link = (struct host_link){0};
+    net_init(&link->to_avr);
+    net_init(&link->from_avr);
+    if (!usart_init(&link->usart, machine->avr, usart, exact, machine->schedule, &link->from_avr,
+                    &link->to_avr)) {
         fprintf(stderr, "%s: no USART%u: change BOARD_HOST_USART in board.h\n", machine->avr->mmcu,
                 usart);
         return false;
     }
-    adapter_init(&host->pc, machine->schedule, &host->to_avr, &host->from_avr,
+    adapter_init(&link->adapter, machine->schedule, &link->to_avr, &link->from_avr,
                  machine->avr->frequency, baud);
     return true;
 }
 
-size_t host_room(const struct host *host)
+size_t host_link_space(const struct host_link *link)
 {
-    return adapter_room(&host->pc);
+    return adapter_space(&link->adapter);
 }
 
-void host_say(struct host *host, uint64_t now, const char *bytes, size_t size)
+void host_link_send(struct host_link *link, uint64_t now, const char *bytes, size_t size)
 {
-    adapter_say(&host->pc, now, (const uint8_t *)bytes, size);
+    adapter_send(&link->adapter, now, (const uint8_t *)bytes, size);
 }

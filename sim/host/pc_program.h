@@ -23,40 +23,40 @@ struct pc_line {
     int32_t value;            // HEAR, FLOOD: bytes; WAIT: us; BAUD
     int32_t within_ms;        // HEAR
     int32_t seed;             // FLOOD
-    struct upset_order upset; // RESET
+    struct reset_order reset; // RESET
 };
 
-struct pc {
+struct pc_program {
     const char *path;
     char *text;
     struct pc_line *line;
     unsigned count, next;
     struct schedule *schedule;
     uint32_t clock_Hz;
-    struct host *host;
+    struct host_link *link;
     FILE *out;
     struct event step;
     bool hearing;
-    uint64_t deadline;            // of what is waited for
-    uint8_t heard[PC_HEARD_MAX];  // since the last `say`, `text` or `flood`
-    uint64_t times[PC_HEARD_MAX]; // of each
-    size_t size, taken;           // of them; told already
-    int32_t flood;                // bytes left
+    uint64_t deadline;              // of what is waited for
+    uint8_t received[PC_HEARD_MAX]; // since the last `say`, `text` or `flood`
+    uint64_t times[PC_HEARD_MAX];   // of each
+    size_t size, taken;             // of them; told already
+    int32_t flood;                  // bytes left
     uint32_t random;
-    void *owner;
-    void (*on_reset)(void *owner, uint64_t now, const struct upset_order *order);
-    void (*on_end)(void *owner, uint64_t now, const char *wrong); // 0: all went well
+    void *context;
+    void (*on_reset)(void *context, uint64_t now, const struct reset_order *order);
+    void (*on_end)(void *context, uint64_t now, const char *wrong); // 0: all went well
 };
 
 /* Reads and checks the whole file. False, with `file:line: what` on stderr. */
-bool pc_read(struct pc *pc, const char *path);
-void pc_free(struct pc *pc);
+bool pc_program_read(struct pc_program *program, const char *path);
+void pc_program_free(struct pc_program *program);
 
 /* Begins when the firmware listens. */
-void pc_start(struct pc *pc, struct schedule *schedule, uint32_t clock_Hz, struct host *host,
-              FILE *out);
+void pc_program_start(struct pc_program *program, struct schedule *schedule, uint32_t clock_Hz,
+                      struct host_link *link, FILE *out);
 
 /* A byte that the firmware said. */
-void pc_hear(struct pc *pc, uint64_t now, uint8_t byte);
+void pc_program_receive(struct pc_program *program, uint64_t now, uint8_t byte);
 
 #endif

@@ -81,8 +81,8 @@ bool pty_open(struct pty *pty, uint32_t baud)
         return false;
     }
     discard_unread(pty); // only a port that was opened once reports that no client has it open
-    pty->opens = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
-    inotify_add_watch(pty->opens, pty->path,
+    pty->open_events = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
+    inotify_add_watch(pty->open_events, pty->path,
                       IN_OPEN); // without it, a client is seen a little later
     return true;
 }
@@ -92,8 +92,8 @@ void pty_close(struct pty *pty)
     if (pty->master >= 0) {
         close(pty->master);
         pty->master = -1;
-        if (pty->opens >= 0) {
-            close(pty->opens);
+        if (pty->open_events >= 0) {
+            close(pty->open_events);
         }
     }
 }
@@ -115,7 +115,7 @@ static void watch_line(struct pty *pty)
 static void watch_client(struct pty *pty)
 {
     char events[PTY_BLOCK];
-    while (!pty->client && read(pty->opens, events, sizeof(events)) > 0) {
+    while (!pty->client && read(pty->open_events, events, sizeof(events)) > 0) {
     }
     struct pollfd line = {.fd = pty->master, .events = POLLIN};
     bool client = poll(&line, 1, 0) >= 0 && !(line.revents & POLLHUP);
@@ -127,29 +127,29 @@ static void watch_client(struct pty *pty)
 
 /* In packet mode (TIOCPKT) a read gives bytes behind a 0, or one byte that says what the client
  * did. */
-size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room)
+size_t pty_read(struct pty *pty, uint8_t *bytes, size_t capacity)
 {
     uint8_t packet[1 + PTY_BLOCK];
-    size_t size = 1 + (room < PTY_BLOCK ? room : PTY_BLOCK);
+    size_t size = 1 + (capacity < PTY_BLOCK ? capacity : PTY_BLOCK);
     ssize_t got = 0;
     watch_client(pty);
-    while (room && (got = read(pty->master, packet, size)) > 0 && packet[0] != TIOCPKT_DATA) {
+    while (capacity && (got = read(pty->master, packet, size)) > 0 && packet[0] != TIOCPKT_DATA) {
         pty->flushes += (packet[0] & TIOCPKT_FLUSHWRITE) != 0;
     }
     size = got > 1 ? (size_t)got - 1 : 0;
     memcpy(bytes, packet + 1, size);
-    pty->heard += size;
+    pty->bytes_in += size;
     return size;
 }
 
-void pty_say(struct pty *pty, const uint8_t *bytes, size_t size)
+void pty_send(struct pty *pty, const uint8_t *bytes, size_t size)
 {
     for (size_t i = 0; i < size && pty->client; i++) {
-        pty->said++;
-        if (pty->waiting == PTY_ROOM) {
+        pty->bytes_out++;
+        if (pty->waiting == PTY_SIZE) {
             pty->lost++;
         } else {
-            pty->queue[(pty->head + pty->waiting++) % PTY_ROOM] = bytes[i];
+            pty->queue[(pty->head + pty->waiting++) % PTY_SIZE] = bytes[i];
         }
     }
 }
@@ -157,13 +157,13 @@ void pty_say(struct pty *pty, const uint8_t *bytes, size_t size)
 void pty_flush(struct pty *pty)
 {
     while (pty->waiting) {
-        size_t size = PTY_ROOM - pty->head;
+        size_t size = PTY_SIZE - pty->head;
         size = size < pty->waiting ? size : pty->waiting;
         ssize_t put = write(pty->master, pty->queue + pty->head, size);
         if (put <= 0) {
             return; // full: the client pauses
         }
-        pty->head = (pty->head + (size_t)put) % PTY_ROOM;
+        pty->head = (pty->head + (size_t)put) % PTY_SIZE;
         pty->waiting -= (size_t)put;
     }
 }
@@ -179,8 +179,8 @@ void pty_report(const struct pty *pty, FILE *out)
     if (pty->master < 0) {
         return;
     }
-    fprintf(out, "pty:     %" PRIu64 " bytes from clients, %" PRIu64 " for them\n", pty->heard,
-            pty->said);
+    fprintf(out, "pty:     %" PRIu64 " bytes from clients, %" PRIu64 " for them\n", pty->bytes_in,
+            pty->bytes_out);
     if (pty->lost) {
         fprintf(out, "pty:     %" PRIu64 " of these lost: the client did not read them\n",
                 pty->lost);
@@ -196,5 +196,5 @@ void pty_report(const struct pty *pty, FILE *out)
 
 int pty_fd(const struct pty *pty)
 {
-    return pty->client ? pty->master : pty->opens;
+    return pty->client ? pty->master : pty->open_events;
 }

@@ -9,22 +9,22 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define PTY_ROOM                                                                                   \
+#define PTY_SIZE                                                                                   \
     65536 // bytes for a client that pauses, besides what the system keeps (about 20 kB)
 
 #define PTY_BLOCK 512 // bytes of one pty_read()
 
 struct pty {
-    int master; // -1: not open
-    int opens;  // inotify: a program opens the port; -1: not available
+    int master;      // -1: not open
+    int open_events; // inotify: a program opens the port; -1: not available
     char path[64];
     bool client;             // somebody has opened the port
-    uint8_t queue[PTY_ROOM]; // for the client, a ring
+    uint8_t queue[PTY_SIZE]; // for the client, a ring
     size_t head, waiting;
-    uint64_t heard;   // bytes from clients
-    uint64_t said;    // bytes for clients that were there
-    uint64_t lost;    // of these, for which there was no room
-    uint32_t flushes; // times that clients discarded their output (tcflush), or more
+    uint64_t bytes_in;  // bytes from clients
+    uint64_t bytes_out; // bytes for clients that were there
+    uint64_t lost;      // of these, for which there was no room
+    uint32_t flushes;   // times that clients discarded their output (tcflush), or more
 };
 
 /* False, with one line on stderr. `baud` is what the port is set to until a client sets its own. */
@@ -33,10 +33,10 @@ void pty_close(struct pty *pty);
 
 /* What a client has said, and who comes and goes: to be called often, at most PTY_BLOCK bytes
  * each time. */
-size_t pty_read(struct pty *pty, uint8_t *bytes, size_t room);
+size_t pty_read(struct pty *pty, uint8_t *bytes, size_t capacity);
 
 /* Bytes for the client. Without one they are gone, as at a port that nobody has opened. */
-void pty_say(struct pty *pty, const uint8_t *bytes, size_t size);
+void pty_send(struct pty *pty, const uint8_t *bytes, size_t size);
 /* Hands them over, as far as the system takes them. */
 void pty_flush(struct pty *pty);
 

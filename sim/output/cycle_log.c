@@ -12,9 +12,9 @@
  */
 
 /* Behind the instruction that turned them on or off; an entry has told already. */
-static void interrupts_changed(void *owner, bool on)
+static void interrupts_changed(void *context, bool on)
 {
-    struct times *times = owner;
+    struct times *times = context;
     uint64_t now = times->cpu->avr->cycle;
     if (on && times->off && now - times->off_since > times->longest_off) {
         times->longest_off = now - times->off_since;
@@ -112,9 +112,9 @@ bool times_stamp(struct times *times, const char *port)
 /* --- instructions --------------------------------------------------------------------------------
  */
 
-static void stepped(void *owner, uint64_t now, uint32_t pc)
+static void stepped(void *context, uint64_t now, uint32_t pc)
 {
-    const struct times *times = owner;
+    const struct times *times = context;
     if (now >= times->steps_from && now < times->steps_to) {
         fprintf(times->file, "step %" PRIu64 " %" PRIu32 "\n", now, pc);
     }
@@ -156,7 +156,7 @@ bool times_steps(struct times *times, const char *span)
 /* --- the wire ------------------------------------------------------------------------------------
  */
 
-void times_byte(struct times *times, uint64_t now, unsigned bus, const struct wire *wire)
+void times_byte(struct times *times, uint64_t now, unsigned bus, const struct bus_circuit *circuit)
 {
     struct times_sent *sent = &times->sent[bus];
     if (sent->bytes == 0) {
@@ -166,13 +166,14 @@ void times_byte(struct times *times, uint64_t now, unsigned bus, const struct wi
         sent->idle += now - sent->last;
     }
     sent->bytes++;
-    sent->last = talker_end(&wire->usart.talker);
+    sent->last = uart_tx_end(&circuit->usart.tx);
 }
 
-void times_wire(struct times *times, uint64_t now, unsigned bus, const struct wire *wire)
+void times_wire(struct times *times, uint64_t now, unsigned bus, const struct bus_circuit *circuit)
 {
     struct times_sent *sent = &times->sent[bus];
-    if (times->file && sent->bytes && now >= sent->last && !wire->tx_enable && wire->listening) {
+    if (times->file && sent->bytes && now >= sent->last && !circuit->tx_enable &&
+        circuit->listening) {
         fprintf(times->file, "sent %u %" PRIu64 " %" PRIu64 " %u %" PRIu64 " %" PRIu64 "\n", bus,
                 sent->first, sent->last, sent->bytes, sent->idle, now - sent->last);
         sent->bytes = 0;
@@ -190,7 +191,7 @@ bool times_open(struct times *times, struct machine *machine, const char *path)
         fprintf(stderr, "%s: %s\n", path, strerror(errno));
         return false;
     }
-    machine->watcher = times;
+    machine->log_context = times;
     machine->on_interrupts = interrupts_changed;
     return true;
 }

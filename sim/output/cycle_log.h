@@ -68,9 +68,9 @@ bool times_steps(struct times *times, const char *span);
 /* To be called when a handler is entered or left. */
 void times_handler(struct times *times, uint64_t now);
 /* A byte of the controller begins on this wire. */
-void times_byte(struct times *times, uint64_t now, unsigned bus, const struct wire *wire);
+void times_byte(struct times *times, uint64_t now, unsigned bus, const struct bus_circuit *circuit);
 /* An enable has changed, or the controller's transmitter or receiver. */
-void times_wire(struct times *times, uint64_t now, unsigned bus, const struct wire *wire);
+void times_wire(struct times *times, uint64_t now, unsigned bus, const struct bus_circuit *circuit);
 
 /* Writes the sums of a run that ends now. False: the file could not be written. */
 bool times_close(struct times *times, uint64_t now);

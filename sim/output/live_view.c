@@ -36,17 +36,17 @@ static const char *errors(const struct servo *servo, char text[64])
 }
 
 /* Lines end so that nothing is left of what stood there before. */
-static void end_line(struct follow *follow)
+static void end_line(struct live_view *view)
 {
-    fputs(follow->terminal ? "\033[K\n" : "\n", follow->out);
-    follow->lines++;
+    fputs(view->terminal ? "\033[K\n" : "\n", view->out);
+    view->lines++;
 }
 
-static void draw_servo(struct follow *follow, unsigned bus, const struct servo *servo)
+static void draw_servo(struct live_view *view, unsigned bus, const struct servo *servo)
 {
     char text[64];
     const uint8_t *now = servo->registers;
-    fprintf(follow->out, "%3u %3u %6.1f %7.1f %6d %5d %5.1f %3u  %-3s %-3s  %s", bus, now[TABLE_ID],
+    fprintf(view->out, "%3u %3u %6.1f %7.1f %6d %5d %5.1f %3u  %-3s %-3s  %s", bus, now[TABLE_ID],
             servo_goal_position(servo) * DEGREES, servo_present_position(servo) * DEGREES,
             with_sign(word(servo, TABLE_PRESENT_SPEED)), with_sign(word(servo, TABLE_PRESENT_LOAD)),
             now[TABLE_PRESENT_VOLTAGE] / 10.0, now[TABLE_PRESENT_TEMPERATURE],
@@ -54,82 +54,81 @@ static void draw_servo(struct follow *follow, unsigned bus, const struct servo *
             : servo_torque(servo) ? "on"
                                   : "off",
             servo_led(servo) ? "*" : "", servo->powered ? errors(servo, text) : "no power");
-    end_line(follow);
+    end_line(view);
 }
 
 /* Servos for which there is room: a picture higher than the screen could not be drawn over. */
-static unsigned room(const struct follow *follow)
+static unsigned visible_rows(const struct live_view *view)
 {
     struct winsize size;
-    bool known = follow->terminal && ioctl(fileno(follow->out), TIOCGWINSZ, &size) == 0;
+    bool known = view->terminal && ioctl(fileno(view->out), TIOCGWINSZ, &size) == 0;
     return !known || size.ws_row == 0 ? IDS_MAX * BOARD_BUSES_MAX
            : size.ws_row > 5          ? size.ws_row - 4u
                                       : 1;
 }
 
 /* The cursor stays above the picture, so that what others print pushes it down. */
-void follow_draw(struct follow *follow, uint64_t now)
+void live_view_draw(struct live_view *view, uint64_t now)
 {
-    if (!follow->out) {
+    if (!view->out) {
         return;
     }
-    unsigned left = room(follow);
+    unsigned rows_left = visible_rows(view);
     unsigned hidden = 0;
-    follow->lines = 0;
-    fprintf(follow->out, "%s%.2f s", follow->terminal ? "\r\033[J" : "",
-            (double)now / follow->clock_Hz);
-    end_line(follow);
-    fputs("bus  ID   goal present  speed  load     V   C  torque LED  errors", follow->out);
-    end_line(follow);
-    for (unsigned bus = 0; bus < follow->buses; bus++) {
-        for (unsigned i = 0; i < follow->bus[bus]->count; i++) {
-            if (left) {
-                left--;
-                draw_servo(follow, bus, &follow->bus[bus]->node[i].servo);
+    view->lines = 0;
+    fprintf(view->out, "%s%.2f s", view->terminal ? "\r\033[J" : "", (double)now / view->clock_Hz);
+    end_line(view);
+    fputs("bus  ID   goal present  speed  load     V   C  torque LED  errors", view->out);
+    end_line(view);
+    for (unsigned bus = 0; bus < view->buses; bus++) {
+        for (unsigned i = 0; i < view->bus[bus]->count; i++) {
+            if (rows_left) {
+                rows_left--;
+                draw_servo(view, bus, &view->bus[bus]->node[i].servo);
             } else {
                 hidden++;
             }
         }
     }
     if (hidden) {
-        fprintf(follow->out, "and %u more: the terminal is too low", hidden);
-        end_line(follow);
+        fprintf(view->out, "and %u more: the terminal is too low", hidden);
+        end_line(view);
     }
-    if (follow->terminal) {
-        fprintf(follow->out, "\033[%uA", follow->lines);
+    if (view->terminal) {
+        fprintf(view->out, "\033[%uA", view->lines);
     }
-    fflush(follow->out);
-    follow->drawn_ns = pace_real_ns();
+    fflush(view->out);
+    view->drawn_ns = realtime_now_ns();
 }
 
-static void look(void *owner, uint64_t now)
+static void refresh(void *context, uint64_t now)
 {
-    struct follow *follow = owner;
-    if (pace_real_ns() - follow->drawn_ns >= (follow->terminal ? TERMINAL_NS : PLAIN_NS)) {
-        follow_draw(follow, now);
+    struct live_view *view = context;
+    if (realtime_now_ns() - view->drawn_ns >= (view->terminal ? TERMINAL_NS : PLAIN_NS)) {
+        live_view_draw(view, now);
     }
-    schedule_at(follow->schedule, &follow->look, now + follow->clock_Hz / LOOKS_A_SECOND);
+    schedule_at(view->schedule, &view->refresh, now + view->clock_Hz / LOOKS_A_SECOND);
 }
 
-void follow_init(struct follow *follow, FILE *out, struct schedule *schedule, uint32_t clock_Hz)
+void live_view_init(struct live_view *view, FILE *out, struct schedule *schedule, uint32_t clock_Hz)
 {
-    *follow = (struct follow){.out = out, .schedule = schedule, .clock_Hz = clock_Hz};
-    follow->terminal = isatty(fileno(out));
-    event_init(&follow->look, look, follow);
-    schedule_at(schedule, &follow->look, schedule->now);
+    *view = (struct live_view){.out = out, .schedule = schedule, .clock_Hz = clock_Hz};
+    view->terminal = isatty(fileno(out));
+    event_init(&view->refresh, refresh, view);
+    schedule_at(schedule, &view->refresh, schedule->now);
 }
 
-void follow_bus(struct follow *follow, const struct servos *servos)
+void live_view_add_bus(struct live_view *view, const struct servos *servos)
 {
-    if (follow->out) {
-        follow->bus[follow->buses++] = servos;
+    if (view->out) {
+        view->bus[view->buses++] = servos;
     }
 }
 
-void follow_end(struct follow *follow, uint64_t now)
+void live_view_end(struct live_view *view, uint64_t now)
 {
-    follow_draw(follow, now);
-    if (follow->out && follow->terminal) {
-        fprintf(follow->out, "\033[%uB\n", follow->lines);
+    live_view_draw(view, now);
+    if (view->out && view->terminal) {
+        fprintf(view->out, "\033[%uB\n", view->lines);
     }
 }

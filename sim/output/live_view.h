@@ -11,23 +11,24 @@
 #include "wire/schedule.h"
 #include "servo/servos.h"
 
-struct follow {
+struct live_view {
     FILE *out; // 0: every call does nothing
     bool terminal;
     const struct servos *bus[BOARD_BUSES_MAX];
     unsigned buses;
     struct schedule *schedule;
     uint32_t clock_Hz;
-    struct event look; // at the clock on the wall, 50 times in a simulated second
-    uint64_t drawn_ns; // real time
+    struct event refresh; // at the clock on the wall, 50 times in a simulated second
+    uint64_t drawn_ns;    // real time
     unsigned lines;
 };
 
-void follow_init(struct follow *follow, FILE *out, struct schedule *schedule, uint32_t clock_Hz);
-void follow_bus(struct follow *follow, const struct servos *servos);
-void follow_draw(struct follow *follow, uint64_t now);
+void live_view_init(struct live_view *view, FILE *out, struct schedule *schedule,
+                    uint32_t clock_Hz);
+void live_view_add_bus(struct live_view *view, const struct servos *servos);
+void live_view_draw(struct live_view *view, uint64_t now);
 
 /* The last picture stays, with the cursor below it. */
-void follow_end(struct follow *follow, uint64_t now);
+void live_view_end(struct live_view *view, uint64_t now);
 
 #endif

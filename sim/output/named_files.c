@@ -161,13 +161,13 @@ static bool find_in_state(const char *folder, const struct place *place, char pa
     if (!place->exists) {
         snprintf(path, PATH_MAX, "%s/%s", folder, place->name);
         return whole.known && whole.exists && whole.device == place->device &&
-               whole.inode == place->inode && fnmatch(STATE_FILES, place->name, 0) == 0;
+               whole.inode == place->inode && fnmatch(SERVO_EEPROM_FILES, place->name, 0) == 0;
     }
     DIR *listing = opendir(folder);
     struct dirent *entry = 0;
     bool found = false;
     while (listing && !found && (entry = readdir(listing))) {
-        if (fnmatch(STATE_FILES, entry->d_name, 0) == 0 &&
+        if (fnmatch(SERVO_EEPROM_FILES, entry->d_name, 0) == 0 &&
             (size_t)snprintf(path, PATH_MAX, "%s/%s", folder, entry->d_name) < PATH_MAX) {
             struct place servo = find_place(path);
             found = is_same(place, &servo);
@@ -194,8 +194,8 @@ static bool check_state(const struct named_files *files, const char *folder)
 bool named_files_check(const struct bench_options *options)
 {
     struct named_files files = {.count = 0};
-    char board[BOARD_PATH_ROOM];
-    char chip[BOARD_PATH_ROOM];
+    char board[BOARD_PATH_SIZE];
+    char chip[BOARD_PATH_SIZE];
     add(&files, "--transcript", options->transcript, true);
     add(&files, "--vcd", options->vcd, true);
     add(&files, "--csv", options->csv, true);

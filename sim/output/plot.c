@@ -36,18 +36,19 @@ static void *grow(void *memory, size_t size)
     return bigger;
 }
 
-static struct plot_lane *lane_of(struct plot *plot, enum plot_talker talker, unsigned bus,
-                                 unsigned id, unsigned twin)
+static struct plot_lane *lane_of(struct plot *plot, enum plot_sender sender, unsigned bus,
+                                 unsigned id, unsigned duplicate)
 {
     for (unsigned i = 0; i < plot->lanes; i++) {
         struct plot_lane *lane = plot->lane[i];
-        if (lane->talker == talker && lane->bus == bus && lane->id == id && lane->twin == twin) {
+        if (lane->sender == sender && lane->bus == bus && lane->id == id &&
+            lane->duplicate == duplicate) {
             return lane;
         }
     }
     struct plot_lane *lane = grow(0, sizeof(*lane));
-    *lane = (struct plot_lane){.talker = talker, .bus = bus, .id = id, .twin = twin};
-    memset(lane->at, 0xFF, sizeof(lane->at));
+    *lane = (struct plot_lane){.sender = sender, .bus = bus, .id = id, .duplicate = duplicate};
+    memset(lane->position, 0xFF, sizeof(lane->position));
     plot->lane = grow(plot->lane, (plot->lanes + 1) * sizeof(*plot->lane));
     plot->lane[plot->lanes++] = lane;
     return lane;
@@ -55,11 +56,11 @@ static struct plot_lane *lane_of(struct plot *plot, enum plot_talker talker, uns
 
 static struct plot_lane *servo_lane(struct plot *plot, unsigned bus, const struct servo_node *node)
 {
-    unsigned twin = 0;
+    unsigned duplicate = 0;
     for (const struct servo_node *n = node->servos->node; n < node; n++) {
-        twin += n->id == node->id;
+        duplicate += n->id == node->id;
     }
-    return lane_of(plot, PLOT_SERVO, bus, node->id, twin);
+    return lane_of(plot, PLOT_SERVO, bus, node->id, duplicate);
 }
 
 static void widen_bins(struct plot *plot)
@@ -96,26 +97,26 @@ static void keep_packet(struct plot *plot, struct plot_lane *lane, uint64_t unti
         last->until = until; // a byte time or less behind it: the same packet
         return;
     }
-    if (lane->packets == lane->room) {
-        lane->room = lane->room ? 2 * lane->room : 16;
-        lane->packet = grow(lane->packet, lane->room * sizeof(*lane->packet));
+    if (lane->packets == lane->capacity) {
+        lane->capacity = lane->capacity ? 2 * lane->capacity : 16;
+        lane->packet = grow(lane->packet, lane->capacity * sizeof(*lane->packet));
     }
     lane->packet[lane->packets++] = (struct plot_packet){lane->since, until};
     plot->packets++;
 }
 
-static bool someone_talks(const struct plot *plot, unsigned bus)
+static bool bus_is_busy(const struct plot *plot, unsigned bus)
 {
-    bool talks = false;
+    bool sends = false;
     for (unsigned i = 0; i < plot->lanes; i++) {
-        talks = talks || (plot->lane[i]->bus == bus && plot->lane[i]->talking);
+        sends = sends || (plot->lane[i]->bus == bus && plot->lane[i]->sending);
     }
-    return talks;
+    return sends;
 }
 
-static void talk(struct plot *plot, struct plot_lane *lane, uint64_t now, bool talks)
+static void set_sending(struct plot *plot, struct plot_lane *lane, uint64_t now, bool sends)
 {
-    if (lane->talking && !talks) {
+    if (lane->sending && !sends) {
         keep_packet(plot, lane, now);
         unsigned last = bin_of(plot, now);
         for (unsigned b = bin_of(plot, lane->since); b <= last; b++) {
@@ -123,26 +124,26 @@ static void talk(struct plot *plot, struct plot_lane *lane, uint64_t now, bool t
             uint64_t until = (b + 1) * plot->bin < now ? (b + 1) * plot->bin : now;
             lane->busy[b] += until - from;
         }
-    } else if (!lane->talking && talks) {
+    } else if (!lane->sending && sends) {
         lane->since = now;
-        if (someone_talks(plot, lane->bus)) {
+        if (bus_is_busy(plot, lane->bus)) {
             plot_mark(plot, lane->bus, PLOT_COLLISION, now);
         }
     }
-    lane->talking = talks;
+    lane->sending = sends;
 }
 
-void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool talks)
+void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool sends)
 {
     if (plot->path) {
-        talk(plot, lane_of(plot, PLOT_CONTROLLER, bus, 0, 0), now, talks);
+        set_sending(plot, lane_of(plot, PLOT_CONTROLLER, bus, 0, 0), now, sends);
     }
 }
 
 void plot_servo(struct plot *plot, unsigned bus, uint64_t now, const struct servo_node *node)
 {
     if (plot->path) {
-        talk(plot, servo_lane(plot, bus, node), now, node->driver.enabled);
+        set_sending(plot, servo_lane(plot, bus, node), now, node->driver.enabled);
     }
 }
 
@@ -159,37 +160,37 @@ static void widen_samples(struct plot *plot)
     plot->period *= 2;
     plot->samples /= 2;
     for (unsigned i = 0; i < plot->lanes; i++) {
-        struct plot_position *at = plot->lane[i]->at;
+        struct plot_position *position = plot->lane[i]->position;
         for (unsigned s = 0; s < PLOT_SAMPLES; s++) {
-            at[s] =
-                s < PLOT_SAMPLES / 2 ? at[2 * s] : (struct plot_position){PLOT_ABSENT, PLOT_ABSENT};
+            position[s] = s < PLOT_SAMPLES / 2 ? position[2 * s]
+                                               : (struct plot_position){PLOT_ABSENT, PLOT_ABSENT};
         }
     }
 }
 
-static void sample(struct plot *plot)
+static void take_sample(struct plot *plot)
 {
     for (unsigned bus = 0; bus < plot->buses; bus++) {
         const struct servos *servos = plot->set[bus];
         for (unsigned i = 0; i < servos->count; i++) {
             const struct servo *servo = &servos->node[i].servo;
-            servo_lane(plot, bus, &servos->node[i])->at[plot->samples] =
+            servo_lane(plot, bus, &servos->node[i])->position[plot->samples] =
                 (struct plot_position){servo_goal_position(servo), servo_present_position(servo)};
         }
     }
 }
 
-static void look(void *owner, uint64_t now)
+static void sample_event(void *context, uint64_t now)
 {
-    struct plot *plot = owner;
+    struct plot *plot = context;
     if (plot->samples == PLOT_SAMPLES - 1) { // one is left for the end of the run
         widen_samples(plot);
     }
     if (now >= plot->samples * plot->period) {
-        sample(plot);
+        take_sample(plot);
         plot->samples++;
     }
-    schedule_at(plot->schedule, &plot->look, plot->samples * plot->period);
+    schedule_at(plot->schedule, &plot->sample_event, plot->samples * plot->period);
 }
 
 void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos)
@@ -254,8 +255,8 @@ bool plot_open(struct plot *plot, const char *path, const char *title, const cha
                 path);
         return false;
     }
-    event_init(&plot->look, look, plot);
-    schedule_at(schedule, &plot->look, 0);
+    event_init(&plot->sample_event, sample_event, plot);
+    schedule_at(schedule, &plot->sample_event, 0);
     return true;
 }
 
@@ -283,7 +284,7 @@ static const char *const layer_names[LAYERS] = {
 };
 
 /* One drawing. */
-struct sheet {
+struct drawing {
     const struct plot *plot;
     char folder[64];
     uint64_t end;
@@ -293,55 +294,57 @@ struct sheet {
     bool failed;
 };
 
-static FILE *open_in(struct sheet *sheet, const char *name)
+static FILE *open_data(struct drawing *drawing, const char *name)
 {
     char path[128];
-    snprintf(path, sizeof(path), "%s/%s", sheet->folder, name);
+    snprintf(path, sizeof(path), "%s/%s", drawing->folder, name);
     FILE *file = fopen(path, "w");
     if (!file) {
-        sheet->failed = true;
+        drawing->failed = true;
         return fopen("/dev/null", "w");
     }
     return file;
 }
 
 /* gnuplot would draw what is there of a file that a full disk has cut. */
-static void close_in(struct sheet *sheet, FILE *file)
+static void close_data(struct drawing *drawing, FILE *file)
 {
-    sheet->failed |= ferror(file) != 0;
-    sheet->failed |= fclose(file) != 0;
+    drawing->failed |= ferror(file) != 0;
+    drawing->failed |= fclose(file) != 0;
 }
 
-static FILE *layer_file(struct sheet *sheet, enum layer layer)
+static FILE *layer_file(struct drawing *drawing, enum layer layer)
 {
-    if (!sheet->layer[layer]) {
-        sheet->layer[layer] = open_in(sheet, layer_names[layer]);
+    if (!drawing->layer[layer]) {
+        drawing->layer[layer] = open_data(drawing, layer_names[layer]);
     }
-    return sheet->layer[layer];
+    return drawing->layer[layer];
 }
 
-static double when(const struct sheet *sheet, uint64_t cycle)
+static double time_on_axis(const struct drawing *drawing, uint64_t cycle)
 {
-    return (double)cycle / sheet->plot->clock_Hz / sheet->unit_s;
+    return (double)cycle / drawing->plot->clock_Hz / drawing->unit_s;
 }
 
-static void bar(struct sheet *sheet, enum layer layer, unsigned row, uint64_t from, uint64_t until)
+static void draw_bar(struct drawing *drawing, enum layer layer, unsigned row, uint64_t from,
+                     uint64_t until)
 {
-    uint64_t thinnest = (uint64_t)(THIN_PIXELS * (double)sheet->end / PLOT_WIDTH);
+    uint64_t thinnest = (uint64_t)(THIN_PIXELS * (double)drawing->end / PLOT_WIDTH);
     if (until - from < thinnest) {
         until = from + thinnest;
     }
-    if (until > sheet->end) {
-        until = sheet->end;
+    if (until > drawing->end) {
+        until = drawing->end;
     }
-    fprintf(layer_file(sheet, layer), "%.9g %.9g %u\n", when(sheet, from), when(sheet, until), row);
+    fprintf(layer_file(drawing, layer), "%.9g %.9g %u\n", time_on_axis(drawing, from),
+            time_on_axis(drawing, until), row);
 }
 
-static void draw_packets(struct sheet *sheet, const struct plot_lane *lane, unsigned row)
+static void draw_packets(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
 {
-    enum layer layer = lane->talker == PLOT_SERVO ? LAYER_SERVO : LAYER_CONTROLLER;
+    enum layer layer = lane->sender == PLOT_SERVO ? LAYER_SERVO : LAYER_CONTROLLER;
     for (unsigned i = 0; i < lane->packets; i++) {
-        bar(sheet, layer, row, lane->packet[i].from, lane->packet[i].until);
+        draw_bar(drawing, layer, row, lane->packet[i].from, lane->packet[i].until);
     }
 }
 
@@ -356,9 +359,9 @@ static enum layer bin_layer(uint64_t busy, uint64_t bin)
 }
 
 /* Bins of one shade that follow each other make one bar. */
-static void draw_bins(struct sheet *sheet, const struct plot_lane *lane, unsigned row)
+static void draw_bins(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
 {
-    uint64_t bin = sheet->plot->bin;
+    uint64_t bin = drawing->plot->bin;
     for (unsigned b = 0; b < PLOT_BINS;) {
         if (!lane->busy[b]) {
             b++;
@@ -369,18 +372,18 @@ static void draw_bins(struct sheet *sheet, const struct plot_lane *lane, unsigne
         while (b < PLOT_BINS && lane->busy[b] && bin_layer(lane->busy[b], bin) == layer) {
             b++;
         }
-        bar(sheet, layer, row, first * bin, b * bin);
+        draw_bar(drawing, layer, row, first * bin, b * bin);
     }
 }
 
-static void draw_marks(struct sheet *sheet, const struct plot_lane *lane, unsigned row)
+static void draw_marks(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
 {
     for (unsigned m = 0; m < PLOT_MARKS; m++) {
         for (unsigned b = 0; b < PLOT_BINS; b++) {
-            uint64_t middle = b * sheet->plot->bin + sheet->plot->bin / 2;
+            uint64_t middle = b * drawing->plot->bin + drawing->plot->bin / 2;
             if (lane->mark[m][b]) {
-                fprintf(layer_file(sheet, LAYER_FAULT + m), "%.9g %u\n",
-                        when(sheet, middle < sheet->end ? middle : sheet->end), row);
+                fprintf(layer_file(drawing, LAYER_FAULT + m), "%.9g %u\n",
+                        time_on_axis(drawing, middle < drawing->end ? middle : drawing->end), row);
             }
         }
     }
@@ -405,27 +408,27 @@ static double degrees(uint16_t position)
 }
 
 /* A block of lines `time goal present` for each servo; an empty line where there was none. */
-static void draw_positions(struct sheet *sheet)
+static void draw_positions(struct drawing *drawing)
 {
-    const struct plot *plot = sheet->plot;
-    FILE *file = open_in(sheet, "positions");
+    const struct plot *plot = drawing->plot;
+    FILE *file = open_data(drawing, "positions");
     for (unsigned i = 0; i < plot->lanes; i++) {
         const struct plot_lane *lane = plot->lane[i];
-        if (lane->talker != PLOT_SERVO) {
+        if (lane->sender != PLOT_SERVO) {
             continue;
         }
         for (unsigned s = 0; s <= plot->samples; s++) {
-            uint64_t time = s < plot->samples ? s * plot->period : sheet->end;
-            if (lane->at[s].goal == PLOT_ABSENT) {
-                fprintf(file, "%.9g NaN NaN\n", when(sheet, time));
+            uint64_t time = s < plot->samples ? s * plot->period : drawing->end;
+            if (lane->position[s].goal == PLOT_ABSENT) {
+                fprintf(file, "%.9g NaN NaN\n", time_on_axis(drawing, time));
             } else {
-                fprintf(file, "%.9g %.5g %.5g\n", when(sheet, time), degrees(lane->at[s].goal),
-                        degrees(lane->at[s].present));
+                fprintf(file, "%.9g %.5g %.5g\n", time_on_axis(drawing, time),
+                        degrees(lane->position[s].goal), degrees(lane->position[s].present));
             }
         }
         fputs("\n\n", file);
     }
-    close_in(sheet, file);
+    close_data(drawing, file);
 }
 
 static void write_name(const struct plot *plot, const struct plot_lane *lane, FILE *file)
@@ -433,11 +436,12 @@ static void write_name(const struct plot *plot, const struct plot_lane *lane, FI
     if (plot->buses > 1) {
         fprintf(file, "bus %u ", lane->bus);
     }
-    switch (lane->talker) {
+    switch (lane->sender) {
     case PLOT_WIRE: fputs("wire", file); break;
     case PLOT_CONTROLLER: fputs(plot->controller, file); break;
     case PLOT_SERVO:
-        fprintf(file, lane->twin ? "servo %u (%u)" : "servo %u", lane->id, lane->twin + 1);
+        fprintf(file, lane->duplicate ? "servo %u (%u)" : "servo %u", lane->id,
+                lane->duplicate + 1);
         break;
     }
 }
@@ -447,11 +451,11 @@ static void write_names(const struct plot *plot, const char *what, bool servos, 
 {
     unsigned count = 0;
     for (unsigned i = 0; i < plot->lanes; i++) {
-        count += !servos || plot->lane[i]->talker == PLOT_SERVO;
+        count += !servos || plot->lane[i]->sender == PLOT_SERVO;
     }
     fprintf(file, "%ss = %u\narray %s[%u]\n", what, count, what, count ? count : 1);
     for (unsigned i = 0, row = 1; i < plot->lanes; i++) {
-        if (!servos || plot->lane[i]->talker == PLOT_SERVO) {
+        if (!servos || plot->lane[i]->sender == PLOT_SERVO) {
             fprintf(file, "%s[%u] = '", what, row++);
             write_name(plot, plot->lane[i], file);
             fputs("'\n", file);
@@ -468,48 +472,48 @@ static void write_text(FILE *file, const char *name, const char *text)
     fputs("'\n", file);
 }
 
-static void write_parameters(struct sheet *sheet)
+static void write_parameters(struct drawing *drawing)
 {
-    const struct plot *plot = sheet->plot;
-    FILE *file = open_in(sheet, "params.gp");
+    const struct plot *plot = drawing->plot;
+    FILE *file = open_data(drawing, "params.gp");
     write_text(file, "svg", plot->path);
     write_text(file, "name", plot->title);
     write_text(file, "talker", plot->controller);
-    write_text(file, "unit", sheet->unit);
-    fprintf(file, "end = %.9g\nwidth = %d\noverlaid = %d\n", when(sheet, sheet->end), PLOT_WIDTH,
-            OVERLAID_MAX);
+    write_text(file, "unit", drawing->unit);
+    fprintf(file, "end = %.9g\nwidth = %d\noverlaid = %d\n", time_on_axis(drawing, drawing->end),
+            PLOT_WIDTH, OVERLAID_MAX);
     fprintf(file, "bin = '%.3g ms'\n", (double)plot->bin * 1000.0 / plot->clock_Hz);
     fprintf(file, "layers = '");
     for (unsigned i = 0; i < LAYERS; i++) {
-        if (sheet->layer[i]) {
+        if (drawing->layer[i]) {
             fprintf(file, "%s ", layer_names[i]);
         }
     }
     fputs("'\n", file);
     write_names(plot, "lane", false, file);
     write_names(plot, "servo", true, file);
-    close_in(sheet, file);
+    close_data(drawing, file);
 }
 
-static void write_sheet(struct sheet *sheet)
+static void write_sheet(struct drawing *drawing)
 {
-    const struct plot *plot = sheet->plot;
-    bool bars = bars_will_do(plot, sheet->end);
+    const struct plot *plot = drawing->plot;
+    bool bars = bars_will_do(plot, drawing->end);
     for (unsigned i = 0; i < plot->lanes; i++) {
         const struct plot_lane *lane = plot->lane[i];
         unsigned row = plot->lanes - i;
         if (bars) {
-            draw_packets(sheet, lane, row);
+            draw_packets(drawing, lane, row);
         } else {
-            draw_bins(sheet, lane, row);
+            draw_bins(drawing, lane, row);
         }
-        draw_marks(sheet, lane, row);
+        draw_marks(drawing, lane, row);
     }
-    draw_positions(sheet);
-    write_parameters(sheet);
+    draw_positions(drawing);
+    write_parameters(drawing);
     for (unsigned i = 0; i < LAYERS; i++) {
-        if (sheet->layer[i]) {
-            close_in(sheet, sheet->layer[i]);
+        if (drawing->layer[i]) {
+            close_data(drawing, drawing->layer[i]);
         }
     }
 }
@@ -526,11 +530,11 @@ static void remove_folder(const char *folder)
     rmdir(folder);
 }
 
-static void choose_unit(struct sheet *sheet)
+static void choose_unit(struct drawing *drawing)
 {
-    double seconds = (double)sheet->end / sheet->plot->clock_Hz;
-    sheet->unit = seconds < 0.002 ? "us" : seconds < 2 ? "ms" : "s";
-    sheet->unit_s = seconds < 0.002 ? 1e-6 : seconds < 2 ? 1e-3 : 1;
+    double seconds = (double)drawing->end / drawing->plot->clock_Hz;
+    drawing->unit = seconds < 0.002 ? "us" : seconds < 2 ? "ms" : "s";
+    drawing->unit_s = seconds < 0.002 ? 1e-6 : seconds < 2 ? 1e-3 : 1;
 }
 
 /* Buses one below the other; on each its wire, its controller, its servos as they came. */
@@ -542,7 +546,7 @@ static void sort_lanes(struct plot *plot)
         for (; to > 0; to--) {
             const struct plot_lane *above = plot->lane[to - 1];
             if (above->bus < lane->bus ||
-                (above->bus == lane->bus && above->talker <= lane->talker)) {
+                (above->bus == lane->bus && above->sender <= lane->sender)) {
                 break;
             }
             plot->lane[to] = plot->lane[to - 1];
@@ -570,24 +574,24 @@ bool plot_draw(struct plot *plot, uint64_t end)
     if (!plot->path || !end) {
         return true;
     }
-    struct sheet sheet = {.plot = plot, .end = end};
+    struct drawing drawing = {.plot = plot, .end = end};
     char set_folder[128];
     char *arguments[] = {"gnuplot", "-e", set_folder, (char *)plot->script, 0};
     for (unsigned i = 0; i < plot->lanes; i++) {
-        talk(plot, plot->lane[i], end, false);
+        set_sending(plot, plot->lane[i], end, false);
     }
-    sample(plot);
+    take_sample(plot);
     sort_lanes(plot);
-    choose_unit(&sheet);
-    snprintf(sheet.folder, sizeof(sheet.folder), "/tmp/cds55xx-plot.XXXXXX");
-    if (!mkdtemp(sheet.folder)) {
-        fprintf(stderr, "%s: %s\n", sheet.folder, strerror(errno));
+    choose_unit(&drawing);
+    snprintf(drawing.folder, sizeof(drawing.folder), "/tmp/cds55xx-plot.XXXXXX");
+    if (!mkdtemp(drawing.folder)) {
+        fprintf(stderr, "%s: %s\n", drawing.folder, strerror(errno));
         return false;
     }
-    write_sheet(&sheet);
-    snprintf(set_folder, sizeof(set_folder), "folder = '%s'", sheet.folder);
-    bool good = !sheet.failed && run_gnuplot(arguments, false) == 0 && is_whole(plot->path);
-    remove_folder(sheet.folder);
+    write_sheet(&drawing);
+    snprintf(set_folder, sizeof(set_folder), "folder = '%s'", drawing.folder);
+    bool good = !drawing.failed && run_gnuplot(arguments, false) == 0 && is_whole(plot->path);
+    remove_folder(drawing.folder);
     if (!good) {
         fprintf(stderr, "%s: gnuplot could not draw it: is the disk full?\n", plot->path);
     }

@@ -20,7 +20,7 @@
 #define PLOT_SETS_MAX    3 // of servos: buses
 
 enum plot_mark { PLOT_FAULT, PLOT_COLLISION, PLOT_BREACH, PLOT_DAMAGED, PLOT_MARKS };
-enum plot_talker { PLOT_WIRE, PLOT_CONTROLLER, PLOT_SERVO };
+enum plot_sender { PLOT_WIRE, PLOT_CONTROLLER, PLOT_SERVO };
 
 struct plot_packet {
     uint64_t from, until;
@@ -31,17 +31,17 @@ struct plot_position {
 };
 
 struct plot_lane {
-    enum plot_talker talker;
+    enum plot_sender sender;
     unsigned bus;
-    unsigned id;   // of a servo
-    unsigned twin; // how many servos of that ID come before it
-    bool talking;
+    unsigned id;        // of a servo
+    unsigned duplicate; // how many servos of that ID come before it
+    bool sending;
     uint64_t since; // it talks
     struct plot_packet *packet;
-    unsigned packets, room;
-    uint64_t busy[PLOT_BINS];              // cycles of talking
-    bool mark[PLOT_MARKS][PLOT_BINS];      // seen in the bin
-    struct plot_position at[PLOT_SAMPLES]; // of a servo; PLOT_ABSENT: there was none
+    unsigned packets, capacity;
+    uint64_t busy[PLOT_BINS];                    // cycles of talking
+    bool mark[PLOT_MARKS][PLOT_BINS];            // seen in the bin
+    struct plot_position position[PLOT_SAMPLES]; // of a servo; PLOT_ABSENT: there was none
 };
 
 struct plot {
@@ -56,7 +56,7 @@ struct plot {
     unsigned lanes;
     unsigned packets; // of all lanes; PLOT_PACKETS_MAX: too many, and no longer kept
     uint64_t bin;     // cycles
-    struct event look;
+    struct event sample_event;
     uint64_t period; // of the positions, cycles
     unsigned samples;
     const struct servos *set[PLOT_SETS_MAX];
@@ -74,7 +74,7 @@ void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos);
 void plot_servos(struct plot *plot, unsigned bus);
 
 /* It begins or ends to talk. Bytes of the controller one behind the other make one packet. */
-void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool talks);
+void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool sends);
 void plot_servo(struct plot *plot, unsigned bus, uint64_t now, const struct servo_node *node);
 
 void plot_mark(struct plot *plot, unsigned bus, enum plot_mark mark, uint64_t now);

@@ -8,27 +8,27 @@
 /* --- signals -------------------------------------------------------------------------------------
  */
 
-static void sig_changed(void *owner, uint64_t now, bool level)
+static void sig_changed(void *context, uint64_t now, bool level)
 {
-    struct bus_trace *trace = owner;
+    struct bus_trace *trace = context;
     vcd_change(trace->vcd, trace->sig, now, level);
 }
 
-static void txd_changed(void *owner, uint64_t now, bool level)
+static void txd_changed(void *context, uint64_t now, bool level)
 {
-    struct bus_trace *trace = owner;
+    struct bus_trace *trace = context;
     vcd_change(trace->vcd, trace->txd, now, level);
 }
 
-static void rxd_changed(void *owner, uint64_t now, bool level)
+static void rxd_changed(void *context, uint64_t now, bool level)
 {
-    struct bus_trace *trace = owner;
+    struct bus_trace *trace = context;
     vcd_change(trace->vcd, trace->rxd, now, level);
 }
 
 static unsigned declare(struct bus_trace *trace, const char *name)
 {
-    char full[VCD_NAME_ROOM];
+    char full[VCD_NAME_SIZE];
     snprintf(full, sizeof(full), "bus%u_%s", trace->bus, name);
     return vcd_signal(trace->vcd, full, 1);
 }
@@ -54,10 +54,11 @@ void bus_trace_controller(struct bus_trace *trace, uint64_t now, bool talks)
     }
 }
 
-void bus_trace_init(struct bus_trace *trace, struct vcd *vcd, unsigned bus, struct wire *wire)
+void bus_trace_init(struct bus_trace *trace, struct vcd *vcd, unsigned bus,
+                    struct bus_circuit *circuit)
 {
-    bus_trace_sig(trace, vcd, bus, &wire->sig);
-    trace->wire = wire;
+    bus_trace_sig(trace, vcd, bus, &circuit->sig);
+    trace->circuit = circuit;
     if (!vcd->file) {
         return;
     }
@@ -67,19 +68,19 @@ void bus_trace_init(struct bus_trace *trace, struct vcd *vcd, unsigned bus, stru
     trace->rxd = declare(trace, "rxd");
     trace->on_txd = (struct listener){trace, txd_changed, 0, 0};
     trace->on_rxd = (struct listener){trace, rxd_changed, 0, 0};
-    net_listen(&wire->txd, &trace->on_txd);
-    net_listen(&wire->rxd, &trace->on_rxd);
-    txd_changed(trace, 0, wire->txd.level);
-    rxd_changed(trace, 0, wire->rxd.level);
-    bus_trace_wire(trace, 0);
+    net_listen(&circuit->txd, &trace->on_txd);
+    net_listen(&circuit->rxd, &trace->on_rxd);
+    txd_changed(trace, 0, circuit->txd.level);
+    rxd_changed(trace, 0, circuit->rxd.level);
+    bus_trace_circuit(trace, 0);
 }
 
-void bus_trace_wire(struct bus_trace *trace, uint64_t now)
+void bus_trace_circuit(struct bus_trace *trace, uint64_t now)
 {
-    const struct wire *wire = trace->wire;
-    vcd_change(trace->vcd, trace->tx_enable, now, wire->tx_enable);
-    vcd_change(trace->vcd, trace->rx_enable, now, wire->rx_enable);
-    bus_trace_controller(trace, now, wire->usart.talker.busy);
+    const struct bus_circuit *circuit = trace->circuit;
+    vcd_change(trace->vcd, trace->tx_enable, now, circuit->tx_enable);
+    vcd_change(trace->vcd, trace->rx_enable, now, circuit->rx_enable);
+    bus_trace_controller(trace, now, circuit->usart.tx.busy);
 }
 
 static const struct servo_signals *signals(struct bus_trace *trace, unsigned id)
@@ -108,9 +109,9 @@ void bus_trace_servo(struct bus_trace *trace, uint64_t now, const struct servo_n
     }
 }
 
-static void look_at_servos(void *owner, uint64_t now)
+static void look_at_servos(void *context, uint64_t now)
 {
-    struct bus_trace *trace = owner;
+    struct bus_trace *trace = context;
     for (unsigned i = 0; i < trace->servos->count; i++) {
         const struct servo_node *node = &trace->servos->node[i];
         const struct servo_signals *s = signals(trace, node->id);
@@ -132,7 +133,7 @@ void bus_trace_servos(struct bus_trace *trace, struct plot *plot, const struct s
     }
 }
 
-void bus_trace_block(struct bus_trace *trace, uint64_t now)
+void bus_trace_new_servos(struct bus_trace *trace, uint64_t now)
 {
     for (unsigned i = 0; i < trace->servos->count; i++) {
         bus_trace_servo(trace, now, &trace->servos->node[i]);
@@ -142,9 +143,9 @@ void bus_trace_block(struct bus_trace *trace, uint64_t now)
 /* --- motion --------------------------------------------------------------------------------------
  */
 
-static void write_row(void *owner, uint64_t now)
+static void write_row(void *context, uint64_t now)
 {
-    struct motion *motion = owner;
+    struct motion *motion = context;
     fprintf(motion->file, "%.3f", (double)now * 1000.0 / motion->clock_Hz);
     for (unsigned bus = 0; bus < motion->buses; bus++) {
         for (unsigned i = 0; i < motion->bus[bus]->count; i++) {
@@ -200,7 +201,7 @@ bool motion_close(struct motion *motion)
     return good;
 }
 
-void motion_block(struct motion *motion, uint64_t now)
+void motion_new_servos(struct motion *motion, uint64_t now)
 {
     if (!motion->file) {
         return;

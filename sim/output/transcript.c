@@ -61,7 +61,7 @@ static void finish(struct transcript *t, const char *note)
     write_line(t, t->file, note);
     write_line(t, t->echo, note);
     if (t->on_line) {
-        t->on_line(t->owner, t);
+        t->on_line(t->context, t);
     }
     t->size = 0;
 }
@@ -86,51 +86,51 @@ void transcript_end(struct transcript *t)
     }
 }
 
-static void fell_idle(void *owner, uint64_t now)
+static void fell_idle(void *context, uint64_t now)
 {
     (void)now;
-    end_packet(owner);
+    end_packet(context);
 }
 
-static void driver_changed(void *owner, uint64_t now, struct driver *driver)
+static void driver_changed(void *context, uint64_t now, struct driver *driver)
 {
     (void)now;
-    struct transcript *t = owner;
+    struct transcript *t = context;
     if (driver->enabled && driver != t->controller) {
         t->servo = driver;
     }
 }
 
 /* At a start bit: who talks, and how fast? */
-static uint32_t ask_bit(void *owner)
+static uint32_t get_bit_256(void *context)
 {
-    struct transcript *t = owner;
+    struct transcript *t = context;
     t->from_controller = t->controller && t->controller->enabled && !t->controller->level;
-    const struct driver *talker = t->from_controller ? t->controller_talker : t->servo;
-    return talker && talker->bit_256 ? talker->bit_256 : t->ear.bit_256;
+    const struct driver *tx = t->from_controller ? t->controller_talker : t->servo;
+    return tx && tx->bit_256 ? tx->bit_256 : t->rx.bit_256;
 }
 
-static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
+static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
     (void)now;
-    struct transcript *t = owner;
-    t->busy += heard->end - heard->start;
-    if (t->size == TRANSCRIPT_ROOM || (t->size && t->of_controller != t->from_controller)) {
+    struct transcript *t = context;
+    t->busy += frame->end - frame->start;
+    if (t->size == TRANSCRIPT_SIZE || (t->size && t->of_controller != t->from_controller)) {
         end_packet(t);
     }
     if (!t->size) {
-        t->start = heard->start;
+        t->start = frame->start;
         t->of_controller = t->from_controller;
     }
-    t->bytes[t->size] = heard->byte;
-    t->bad[t->size] = heard->framing_error;
+    t->bytes[t->size] = frame->byte;
+    t->bad[t->size] = frame->framing_error;
     t->size++;
     if (t->size == whole_size(t)) {
         end_packet(t);
     } else {
-        uint64_t patience = IDLE_BYTES * (heard->end - heard->start);
+        uint64_t patience = IDLE_BYTES * (frame->end - frame->start);
         /* a byte that starts within the patience is heard one byte time later */
-        schedule_at(t->schedule, &t->idle, heard->end + patience + (heard->end - heard->start));
+        schedule_at(t->schedule, &t->idle, frame->end + patience + (frame->end - frame->start));
     }
 }
 
@@ -139,12 +139,12 @@ void transcript_init(struct transcript *transcript, struct schedule *schedule, s
 {
     *transcript = (struct transcript){
         .schedule = schedule, .controller = controller, .controller_talker = controller};
-    transcript->listener = (struct listener){.owner = transcript, .on_driver = driver_changed};
+    transcript->listener = (struct listener){.context = transcript, .on_driver = driver_changed};
     net_listen(net, &transcript->listener);
-    ear_init(&transcript->ear, schedule, net, transcript);
-    transcript->ear.bit_256 = 16 * 256;
-    transcript->ear.ask_bit = ask_bit;
-    transcript->ear.on_byte = byte_heard;
-    ear_enable(&transcript->ear, true);
+    uart_rx_init(&transcript->rx, schedule, net, transcript);
+    transcript->rx.bit_256 = 16 * 256;
+    transcript->rx.get_bit_256 = get_bit_256;
+    transcript->rx.on_byte = byte_received;
+    uart_rx_enable(&transcript->rx, true);
     event_init(&transcript->idle, fell_idle, transcript);
 }

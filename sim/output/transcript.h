@@ -15,14 +15,14 @@
 #include "wire/schedule.h"
 #include "wire/uart.h"
 
-#define TRANSCRIPT_ROOM 300 // bytes of one line; a packet has 259 at most
+#define TRANSCRIPT_SIZE 300 // bytes of one line; a packet has 259 at most
 
 struct transcript {
     struct schedule *schedule;
     const struct driver *controller;        // who of the net's drivers is the controller
     const struct driver *controller_talker; // whose bits that one repeats; knows the bit time
     const struct driver *servo;             // the latest other one that began to drive
-    struct ear ear;
+    struct uart_rx rx;
     struct listener listener;
     struct event idle;
     const char *label;    // of its bus, behind the cycle of each line; 0: none
@@ -32,8 +32,8 @@ struct transcript {
     bool of_controller;   // the packet so far
     uint16_t size;
     uint64_t start;
-    uint8_t bytes[TRANSCRIPT_ROOM];
-    bool bad[TRANSCRIPT_ROOM]; // framing errors
+    uint8_t bytes[TRANSCRIPT_SIZE];
+    bool bad[TRANSCRIPT_SIZE]; // framing errors
 
     bool good;            // the line is a packet
     uint32_t packets_in;  // good ones, from the controller
@@ -41,9 +41,9 @@ struct transcript {
     uint32_t damaged;     // lines that are no packet
     uint64_t busy;        // cycles with a frame on the wire
 
-    void *owner;
+    void *context;
     /* A line is complete, packet or not; it is gone afterwards. May be 0. */
-    void (*on_line)(void *owner, const struct transcript *transcript);
+    void (*on_line)(void *context, const struct transcript *transcript);
 };
 
 /* `controller` may be 0: then all are servos. */

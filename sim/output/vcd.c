@@ -7,7 +7,7 @@
 #include "output/files.h"
 
 #define TICKS_PER_SECOND 10000000000u // 100 ps: 62.5 ns, a cycle at 16 MHz, is 625
-#define COPY_ROOM        4096
+#define COPY_SIZE        4096
 
 bool vcd_open(struct vcd *vcd, const char *path, uint32_t clock_Hz)
 {
@@ -95,7 +95,7 @@ bool vcd_close(struct vcd *vcd)
                 code(i, 1), vcd->signal[i].name);
     }
     fputs("$upscope $end\n$enddefinitions $end\n", vcd->file);
-    char block[COPY_ROOM];
+    char block[COPY_SIZE];
     size_t got = 0;
     bool good = fflush(vcd->body) == 0 && !ferror(vcd->body);
     rewind(vcd->body); // clears its error flag

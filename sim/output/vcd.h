@@ -11,10 +11,10 @@
 #include <stdio.h>
 
 #define VCD_SIGNALS_MAX 2400 // three of each servo on three buses, and more
-#define VCD_NAME_ROOM   48
+#define VCD_NAME_SIZE   48
 
 struct vcd_signal {
-    char name[VCD_NAME_ROOM];
+    char name[VCD_NAME_SIZE];
     uint8_t bits;
     uint32_t value;
 };

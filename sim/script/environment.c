@@ -6,141 +6,143 @@
 
 #include "script/lexer.h"
 
-static const struct cause_row {
+static const struct property_row {
     const char *word;
     int32_t scale; // 0: on or off
     int32_t lowest, highest;
     const char *wanted;
-} rows[CAUSE_COUNT] = {
-    [CAUSE_POWER] = {"power", 0, 0, 1, "on or off is wanted"},
-    [CAUSE_SUPPLY] = {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5"},
-    [CAUSE_AMBIENT] = {"ambient", 1, 0, 255, "degrees Celsius are wanted, 0 to 255"},
-    [CAUSE_LOAD] = {"load", 1, -2046, 2046, "a load is wanted, -2046 to 2046 (1023: stall)"},
-    [CAUSE_BLOCK] = {"block", 0, 0, 1, "on or off is wanted"},
+} rows[ENVIRONMENT_COUNT] = {
+    [ENVIRONMENT_POWER] = {"power", 0, 0, 1, "on or off is wanted"},
+    [ENVIRONMENT_SUPPLY] = {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5"},
+    [ENVIRONMENT_AMBIENT] = {"ambient", 1, 0, 255, "degrees Celsius are wanted, 0 to 255"},
+    [ENVIRONMENT_LOAD] = {"load", 1, -2046, 2046, "a load is wanted, -2046 to 2046 (1023: stall)"},
+    [ENVIRONMENT_BLOCK] = {"block", 0, 0, 1, "on or off is wanted"},
 };
 
-enum cause cause_find(const char *word)
+enum environment_property environment_find(const char *word)
 {
-    enum cause cause = 0;
-    while (cause < CAUSE_COUNT && strcmp(rows[cause].word, word) != 0) {
-        cause++;
+    enum environment_property property = 0;
+    while (property < ENVIRONMENT_COUNT && strcmp(rows[property].word, word) != 0) {
+        property++;
     }
-    return cause;
+    return property;
 }
 
-bool cause_is_quantity(enum cause cause)
+bool environment_is_quantity(enum environment_property property)
 {
-    return rows[cause].scale != 0;
+    return rows[property].scale != 0;
 }
 
-const char *cause_parse(enum cause cause, const char *text, int32_t *value)
+const char *environment_parse(enum environment_property property, const char *text, int32_t *value)
 {
-    const struct cause_row *row = &rows[cause];
+    const struct property_row *row = &rows[property];
     bool on = false;
-    bool good = row->scale ? words_decimal(text, row->scale, row->lowest, row->highest, value)
-                           : words_switch(text, &on);
+    bool good = row->scale ? lexer_decimal(text, row->scale, row->lowest, row->highest, value)
+                           : lexer_switch(text, &on);
     if (good && !row->scale) {
         *value = on;
     }
     return good ? 0 : row->wanted;
 }
 
-static int32_t value_of(const struct servo_node *node, enum cause cause)
+static int32_t value_of(const struct servo_node *node, enum environment_property property)
 {
-    const struct servo_world *world = &node->servo.world;
-    switch (cause) {
-    case CAUSE_SUPPLY: return world->supply_dV;
-    case CAUSE_AMBIENT: return world->ambient_C;
-    default: return world->load; // what is no quantity has no ramp
+    const struct servo_environment *surroundings = &node->servo.environment;
+    switch (property) {
+    case ENVIRONMENT_SUPPLY: return surroundings->supply_dV;
+    case ENVIRONMENT_AMBIENT: return surroundings->ambient_C;
+    default: return surroundings->load; // what is no quantity has no ramp
     }
 }
 
-static void set(struct servo_node *node, uint64_t now, enum cause cause, int32_t value)
+static void set(struct servo_node *node, uint64_t now, enum environment_property property,
+                int32_t value)
 {
-    struct servo_world *world = &node->servo.world;
-    switch (cause) {
-    case CAUSE_POWER: servo_node_power(node, now, value != 0); break;
-    case CAUSE_SUPPLY: world->supply_dV = (uint8_t)value; break;
-    case CAUSE_AMBIENT: world->ambient_C = (uint8_t)value; break;
-    case CAUSE_LOAD: world->load = (int16_t)value; break;
-    default: world->blocked = value != 0; break;
+    struct servo_environment *surroundings = &node->servo.environment;
+    switch (property) {
+    case ENVIRONMENT_POWER: servo_node_power(node, now, value != 0); break;
+    case ENVIRONMENT_SUPPLY: surroundings->supply_dV = (uint8_t)value; break;
+    case ENVIRONMENT_AMBIENT: surroundings->ambient_C = (uint8_t)value; break;
+    case ENVIRONMENT_LOAD: surroundings->load = (int16_t)value; break;
+    default: surroundings->blocked = value != 0; break;
     }
 }
 
-static void step(void *owner, uint64_t now)
+static void step(void *context, uint64_t now)
 {
-    struct causes *causes = owner;
+    struct environment *environment = context;
     unsigned kept = 0;
-    for (unsigned i = 0; i < causes->count; i++) {
-        struct ramp ramp = causes->ramp[i];
+    for (unsigned i = 0; i < environment->count; i++) {
+        struct ramp ramp = environment->ramp[i];
         bool over = now >= ramp.end;
         int64_t way = over ? ramp.to - ramp.from
                            : (ramp.to - ramp.from) * (int64_t)(now - ramp.start) /
                                  (int64_t)(ramp.end - ramp.start);
-        set(ramp.node, now, ramp.cause, ramp.from + (int32_t)way);
-        causes->ramp[kept] = ramp;
+        set(ramp.node, now, ramp.property, ramp.from + (int32_t)way);
+        environment->ramp[kept] = ramp;
         kept += !over;
     }
-    causes->count = kept;
+    environment->count = kept;
     if (kept) {
-        schedule_at(causes->schedule, &causes->step, now + causes->period);
+        schedule_at(environment->schedule, &environment->step, now + environment->period);
     }
 }
 
-static void end_ramp(struct causes *causes, const struct servo_node *node, enum cause cause)
+static void end_ramp(struct environment *environment, const struct servo_node *node,
+                     enum environment_property property)
 {
     unsigned kept = 0;
-    for (unsigned i = 0; i < causes->count; i++) {
-        struct ramp ramp = causes->ramp[i];
-        causes->ramp[kept] = ramp;
-        kept += ramp.node != node || ramp.cause != cause;
+    for (unsigned i = 0; i < environment->count; i++) {
+        struct ramp ramp = environment->ramp[i];
+        environment->ramp[kept] = ramp;
+        kept += ramp.node != node || ramp.property != property;
     }
-    causes->count = kept;
+    environment->count = kept;
 }
 
-static void add_ramp(struct causes *causes, const struct ramp *ramp)
+static void add_ramp(struct environment *environment, const struct ramp *ramp)
 {
-    if (causes->count == causes->room) {
-        causes->room = causes->room ? causes->room * 2 : 32;
-        struct ramp *bigger = realloc(causes->ramp, causes->room * sizeof(*bigger));
+    if (environment->count == environment->capacity) {
+        environment->capacity = environment->capacity ? environment->capacity * 2 : 32;
+        struct ramp *bigger = realloc(environment->ramp, environment->capacity * sizeof(*bigger));
         if (!bigger) {
             fputs("out of memory\n", stderr);
             abort();
         }
-        causes->ramp = bigger;
+        environment->ramp = bigger;
     }
-    causes->ramp[causes->count++] = *ramp;
+    environment->ramp[environment->count++] = *ramp;
 }
 
-void causes_set(struct causes *causes, uint64_t now, struct servo_node *node, enum cause cause,
-                int32_t value, uint64_t over)
+void environment_set(struct environment *environment, uint64_t now, struct servo_node *node,
+                     enum environment_property property, int32_t value, uint64_t over)
 {
-    end_ramp(causes, node, cause);
+    end_ramp(environment, node, property);
     if (over == 0) {
-        set(node, now, cause, value);
+        set(node, now, property, value);
         return;
     }
-    struct ramp ramp = {node, cause, value_of(node, cause), value, now, now + over};
-    add_ramp(causes, &ramp);
-    if (!event_armed(&causes->step)) {
-        schedule_at(causes->schedule, &causes->step, now + causes->period);
+    struct ramp ramp = {node, property, value_of(node, property), value, now, now + over};
+    add_ramp(environment, &ramp);
+    if (!event_armed(&environment->step)) {
+        schedule_at(environment->schedule, &environment->step, now + environment->period);
     }
 }
 
-void causes_forget(struct causes *causes)
+void environment_stop_ramps(struct environment *environment)
 {
-    causes->count = 0;
+    environment->count = 0;
 }
 
-void causes_init(struct causes *causes, struct schedule *schedule, uint32_t clock_Hz)
+void environment_init(struct environment *environment, struct schedule *schedule, uint32_t clock_Hz)
 {
-    *causes = (struct causes){.schedule = schedule, .period = clock_Hz / 1000};
-    event_init(&causes->step, step, causes);
+    *environment = (struct environment){.schedule = schedule, .period = clock_Hz / 1000};
+    event_init(&environment->step, step, environment);
 }
 
-void causes_free(struct causes *causes)
+void environment_free(struct environment *environment)
 {
-    free(causes->ramp);
-    causes->ramp = 0;
-    causes->count = causes->room = 0;
+    free(environment->ramp);
+    environment->ramp = 0;
+    environment->count = environment->capacity = 0;
 }

@@ -9,41 +9,49 @@
 #include "wire/schedule.h"
 #include "servo/servos.h"
 
-enum cause { CAUSE_POWER, CAUSE_SUPPLY, CAUSE_AMBIENT, CAUSE_LOAD, CAUSE_BLOCK, CAUSE_COUNT };
+enum environment_property {
+    ENVIRONMENT_POWER,
+    ENVIRONMENT_SUPPLY,
+    ENVIRONMENT_AMBIENT,
+    ENVIRONMENT_LOAD,
+    ENVIRONMENT_BLOCK,
+    ENVIRONMENT_COUNT
+};
 
 /* One that changes little by little. */
 struct ramp {
     struct servo_node *node;
-    enum cause cause;
+    enum environment_property property;
     int32_t from, to;
     uint64_t start, end;
 };
 
-struct causes {
+struct environment {
     struct schedule *schedule;
     uint64_t period; // of a step: 1 ms
     struct event step;
     struct ramp *ramp;
     unsigned count;
-    unsigned room;
+    unsigned capacity;
 };
 
 /* The cause of that name, or CAUSE_COUNT. */
-enum cause cause_find(const char *word);
+enum environment_property environment_find(const char *word);
 
 /* Its value as a scenario writes it, in the unit of struct servo_world. Returns 0, or what is
  * wanted. Only what is a quantity can change little by little. */
-const char *cause_parse(enum cause cause, const char *text, int32_t *value);
-bool cause_is_quantity(enum cause cause);
+const char *environment_parse(enum environment_property property, const char *text, int32_t *value);
+bool environment_is_quantity(enum environment_property property);
 
-void causes_init(struct causes *causes, struct schedule *schedule, uint32_t clock_Hz);
-void causes_free(struct causes *causes);
+void environment_init(struct environment *environment, struct schedule *schedule,
+                      uint32_t clock_Hz);
+void environment_free(struct environment *environment);
 
 /* From now on, or reached in equal steps `over` cycles from now. */
-void causes_set(struct causes *causes, uint64_t now, struct servo_node *node, enum cause cause,
-                int32_t value, uint64_t over);
+void environment_set(struct environment *environment, uint64_t now, struct servo_node *node,
+                     enum environment_property property, int32_t value, uint64_t over);
 
 /* The servos are going to be others: no ramp goes on. */
-void causes_forget(struct causes *causes);
+void environment_stop_ramps(struct environment *environment);
 
 #endif

@@ -19,9 +19,9 @@ static void parse_within(struct expectation *e, char *words)
         within = at;
     }
     int32_t ms = EXPECT_WITHIN_MS;
-    if (within && words_number(words_trim(within + strlen(" within ")), 0, MS_MAX, &ms)) {
+    if (within && lexer_number(lexer_trim(within + strlen(" within ")), 0, MS_MAX, &ms)) {
         *within = 0;
-        words_trim(words);
+        lexer_trim(words);
     }
     e->ms = (uint32_t)ms;
 }
@@ -30,11 +30,11 @@ static const char *parse_packet(struct expectation *e, char *words)
 {
     static const char wanted[] =
         "wanted: packet in|out and bytes in hexadecimal, .. for any, FF! with a framing error";
-    e->text = words_rest(words);
+    e->text = lexer_rest(words);
     e->in = strcmp(words, "in") == 0;
     const char *at = e->text;
-    struct words_byte byte;
-    while (words_byte(&at, &byte)) {
+    struct lexer_byte byte;
+    while (lexer_byte(&at, &byte)) {
     }
     return (e->in || strcmp(words, "out") == 0) && *e->text && !*at ? 0 : wanted;
 }
@@ -42,7 +42,7 @@ static const char *parse_packet(struct expectation *e, char *words)
 static const char *parse_silence(struct expectation *e, char *words)
 {
     int32_t ms = 0;
-    if (!words_number(words, 1, MS_MAX, &ms)) {
+    if (!lexer_number(words, 1, MS_MAX, &ms)) {
         return "wanted: silence and milliseconds, an hour at most";
     }
     e->ms = (uint32_t)ms;
@@ -75,7 +75,7 @@ static bool parse_value(const char *text, int32_t *value)
             return true;
         }
     }
-    return words_number(text, 0, UINT16_MAX, value);
+    return lexer_number(text, 0, UINT16_MAX, value);
 }
 
 static bool parse_range(struct expectation *e, char *text)
@@ -101,7 +101,7 @@ static bool parse_subject(struct expectation *e, const char *word)
     const struct table_row *row = table_find(word);
     int32_t address = row ? row->address : 0;
     e->width = row ? row->width : 1;
-    bool good = row || words_number(word, 0, TABLE_REGISTERS - 1, &address);
+    bool good = row || lexer_number(word, 0, TABLE_REGISTERS - 1, &address);
     e->address = (uint8_t)address;
     return good;
 }
@@ -127,7 +127,7 @@ static const char *parse_look(struct expectation *e, const char *list, const cha
 static const char *parse_servo(struct expectation *e, char *words)
 {
     char *word[3];
-    if (words_split(words, word, 3) != 3) {
+    if (lexer_split(words, word, 3) != 3) {
         return "wanted: servo, IDs, what to look at, VALUE or LOW..HIGH";
     }
     const char *wrong = parse_look(e, word[0], word[1]);
@@ -142,7 +142,7 @@ const char *expect_parse_show(struct expectation *e, char *words)
 {
     char *word[3];
     e->kind = EXPECT_SERVO;
-    if (words_split(words, word, 3) != 3 || strcmp(word[0], "servo") != 0) {
+    if (lexer_split(words, word, 3) != 3 || strcmp(word[0], "servo") != 0) {
         return "wanted: servo, IDs, what to look at";
     }
     return parse_look(e, word[1], word[2]);
@@ -158,7 +158,7 @@ const char *expect_parse(struct expectation *e, char *words)
         [EXPECT_SERVO] = {"servo", parse_servo},    [EXPECT_TEXT] = {"text", parse_text},
         [EXPECT_RULE] = {"rule", parse_rule},
     };
-    char *rest = words_rest(words);
+    char *rest = lexer_rest(words);
     for (e->kind = EXPECT_PACKET; e->kind <= EXPECT_RULE; e->kind++) {
         if (strcmp(kinds[e->kind].word, words) != 0) {
             continue;
@@ -174,46 +174,47 @@ const char *expect_parse(struct expectation *e, char *words)
 /* --- judging -------------------------------------------------------------------------------------
  */
 
-static bool packet_fits(const struct witness_packet *packet, const char *text)
+static bool packet_fits(const struct recorder_packet *packet, const char *text)
 {
-    struct words_byte byte;
+    struct lexer_byte byte;
     for (unsigned i = 0; i < packet->size; i++) {
-        if (!words_byte(&text, &byte) || (!byte.any && (byte.byte != packet->bytes[i] ||
+        if (!lexer_byte(&text, &byte) || (!byte.any && (byte.byte != packet->bytes[i] ||
                                                         byte.framing_error != packet->bad[i]))) {
             return false;
         }
     }
-    return !words_byte(&text, &byte);
+    return !lexer_byte(&text, &byte);
 }
 
-static enum expect_verdict judge_packet(const struct expectation *e,
-                                        const struct expect_scene *scene, char *seen, size_t room)
+static enum expect_result check_packet(const struct expectation *e,
+                                       const struct expect_sources *sources, char *seen,
+                                       size_t capacity)
 {
-    const struct witness_packet *packet = witness_next(scene->witness, e->in);
+    const struct recorder_packet *packet = recorder_next_packet(sources->recorder, e->in);
     if (!packet) {
-        snprintf(seen, room, "no packet");
-        return scene->witness->packets == WITNESS_PACKETS ? EXPECT_NEVER : EXPECT_NOT_YET;
+        snprintf(seen, capacity, "no packet");
+        return sources->recorder->packets == RECORDER_PACKETS ? EXPECT_FAILED : EXPECT_PENDING;
     }
     if (packet_fits(packet, e->text)) {
-        witness_take(scene->witness, e->in);
+        recorder_take_packet(sources->recorder, e->in);
         return EXPECT_MET;
     }
     size_t size = 0;
-    for (unsigned i = 0; i < packet->size && size + 5 < room; i++) {
-        size += (size_t)snprintf(seen + size, room - size, i ? " %02X%s" : "%02X%s",
+    for (unsigned i = 0; i < packet->size && size + 5 < capacity; i++) {
+        size += (size_t)snprintf(seen + size, capacity - size, i ? " %02X%s" : "%02X%s",
                                  packet->bytes[i], packet->bad[i] ? "!" : "");
     }
-    return EXPECT_NEVER;
+    return EXPECT_FAILED;
 }
 
-static enum expect_verdict judge_silence(const struct expect_scene *scene, uint64_t now, char *seen,
-                                         size_t room)
+static enum expect_result check_silence(const struct expect_sources *sources, uint64_t now,
+                                        char *seen, size_t capacity)
 {
-    if (!witness_silence(scene->witness, scene->edges)) {
-        snprintf(seen, room, "the wire is not silent");
-        return EXPECT_NEVER;
+    if (!recorder_is_silent(sources->recorder, sources->edges)) {
+        snprintf(seen, capacity, "the wire is not silent");
+        return EXPECT_FAILED;
     }
-    return now < scene->end ? EXPECT_NOT_YET : EXPECT_MET;
+    return now < sources->end ? EXPECT_PENDING : EXPECT_MET;
 }
 
 static int32_t look_at(const struct expectation *e, const struct servo *servo)
@@ -226,66 +227,69 @@ static int32_t look_at(const struct expectation *e, const struct servo *servo)
     }
 }
 
-static enum expect_verdict judge_servo(const struct expectation *e,
-                                       const struct expect_scene *scene, char *seen, size_t room)
+static enum expect_result check_servo(const struct expectation *e,
+                                      const struct expect_sources *sources, char *seen,
+                                      size_t capacity)
 {
     const struct servos *servos;
-    for (unsigned bus = 0; (servos = scene->bus(scene->owner, bus)) != 0; bus++) {
+    for (unsigned bus = 0; (servos = sources->bus(sources->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             const struct servo_node *node = &servos->node[i];
             int32_t value = e->ids[node->id] ? look_at(e, &node->servo) : e->lowest;
             if (value < e->lowest || value > e->highest) {
-                snprintf(seen, room, "servo %u has %" PRId32 " (0x%02" PRIX32 ")", node->id, value,
-                         (uint32_t)value);
-                return EXPECT_NOT_YET;
+                snprintf(seen, capacity, "servo %u has %" PRId32 " (0x%02" PRIX32 ")", node->id,
+                         value, (uint32_t)value);
+                return EXPECT_PENDING;
             }
         }
     }
     return EXPECT_MET;
 }
 
-static enum expect_verdict judge_text(const struct expectation *e, const struct expect_scene *scene,
-                                      char *seen, size_t room)
+static enum expect_result check_text(const struct expectation *e,
+                                     const struct expect_sources *sources, char *seen,
+                                     size_t capacity)
 {
-    const char *reply = scene->witness->reply;
+    const char *reply = sources->recorder->reply;
     if (strstr(reply, e->text)) {
         return EXPECT_MET;
     }
-    snprintf(seen, room, "%s", *reply ? reply : "no reply");
+    snprintf(seen, capacity, "%s", *reply ? reply : "no reply");
     for (char *c = seen; *c; c++) {
         *c = *c != '\n' ? *c : c[1] ? '|' : 0;
     }
-    return EXPECT_NOT_YET;
+    return EXPECT_PENDING;
 }
 
 /* A breach that was expected is none. */
-static enum expect_verdict judge_rule(const struct expectation *e, const struct expect_scene *scene,
-                                      char *seen, size_t room)
+static enum expect_result check_rule(const struct expectation *e,
+                                     const struct expect_sources *sources, char *seen,
+                                     size_t capacity)
 {
-    snprintf(seen, room, "it was not broken");
-    if (!scene->rules || !scene->rules->breaches[e->rule]) {
-        return EXPECT_NOT_YET;
+    snprintf(seen, capacity, "it was not broken");
+    if (!sources->rules || !sources->rules->breaches[e->rule]) {
+        return EXPECT_PENDING;
     }
-    scene->rules->breaches[e->rule] = 0;
+    sources->rules->breaches[e->rule] = 0;
     return EXPECT_MET;
 }
 
-enum expect_verdict expect_judge(const struct expectation *e, const struct expect_scene *scene,
-                                 uint64_t now, char *seen, size_t room)
+enum expect_result expect_check(const struct expectation *e, const struct expect_sources *sources,
+                                uint64_t now, char *seen, size_t capacity)
 {
     switch (e->kind) {
-    case EXPECT_PACKET: return judge_packet(e, scene, seen, room);
-    case EXPECT_SILENCE: return judge_silence(scene, now, seen, room);
-    case EXPECT_SERVO: return judge_servo(e, scene, seen, room);
-    case EXPECT_TEXT: return judge_text(e, scene, seen, room);
-    default: return judge_rule(e, scene, seen, room);
+    case EXPECT_PACKET: return check_packet(e, sources, seen, capacity);
+    case EXPECT_SILENCE: return check_silence(sources, now, seen, capacity);
+    case EXPECT_SERVO: return check_servo(e, sources, seen, capacity);
+    case EXPECT_TEXT: return check_text(e, sources, seen, capacity);
+    default: return check_rule(e, sources, seen, capacity);
     }
 }
 
-void expect_show(const struct expectation *e, const struct expect_scene *scene, FILE *out)
+void expect_show(const struct expectation *e, const struct expect_sources *sources, FILE *out)
 {
     const struct servos *servos;
-    for (unsigned bus = 0; (servos = scene->bus(scene->owner, bus)) != 0; bus++) {
+    for (unsigned bus = 0; (servos = sources->bus(sources->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             const struct servo_node *node = &servos->node[i];
             if (e->ids[node->id]) {

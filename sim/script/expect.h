@@ -17,7 +17,7 @@
 
 enum expect_kind { EXPECT_PACKET, EXPECT_SILENCE, EXPECT_SERVO, EXPECT_TEXT, EXPECT_RULE };
 enum expect_subject { EXPECT_REGISTER, EXPECT_TORQUE, EXPECT_LED, EXPECT_ERROR };
-enum expect_verdict { EXPECT_MET, EXPECT_NOT_YET, EXPECT_NEVER };
+enum expect_result { EXPECT_MET, EXPECT_PENDING, EXPECT_FAILED };
 
 struct expectation {
     enum expect_kind kind;
@@ -32,11 +32,11 @@ struct expectation {
 };
 
 /* Where an expectation is looked for. */
-struct expect_scene {
-    struct witness *witness;
+struct expect_sources {
+    struct recorder *recorder;
     struct rules *rules; // may be 0
-    struct servos *(*bus)(void *owner, unsigned index);
-    void *owner;
+    struct servos *(*bus)(void *context, unsigned index);
+    void *context;
     uint64_t end;   // of waiting for it
     uint64_t edges; // of the wires when that began
 };
@@ -45,13 +45,13 @@ struct expect_scene {
 const char *expect_parse(struct expectation *expectation, char *words);
 
 /* When it is not met, `seen` says what there is instead. */
-enum expect_verdict expect_judge(const struct expectation *expectation,
-                                 const struct expect_scene *scene, uint64_t now, char *seen,
-                                 size_t room);
+enum expect_result expect_check(const struct expectation *expectation,
+                                const struct expect_sources *sources, uint64_t now, char *seen,
+                                size_t capacity);
 
 /* `servo IDS WHAT`: what is there, a line for each servo. */
 const char *expect_parse_show(struct expectation *expectation, char *words);
-void expect_show(const struct expectation *expectation, const struct expect_scene *scene,
+void expect_show(const struct expectation *expectation, const struct expect_sources *sources,
                  FILE *out);
 
 #endif

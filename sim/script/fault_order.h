@@ -59,8 +59,8 @@ struct fault_order {
 };
 
 /* Returns 0, or what is wrong with the text. It may begin with 1: for bus 1 of several. */
-const char *fault_parse(struct fault_order *order, const char *text);
-unsigned fault_bus(const char *text);
+const char *fault_order_parse(struct fault_order *order, const char *text);
+unsigned fault_order_bus(const char *text);
 const char *fault_verb_name(enum fault_verb verb);
 
 #endif

@@ -7,7 +7,7 @@
 #define DEFAULT_bps 1000000u
 #define GAP_BITS    30 // of silence that end a packet of the controller
 
-enum { HEADER = 0xFF, AT_ID = 2, AT_LENGTH = 3 };
+enum { HEADER = 0xFF, OFFSET_ID = 2, OFFSET_LENGTH = 3 };
 
 static uint64_t cycles(const struct faults *faults, uint64_t us)
 {
@@ -33,8 +33,8 @@ static void disturb(struct faults *faults, uint64_t until)
     faults->disturbed_until = until > faults->disturbed_until ? until : faults->disturbed_until;
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
-        if (node->driver.enabled || event_armed(&node->answer)) {
-            driver_excuse(&node->driver, true);
+        if (node->driver.enabled || event_armed(&node->reply_delay)) {
+            driver_exempt(&node->driver, true);
         }
     }
 }
@@ -45,20 +45,20 @@ void faults_controller_reset(struct faults *faults, uint64_t now)
     disturb(faults, now);
 }
 
-static void tell(struct faults *faults, uint64_t now, uint64_t until, enum fault_verb verb)
+static void notify(struct faults *faults, uint64_t now, uint64_t until, enum fault_verb verb)
 {
     faults->acts++;
     if (faults->on_act) {
-        faults->on_act(faults->owner, now, until, fault_verb_name(verb));
+        faults->on_act(faults->context, now, until, fault_verb_name(verb));
     }
 }
 
 /* --- overrides of the wire -----------------------------------------------------------------------
  */
 
-static enum net_override ask_override(void *owner, uint64_t time)
+static enum net_override get_override(void *context, uint64_t time)
 {
-    const struct faults *faults = owner;
+    const struct faults *faults = context;
     enum net_override override = faults->stuck;
     for (unsigned i = 0; override != NET_LOW && override != NET_HIGH && i < faults->pulses; i++) {
         const struct fault_pulse *pulse = &faults->pulse[i];
@@ -72,9 +72,9 @@ static enum net_override ask_override(void *owner, uint64_t time)
 }
 
 /* Drops what is over, and comes again at the next edge. */
-static void edge(void *owner, uint64_t now)
+static void edge(void *context, uint64_t now)
 {
-    struct faults *faults = owner;
+    struct faults *faults = context;
     uint64_t next = SCHEDULE_NEVER;
     unsigned kept = 0;
     for (unsigned i = 0; i < faults->pulses; i++) {
@@ -89,7 +89,7 @@ static void edge(void *owner, uint64_t now)
     if (kept) {
         schedule_at(faults->schedule, &faults->edge, next);
     }
-    net_settle(faults->sig, now);
+    net_update(faults->sig, now);
 }
 
 static void override(struct faults *faults, uint64_t now, struct fault_pulse pulse)
@@ -105,23 +105,23 @@ static void override(struct faults *faults, uint64_t now, struct fault_pulse pul
  */
 
 static void flip_bits(struct faults *faults, const struct fault_order *order, uint64_t now,
-                      const struct talker *talker)
+                      const struct uart_tx *tx)
 {
     for (unsigned i = 1; i < order->numbers; i++) {
         unsigned bit = order->number[i];
-        uint64_t from = talker_bit(talker, bit);
-        uint64_t until = talker_bit(talker, bit + 1);
+        uint64_t from = uart_tx_bit_time(tx, bit);
+        uint64_t until = uart_tx_bit_time(tx, bit + 1);
         override(faults, now, (struct fault_pulse){from, until, NET_INVERTED});
-        tell(faults, from, until, order->verb);
+        notify(faults, from, until, order->verb);
     }
 }
 
 static void lose_byte(struct faults *faults, const struct fault_order *order, uint64_t now,
-                      const struct talker *talker)
+                      const struct uart_tx *tx)
 {
-    uint64_t until = talker_end(talker);
+    uint64_t until = uart_tx_end(tx);
     override(faults, now, (struct fault_pulse){now, until, NET_HIGH});
-    tell(faults, now, until, order->verb);
+    notify(faults, now, until, order->verb);
 }
 
 /* --- faults of a reply ---------------------------------------------------------------------------
@@ -131,7 +131,7 @@ static void set_byte(struct servo_reply *reply, unsigned at, uint8_t value)
 {
     reply->bytes[at] = value;
     unsigned sum = 0;
-    for (unsigned i = AT_ID; i + 1 < reply->size; i++) {
+    for (unsigned i = OFFSET_ID; i + 1 < reply->size; i++) {
         sum += reply->bytes[i];
     }
     reply->bytes[reply->size - 1] = (uint8_t)~sum;
@@ -139,13 +139,13 @@ static void set_byte(struct servo_reply *reply, unsigned at, uint8_t value)
 
 static bool set_id(const struct fault_order *order, struct servo_node *node)
 {
-    set_byte(&node->servo.reply, AT_ID, (uint8_t)order->number[0]);
+    set_byte(&node->servo.reply, OFFSET_ID, (uint8_t)order->number[0]);
     return true;
 }
 
 static bool set_length(const struct fault_order *order, struct servo_node *node)
 {
-    set_byte(&node->servo.reply, AT_LENGTH, (uint8_t)order->number[0]);
+    set_byte(&node->servo.reply, OFFSET_LENGTH, (uint8_t)order->number[0]);
     return true;
 }
 
@@ -165,9 +165,9 @@ static bool insert_byte(const struct fault_order *order, struct servo_node *node
 static bool cut_reply(const struct fault_order *order, struct servo_node *node)
 {
     uint64_t ms = order->numbers > 1 ? order->number[1] : 0;
-    node->dies_after = (uint16_t)order->number[0];
-    node->dark = ms * node->servos->clock_Hz / 1000u;
-    return node->dies_after <= node->servo.reply.size;
+    node->power_loss_after = (uint16_t)order->number[0];
+    node->off_cycles = ms * node->servos->clock_Hz / 1000u;
+    return node->power_loss_after <= node->servo.reply.size;
 }
 
 static bool delay_reply(const struct fault_order *order, struct servo_node *node)
@@ -189,28 +189,28 @@ static uint64_t brown_out(struct faults *faults, const struct fault_order *order
 
 /* As a byte of the controller begins. */
 static void unplug(struct faults *faults, const struct fault_order *order, uint64_t now,
-                   const struct talker *talker)
+                   const struct uart_tx *tx)
 {
-    (void)talker;
+    (void)tx;
     uint64_t time = cycles(faults, order->number[1] * 1000ull);
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
         if (order->ids[node->servo.registers[TABLE_ID]]) {
             servo_node_brown_out(node, now, time);
-            tell(faults, now, now + time, order->verb);
+            notify(faults, now, now + time, order->verb);
         }
     }
 }
 
 /* Of several with one ID each is that much later than the one before. */
-static uint64_t make_late(struct faults *faults, const struct fault_order *order, uint64_t now,
+static uint64_t add_delay(struct faults *faults, const struct fault_order *order, uint64_t now,
                           struct servo_node *node)
 {
     unsigned place = 1;
     for (const struct servo_node *other = faults->servos->node; other < node; other++) {
         place += other->servo.registers[TABLE_ID] == node->servo.registers[TABLE_ID];
     }
-    node->late_us = order->number[0] * place;
+    node->extra_delay_us = order->number[0] * place;
     return now;
 }
 
@@ -249,9 +249,9 @@ static void set_stuck(struct faults *faults, uint64_t now, enum net_override stu
     schedule_at(faults->schedule, &faults->edge, now);
 }
 
-static void unstick(void *owner, uint64_t now)
+static void unstick(void *context, uint64_t now)
 {
-    set_stuck(owner, now, NET_AS_DRIVEN);
+    set_stuck(context, now, NET_AS_DRIVEN);
 }
 
 static void stick(struct faults *faults, const struct fault_order *order, uint64_t now)
@@ -265,7 +265,7 @@ static void stick(struct faults *faults, const struct fault_order *order, uint64
         until = now + cycles(faults, order->number[0] * 1000ull);
         schedule_at(faults->schedule, &faults->unstick, until);
     }
-    tell(faults, now, until, order->verb);
+    notify(faults, now, until, order->verb);
 }
 
 /* 1 to 2 mean distances. */
@@ -276,12 +276,12 @@ static void plan_flip(struct faults *faults, uint64_t now)
 }
 
 /* As long as a bit: the middle of exactly one bit lies in it. */
-static void flip(void *owner, uint64_t now)
+static void flip(void *context, uint64_t now)
 {
-    struct faults *faults = owner;
+    struct faults *faults = context;
     uint64_t until = now + uart_half_bits(faults->bit_256, 2);
     override(faults, now, (struct fault_pulse){now, until, NET_INVERTED});
-    tell(faults, now, until, FAULT_NOISE);
+    notify(faults, now, until, FAULT_NOISE);
     plan_flip(faults, now);
 }
 
@@ -294,9 +294,9 @@ static void make_noise(struct faults *faults, const struct fault_order *order, u
     }
 }
 
-static void babble_on(void *owner, uint64_t now)
+static void babble_on(void *context, uint64_t now)
 {
-    struct faults *faults = owner;
+    struct faults *faults = context;
     driver_enable(&faults->babbler, now, faults->babbling != FAULT_BABBLE_OFF);
     if (faults->babbling == FAULT_BABBLE_OFF) {
         return;
@@ -305,29 +305,29 @@ static void babble_on(void *owner, uint64_t now)
     if (faults->babbling == FAULT_BABBLE_RANDOM) {
         byte = (uint8_t)(random_number(faults) >> 8);
     }
-    talker_say(&faults->babble, now, faults->bit_256, byte);
-    disturb(faults, talker_end(&faults->babble));
+    uart_tx_send(&faults->babble, now, faults->bit_256, byte);
+    disturb(faults, uart_tx_end(&faults->babble));
 }
 
 static void babble(struct faults *faults, const struct fault_order *order, uint64_t now)
 {
     faults->babbling = (enum fault_babble)order->choice;
     faults->babble_byte = order->numbers ? (uint8_t)order->number[0] : HEADER;
-    tell(faults, now, now, order->verb);
+    notify(faults, now, now, order->verb);
     if (!faults->babble.busy) {
         babble_on(faults, now);
     }
 }
 
-static void join(struct faults *faults, const struct fault_order *order, uint64_t now)
+static void set_echo(struct faults *faults, const struct fault_order *order, uint64_t now)
 {
     driver_set(&faults->echo, now, order->choice == FAULT_ON, faults->sig->level);
-    tell(faults, now, now, order->verb);
+    notify(faults, now, now, order->verb);
 }
 
-static void sig_level(void *owner, uint64_t now, bool level)
+static void sig_level(void *context, uint64_t now, bool level)
 {
-    struct faults *faults = owner;
+    struct faults *faults = context;
     driver_level(&faults->echo, now, level);
 }
 
@@ -335,10 +335,10 @@ static void clear(struct faults *faults, const struct fault_order *order, uint64
 {
     (void)order;
     (void)now;
-    for (unsigned i = 0; i < faults->waiting_count; i++) {
-        faults->wasted += !faults->waiting[i].acted;
+    for (unsigned i = 0; i < faults->pending_count; i++) {
+        faults->unused += !faults->pending[i].acted;
     }
-    faults->waiting_count = 0;
+    faults->pending_count = 0;
 }
 
 /* --- orders --------------------------------------------------------------------------------------
@@ -348,7 +348,7 @@ static void clear(struct faults *faults, const struct fault_order *order, uint64
  * (until when); or at once. */
 static const struct {
     void (*byte)(struct faults *faults, const struct fault_order *order, uint64_t now,
-                 const struct talker *talker);
+                 const struct uart_tx *tx);
     bool (*reply)(const struct fault_order *order, struct servo_node *node);
     uint64_t (*servo)(struct faults *faults, const struct fault_order *order, uint64_t now,
                       struct servo_node *node);
@@ -357,22 +357,22 @@ static const struct {
     [FAULT_FLIP] = {.byte = flip_bits},      [FAULT_LOSE] = {.byte = lose_byte},
     [FAULT_INSERT] = {.reply = insert_byte}, [FAULT_CUT] = {.reply = cut_reply},
     [FAULT_DELAY] = {.reply = delay_reply},  [FAULT_ID] = {.reply = set_id},
-    [FAULT_LENGTH] = {.reply = set_length},  [FAULT_ECHO] = {.now = join},
+    [FAULT_LENGTH] = {.reply = set_length},  [FAULT_ECHO] = {.now = set_echo},
     [FAULT_BABBLE] = {.now = babble},        [FAULT_STUCK] = {.now = stick},
     [FAULT_NOISE] = {.now = make_noise},     [FAULT_BROWNOUT] = {.servo = brown_out},
-    [FAULT_UNPLUG] = {.byte = unplug},       [FAULT_TURNAROUND] = {.servo = make_late},
+    [FAULT_UNPLUG] = {.byte = unplug},       [FAULT_TURNAROUND] = {.servo = add_delay},
     [FAULT_BAUD] = {.servo = set_baud},      [FAULT_QUIRK] = {.servo = set_quirk},
     [FAULT_CLEAR] = {.now = clear},
 };
 
-static const char *wait_for_packet(struct faults *faults, const struct fault_order *order)
+static const char *add_pending(struct faults *faults, const struct fault_order *order)
 {
-    if (faults->waiting_count == FAULTS_WAITING_MAX) {
+    if (faults->pending_count == FAULTS_PENDING_MAX) {
         return "64 faults wait for their packets already";
     }
-    struct fault_waiting *waiting = &faults->waiting[faults->waiting_count++];
-    *waiting = (struct fault_waiting){.order = *order};
-    waiting->order.packet += order->out ? faults->replies : faults->sender.packets;
+    struct pending_fault *pending = &faults->pending[faults->pending_count++];
+    *pending = (struct pending_fault){.order = *order};
+    pending->order.packet += order->out ? faults->replies : faults->packet_in.packets;
     return 0;
 }
 
@@ -385,7 +385,7 @@ static const char *change_servos(struct faults *faults, const struct fault_order
         if (order->ids[id]) {
             found[id] = true;
             struct servo_node *node = &faults->servos->node[i];
-            tell(faults, now, verbs[order->verb].servo(faults, order, now, node), order->verb);
+            notify(faults, now, verbs[order->verb].servo(faults, order, now, node), order->verb);
         }
     }
     return memcmp(found, order->ids, sizeof(found)) == 0 ? 0 : "no servo has that ID";
@@ -394,7 +394,7 @@ static const char *change_servos(struct faults *faults, const struct fault_order
 const char *faults_order(struct faults *faults, uint64_t now, const char *text)
 {
     struct fault_order order;
-    const char *wrong = fault_parse(&order, text);
+    const char *wrong = fault_order_parse(&order, text);
     if (wrong) {
         return wrong;
     }
@@ -409,13 +409,13 @@ const char *faults_order(struct faults *faults, uint64_t now, const char *text)
         verbs[order.verb].now(faults, &order, now);
         return 0;
     }
-    return wait_for_packet(faults, &order);
+    return add_pending(faults, &order);
 }
 
 const char *faults_check(const char *text)
 {
     struct fault_order order;
-    return fault_parse(&order, text);
+    return fault_order_parse(&order, text);
 }
 
 /* --- who begins which byte of which packet -------------------------------------------------------
@@ -430,27 +430,27 @@ static bool is_for(const struct fault_order *order, bool out, uint32_t packet)
 static void drop_orders(struct faults *faults, bool out, uint32_t packet)
 {
     unsigned kept = 0;
-    for (unsigned i = 0; i < faults->waiting_count; i++) {
-        struct fault_waiting *waiting = &faults->waiting[i];
-        const struct fault_order *order = &waiting->order;
+    for (unsigned i = 0; i < faults->pending_count; i++) {
+        struct pending_fault *pending = &faults->pending[i];
+        const struct fault_order *order = &pending->order;
         if (order->out == out && !order->every && order->packet < packet) {
-            faults->wasted += !waiting->acted;
+            faults->unused += !pending->acted;
         } else {
-            faults->waiting[kept++] = *waiting;
+            faults->pending[kept++] = *pending;
         }
     }
-    faults->waiting_count = kept;
+    faults->pending_count = kept;
 }
 
 static void act_on_byte(struct faults *faults, uint64_t now, bool out, uint32_t packet,
-                        unsigned byte, const struct talker *talker)
+                        unsigned byte, const struct uart_tx *tx)
 {
-    for (unsigned i = 0; i < faults->waiting_count; i++) {
-        struct fault_waiting *waiting = &faults->waiting[i];
-        if (verbs[waiting->order.verb].byte && is_for(&waiting->order, out, packet) &&
-            waiting->order.number[0] == byte) {
-            waiting->acted = true;
-            verbs[waiting->order.verb].byte(faults, &waiting->order, now, talker);
+    for (unsigned i = 0; i < faults->pending_count; i++) {
+        struct pending_fault *pending = &faults->pending[i];
+        if (verbs[pending->order.verb].byte && is_for(&pending->order, out, packet) &&
+            pending->order.number[0] == byte) {
+            pending->acted = true;
+            verbs[pending->order.verb].byte(faults, &pending->order, now, tx);
         }
     }
 }
@@ -461,7 +461,7 @@ static uint32_t oldest_reply(const struct faults *faults)
     uint32_t oldest = faults->replies;
     for (unsigned i = 0; i < faults->servos->count; i++) {
         const struct servo_node *node = &faults->servos->node[i];
-        bool under_way = node->driver.enabled || event_armed(&node->answer);
+        bool under_way = node->driver.enabled || event_armed(&node->reply_delay);
         oldest = under_way && node->reply < oldest ? node->reply : oldest;
     }
     return oldest;
@@ -469,69 +469,69 @@ static uint32_t oldest_reply(const struct faults *faults)
 
 /* A reply to what a fault made of a packet, or to what a servo had half heard before, may come when
  * none is to be expected. */
-static void reply_due(void *meddler, struct servo_node *node)
+static void reply_due(void *fault_context, struct servo_node *node)
 {
-    struct faults *faults = meddler;
-    const struct fault_sender *sender = &faults->sender;
+    struct faults *faults = fault_context;
+    const struct controller_packet *packet_in = &faults->packet_in;
     node->reply = ++faults->replies;
     drop_orders(faults, true, oldest_reply(faults));
-    bool excused =
-        (faults->acts || faults->resets) && (faults->disturbed || node->stale || !sender->complete);
-    for (unsigned i = 0; i < faults->waiting_count; i++) {
-        struct fault_waiting *waiting = &faults->waiting[i];
-        if (verbs[waiting->order.verb].reply && is_for(&waiting->order, true, node->reply)) {
-            if (verbs[waiting->order.verb].reply(&waiting->order, node)) {
-                waiting->acted = excused = true;
-                tell(faults, faults->schedule->now, faults->schedule->now, waiting->order.verb);
+    bool exempt = (faults->acts || faults->resets) &&
+                  (faults->disturbed || node->has_partial_packet || !packet_in->complete);
+    for (unsigned i = 0; i < faults->pending_count; i++) {
+        struct pending_fault *pending = &faults->pending[i];
+        if (verbs[pending->order.verb].reply && is_for(&pending->order, true, node->reply)) {
+            if (verbs[pending->order.verb].reply(&pending->order, node)) {
+                pending->acted = exempt = true;
+                notify(faults, faults->schedule->now, faults->schedule->now, pending->order.verb);
             }
         }
     }
-    driver_excuse(&node->driver, node->driver.excused || excused);
+    driver_exempt(&node->driver, node->driver.exempt || exempt);
 }
 
-static void servo_byte(void *meddler, uint64_t now, const struct servo_node *node)
+static void servo_byte(void *fault_context, uint64_t now, const struct servo_node *node)
 {
-    act_on_byte(meddler, now, true, node->reply, node->said - 1u, &node->talker);
+    act_on_byte(fault_context, now, true, node->reply, node->bytes_sent - 1u, &node->tx);
 }
 
 static void begin_packet(struct faults *faults, uint64_t now)
 {
-    faults->sender = (struct fault_sender){.packets = faults->sender.packets + 1};
-    drop_orders(faults, false, faults->sender.packets);
+    faults->packet_in = (struct controller_packet){.packets = faults->packet_in.packets + 1};
+    drop_orders(faults, false, faults->packet_in.packets);
     uint64_t frame = uart_half_bits(faults->bit_256, 2 * UART_FRAME_BITS);
     faults->disturbed = faults->babbling != FAULT_BABBLE_OFF || faults->stuck != NET_AS_DRIVEN ||
                         now < faults->disturbed_until + frame; // a false frame may still go on
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
-        node->stale = node->servo.codec.size > node->servo.codec.first;
+        node->has_partial_packet = node->servo.codec.size > node->servo.codec.first;
     }
 }
 
 /* Any number of header bytes is one header (R27); LENGTH counts what follows it. */
-static void follow_packet(struct fault_sender *sender, uint8_t byte)
+static void follow_packet(struct controller_packet *packet_in, uint8_t byte)
 {
-    if (!sender->id && byte != HEADER && sender->byte >= 2) {
-        sender->id = sender->byte;
+    if (!packet_in->id && byte != HEADER && packet_in->byte >= 2) {
+        packet_in->id = packet_in->byte;
     }
-    if (sender->id && sender->byte == sender->id + 1) {
-        sender->whole = sender->byte + 1 + byte;
+    if (packet_in->id && packet_in->byte == packet_in->id + 1) {
+        packet_in->size = packet_in->byte + 1 + byte;
     }
-    sender->complete = sender->byte + 1 == sender->whole;
+    packet_in->complete = packet_in->byte + 1 == packet_in->size;
 }
 
-void faults_controller_byte(struct faults *faults, uint64_t now, const struct talker *talker)
+void faults_controller_byte(struct faults *faults, uint64_t now, const struct uart_tx *tx)
 {
-    struct fault_sender *sender = &faults->sender;
-    uint64_t gap = uart_half_bits(talker->bit_256, 2 * GAP_BITS);
-    faults->bit_256 = talker->bit_256;
-    if (sender->complete || !sender->packets || now > sender->end + gap) {
+    struct controller_packet *packet_in = &faults->packet_in;
+    uint64_t gap = uart_half_bits(tx->bit_256, 2 * GAP_BITS);
+    faults->bit_256 = tx->bit_256;
+    if (packet_in->complete || !packet_in->packets || now > packet_in->end + gap) {
         begin_packet(faults, now);
     } else {
-        sender->byte++;
+        packet_in->byte++;
     }
-    sender->end = talker_end(talker);
-    follow_packet(sender, (uint8_t)(talker->frame >> 1));
-    act_on_byte(faults, now, false, sender->packets, sender->byte, talker);
+    packet_in->end = uart_tx_end(tx);
+    follow_packet(packet_in, (uint8_t)(tx->frame >> 1));
+    act_on_byte(faults, now, false, packet_in->packets, packet_in->byte, tx);
 }
 
 /* --- set-up --------------------------------------------------------------------------------------
@@ -546,25 +546,25 @@ void faults_init(struct faults *faults, struct schedule *schedule, struct servos
                               .sig = servos->net,
                               .bit_256 = uart_bit_256(servos->clock_Hz, DEFAULT_bps),
                               .random = mixed ? mixed : 1};
-    servos->meddler = faults;
-    servos->on_due = reply_due;
-    servos->on_frame = servo_byte;
-    faults->sig->owner = faults;
-    faults->sig->ask_override = ask_override;
+    servos->fault_context = faults;
+    servos->fault_on_reply = reply_due;
+    servos->fault_on_byte = servo_byte;
+    faults->sig->context = faults;
+    faults->sig->get_override = get_override;
     event_init(&faults->edge, edge, faults);
     faults->edge.rank = NET_OVERRIDE_RANK;
     event_init(&faults->unstick, unstick, faults);
     event_init(&faults->flip, flip, faults);
     driver_init(&faults->babbler, faults->sig);
-    driver_excuse(&faults->babbler, true);
-    talker_init(&faults->babble, schedule, &faults->babbler, faults);
+    driver_exempt(&faults->babbler, true);
+    uart_tx_init(&faults->babble, schedule, &faults->babbler, faults);
     faults->babble.on_end = babble_on;
 }
 
-void faults_join_receiver(struct faults *faults, struct net *rxd)
+void faults_connect_receiver(struct faults *faults, struct net *rxd)
 {
     driver_init(&faults->echo, rxd);
-    faults->on_sig = (struct listener){.owner = faults, .on_level = sig_level};
+    faults->on_sig = (struct listener){.context = faults, .on_level = sig_level};
     net_listen(faults->sig, &faults->on_sig);
 }
 
@@ -573,9 +573,9 @@ void faults_report(const struct faults *faults, const char *where, FILE *out)
     if (!faults->orders) {
         return;
     }
-    uint32_t idle = faults->wasted;
-    for (unsigned i = 0; i < faults->waiting_count; i++) {
-        idle += !faults->waiting[i].acted;
+    uint32_t idle = faults->unused;
+    for (unsigned i = 0; i < faults->pending_count; i++) {
+        idle += !faults->pending[i].acted;
     }
     fprintf(out,
             "faults:  %sacted %" PRIu32 " times; %" PRIu32 " of %" PRIu32

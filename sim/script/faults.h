@@ -21,11 +21,11 @@
 #include "servo/servos.h"
 #include "wire/uart.h"
 
-#define FAULTS_WAITING_MAX 64  // orders
+#define FAULTS_PENDING_MAX 64  // orders
 #define FAULTS_PULSES_MAX  128 // overrides at one time: two bits for each order
 
 /* An order that waits for its packet. */
-struct fault_waiting {
+struct pending_fault {
     struct fault_order order; // its packet counted from the start of the run
     bool acted;
 };
@@ -36,13 +36,13 @@ struct fault_pulse {
 };
 
 /* The packet that the controller sends. */
-struct fault_sender {
+struct controller_packet {
     uint32_t packets;
-    unsigned byte;  // the latest one, from 0
-    unsigned id;    // where the ID is; 0: not yet
-    unsigned whole; // bytes of the packet; 0: not yet known
-    uint64_t end;   // of its latest byte
-    bool complete;  // with its latest byte
+    unsigned byte; // the latest one, from 0
+    unsigned id;   // where the ID is; 0: not yet
+    unsigned size; // bytes of the packet; 0: not yet known
+    uint64_t end;  // of its latest byte
+    bool complete; // with its latest byte
 };
 
 struct faults {
@@ -51,9 +51,9 @@ struct faults {
     struct net *sig;
     uint32_t bit_256; // of the bus: what the controller last used
     uint32_t random;
-    struct fault_waiting waiting[FAULTS_WAITING_MAX];
-    unsigned waiting_count;
-    struct fault_sender sender;
+    struct pending_fault pending[FAULTS_PENDING_MAX];
+    unsigned pending_count;
+    struct controller_packet packet_in;
     uint32_t replies;
     struct fault_pulse pulse[FAULTS_PULSES_MAX];
     unsigned pulses;
@@ -63,31 +63,31 @@ struct faults {
     uint32_t noise; // flips per second
     struct event flip;
     struct driver babbler;
-    struct talker babble;
+    struct uart_tx babble;
     enum fault_babble babbling;
     uint8_t babble_byte;
     struct driver echo; // on RXD, beside the receive buffer
     struct listener on_sig;
     bool disturbed; // a fault has acted since the controller's latest packet began
     uint64_t disturbed_until;
-    uint32_t orders, acts, wasted;
+    uint32_t orders, acts, unused;
     uint32_t resets; // of the controller: as good as a fault, for who is to blame
-    void *owner;
+    void *context;
     /* A fault acts, for pictures; until == from: it has no end of its own. May be 0. */
-    void (*on_act)(void *owner, uint64_t from, uint64_t until, const char *what);
+    void (*on_act)(void *context, uint64_t from, uint64_t until, const char *what);
 };
 
 /* On the servos' net; takes the servos' on_due and on_frame. */
 void faults_init(struct faults *faults, struct schedule *schedule, struct servos *servos,
                  uint32_t seed);
 /* The controller's receiver hangs on `rxd`, behind a buffer; without one there is no `echo`. */
-void faults_join_receiver(struct faults *faults, struct net *rxd);
+void faults_connect_receiver(struct faults *faults, struct net *rxd);
 
 /* To be called when a byte of the controller begins on the wire, before it drives. */
 /* The controller was reset: servos that talk, or answer what it was cut short in, are excused. */
 void faults_controller_reset(struct faults *faults, uint64_t now);
 
-void faults_controller_byte(struct faults *faults, uint64_t now, const struct talker *talker);
+void faults_controller_byte(struct faults *faults, uint64_t now, const struct uart_tx *tx);
 
 /* Takes an order. Returns 0, or what is wrong. The check does nothing else: it is for a file that
  * is read before there are servos. */

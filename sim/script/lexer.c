@@ -9,7 +9,7 @@ static bool is_space(char c)
     return isspace((unsigned char)c);
 }
 
-char *words_trim(char *text)
+char *lexer_trim(char *text)
 {
     while (is_space(*text)) {
         text++;
@@ -21,7 +21,7 @@ char *words_trim(char *text)
     return text;
 }
 
-char *words_rest(char *text)
+char *lexer_rest(char *text)
 {
     while (*text && !is_space(*text)) {
         text++;
@@ -30,23 +30,23 @@ char *words_rest(char *text)
         return text;
     }
     *text = 0;
-    return words_trim(text + 1);
+    return lexer_trim(text + 1);
 }
 
-unsigned words_split(char *text, char *word[], unsigned room)
+unsigned lexer_split(char *text, char *word[], unsigned capacity)
 {
     unsigned count = 0;
-    for (text = words_trim(text); *text; count++) {
-        if (count == room) {
-            return room + 1;
+    for (text = lexer_trim(text); *text; count++) {
+        if (count == capacity) {
+            return capacity + 1;
         }
         word[count] = text;
-        text = words_rest(text);
+        text = lexer_rest(text);
     }
     return count;
 }
 
-bool words_number(const char *text, int32_t lowest, int32_t highest, int32_t *value)
+bool lexer_number(const char *text, int32_t lowest, int32_t highest, int32_t *value)
 {
     bool minus = *text == '-';
     const char *digits = text + minus;
@@ -61,7 +61,7 @@ bool words_number(const char *text, int32_t lowest, int32_t highest, int32_t *va
     return *value >= lowest && *value <= highest;
 }
 
-bool words_decimal(const char *text, int32_t scale, int32_t lowest, int32_t highest, int32_t *value)
+bool lexer_decimal(const char *text, int32_t scale, int32_t lowest, int32_t highest, int32_t *value)
 {
     char whole[16] = "";
     const char *point = strchr(text, '.');
@@ -71,7 +71,7 @@ bool words_decimal(const char *text, int32_t scale, int32_t lowest, int32_t high
         return false;
     }
     memcpy(whole, text, size);
-    if (!words_number(whole, -INT32_MAX / scale + 1, INT32_MAX / scale - 1, &number)) {
+    if (!lexer_number(whole, -INT32_MAX / scale + 1, INT32_MAX / scale - 1, &number)) {
         return false;
     }
     int32_t fraction = 0;
@@ -87,7 +87,7 @@ bool words_decimal(const char *text, int32_t scale, int32_t lowest, int32_t high
     return (!point || point[1]) && *value >= lowest && *value <= highest;
 }
 
-bool words_switch(const char *text, bool *on)
+bool lexer_switch(const char *text, bool *on)
 {
     *on = strcmp(text, "on") == 0;
     return *on || strcmp(text, "off") == 0;
@@ -98,14 +98,14 @@ static int digit(char c)
     return isdigit((unsigned char)c) ? c - '0' : tolower((unsigned char)c) - 'a' + 10;
 }
 
-bool words_byte(const char **text, struct words_byte *byte)
+bool lexer_byte(const char **text, struct lexer_byte *byte)
 {
     const char *c = *text;
     while (is_space(*c)) {
         c++;
     }
     *text = c;
-    *byte = (struct words_byte){.any = c[0] == '.' && c[1] == '.'};
+    *byte = (struct lexer_byte){.any = c[0] == '.' && c[1] == '.'};
     if (!byte->any && !(isxdigit((unsigned char)c[0]) && isxdigit((unsigned char)c[1]))) {
         return false;
     }

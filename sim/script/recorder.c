@@ -3,80 +3,80 @@
 #include <stdio.h>
 #include <string.h>
 
-static void edge(void *owner, uint64_t now, bool level)
+static void edge(void *context, uint64_t now, bool level)
 {
     (void)now;
     (void)level;
-    struct witness *witness = owner;
-    witness->edges++;
+    struct recorder *recorder = context;
+    recorder->edges++;
 }
 
-void witness_init(struct witness *witness)
+void recorder_init(struct recorder *recorder)
 {
-    *witness = (struct witness){0};
+    *recorder = (struct recorder){0};
 }
 
-void witness_watch(struct witness *witness, struct net *net)
+void recorder_watch(struct recorder *recorder, struct net *net)
 {
-    struct listener *listener = &witness->sig[witness->nets];
-    *listener = (struct listener){.owner = witness, .on_level = edge};
-    witness->net[witness->nets++] = net;
+    struct listener *listener = &recorder->sig[recorder->nets];
+    *listener = (struct listener){.context = recorder, .on_level = edge};
+    recorder->net[recorder->nets++] = net;
     net_listen(net, listener);
 }
 
-void witness_forget(struct witness *witness)
+void recorder_clear(struct recorder *recorder)
 {
-    witness->packets = witness->next[0] = witness->next[1] = 0;
-    witness->reply_size = 0;
-    witness->reply[0] = 0;
+    recorder->packets = recorder->next[0] = recorder->next[1] = 0;
+    recorder->reply_size = 0;
+    recorder->reply[0] = 0;
 }
 
-void witness_packet(struct witness *witness, const struct transcript *transcript)
+void recorder_add_packet(struct recorder *recorder, const struct transcript *transcript)
 {
-    if (witness->packets == WITNESS_PACKETS) {
+    if (recorder->packets == RECORDER_PACKETS) {
         return;
     }
-    struct witness_packet *packet = &witness->packet[witness->packets++];
+    struct recorder_packet *packet = &recorder->packet[recorder->packets++];
     packet->in = transcript->of_controller;
     packet->size = transcript->size;
     memcpy(packet->bytes, transcript->bytes, transcript->size);
     memcpy(packet->bad, transcript->bad, transcript->size * sizeof(packet->bad[0]));
 }
 
-void witness_reply(struct witness *witness, const char *line)
+void recorder_add_line(struct recorder *recorder, const char *line)
 {
-    size_t room = sizeof(witness->reply) - witness->reply_size;
-    int size = snprintf(witness->reply + witness->reply_size, room, "%s\n", line);
-    if (size > 0 && (size_t)size < room) {
-        witness->reply_size += (unsigned)size;
+    size_t capacity = sizeof(recorder->reply) - recorder->reply_size;
+    int size = snprintf(recorder->reply + recorder->reply_size, capacity, "%s\n", line);
+    if (size > 0 && (size_t)size < capacity) {
+        recorder->reply_size += (unsigned)size;
     }
 }
 
-static unsigned next_in(const struct witness *witness, bool in)
+static unsigned next_in(const struct recorder *recorder, bool in)
 {
-    unsigned next = witness->next[in];
-    while (next < witness->packets && witness->packet[next].in != in) {
+    unsigned next = recorder->next[in];
+    while (next < recorder->packets && recorder->packet[next].in != in) {
         next++;
     }
     return next;
 }
 
-const struct witness_packet *witness_next(const struct witness *witness, bool in)
+const struct recorder_packet *recorder_next_packet(const struct recorder *recorder, bool in)
 {
-    unsigned next = next_in(witness, in);
-    return next < witness->packets ? &witness->packet[next] : 0;
+    unsigned next = next_in(recorder, in);
+    return next < recorder->packets ? &recorder->packet[next] : 0;
 }
 
-void witness_take(struct witness *witness, bool in)
+void recorder_take_packet(struct recorder *recorder, bool in)
 {
-    witness->next[in] = next_in(witness, in) + 1;
+    recorder->next[in] = next_in(recorder, in) + 1;
 }
 
-bool witness_silence(const struct witness *witness, uint64_t edges)
+bool recorder_is_silent(const struct recorder *recorder, uint64_t edges)
 {
-    bool high = witness->edges == edges;
-    for (unsigned i = 0; i < witness->nets; i++) {
-        high = high && witness->net[i]->level;
+    bool high = recorder->edges == edges;
+    for (unsigned i = 0; i < recorder->nets; i++) {
+        high = high && recorder->net[i]->level;
     }
     return high;
 }

@@ -10,21 +10,21 @@
 #include "servo/servos.h"
 #include "output/transcript.h"
 
-#define WITNESS_PACKETS    64   // later ones are not kept
-#define WITNESS_REPLY_ROOM 4096 // likewise later lines
+#define RECORDER_PACKETS    64   // later ones are not kept
+#define RECORDER_REPLY_SIZE 4096 // likewise later lines
 
-struct witness_packet {
+struct recorder_packet {
     bool in; // from the controller
     uint16_t size;
-    uint8_t bytes[TRANSCRIPT_ROOM];
-    bool bad[TRANSCRIPT_ROOM]; // framing errors
+    uint8_t bytes[TRANSCRIPT_SIZE];
+    bool bad[TRANSCRIPT_SIZE]; // framing errors
 };
 
-struct witness {
-    struct witness_packet packet[WITNESS_PACKETS];
+struct recorder {
+    struct recorder_packet packet[RECORDER_PACKETS];
     unsigned packets;
     unsigned next[2]; // the first one that was not yet expected: from servos, from the controller
-    char reply[WITNESS_REPLY_ROOM]; // lines, each with its \n
+    char reply[RECORDER_REPLY_SIZE]; // lines, each with its \n
     unsigned reply_size;
     struct listener sig[BOARD_BUSES_MAX];
     const struct net *net[BOARD_BUSES_MAX];
@@ -32,19 +32,19 @@ struct witness {
     uint64_t edges; // on all wires, so far
 };
 
-void witness_init(struct witness *witness);
-void witness_watch(struct witness *witness, struct net *net);
+void recorder_init(struct recorder *recorder);
+void recorder_watch(struct recorder *recorder, struct net *net);
 
 /* Forgets packets and reply. */
-void witness_forget(struct witness *witness);
-void witness_packet(struct witness *witness, const struct transcript *transcript);
-void witness_reply(struct witness *witness, const char *line);
+void recorder_clear(struct recorder *recorder);
+void recorder_add_packet(struct recorder *recorder, const struct transcript *transcript);
+void recorder_add_line(struct recorder *recorder, const char *line);
 
 /* The next packet in that direction, or 0; and it is done with. */
-const struct witness_packet *witness_next(const struct witness *witness, bool in);
-void witness_take(struct witness *witness, bool in);
+const struct recorder_packet *recorder_next_packet(const struct recorder *recorder, bool in);
+void recorder_take_packet(struct recorder *recorder, bool in);
 
 /* No edge since there were so many, and every wire is high. */
-bool witness_silence(const struct witness *witness, uint64_t edges);
+bool recorder_is_silent(const struct recorder *recorder, uint64_t edges);
 
 #endif

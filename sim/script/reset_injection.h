@@ -10,7 +10,7 @@
 #include "wire/schedule.h"
 
 /* An order, read. */
-struct upset_order {
+struct reset_order {
     bool hang; // else a reset
     enum machine_reset cause;
     uint32_t us;      // from now on
@@ -19,17 +19,18 @@ struct upset_order {
 };
 
 /* The one order there is; a new one takes the place of one that has not happened yet. */
-struct upset {
+struct reset_injection {
     struct machine *machine;
     struct event event;
-    struct upset_order order;
+    struct reset_order order;
 };
 
 /* Reads what follows @reset or @hang. Returns 0, or what is wrong. */
-const char *upset_parse_reset(struct upset_order *order, char *text);
-const char *upset_parse_hang(struct upset_order *order, char *text);
+const char *reset_order_parse(struct reset_order *order, char *text);
+const char *hang_order_parse(struct reset_order *order, char *text);
 
-void upset_init(struct upset *upset, struct machine *machine);
-void upset_order(struct upset *upset, uint64_t now, const struct upset_order *order);
+void reset_injection_init(struct reset_injection *injection, struct machine *machine);
+void reset_injection_order(struct reset_injection *injection, uint64_t now,
+                           const struct reset_order *order);
 
 #endif

@@ -36,13 +36,13 @@ static const char *parse_servos(struct scenario_line *line, char *rest)
 
 static const char *parse_switch(struct scenario_line *line, char *rest)
 {
-    return words_switch(rest, &line->flag) ? 0 : "on or off is wanted";
+    return lexer_switch(rest, &line->flag) ? 0 : "on or off is wanted";
 }
 
 static const char *parse_ms(struct scenario_line *line, char *rest)
 {
     int32_t ms = 0;
-    bool good = words_number(rest, 0, SCENARIO_MS_MAX, &ms);
+    bool good = lexer_number(rest, 0, SCENARIO_MS_MAX, &ms);
     line->ms = (uint32_t)ms;
     return good ? 0 : "milliseconds are wanted, an hour at most";
 }
@@ -57,9 +57,9 @@ static const char *parse_send(struct scenario_line *line, char *rest)
 {
     (void)line;
     const char *at = rest;
-    struct words_byte byte;
+    struct lexer_byte byte;
     unsigned size = 0;
-    while (words_byte(&at, &byte) && !byte.any && !byte.framing_error) {
+    while (lexer_byte(&at, &byte) && !byte.any && !byte.framing_error) {
         size++;
     }
     if (size > SCENARIO_SEND_MAX) {
@@ -72,7 +72,7 @@ static const char *parse_send(struct scenario_line *line, char *rest)
 
 static const char *parse_baud(struct scenario_line *line, char *rest)
 {
-    return words_number(rest, 300, 2000000, &line->value) ? 0 : "wanted: 300 to 2000000 baud";
+    return lexer_number(rest, 300, 2000000, &line->value) ? 0 : "wanted: 300 to 2000000 baud";
 }
 
 static const char *parse_fault(struct scenario_line *line, char *rest)
@@ -93,21 +93,21 @@ static const char *parse_show(struct scenario_line *line, char *rest)
 
 static const char *parse_reset(struct scenario_line *line, char *rest)
 {
-    return upset_parse_reset(&line->upset, rest);
+    return reset_order_parse(&line->reset, rest);
 }
 
 static const char *parse_hang(struct scenario_line *line, char *rest)
 {
-    return upset_parse_hang(&line->upset, rest);
+    return hang_order_parse(&line->reset, rest);
 }
 
 /* [IDS] VALUE [over MS] */
-static const char *parse_cause(struct scenario_line *line, char *rest)
+static const char *parse_environment(struct scenario_line *line, char *rest)
 {
     char *word[4];
-    unsigned count = words_split(rest, word, 4);
+    unsigned count = lexer_split(rest, word, 4);
     if (count >= 3 && count <= 4 && strcmp(word[count - 2], "over") == 0) {
-        if (!cause_is_quantity(line->cause)) {
+        if (!environment_is_quantity(line->property)) {
             return "what is on or off cannot take time";
         }
         const char *wrong = parse_ms(line, word[count - 1]);
@@ -121,7 +121,7 @@ static const char *parse_cause(struct scenario_line *line, char *rest)
     }
     line->all = count == 1;
     const char *wrong = line->all ? 0 : parse_ids(line->ids, word[0]);
-    return wrong ? wrong : cause_parse(line->cause, word[count - 1], &line->value);
+    return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
 }
 
 /* A line that begins with `@`, without it. Returns 0, or what is wrong. */
@@ -142,10 +142,10 @@ static const char *parse_action(struct scenario_line *line, char *text)
         {"expect", SCENARIO_EXPECT, parse_expect},
         {"baud", SCENARIO_BAUD, parse_baud},
         {"show", SCENARIO_SHOW, parse_show},
-        {"reset", SCENARIO_UPSET, parse_reset},
-        {"hang", SCENARIO_UPSET, parse_hang},
+        {"reset", SCENARIO_RESET, parse_reset},
+        {"hang", SCENARIO_RESET, parse_hang},
     };
-    char *rest = words_rest(text);
+    char *rest = lexer_rest(text);
     line->text = rest;
     for (size_t i = 0; i < sizeof(verbs) / sizeof(verbs[0]); i++) {
         if (strcmp(verbs[i].word, text) == 0) {
@@ -153,10 +153,10 @@ static const char *parse_action(struct scenario_line *line, char *text)
             return verbs[i].parse(line, rest);
         }
     }
-    line->verb = SCENARIO_CAUSE;
-    line->cause = cause_find(text);
-    return line->cause < CAUSE_COUNT
-               ? parse_cause(line, rest)
+    line->verb = SCENARIO_ENVIRONMENT;
+    line->property = environment_find(text);
+    return line->property < ENVIRONMENT_COUNT
+               ? parse_environment(line, rest)
                : "unknown @ command; there are @servos @power @supply @ambient @load @block @fault "
                  "@reset @hang @wait @at @send @baud @expect @show @print @echo";
 }
@@ -168,7 +168,7 @@ static const char *parse_line(struct scenario_line *line, char *text)
     }
     line->verb = SCENARIO_COMMAND;
     line->flag = text[0] == '!';
-    line->text = line->flag ? words_trim(text + 1) : text;
+    line->text = line->flag ? lexer_trim(text + 1) : text;
     return line->text[0] ? 0 : "a command is wanted behind the !";
 }
 
@@ -202,7 +202,7 @@ static bool read_lines(struct scenario *scenario)
             *next++ = 0;
         }
         number++;
-        text = words_trim(text);
+        text = lexer_trim(text);
         if (text[0] == 0 || text[0] == '#') {
             continue;
         }

@@ -25,8 +25,8 @@ enum scenario_verb {
     SCENARIO_BAUD,
     SCENARIO_SEND,
     SCENARIO_FAULT,
-    SCENARIO_CAUSE,
-    SCENARIO_UPSET,
+    SCENARIO_ENVIRONMENT,
+    SCENARIO_RESET,
     SCENARIO_EXPECT,
     SCENARIO_SHOW,
 };
@@ -40,9 +40,9 @@ struct scenario_line {
     uint32_t ms;        // WAIT, AT; CAUSE: how long it takes
     bool all;           // CAUSE: every servo
     bool ids[IDS_MAX];  // CAUSE: these; SERVOS: which there will be
-    enum cause cause;
+    enum environment_property property;
     int32_t value; // CAUSE, BAUD
-    struct upset_order upset;
+    struct reset_order reset;
     struct expectation expectation;
 };
 

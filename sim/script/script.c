@@ -33,12 +33,12 @@ static void step_at(struct script *script, uint64_t time)
 static void finish(struct script *script, uint64_t now)
 {
     script->done = true;
-    script->world->finished(script->world->owner, now);
+    script->ops->finished(script->ops->context, now);
 }
 
-static void unmet(struct script *script, uint64_t now, const char *what)
+static void fail_expectation(struct script *script, uint64_t now, const char *what)
 {
-    script->world->outcome(script->world->owner, now, SCRIPT_UNMET, what);
+    script->ops->outcome(script->ops->context, now, SCRIPT_UNMET, what);
     finish(script, now);
 }
 
@@ -53,11 +53,11 @@ static bool do_command(struct script *script, uint64_t now, const struct scenari
     if (script->echo) {
         fprintf(script->out, "> %s\n", line->text);
     }
-    script->waiting = true;
-    script->world->say(script->world->owner, now, line->text, strlen(line->text));
-    script->world->say(script->world->owner, now, "\n", 1);
-    uint64_t patience = cycles(script, SCRIPT_PATIENCE_S * 1000000ull);
-    schedule_at(script->schedule, &script->patience, now + patience);
+    script->awaits_reply = true;
+    script->ops->say(script->ops->context, now, line->text, strlen(line->text));
+    script->ops->say(script->ops->context, now, "\n", 1);
+    uint64_t reply_timeout = cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull);
+    schedule_at(script->schedule, &script->reply_timeout, now + reply_timeout);
     return false;
 }
 
@@ -66,8 +66,8 @@ static bool do_servos(struct script *script, uint64_t now, const struct scenario
     uint8_t ids[IDS_MAX];
     unsigned count = 0;
     ids_parse(line->text, true, ids, &count);
-    causes_forget(&script->causes);
-    script->world->servos(script->world->owner, now, ids, count);
+    environment_stop_ramps(&script->environment);
+    script->ops->servos(script->ops->context, now, ids, count);
     return true;
 }
 
@@ -84,7 +84,7 @@ static bool do_at(struct script *script, uint64_t now, const struct scenario_lin
         char what[80];
         snprintf(what, sizeof(what), "@at %u: it is %.3f ms already", line->ms,
                  (double)now * 1000.0 / script->clock_Hz);
-        unmet(script, now, what);
+        fail_expectation(script, now, what);
     } else {
         step_at(script, time);
     }
@@ -102,14 +102,14 @@ static bool do_echo(struct script *script, uint64_t now, const struct scenario_l
 {
     (void)now;
     script->echo = line->flag;
-    script->world->echo(script->world->owner, line->flag);
+    script->ops->echo(script->ops->context, line->flag);
     return true;
 }
 
 static bool do_baud(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     (void)now;
-    script->world->baud(script->world->owner, (uint32_t)line->value);
+    script->ops->baud(script->ops->context, (uint32_t)line->value);
     return true;
 }
 
@@ -117,42 +117,42 @@ static bool do_send(struct script *script, uint64_t now, const struct scenario_l
 {
     uint8_t bytes[SCENARIO_SEND_MAX];
     size_t size = 0;
-    struct words_byte byte;
-    for (const char *at = line->text; size < SCENARIO_SEND_MAX && words_byte(&at, &byte); size++) {
+    struct lexer_byte byte;
+    for (const char *at = line->text; size < SCENARIO_SEND_MAX && lexer_byte(&at, &byte); size++) {
         bytes[size] = byte.byte;
     }
-    step_at(script, script->world->send(script->world->owner, now, bytes, size));
+    step_at(script, script->ops->send(script->ops->context, now, bytes, size));
     return false;
 }
 
 static bool do_fault(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    const char *wrong = script->world->fault(script->world->owner, now, line->text);
+    const char *wrong = script->ops->fault(script->ops->context, now, line->text);
     if (wrong) {
         char what[200];
         snprintf(what, sizeof(what), "%.80s: %s", line->source, wrong);
-        unmet(script, now, what);
+        fail_expectation(script, now, what);
     }
     return !wrong;
 }
 
-static bool do_upset(struct script *script, uint64_t now, const struct scenario_line *line)
+static bool do_reset(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    script->world->upset(script->world->owner, now, &line->upset);
+    script->ops->reset(script->ops->context, now, &line->reset);
     step_at(script, now + 1); // what happens now happens before the next line
     return false;
 }
 
-static bool do_cause(struct script *script, uint64_t now, const struct scenario_line *line)
+static bool do_environment(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    const struct script_world *world = script->world;
+    const struct script_ops *ops = script->ops;
     uint64_t over = cycles(script, line->ms * 1000ull);
     struct servos *servos;
-    for (unsigned bus = 0; (servos = world->bus(world->owner, bus)) != 0; bus++) {
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             struct servo_node *node = &servos->node[i];
             if (line->all || line->ids[node->id]) {
-                causes_set(&script->causes, now, node, line->cause, line->value, over);
+                environment_set(&script->environment, now, node, line->property, line->value, over);
             }
         }
     }
@@ -161,56 +161,56 @@ static bool do_cause(struct script *script, uint64_t now, const struct scenario_
 
 static bool do_expect(struct script *script, uint64_t now, const struct scenario_line *line)
 {
-    struct expect_scene *scene = &script->scene;
+    struct expect_sources *sources = &script->sources;
     if (!script->expecting) {
-        scene->edges = script->witness.edges;
-        scene->end = now + cycles(script, line->expectation.ms * 1000ull);
+        sources->edges = script->recorder.edges;
+        sources->end = now + cycles(script, line->expectation.ms * 1000ull);
     }
     char seen[400] = "";
-    enum expect_verdict verdict = expect_judge(&line->expectation, scene, now, seen, sizeof(seen));
-    script->expecting = verdict == EXPECT_NOT_YET && now < scene->end;
+    enum expect_result result = expect_check(&line->expectation, sources, now, seen, sizeof(seen));
+    script->expecting = result == EXPECT_PENDING && now < sources->end;
     if (script->expecting) {
         uint64_t poll = now + cycles(script, POLL_US);
-        step_at(script, poll < scene->end ? poll : scene->end);
-    } else if (verdict != EXPECT_MET) {
+        step_at(script, poll < sources->end ? poll : sources->end);
+    } else if (result != EXPECT_MET) {
         char what[800];
         snprintf(what, sizeof(what), "%.300s: not met; seen: %s", line->source, seen);
-        unmet(script, now, what);
+        fail_expectation(script, now, what);
     }
-    if (verdict == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
+    if (result == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
         step_at(script, now + cycles(script, PACKET_US)); // it is told in its last stop bit
         return false;
     }
-    return verdict == EXPECT_MET;
+    return result == EXPECT_MET;
 }
 
 static bool do_show(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     (void)now;
-    expect_show(&line->expectation, &script->scene, script->out);
+    expect_show(&line->expectation, &script->sources, script->out);
     return true;
 }
 
 /* What is forgotten of what was seen. */
-enum memory { KEEPS, FORGETS_BEFORE, FORGETS_AFTER };
+enum clearing { CLEAR_NEVER, CLEAR_BEFORE, CLEAR_AFTER };
 
 static const struct {
     bool (*run)(struct script *script, uint64_t now, const struct scenario_line *line);
-    enum memory memory;
+    enum clearing clearing;
 } verbs[] = {
-    [SCENARIO_COMMAND] = {do_command, FORGETS_BEFORE},
-    [SCENARIO_SERVOS] = {do_servos, KEEPS},
-    [SCENARIO_WAIT] = {do_wait, FORGETS_AFTER},
-    [SCENARIO_AT] = {do_at, FORGETS_AFTER},
-    [SCENARIO_PRINT] = {do_print, KEEPS},
-    [SCENARIO_ECHO] = {do_echo, KEEPS},
-    [SCENARIO_BAUD] = {do_baud, KEEPS},
-    [SCENARIO_SEND] = {do_send, FORGETS_BEFORE},
-    [SCENARIO_FAULT] = {do_fault, KEEPS},
-    [SCENARIO_CAUSE] = {do_cause, KEEPS},
-    [SCENARIO_UPSET] = {do_upset, KEEPS},
-    [SCENARIO_EXPECT] = {do_expect, KEEPS},
-    [SCENARIO_SHOW] = {do_show, KEEPS},
+    [SCENARIO_COMMAND] = {do_command, CLEAR_BEFORE},
+    [SCENARIO_SERVOS] = {do_servos, CLEAR_NEVER},
+    [SCENARIO_WAIT] = {do_wait, CLEAR_AFTER},
+    [SCENARIO_AT] = {do_at, CLEAR_AFTER},
+    [SCENARIO_PRINT] = {do_print, CLEAR_NEVER},
+    [SCENARIO_ECHO] = {do_echo, CLEAR_NEVER},
+    [SCENARIO_BAUD] = {do_baud, CLEAR_NEVER},
+    [SCENARIO_SEND] = {do_send, CLEAR_BEFORE},
+    [SCENARIO_FAULT] = {do_fault, CLEAR_NEVER},
+    [SCENARIO_ENVIRONMENT] = {do_environment, CLEAR_NEVER},
+    [SCENARIO_RESET] = {do_reset, CLEAR_NEVER},
+    [SCENARIO_EXPECT] = {do_expect, CLEAR_NEVER},
+    [SCENARIO_SHOW] = {do_show, CLEAR_NEVER},
 };
 
 /* --- line after line -----------------------------------------------------------------------------
@@ -219,28 +219,28 @@ static const struct {
 /* Does the console listen? If not, the command waits until it does. */
 static bool listens(struct script *script, uint64_t now)
 {
-    if (!script->started && !script->held) {
-        script->held = true;
-        schedule_at(script->schedule, &script->patience,
-                    now + cycles(script, SCRIPT_PATIENCE_S * 1000000ull));
+    if (!script->started && !script->command_waits) {
+        script->command_waits = true;
+        schedule_at(script->schedule, &script->reply_timeout,
+                    now + cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull));
     }
     return script->started;
 }
 
-static void forget(struct script *script, enum memory memory)
+static void clear_records(struct script *script, enum clearing clearing)
 {
-    if (script->next && verbs[current(script)->verb].memory == memory) {
-        witness_forget(&script->witness);
+    if (script->next && verbs[current(script)->verb].clearing == clearing) {
+        recorder_clear(&script->recorder);
     }
 }
 
-static void step(void *owner, uint64_t now)
+static void step(void *context, uint64_t now)
 {
-    struct script *script = owner;
+    struct script *script = context;
     if (script->started) {
-        schedule_cancel(script->schedule, &script->patience);
+        schedule_cancel(script->schedule, &script->reply_timeout);
     }
-    forget(script, FORGETS_AFTER);
+    clear_records(script, CLEAR_AFTER);
     bool go_on = !script->expecting || do_expect(script, now, current(script));
     while (go_on && script->next < script->scenario.count) {
         const struct scenario_line *line = &script->scenario.line[script->next];
@@ -248,7 +248,7 @@ static void step(void *owner, uint64_t now)
             return;
         }
         script->next++;
-        forget(script, FORGETS_BEFORE);
+        clear_records(script, CLEAR_BEFORE);
         go_on = verbs[line->verb].run(script, now, line);
     }
     if (go_on) {
@@ -257,36 +257,36 @@ static void step(void *owner, uint64_t now)
 }
 
 /* Whatever the scenario does meanwhile. */
-static void knock(void *owner, uint64_t now)
+static void probe(void *context, uint64_t now)
 {
-    struct script *script = owner;
+    struct script *script = context;
     if (!script->ready) {
-        script->ready = script->world->ready(script->world->owner);
-        schedule_at(script->schedule, &script->knock,
-                    now + cycles(script, script->ready ? script->hush_us : POLL_US));
+        script->ready = script->ops->ready(script->ops->context);
+        schedule_at(script->schedule, &script->probe,
+                    now + cycles(script, script->ready ? script->quiet_us : POLL_US));
         return;
     }
-    if (script->hush_us == RESET_AFTER_US) {
+    if (script->quiet_us == RESET_AFTER_US) {
         script->reply_size = 0; // half a byte of before the reset
     }
     script->started = true;
-    if (script->held) {
-        script->held = false;
+    if (script->command_waits) {
+        script->command_waits = false;
         step(script, now);
     }
 }
 
-static void out_of_patience(void *owner, uint64_t now)
+static void reply_timed_out(void *context, uint64_t now)
 {
-    struct script *script = owner;
+    struct script *script = context;
     const char *what = "the firmware never listened";
     if (script->started) {
         what = current(script)->text;
     } else {
         script->next++; // to the line that nobody listened to
-        schedule_cancel(script->schedule, &script->knock);
+        schedule_cancel(script->schedule, &script->probe);
     }
-    script->world->outcome(script->world->owner, now, SCRIPT_SILENCE, what);
+    script->ops->outcome(script->ops->context, now, SCRIPT_SILENCE, what);
     finish(script, now);
 }
 
@@ -299,48 +299,48 @@ static void reply_line(struct script *script, uint64_t now)
     if (script->echo) {
         fprintf(script->out, "%s\n", reply);
     }
-    witness_reply(&script->witness, reply);
+    recorder_add_line(&script->recorder, reply);
     bool error = strncmp(reply, "error ", 6) == 0;
-    if (!script->waiting || (!error && strcmp(reply, "ok") != 0)) {
+    if (!script->awaits_reply || (!error && strcmp(reply, "ok") != 0)) {
         return;
     }
-    script->waiting = false;
+    script->awaits_reply = false;
     const struct scenario_line *line = current(script);
-    char what[SCRIPT_REPLY_ROOM * 2];
+    char what[SCRIPT_REPLY_SIZE * 2];
     snprintf(what, sizeof(what), "%.180s: %s", line->text, reply);
     enum script_outcome outcome = error == line->flag ? SCRIPT_GOOD
                                   : error             ? SCRIPT_UNEXPECTED_ERROR
                                                       : SCRIPT_UNEXPECTED_OK;
-    script->world->outcome(script->world->owner, now, outcome, what);
+    script->ops->outcome(script->ops->context, now, outcome, what);
     step_at(script, now);
 }
 
-void script_hear(struct script *script, uint64_t now, uint8_t byte)
+void script_receive(struct script *script, uint64_t now, uint8_t byte)
 {
     if (byte == '\n') {
         script->reply[script->reply_size] = 0;
         script->reply_size = 0;
         reply_line(script, now);
-    } else if (byte != '\r' && script->reply_size < SCRIPT_REPLY_ROOM - 1) {
+    } else if (byte != '\r' && script->reply_size < SCRIPT_REPLY_SIZE - 1) {
         script->reply[script->reply_size++] = (char)byte;
     }
 }
 
-void script_packet(struct script *script, const struct transcript *transcript)
+void script_record_packet(struct script *script, const struct transcript *transcript)
 {
-    witness_packet(&script->witness, transcript);
+    recorder_add_packet(&script->recorder, transcript);
 }
 
 void script_was_reset(struct script *script, uint64_t now)
 {
     script->ready = script->started = false;
-    script->hush_us = RESET_AFTER_US;
-    if (script->world->ready && !script->done) {
-        schedule_at(script->schedule, &script->knock, now);
+    script->quiet_us = RESET_AFTER_US;
+    if (script->ops->ready && !script->done) {
+        schedule_at(script->schedule, &script->probe, now);
     }
-    if (script->waiting) {
-        script->waiting = false;
-        schedule_cancel(script->schedule, &script->patience);
+    if (script->awaits_reply) {
+        script->awaits_reply = false;
+        schedule_cancel(script->schedule, &script->reply_timeout);
         step_at(script, now);
     }
 }
@@ -348,27 +348,27 @@ void script_was_reset(struct script *script, uint64_t now)
 /* --- begin and end -------------------------------------------------------------------------------
  */
 
-static const char *lacks(const struct script_world *world, enum scenario_verb verb)
+static const char *missing_part(const struct script_ops *ops, enum scenario_verb verb)
 {
     switch (verb) {
     case SCENARIO_COMMAND:
-        return world->say    ? 0
-               : world->send ? "there is no console here: use @send"
-                             : "there is no console here: only lines that begin with @";
+        return ops->say    ? 0
+               : ops->send ? "there is no console here: use @send"
+                           : "there is no console here: only lines that begin with @";
     case SCENARIO_SEND:
-    case SCENARIO_BAUD: return world->send ? 0 : "only without firmware: cds55xx-sim bus";
-    case SCENARIO_UPSET: return world->upset ? 0 : "there is no controller here";
-    case SCENARIO_FAULT: return world->fault ? 0 : "no faults can be ordered here";
+    case SCENARIO_BAUD: return ops->send ? 0 : "only without firmware: cds55xx-sim bus";
+    case SCENARIO_RESET: return ops->reset ? 0 : "there is no controller here";
+    case SCENARIO_FAULT: return ops->fault ? 0 : "no faults can be ordered here";
     default: return 0;
     }
 }
 
 /* An ID stands twice, and the bus is not one that may have that. */
-static const char *collides(const struct script_world *world, const struct scenario_line *line)
+static const char *reset_conflict(const struct script_ops *ops, const struct scenario_line *line)
 {
     uint8_t ids[IDS_MAX];
     unsigned count = 0;
-    const struct servos *servos = world->bus(world->owner, 0);
+    const struct servos *servos = ops->bus(ops->context, 0);
     bool allowed = line->verb != SCENARIO_SERVOS || !servos || servos->duplicates;
     return allowed || !ids_parse(line->text, false, ids, &count)
                ? 0
@@ -377,10 +377,10 @@ static const char *collides(const struct script_world *world, const struct scena
 
 static bool check(const struct script *script)
 {
-    const struct script_world *world = script->world;
+    const struct script_ops *ops = script->ops;
     bool there[IDS_MAX] = {false};
     const struct servos *servos;
-    for (unsigned bus = 0; (servos = world->bus(world->owner, bus)) != 0; bus++) {
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
         for (unsigned i = 0; i < servos->count; i++) {
             there[servos->node[i].id] = true;
         }
@@ -390,8 +390,8 @@ static bool check(const struct script *script)
         char what[80];
         int absent = scenario_absent(line, there);
         snprintf(what, sizeof(what), "there is no servo %d at this line", absent);
-        const char *wrong = absent >= 0 ? what : lacks(world, line->verb);
-        wrong = wrong ? wrong : collides(world, line);
+        const char *wrong = absent >= 0 ? what : missing_part(ops, line->verb);
+        wrong = wrong ? wrong : reset_conflict(ops, line);
         if (wrong) {
             return scenario_complain(&script->scenario, line->number, wrong);
         }
@@ -406,35 +406,35 @@ bool script_read(struct script *script, const char *path)
 }
 
 bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
-                  const struct script_world *world, FILE *out)
+                  const struct script_ops *ops, FILE *out)
 {
     script->schedule = schedule;
     script->clock_Hz = clock_Hz;
-    script->world = world;
+    script->ops = ops;
     script->out = out;
-    script->hush_us = READY_AFTER_US;
-    causes_init(&script->causes, schedule, clock_Hz);
-    witness_init(&script->witness);
+    script->quiet_us = READY_AFTER_US;
+    environment_init(&script->environment, schedule, clock_Hz);
+    recorder_init(&script->recorder);
     struct servos *servos;
-    for (unsigned bus = 0; (servos = world->bus(world->owner, bus)) != 0; bus++) {
-        witness_watch(&script->witness, servos->net);
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
+        recorder_watch(&script->recorder, servos->net);
     }
-    script->scene = (struct expect_scene){.witness = &script->witness,
-                                          .rules = world->rules,
-                                          .bus = world->bus,
-                                          .owner = world->owner};
+    script->sources = (struct expect_sources){.recorder = &script->recorder,
+                                              .rules = ops->rules,
+                                              .bus = ops->bus,
+                                              .context = ops->context};
     event_init(&script->step, step, script);
-    event_init(&script->patience, out_of_patience, script);
-    event_init(&script->knock, knock, script);
-    if (world->ready) {
-        schedule_at(schedule, &script->knock, schedule->now);
+    event_init(&script->reply_timeout, reply_timed_out, script);
+    event_init(&script->probe, probe, script);
+    if (ops->ready) {
+        schedule_at(schedule, &script->probe, schedule->now);
     }
-    step_at(script, schedule->now + (world->ready ? cycles(script, READY_AFTER_US) : 0));
+    step_at(script, schedule->now + (ops->ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
 }
 
 void script_free(struct script *script)
 {
-    causes_free(&script->causes);
+    environment_free(&script->environment);
     scenario_free(&script->scenario);
 }

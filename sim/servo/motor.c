@@ -29,32 +29,33 @@ static int64_t square_root(int64_t value)
 }
 
 /* Microunits still to go, CCW positive; 0 where the servo is content and does not drive. */
-static int32_t distance_to_go(const struct motor *motor, const struct motor_order *order)
+static int32_t distance_to_go(const struct motor *motor, const struct motor_command *command)
 {
-    if (!order->torque || order->torque_limit == 0) {
+    if (!command->torque || command->torque_limit == 0) {
         return 0;
     }
-    if (order->endless) {
-        int32_t distance = order->clockwise ? -MOTOR_FULL_TURN : MOTOR_FULL_TURN;
-        return order->speed == 0 ? 0 : distance;
+    if (command->endless) {
+        int32_t distance = command->clockwise ? -MOTOR_FULL_TURN : MOTOR_FULL_TURN;
+        return command->speed == 0 ? 0 : distance;
     }
     int32_t sensed = clamp(motor->position, SENSED_LOWEST, SENSED_HIGHEST);
-    int32_t distance = order->goal * MOTOR_UNIT - sensed;
-    int32_t margin = distance > 0 ? order->ccw_margin : order->cw_margin;
+    int32_t distance = command->goal * MOTOR_UNIT - sensed;
+    int32_t margin = distance > 0 ? command->ccw_margin : command->cw_margin;
     return abs(distance) <= margin * MOTOR_UNIT ? 0 : distance;
 }
 
 /* Torque of the position loop towards the goal, up to the limit in force. */
-static int32_t strength(const struct motor_order *order, int32_t distance)
+static int32_t strength(const struct motor_command *command, int32_t distance)
 {
     if (distance == 0) {
         return 0;
     }
-    if (order->endless) {
-        return order->torque_limit;
+    if (command->endless) {
+        return command->torque_limit;
     }
-    int64_t proportion = distance > 0 ? order->ccw_proportion : order->cw_proportion;
-    return clamp(order->punch + proportion * abs(distance) / MOTOR_UNIT, 0, order->torque_limit);
+    int64_t proportion = distance > 0 ? command->ccw_proportion : command->cw_proportion;
+    return clamp(command->punch + proportion * abs(distance) / MOTOR_UNIT, 0,
+                 command->torque_limit);
 }
 
 /* Speed change per step. */
@@ -75,27 +76,28 @@ static int32_t braking_speed(uint8_t dcc, int32_t distance)
 }
 
 /* Speed in the direction of the goal that the ramps lead to in the next step. */
-static int32_t ramped_speed(const struct motor_order *order, int32_t speed, int32_t distance)
+static int32_t ramped_speed(const struct motor_command *command, int32_t speed, int32_t distance)
 {
-    int64_t highest = order->speed == 0 ? INT32_MAX : order->speed * MOTOR_SPEED_UNIT;
-    if (!order->endless) {
-        highest = clamp(highest, 0, braking_speed(order->dcc, distance));
+    int64_t highest = command->speed == 0 ? INT32_MAX : command->speed * MOTOR_SPEED_UNIT;
+    if (!command->endless) {
+        highest = clamp(highest, 0, braking_speed(command->dcc, distance));
     }
-    int64_t braked = (int64_t)speed - slope(order->dcc);
-    int64_t faster = (int64_t)speed + slope(speed < 0 ? order->dcc : order->acc);
+    int64_t braked = (int64_t)speed - slope(command->dcc);
+    int64_t faster = (int64_t)speed + slope(speed < 0 ? command->dcc : command->acc);
     return clamp(faster, INT32_MIN, braked > highest ? braked : highest);
 }
 
 /* Torque of the motor at this supply, when its driver is asked for `drive`. */
-static int32_t at_supply(int32_t drive, const struct servo_world *world)
+static int32_t at_supply(int32_t drive, const struct servo_environment *environment)
 {
-    return drive * world->supply_dV / SUPPLY_NOMINAL_DV;
+    return drive * environment->supply_dV / SUPPLY_NOMINAL_DV;
 }
 
 /* Speed one step later with that torque: half way to where torque, load and friction balance. */
-static int32_t reachable_speed(int32_t speed, int32_t torque, const struct servo_world *world)
+static int32_t reachable_speed(int32_t speed, int32_t torque,
+                               const struct servo_environment *environment)
 {
-    int64_t net = torque - world->load;
+    int64_t net = torque - environment->load;
     net = abs((int32_t)net) <= MOTOR_FRICTION ? 0
           : net > 0                           ? net - MOTOR_FRICTION
                                               : net + MOTOR_FRICTION;
@@ -122,28 +124,28 @@ static void move(struct motor *motor, bool endless)
     motor->position = next;
 }
 
-static void warm(struct motor *motor, const struct servo_world *world)
+static void warm(struct motor *motor, const struct servo_environment *environment)
 {
     int64_t heat =
         (int64_t)motor->torque * motor->torque * STALL_HEAT / (MOTOR_STALL * MOTOR_STALL);
-    int64_t settled = world->ambient_C * INT64_C(1000000) + heat;
+    int64_t settled = environment->ambient_C * INT64_C(1000000) + heat;
     motor->temperature += (int32_t)((settled - motor->temperature) / THERMAL_STEPS);
 }
 
 /* The motor carries load and friction while it turns; at rest it pushes with what it has. */
 static int32_t exerted_torque(int32_t speed, int32_t held, int32_t direction,
-                              const struct servo_world *world)
+                              const struct servo_environment *environment)
 {
     if (speed == 0) {
         return direction * held;
     }
-    return clamp(world->load + (speed > 0 ? MOTOR_FRICTION : -MOTOR_FRICTION), -held, held);
+    return clamp(environment->load + (speed > 0 ? MOTOR_FRICTION : -MOTOR_FRICTION), -held, held);
 }
 
-void motor_init(struct motor *motor, uint16_t position, const struct servo_world *world)
+void motor_init(struct motor *motor, uint16_t position, const struct servo_environment *environment)
 {
     *motor = (struct motor){.position = position * MOTOR_UNIT,
-                            .temperature = world->ambient_C * 1000000};
+                            .temperature = environment->ambient_C * 1000000};
 }
 
 void motor_release(struct motor *motor)
@@ -154,17 +156,18 @@ void motor_release(struct motor *motor)
     motor->moving = false;
 }
 
-void motor_step(struct motor *motor, const struct motor_order *order,
-                const struct servo_world *world)
+void motor_step(struct motor *motor, const struct motor_command *command,
+                const struct servo_environment *environment)
 {
-    int32_t distance = distance_to_go(motor, order);
+    int32_t distance = distance_to_go(motor, command);
     int32_t direction = (distance > 0) - (distance < 0);
-    int32_t drive = strength(order, distance);
-    int32_t limit = order->torque_limit;
+    int32_t drive = strength(command, distance);
+    int32_t limit = command->torque_limit;
 
     /* Judged by the full limit, so that the lowered torque does not keep itself low. */
-    bool too_much =
-        world->blocked ? drive == limit : direction * world->load > at_supply(limit, world);
+    bool too_much = environment->blocked
+                        ? drive == limit
+                        : direction * environment->load > at_supply(limit, environment);
     if (distance == 0 || !too_much) {
         motor->stalled = 0;
     } else if (motor->stalled < STALLED_STEPS) {
@@ -175,18 +178,20 @@ void motor_step(struct motor *motor, const struct motor_order *order,
         drive = clamp(drive, 0, limit * OVERLOAD_PERCENT / 100);
     }
 
-    int32_t held = at_supply(drive, world);
+    int32_t held = at_supply(drive, environment);
     int64_t wanted = 0;
     if (distance != 0) {
-        wanted = direction * (int64_t)ramped_speed(order, direction * motor->speed, abs(distance));
+        wanted =
+            direction * (int64_t)ramped_speed(command, direction * motor->speed, abs(distance));
     }
-    motor->speed = world->blocked ? 0
-                                  : clamp(wanted, reachable_speed(motor->speed, -held, world),
-                                          reachable_speed(motor->speed, held, world));
-    motor->torque = exerted_torque(motor->speed, held, direction, world);
+    motor->speed = environment->blocked
+                       ? 0
+                       : clamp(wanted, reachable_speed(motor->speed, -held, environment),
+                               reachable_speed(motor->speed, held, environment));
+    motor->torque = exerted_torque(motor->speed, held, direction, environment);
     motor->moving = distance != 0;
-    move(motor, order->endless);
-    warm(motor, world);
+    move(motor, command->endless);
+    warm(motor, environment);
 }
 
 static uint16_t magnitude_and_direction(int32_t magnitude, bool clockwise)

@@ -16,7 +16,7 @@
 #define MOTOR_FRICTION   40         // of the gear, 1/1023 of stall
 
 /* What the world does to a servo. */
-struct servo_world {
+struct servo_environment {
     uint8_t supply_dV; // 0.1 V
     uint8_t ambient_C; // temperature the case settles at, without its own losses
     int16_t load;      // external torque on the output, 1/1023 of stall at 12 V; > 0 pushes CW
@@ -24,7 +24,7 @@ struct servo_world {
 };
 
 /* What the control table asks for; values as the registers hold them. */
-struct motor_order {
+struct motor_command {
     bool torque;           // power, torque enable
     bool endless;          // endless turn: goal and margins do not count
     bool clockwise;        // endless turn only
@@ -48,14 +48,15 @@ struct motor {
 };
 
 /* At rest at `position` units, at the temperature of its surroundings. */
-void motor_init(struct motor *motor, uint16_t position, const struct servo_world *world);
+void motor_init(struct motor *motor, uint16_t position,
+                const struct servo_environment *environment);
 
 /* The drive is cut: power or torque is gone, the output coasts. */
 void motor_release(struct motor *motor);
 
 /* 4 ms later. */
-void motor_step(struct motor *motor, const struct motor_order *order,
-                const struct servo_world *world);
+void motor_step(struct motor *motor, const struct motor_command *command,
+                const struct servo_environment *environment);
 
 /* As the registers have them: 0..1023, and magnitude in bits 0-9 with bit 10 for CW (R35). The load
  * is that on the output: it points against the torque of the motor. */

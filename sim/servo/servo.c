@@ -59,7 +59,7 @@ static void renew_present_values(struct servo *servo)
     table_set(now, TABLE_PRESENT_SPEED, 2, motor_present_speed(&servo->motor));
     table_set(now, TABLE_PRESENT_LOAD, 2, motor_present_load(&servo->motor));
     now[TABLE_PRESENT_TEMPERATURE] = motor_present_temperature(&servo->motor);
-    now[TABLE_PRESENT_VOLTAGE] = servo->world.supply_dV;
+    now[TABLE_PRESENT_VOLTAGE] = servo->environment.supply_dV;
     now[TABLE_MOVING] = servo->motor.moving;
 }
 
@@ -326,7 +326,7 @@ static bool take_packet(struct servo *servo, enum codec_event event,
 
 void servo_silence(struct servo *servo, uint64_t us)
 {
-    if (us >= SERVO_GIVES_UP_US) {
+    if (us >= SERVO_PACKET_TIMEOUT_US) {
         codec_reset(&servo->codec);
     } else if (us >= SERVO_PAUSE_US) {
         codec_pause(&servo->codec);
@@ -356,11 +356,11 @@ bool servo_receive(struct servo *servo, uint8_t byte, bool framing_error)
 
 /* Time and power. */
 
-static struct motor_order motor_order(const struct servo *servo)
+static struct motor_command motor_command(const struct servo *servo)
 {
     const uint8_t *now = servo->registers;
     uint16_t speed = word(now, TABLE_MOVING_SPEED);
-    return (struct motor_order){
+    return (struct motor_command){
         .torque = now[TABLE_TORQUE_ENABLE],
         .endless = endless(servo),
         .clockwise = speed & 0x400,
@@ -379,8 +379,8 @@ static struct motor_order motor_order(const struct servo *servo)
 
 void servo_tick(struct servo *servo)
 {
-    struct motor_order order = motor_order(servo);
-    motor_step(&servo->motor, &order, &servo->world);
+    struct motor_command command = motor_command(servo);
+    motor_step(&servo->motor, &command, &servo->environment);
     servo->ticks++;
     renew_present_values(servo);
     renew_alarms(servo);
@@ -400,23 +400,23 @@ void servo_power(struct servo *servo, bool on)
 void servo_init(struct servo *servo, uint8_t id)
 {
     *servo = (struct servo){
-        .world = {.supply_dV = 120, .ambient_C = 32},
+        .environment = {.supply_dV = 120, .ambient_C = 32},
         .quirks = {.seed = 1u + id},
         .saved_baud = SERVO_RESET_BAUD,
     };
     table_initialise(servo->registers, true);
     servo->registers[TABLE_ID] = id;
-    motor_init(&servo->motor, 512, &servo->world);
+    motor_init(&servo->motor, 512, &servo->environment);
     servo_power(servo, true);
 }
 
-void servo_eeprom_get(const struct servo *servo, uint8_t bytes[SERVO_EEPROM_SIZE])
+void servo_get_eeprom(const struct servo *servo, uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     memcpy(bytes, servo->registers, SERVO_EEPROM_SIZE);
     bytes[TABLE_BAUD] = servo->saved_baud;
 }
 
-bool servo_eeprom_set(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE])
+bool servo_set_eeprom(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     uint8_t found[SERVO_REGISTERS];
     memcpy(found, servo->registers, sizeof found);

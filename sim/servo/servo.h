@@ -15,15 +15,15 @@
 #include "servo/motor.h"         // struct motor, struct servo_world
 #include "servo/control_table.h" // the addresses of the registers
 
-#define SERVO_REGISTERS        TABLE_REGISTERS
-#define SERVO_EEPROM_SIZE      TABLE_EEPROM_SIZE
-#define SERVO_PACKET_MAX       CODEC_PACKET_MAX // 258
-#define SERVO_TICK_US          4000
-#define SERVO_RESET_BAUD       1 // register 0x04: 2 000 000 / (1 + 1) = 1 Mbps
-#define SERVO_BROADCAST_ID     0xFE
-#define SERVO_PAUSE_US         2000   // what ended before such a pause is not executed behind it
-#define SERVO_GIVES_UP_US      100000 // the rest of a packet does not come any more
-#define SERVO_SYNC_WRITE_LIMIT 143    // bytes, with quirks.sync_write_limit
+#define SERVO_REGISTERS         TABLE_REGISTERS
+#define SERVO_EEPROM_SIZE       TABLE_EEPROM_SIZE
+#define SERVO_PACKET_MAX        CODEC_PACKET_MAX // 258
+#define SERVO_TICK_US           4000
+#define SERVO_RESET_BAUD        1 // register 0x04: 2 000 000 / (1 + 1) = 1 Mbps
+#define SERVO_BROADCAST_ID      0xFE
+#define SERVO_PAUSE_US          2000   // what ended before such a pause is not executed behind it
+#define SERVO_PACKET_TIMEOUT_US 100000 // the rest of a packet does not come any more
+#define SERVO_SYNC_WRITE_LIMIT  143    // bytes, with quirks.sync_write_limit
 
 /* Bits of the ERROR byte (manual 2.3). */
 enum servo_error {
@@ -58,9 +58,9 @@ struct servo_quirks {
 };
 
 struct servo {
-    uint8_t registers[SERVO_REGISTERS]; // what a READ returns
-    struct servo_world world;           // the owner's to change at any time
-    struct servo_quirks quirks;         // likewise
+    uint8_t registers[SERVO_REGISTERS];   // what a READ returns
+    struct servo_environment environment; // the owner's to change at any time
+    struct servo_quirks quirks;           // likewise
     struct servo_reply reply;
     struct motor motor;
     /* the rest is the servo's own */
@@ -103,8 +103,8 @@ uint8_t servo_baud(const struct servo *servo);
 
 /* What it finds at the next power-up. A set powers up anew if it has power; false, and nothing
  * happens, if no servo can hold those bytes. Read-only registers keep their values. */
-void servo_eeprom_get(const struct servo *servo, uint8_t bytes[SERVO_EEPROM_SIZE]);
-bool servo_eeprom_set(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE]);
+void servo_get_eeprom(const struct servo *servo, uint8_t bytes[SERVO_EEPROM_SIZE]);
+bool servo_set_eeprom(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE]);
 
 /* For plots and tables. */
 uint16_t servo_goal_position(const struct servo *servo);

@@ -7,15 +7,15 @@
 
 #include "output/files.h"
 
-#define PATH_ROOM      4096
-#define TEXT_ROOM      128
+#define PATH_SIZE      4096
+#define TEXT_SIZE      128
 #define SAVES_A_SECOND 4
 #define HEADING        "CDS55xx EEPROM"
 
 /* Of the same ID the first servo has the plain name, the second one -2, ... */
-static void name_file(const struct state *state, unsigned index, char path[PATH_ROOM])
+static void name_file(const struct servo_eeprom *eeprom, unsigned index, char path[PATH_SIZE])
 {
-    const struct servo_node *node = state->servos->node;
+    const struct servo_node *node = eeprom->servos->node;
     unsigned twin = 1;
     for (unsigned i = 0; i < index; i++) {
         twin += node[i].id == node[index].id;
@@ -24,7 +24,7 @@ static void name_file(const struct state *state, unsigned index, char path[PATH_
     if (twin > 1) {
         snprintf(number, sizeof(number), "-%u", twin);
     }
-    snprintf(path, PATH_ROOM, "%s/bus%u-servo%03u%s.eeprom", state->folder, state->bus,
+    snprintf(path, PATH_SIZE, "%s/bus%u-servo%03u%s.eeprom", eeprom->folder, eeprom->bus,
              node[index].id, number);
 }
 
@@ -41,17 +41,17 @@ static unsigned checksum(const uint8_t bytes[SERVO_EEPROM_SIZE])
     return crc;
 }
 
-static void write_text(const uint8_t bytes[SERVO_EEPROM_SIZE], char text[TEXT_ROOM])
+static void write_text(const uint8_t bytes[SERVO_EEPROM_SIZE], char text[TEXT_SIZE])
 {
-    int size = snprintf(text, TEXT_ROOM, "%s", HEADING);
+    int size = snprintf(text, TEXT_SIZE, "%s", HEADING);
     for (unsigned i = 0; i < SERVO_EEPROM_SIZE; i++) {
-        size += snprintf(text + size, TEXT_ROOM - (size_t)size, " %02X", bytes[i]);
+        size += snprintf(text + size, TEXT_SIZE - (size_t)size, " %02X", bytes[i]);
     }
-    snprintf(text + size, TEXT_ROOM - (size_t)size, " CRC %04X\n", checksum(bytes));
+    snprintf(text + size, TEXT_SIZE - (size_t)size, " CRC %04X\n", checksum(bytes));
 }
 
 /* What would be written of the bytes found must be what was found. */
-static bool read_text(const char text[TEXT_ROOM], uint8_t bytes[SERVO_EEPROM_SIZE])
+static bool read_text(const char text[TEXT_SIZE], uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     const char *next = text + strlen(HEADING);
     for (unsigned i = 0; i < SERVO_EEPROM_SIZE; i++) {
@@ -62,7 +62,7 @@ static bool read_text(const char text[TEXT_ROOM], uint8_t bytes[SERVO_EEPROM_SIZ
         bytes[i] = (uint8_t)byte;
         next += 3;
     }
-    char again[TEXT_ROOM];
+    char again[TEXT_SIZE];
     write_text(bytes, again);
     return strcmp(text, again) == 0;
 }
@@ -73,12 +73,12 @@ static bool complain(const char *path, const char *what)
     return false;
 }
 
-static bool load(struct state *state, unsigned index)
+static bool load(struct servo_eeprom *eeprom, unsigned index)
 {
-    char path[PATH_ROOM];
-    char text[TEXT_ROOM] = "";
+    char path[PATH_SIZE];
+    char text[TEXT_SIZE] = "";
     uint8_t bytes[SERVO_EEPROM_SIZE] = {0};
-    name_file(state, index, path);
+    name_file(eeprom, index, path);
     FILE *file = fopen(path, "r");
     if (!file) {
         return errno == ENOENT || complain(path, strerror(errno));
@@ -86,57 +86,58 @@ static bool load(struct state *state, unsigned index)
     size_t size = fread(text, 1, sizeof(text) - 1, file);
     fclose(file);
     text[size] = 0;
-    return (read_text(text, bytes) && servos_eeprom_set(state->servos, index, bytes)) ||
+    return (read_text(text, bytes) && servos_set_eeprom(eeprom->servos, index, bytes)) ||
            complain(path, "damaged: no EEPROM of a servo; remove the file for a servo as new");
 }
 
-bool state_load(struct state *state)
+bool servo_eeprom_load(struct servo_eeprom *eeprom)
 {
-    for (unsigned i = 0; i < state->servos->count && state->folder; i++) {
-        if (!load(state, i)) {
+    for (unsigned i = 0; i < eeprom->servos->count && eeprom->folder; i++) {
+        if (!load(eeprom, i)) {
             return false;
         }
-        servo_eeprom_get(&state->servos->node[i].servo, state->saved[i]);
+        servo_get_eeprom(&eeprom->servos->node[i].servo, eeprom->saved[i]);
     }
     return true;
 }
 
 /* Not durable: fsync() would hold up a run in real time. */
-static bool replace(const struct state *state, unsigned index,
+static bool replace(const struct servo_eeprom *eeprom, unsigned index,
                     const uint8_t bytes[SERVO_EEPROM_SIZE])
 {
-    char path[PATH_ROOM];
-    char text[TEXT_ROOM];
-    name_file(state, index, path);
+    char path[PATH_SIZE];
+    char text[TEXT_SIZE];
+    name_file(eeprom, index, path);
     write_text(bytes, text);
     return files_replace(path, text, strlen(text), false);
 }
 
-void state_save(struct state *state)
+void servo_eeprom_save(struct servo_eeprom *eeprom)
 {
-    if (!state->folder) {
+    if (!eeprom->folder) {
         return;
     }
-    for (unsigned i = 0; i < state->servos->count && !state->failed; i++) {
+    for (unsigned i = 0; i < eeprom->servos->count && !eeprom->failed; i++) {
         uint8_t bytes[SERVO_EEPROM_SIZE];
-        servo_eeprom_get(&state->servos->node[i].servo, bytes);
-        if (memcmp(bytes, state->saved[i], sizeof(bytes)) != 0) {
-            memcpy(state->saved[i], bytes, sizeof(bytes));
-            state->failed = !replace(state, i, bytes);
+        servo_get_eeprom(&eeprom->servos->node[i].servo, bytes);
+        if (memcmp(bytes, eeprom->saved[i], sizeof(bytes)) != 0) {
+            memcpy(eeprom->saved[i], bytes, sizeof(bytes));
+            eeprom->failed = !replace(eeprom, i, bytes);
         }
     }
 }
 
-static void save(void *owner, uint64_t now)
+static void save(void *context, uint64_t now)
 {
-    struct state *state = owner;
-    state_save(state);
-    schedule_at(state->servos->schedule, &state->save, now + state->period);
+    struct servo_eeprom *eeprom = context;
+    servo_eeprom_save(eeprom);
+    schedule_at(eeprom->servos->schedule, &eeprom->save, now + eeprom->period);
 }
 
-bool state_init(struct state *state, const char *folder, unsigned bus, struct servos *servos)
+bool servo_eeprom_init(struct servo_eeprom *eeprom, const char *folder, unsigned bus,
+                       struct servos *servos)
 {
-    *state = (struct state){.folder = folder, .bus = bus, .servos = servos};
+    *eeprom = (struct servo_eeprom){.folder = folder, .bus = bus, .servos = servos};
     if (!folder) {
         return true;
     }
@@ -147,8 +148,8 @@ bool state_init(struct state *state, const char *folder, unsigned bus, struct se
     if (stat(folder, &found) != 0 || !S_ISDIR(found.st_mode)) {
         return complain(folder, "no folder");
     }
-    state->period = servos->clock_Hz / SAVES_A_SECOND;
-    event_init(&state->save, save, state);
-    schedule_at(servos->schedule, &state->save, servos->schedule->now + state->period);
+    eeprom->period = servos->clock_Hz / SAVES_A_SECOND;
+    event_init(&eeprom->save, save, eeprom);
+    schedule_at(servos->schedule, &eeprom->save, servos->schedule->now + eeprom->period);
     return true;
 }

@@ -14,9 +14,9 @@
 #include "servo/servos.h"
 
 /* The names of the files in the folder, for fnmatch(). */
-#define STATE_FILES "bus[0-9]-servo[0-9][0-9][0-9]*.eeprom"
+#define SERVO_EEPROM_FILES "bus[0-9]-servo[0-9][0-9][0-9]*.eeprom"
 
-struct state {
+struct servo_eeprom {
     const char *folder; // 0: nothing is kept, and every call does nothing
     unsigned bus;
     struct servos *servos;
@@ -28,13 +28,14 @@ struct state {
 
 /* `folder` is made if need be; 0: none. False, with one line on stderr, when there can be none.
  * From now on what has changed is saved four times a second. */
-bool state_init(struct state *state, const char *folder, unsigned bus, struct servos *servos);
+bool servo_eeprom_init(struct servo_eeprom *eeprom, const char *folder, unsigned bus,
+                       struct servos *servos);
 
 /* The servos are others now: gives them what was kept of them. False, with one line on stderr, when
  * a file is damaged. */
-bool state_load(struct state *state);
+bool servo_eeprom_load(struct servo_eeprom *eeprom);
 
 /* Writes what has changed. After a failure, told once on stderr, it does nothing. */
-void state_save(struct state *state);
+void servo_eeprom_save(struct servo_eeprom *eeprom);
 
 #endif

@@ -30,27 +30,27 @@ static void *allocate(size_t count, size_t size)
 /* --- hearing -------------------------------------------------------------------------------------
  */
 
-static void byte_heard(void *owner, uint64_t now, const struct heard *heard);
+static void byte_received(void *context, uint64_t now, const struct uart_frame *frame);
 
-static struct servo_ear *ear_for(struct servos *servos, uint8_t baud)
+static struct servo_receiver *receiver_for(struct servos *servos, uint8_t baud)
 {
-    if (!servos->ears[baud]) {
-        struct servo_ear *ear = allocate(1, sizeof(*ear));
-        *ear = (struct servo_ear){.servos = servos, .baud = baud};
-        ear_init(&ear->ear, servos->schedule, servos->net, ear);
-        ear->ear.on_byte = byte_heard;
-        ear->ear.bit_256 = bit_256(servos, baud);
-        servos->ears[baud] = ear;
+    if (!servos->receivers[baud]) {
+        struct servo_receiver *receiver = allocate(1, sizeof(*receiver));
+        *receiver = (struct servo_receiver){.servos = servos, .baud = baud};
+        uart_rx_init(&receiver->rx, servos->schedule, servos->net, receiver);
+        receiver->rx.on_byte = byte_received;
+        receiver->rx.bit_256 = bit_256(servos, baud);
+        servos->receivers[baud] = receiver;
     }
-    return servos->ears[baud];
+    return servos->receivers[baud];
 }
 
-static void use_ear(struct servos *servos, uint8_t baud, int users)
+static void use_receiver(struct servos *servos, uint8_t baud, int users)
 {
-    struct servo_ear *ear = ear_for(servos, baud);
-    ear->users += (unsigned)users;
-    if (ear->ear.enabled != (ear->users > 0)) {
-        ear_enable(&ear->ear, ear->users > 0);
+    struct servo_receiver *receiver = receiver_for(servos, baud);
+    receiver->users += (unsigned)users;
+    if (receiver->rx.enabled != (receiver->users > 0)) {
+        uart_rx_enable(&receiver->rx, receiver->users > 0);
     }
 }
 
@@ -58,9 +58,9 @@ static void follow_baud(struct servo_node *node)
 {
     uint8_t baud = servo_baud(&node->servo);
     if (baud != node->baud) {
-        node->misled = false;
-        use_ear(node->servos, node->baud, -1);
-        use_ear(node->servos, baud, 1);
+        node->has_wrong_baud = false;
+        use_receiver(node->servos, node->baud, -1);
+        use_receiver(node->servos, baud, 1);
         node->baud = baud;
     }
 }
@@ -81,42 +81,43 @@ static bool shares_id(const struct servo_node *node)
 static void reply_is_due(struct servo_node *node, uint64_t end)
 {
     struct servos *servos = node->servos;
-    driver_excuse(&node->driver,
-                  node->misled || node->late_us || (servos->duplicates && shares_id(node)));
-    node->dies_after = SERVOS_NEVER;
-    node->dark = 0;
-    node->servo.reply.delay_us += node->late_us;
-    if (servos->on_due) {
-        servos->on_due(servos->meddler, node);
+    driver_exempt(&node->driver, node->has_wrong_baud || node->extra_delay_us ||
+                                     (servos->duplicates && shares_id(node)));
+    node->power_loss_after = SERVOS_NEVER;
+    node->off_cycles = 0;
+    node->servo.reply.delay_us += node->extra_delay_us;
+    if (servos->fault_on_reply) {
+        servos->fault_on_reply(servos->fault_context, node);
     }
     uint64_t delay = cycles(servos, node->servo.reply.delay_us);
-    schedule_at(servos->schedule, &node->answer, end + delay);
+    schedule_at(servos->schedule, &node->reply_delay, end + delay);
 }
 
 /* A sender that is a little fast begins a byte before the ear's stop bit has ended. */
-static uint64_t silence_before(const struct servo_ear *ear, const struct heard *heard)
+static uint64_t silence_before(const struct servo_receiver *receiver,
+                               const struct uart_frame *frame)
 {
-    uint64_t silence = heard->start > ear->end ? heard->start - ear->end : 0;
-    return silence * SECOND_US / ear->servos->clock_Hz;
+    uint64_t silence = frame->start > receiver->end ? frame->start - receiver->end : 0;
+    return silence * SECOND_US / receiver->servos->clock_Hz;
 }
 
 /* The ear delivers in the middle of the stop bit; the return delay counts from its end. */
-static void byte_heard(void *owner, uint64_t now, const struct heard *heard)
+static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
     (void)now;
-    struct servo_ear *ear = owner;
-    struct servos *servos = ear->servos;
-    uint8_t baud = ear->baud;
-    uint64_t silence_us = silence_before(ear, heard);
-    ear->end = heard->end;
+    struct servo_receiver *receiver = context;
+    struct servos *servos = receiver->servos;
+    uint8_t baud = receiver->baud;
+    uint64_t silence_us = silence_before(receiver, frame);
+    receiver->end = frame->end;
     for (unsigned i = 0; i < servos->count; i++) {
         struct servo_node *node = &servos->node[i];
-        if (node->baud != baud || node->driver.enabled || event_armed(&node->answer)) {
+        if (node->baud != baud || node->driver.enabled || event_armed(&node->reply_delay)) {
             continue;
         }
         servo_silence(&node->servo, silence_us);
-        if (servo_receive(&node->servo, heard->byte, heard->framing_error)) {
-            reply_is_due(node, heard->end);
+        if (servo_receive(&node->servo, frame->byte, frame->framing_error)) {
+            reply_is_due(node, frame->end);
         }
         follow_baud(node);
     }
@@ -132,25 +133,25 @@ static void set_talking(struct servo_node *node, uint64_t now, bool talking)
     }
     driver_enable(&node->driver, now, talking);
     if (node->servos->on_talk) {
-        node->servos->on_talk(node->servos->owner, now, node);
+        node->servos->on_talk(node->servos->context, now, node);
     }
 }
 
 static void say_next(struct servo_node *node, uint64_t now)
 {
     const struct servo_reply *reply = &node->servo.reply;
-    uint8_t byte = reply->bytes[node->said++];
-    talker_say(&node->talker, now, bit_256(node->servos, reply->baud), byte);
+    uint8_t byte = reply->bytes[node->bytes_sent++];
+    uart_tx_send(&node->tx, now, bit_256(node->servos, reply->baud), byte);
 }
 
 /* The next byte of the reply, or the end of it, or of the servo. */
-static void go_on(struct servo_node *node, uint64_t now)
+static void send_next(struct servo_node *node, uint64_t now)
 {
-    if (node->said == node->dies_after && node->dark) {
-        servo_node_brown_out(node, now, node->dark);
-    } else if (node->said == node->dies_after) {
+    if (node->bytes_sent == node->power_loss_after && node->off_cycles) {
+        servo_node_brown_out(node, now, node->off_cycles);
+    } else if (node->bytes_sent == node->power_loss_after) {
         servo_node_power(node, now, true);
-    } else if (node->said < node->servo.reply.size) {
+    } else if (node->bytes_sent < node->servo.reply.size) {
         say_next(node, now);
         set_talking(node, now, true);
     } else {
@@ -158,34 +159,34 @@ static void go_on(struct servo_node *node, uint64_t now)
     }
 }
 
-static void answer(void *owner, uint64_t now)
+static void answer(void *context, uint64_t now)
 {
-    struct servo_node *node = owner;
-    node->said = 0;
-    go_on(node, now);
+    struct servo_node *node = context;
+    node->bytes_sent = 0;
+    send_next(node, now);
 }
 
-static void byte_begins(void *owner, uint64_t now)
+static void byte_begins(void *context, uint64_t now)
 {
-    struct servo_node *node = owner;
+    struct servo_node *node = context;
     struct servos *servos = node->servos;
-    if (servos->on_frame) {
-        servos->on_frame(servos->meddler, now, node);
+    if (servos->fault_on_byte) {
+        servos->fault_on_byte(servos->fault_context, now, node);
     }
     if (servos->on_byte) {
-        servos->on_byte(servos->owner, now, node);
+        servos->on_byte(servos->context, now, node);
     }
 }
 
-static void byte_ended(void *owner, uint64_t now)
+static void byte_ended(void *context, uint64_t now)
 {
-    go_on(owner, now);
+    send_next(context, now);
 }
 
-static void fall_silent(struct servo_node *node, uint64_t now)
+static void stop_reply(struct servo_node *node, uint64_t now)
 {
-    schedule_cancel(node->servos->schedule, &node->answer);
-    talker_stop(&node->talker, now);
+    schedule_cancel(node->servos->schedule, &node->reply_delay);
+    uart_tx_stop(&node->tx, now);
     if (node->driver.enabled) {
         set_talking(node, now, false);
     }
@@ -194,16 +195,16 @@ static void fall_silent(struct servo_node *node, uint64_t now)
 /* --- the set of them -----------------------------------------------------------------------------
  */
 
-static void tick(void *owner, uint64_t now)
+static void tick(void *context, uint64_t now)
 {
-    struct servo_node *node = owner;
+    struct servo_node *node = context;
     servo_tick(&node->servo);
     schedule_at(node->servos->schedule, &node->tick, now + cycles(node->servos, SERVO_TICK_US));
 }
 
-static void revive(void *owner, uint64_t now)
+static void return_power(void *context, uint64_t now)
 {
-    servo_node_power(owner, now, true);
+    servo_node_power(context, now, true);
 }
 
 /* Never 0, and another one for each servo, also where two have one ID. */
@@ -223,10 +224,10 @@ static void remove_all(struct servos *servos, uint64_t now)
 {
     for (unsigned i = 0; i < servos->count; i++) {
         struct servo_node *node = &servos->node[i];
-        fall_silent(node, now);
+        stop_reply(node, now);
         schedule_cancel(servos->schedule, &node->tick);
-        schedule_cancel(servos->schedule, &node->revival);
-        use_ear(servos, node->baud, -1);
+        schedule_cancel(servos->schedule, &node->power_return);
+        use_receiver(servos, node->baud, -1);
     }
     free(servos->node);
     servos->node = 0;
@@ -240,8 +241,8 @@ void servos_free(struct servos *servos)
     }
     remove_all(servos, servos->schedule->now);
     for (unsigned i = 0; i < 256; i++) {
-        free(servos->ears[i]);
-        servos->ears[i] = 0;
+        free(servos->receivers[i]);
+        servos->receivers[i] = 0;
     }
 }
 
@@ -256,15 +257,15 @@ void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, uns
         node->id = ids[i];
         servo_init(&node->servo, ids[i]);
         driver_init(&node->driver, servos->net);
-        talker_init(&node->talker, servos->schedule, &node->driver, node);
-        node->talker.on_start = byte_begins;
-        node->talker.on_end = byte_ended;
-        event_init(&node->answer, answer, node);
+        uart_tx_init(&node->tx, servos->schedule, &node->driver, node);
+        node->tx.on_start = byte_begins;
+        node->tx.on_end = byte_ended;
+        event_init(&node->reply_delay, answer, node);
         event_init(&node->tick, tick, node);
-        event_init(&node->revival, revive, node);
+        event_init(&node->power_return, return_power, node);
         node->servo.quirks.seed = jitter_seed(servos->seed, i, ids[i]);
         node->baud = servo_baud(&node->servo);
-        use_ear(servos, node->baud, 1);
+        use_receiver(servos, node->baud, 1);
         uint64_t phase = cycles(servos, i * STAGGER_US % SERVO_TICK_US);
         schedule_at(servos->schedule, &node->tick, now + cycles(servos, SERVO_TICK_US) + phase);
     }
@@ -272,8 +273,8 @@ void servos_replace(struct servos *servos, uint64_t now, const uint8_t *ids, uns
 
 void servo_node_power(struct servo_node *node, uint64_t now, bool on)
 {
-    schedule_cancel(node->servos->schedule, &node->revival);
-    fall_silent(node, now);
+    schedule_cancel(node->servos->schedule, &node->power_return);
+    stop_reply(node, now);
     servo_power(&node->servo, on);
     follow_baud(node);
 }
@@ -282,7 +283,7 @@ void servo_node_brown_out(struct servo_node *node, uint64_t now, uint64_t cycles
 {
     if (node->servo.powered) {
         servo_node_power(node, now, false);
-        schedule_at(node->servos->schedule, &node->revival, now + cycles);
+        schedule_at(node->servos->schedule, &node->power_return, now + cycles);
     }
 }
 
@@ -290,7 +291,7 @@ void servo_node_baud(struct servo_node *node, uint8_t baud)
 {
     node->servo.registers[TABLE_BAUD] = baud;
     follow_baud(node);
-    node->misled = true;
+    node->has_wrong_baud = true;
 }
 
 void servos_power(struct servos *servos, uint64_t now, bool on)
@@ -300,11 +301,11 @@ void servos_power(struct servos *servos, uint64_t now, bool on)
     }
 }
 
-bool servos_eeprom_set(struct servos *servos, unsigned index,
+bool servos_set_eeprom(struct servos *servos, unsigned index,
                        const uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     struct servo_node *node = &servos->node[index];
-    bool good = servo_eeprom_set(&node->servo, bytes);
+    bool good = servo_set_eeprom(&node->servo, bytes);
     follow_baud(node);
     return good;
 }

@@ -23,23 +23,24 @@ struct servo_node {
     uint8_t id;           // when it was put there, for pictures
     uint8_t baud;         // register value that its receiver uses
     struct driver driver; // on while it talks
-    struct talker talker;
-    struct event answer; // the return delay is over
+    struct uart_tx tx;
+    struct event reply_delay; // the return delay is over
     struct event tick;
-    struct event revival; // a brown-out is over
-    uint16_t said;        // bytes of the reply
-    uint16_t dies_after;  // that many bytes of it, or SERVOS_NEVER
-    uint64_t dark;        // cycles without power that follow; 0: it is there again at once
-    uint32_t reply;       // number of the reply; on_due's to count
-    uint32_t late_us;     // that every reply comes later than the return delay says
-    bool misled;          // by a fault: its rate is not what anybody set
-    bool stale;           // held part of an earlier packet when the controller's latest one began
+    struct event power_return; // a brown-out is over
+    uint16_t bytes_sent;       // bytes of the reply
+    uint16_t power_loss_after; // that many bytes of it, or SERVOS_NEVER
+    uint64_t off_cycles;       // cycles without power that follow; 0: it is there again at once
+    uint32_t reply;            // number of the reply; on_due's to count
+    uint32_t extra_delay_us;   // that every reply comes later than the return delay says
+    bool has_wrong_baud;       // by a fault: its rate is not what anybody set
+    bool
+        has_partial_packet; // held part of an earlier packet when the controller's latest one began
 };
 
 /* What is heard at one bit rate; shared by all servos at that rate. */
-struct servo_ear {
+struct servo_receiver {
     struct servos *servos;
-    struct ear ear;
+    struct uart_rx rx;
     uint8_t baud;
     unsigned users;
     uint64_t end; // of the stop bit of the latest byte
@@ -51,17 +52,18 @@ struct servos {
     uint32_t clock_Hz;
     struct servo_node *node;
     unsigned count;
-    struct servo_ear *ears[256]; // by baud register; made when first needed
-    uint32_t seed;               // of the jitter, besides the ID
-    bool duplicates;             // several may have one ID: their collisions are excused
-    void *owner;
-    void (*on_byte)(void *owner, uint64_t now, const struct servo_node *node); // begins; may be 0
-    void (*on_talk)(void *owner, uint64_t now, const struct servo_node *node); // or ends; may be 0
-    void *meddler;
-    void (*on_due)(void *meddler,
-                   struct servo_node *node); // a reply may still be changed; may be 0
-    void (*on_frame)(void *meddler, uint64_t now,
-                     const struct servo_node *node); // begins; may be 0
+    struct servo_receiver *receivers[256]; // by baud register; made when first needed
+    uint32_t seed;                         // of the jitter, besides the ID
+    bool duplicates;                       // several may have one ID: their collisions are excused
+    void *context;
+    void (*on_byte)(void *context, uint64_t now, const struct servo_node *node); // begins; may be 0
+    void (*on_talk)(void *context, uint64_t now,
+                    const struct servo_node *node); // or ends; may be 0
+    void *fault_context;
+    void (*fault_on_reply)(void *fault_context,
+                           struct servo_node *node); // a reply may still be changed; may be 0
+    void (*fault_on_byte)(void *fault_context, uint64_t now,
+                          const struct servo_node *node); // begins; may be 0
 };
 
 void servos_init(struct servos *servos, struct schedule *schedule, struct net *net,
@@ -79,7 +81,7 @@ void servo_node_brown_out(struct servo_node *node, uint64_t now, uint64_t cycles
 void servo_node_baud(struct servo_node *node, uint8_t baud);
 
 /* What one of them keeps without power, as servo_eeprom_set() has it. */
-bool servos_eeprom_set(struct servos *servos, unsigned index,
+bool servos_set_eeprom(struct servos *servos, unsigned index,
                        const uint8_t bytes[SERVO_EEPROM_SIZE]);
 
 #endif

@@ -3,7 +3,13 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { HEADER = 0xFF, AT_ID = 2, AT_LENGTH = 3, AT_INSTRUCTION = 4, AT_PARAMETERS = 5 };
+enum {
+    HEADER = 0xFF,
+    OFFSET_ID = 2,
+    OFFSET_LENGTH = 3,
+    OFFSET_INSTRUCTION = 4,
+    OFFSET_PARAMETERS = 5
+};
 
 static uint8_t sum(const uint8_t *bytes, size_t count)
 {
@@ -18,9 +24,9 @@ static uint8_t sum(const uint8_t *bytes, size_t count)
 static bool may_be_packet(const uint8_t *bytes, size_t count)
 {
     return bytes[0] == HEADER && (count <= 1 || bytes[1] == HEADER) &&
-           (count <= AT_ID || bytes[AT_ID] != HEADER) &&
-           (count <= AT_LENGTH ||
-            (bytes[AT_LENGTH] >= CODEC_LENGTH_MIN && bytes[AT_LENGTH] <= CODEC_LENGTH_MAX));
+           (count <= OFFSET_ID || bytes[OFFSET_ID] != HEADER) &&
+           (count <= OFFSET_LENGTH ||
+            (bytes[OFFSET_LENGTH] >= CODEC_LENGTH_MIN && bytes[OFFSET_LENGTH] <= CODEC_LENGTH_MAX));
 }
 
 void codec_reset(struct codec *codec)
@@ -55,19 +61,19 @@ enum codec_event codec_next(struct codec *codec, struct codec_packet *packet)
         if (!may_be_packet(bytes, heard)) {
             continue;
         }
-        if (heard <= AT_LENGTH || heard < AT_INSTRUCTION + (size_t)bytes[AT_LENGTH]) {
+        if (heard <= OFFSET_LENGTH || heard < OFFSET_INSTRUCTION + (size_t)bytes[OFFSET_LENGTH]) {
             return CODEC_NOTHING;
         }
-        if (codec->first + AT_INSTRUCTION + bytes[AT_LENGTH] <= codec->before_pause) {
+        if (codec->first + OFFSET_INSTRUCTION + bytes[OFFSET_LENGTH] <= codec->before_pause) {
             continue;
         }
-        packet->id = bytes[AT_ID];
-        packet->instruction = bytes[AT_INSTRUCTION];
-        packet->count = (uint8_t)(bytes[AT_LENGTH] - CODEC_LENGTH_MIN);
-        packet->parameters = bytes + AT_PARAMETERS;
-        packet->size = (uint16_t)(AT_INSTRUCTION + bytes[AT_LENGTH]);
+        packet->id = bytes[OFFSET_ID];
+        packet->instruction = bytes[OFFSET_INSTRUCTION];
+        packet->count = (uint8_t)(bytes[OFFSET_LENGTH] - CODEC_LENGTH_MIN);
+        packet->parameters = bytes + OFFSET_PARAMETERS;
+        packet->size = (uint16_t)(OFFSET_INSTRUCTION + bytes[OFFSET_LENGTH]);
         /* The checksum complements the sum of all before it: with it the sum is 0xFF. */
-        if (sum(bytes + AT_ID, packet->size - (size_t)AT_ID) == 0xFF) {
+        if (sum(bytes + OFFSET_ID, packet->size - (size_t)OFFSET_ID) == 0xFF) {
             codec->first = (uint16_t)(codec->first + packet->size);
             return CODEC_PACKET;
         }
@@ -82,12 +88,12 @@ uint16_t codec_status(uint8_t *bytes, uint8_t id, uint8_t error, const uint8_t *
 {
     bytes[0] = HEADER;
     bytes[1] = HEADER;
-    bytes[AT_ID] = id;
-    bytes[AT_LENGTH] = (uint8_t)(count + CODEC_LENGTH_MIN);
-    bytes[AT_INSTRUCTION] = error;
+    bytes[OFFSET_ID] = id;
+    bytes[OFFSET_LENGTH] = (uint8_t)(count + CODEC_LENGTH_MIN);
+    bytes[OFFSET_INSTRUCTION] = error;
     if (count > 0) {
-        memcpy(bytes + AT_PARAMETERS, parameters, count);
+        memcpy(bytes + OFFSET_PARAMETERS, parameters, count);
     }
-    bytes[AT_PARAMETERS + count] = (uint8_t)~sum(bytes + AT_ID, 3u + count);
-    return (uint16_t)(AT_PARAMETERS + count + 1);
+    bytes[OFFSET_PARAMETERS + count] = (uint8_t)~sum(bytes + OFFSET_ID, 3u + count);
+    return (uint16_t)(OFFSET_PARAMETERS + count + 1);
 }

@@ -20,20 +20,20 @@ void driver_init(struct driver *driver, struct net *net)
     *driver = (struct driver){.net = net, .level = true};
 }
 
-static void tell_driver(struct net *net, uint64_t time, struct driver *driver)
+static void notify_driver(struct net *net, uint64_t time, struct driver *driver)
 {
     for (struct listener *l = net->listeners; l; l = l->next) {
         if (l->on_driver) {
-            l->on_driver(l->owner, time, driver);
+            l->on_driver(l->context, time, driver);
         }
     }
 }
 
-static void tell_level(struct net *net, uint64_t time)
+static void notify_level(struct net *net, uint64_t time)
 {
     for (struct listener *l = net->listeners; l; l = l->next) {
         if (l->on_level) {
-            l->on_level(l->owner, time, net->level);
+            l->on_level(l->context, time, net->level);
         }
     }
 }
@@ -41,7 +41,7 @@ static void tell_level(struct net *net, uint64_t time)
 static bool level_at(const struct net *net, uint64_t time)
 {
     bool level = net->low == 0;
-    switch (net->ask_override ? net->ask_override(net->owner, time) : NET_AS_DRIVEN) {
+    switch (net->get_override ? net->get_override(net->context, time) : NET_AS_DRIVEN) {
     case NET_AS_DRIVEN: break;
     case NET_INVERTED: return !level;
     case NET_HIGH: return true;
@@ -50,13 +50,13 @@ static bool level_at(const struct net *net, uint64_t time)
     return level;
 }
 
-void net_settle(struct net *net, uint64_t time)
+void net_update(struct net *net, uint64_t time)
 {
     bool level = level_at(net, time);
     if (level != net->level) {
         net->level = level;
         net->time = time;
-        tell_level(net, time);
+        notify_level(net, time);
     }
 }
 
@@ -66,16 +66,16 @@ void driver_set(struct driver *driver, uint64_t time, bool enabled, bool level)
     bool switched = enabled != driver->enabled;
     net->low -= driver->enabled && !driver->level;
     net->enabled -= driver->enabled;
-    net->excused -= driver->enabled && driver->excused;
+    net->exempt -= driver->enabled && driver->exempt;
     driver->enabled = enabled;
     driver->level = level;
     net->low += enabled && !level;
     net->enabled += enabled;
-    net->excused += enabled && driver->excused;
+    net->exempt += enabled && driver->exempt;
     if (switched) {
-        tell_driver(net, time, driver);
+        notify_driver(net, time, driver);
     }
-    net_settle(net, time);
+    net_update(net, time);
 }
 
 void driver_enable(struct driver *driver, uint64_t time, bool enabled)
@@ -92,9 +92,9 @@ void driver_level(struct driver *driver, uint64_t time, bool level)
     }
 }
 
-void driver_excuse(struct driver *driver, bool excused)
+void driver_exempt(struct driver *driver, bool exempt)
 {
-    driver->net->excused -= driver->enabled && driver->excused;
-    driver->excused = excused;
-    driver->net->excused += driver->enabled && excused;
+    driver->net->exempt -= driver->enabled && driver->exempt;
+    driver->exempt = exempt;
+    driver->net->exempt += driver->enabled && exempt;
 }

@@ -19,16 +19,16 @@ struct driver {
     struct net *net;
     bool enabled;
     bool level;
-    bool excused;     // a fault is behind what it does: the rules of the wire look away
+    bool exempt;      // a fault is behind what it does: the rules of the wire look away
     uint32_t bit_256; // bit time of the one who talks through it, in 1/256 cycle: for onlookers
 };
 
 struct listener {
-    void *owner;
+    void *context;
     /* The level has changed to `level`; may be 0. */
-    void (*on_level)(void *owner, uint64_t time, bool level);
+    void (*on_level)(void *context, uint64_t time, bool level);
     /* A driver was enabled or disabled; called before on_level; may be 0. */
-    void (*on_driver)(void *owner, uint64_t time, struct driver *driver);
+    void (*on_driver)(void *context, uint64_t time, struct driver *driver);
     struct listener *next;
 };
 
@@ -40,26 +40,26 @@ enum net_override { NET_AS_DRIVEN, NET_INVERTED, NET_HIGH, NET_LOW };
 struct net {
     bool level;
     unsigned enabled; // drivers that are enabled
-    unsigned excused; // and how many of those are excused
+    unsigned exempt;  // and how many of those are excused
     unsigned low;     // drivers that pull it low
     uint64_t time;    // of the latest change of level
     struct listener *listeners;
-    void *owner;
+    void *context;
     /* What overrides the drivers at `time`, asked at each of their changes; may be 0. */
-    enum net_override (*ask_override)(void *owner, uint64_t time);
+    enum net_override (*get_override)(void *context, uint64_t time);
 };
 
 void net_init(struct net *net);
 void net_listen(struct net *net, struct listener *listener);
 /* The override may be another one from `time` on. Its event has the rank NET_OVERRIDE_RANK: then a
  * driver that changes in the same cycle makes no glitch with it. */
-void net_settle(struct net *net, uint64_t time);
+void net_update(struct net *net, uint64_t time);
 
 /* A driver begins disabled, at level 1. */
 void driver_init(struct driver *driver, struct net *net);
 void driver_set(struct driver *driver, uint64_t time, bool enabled, bool level);
 void driver_enable(struct driver *driver, uint64_t time, bool enabled);
 void driver_level(struct driver *driver, uint64_t time, bool level);
-void driver_excuse(struct driver *driver, bool excused);
+void driver_exempt(struct driver *driver, bool exempt);
 
 #endif

@@ -31,18 +31,18 @@ enum rule {
 struct rules {
     uint32_t breaches[RULE_COUNT];
     uint32_t clock_Hz;
-    FILE *out;          // each breach is told here, the first few of each rule; 0: silent
-    bool warn;          // breaches of the rules of the wire do not fail the run
-    struct rules *book; // where breaches are counted and told; 0: here
-    const char *where;  // said before what happened; 0: nothing
-    void *owner;
-    void (*on_break)(void *owner, enum rule rule, uint64_t now); // may be 0
+    FILE *out;           // each breach is told here, the first few of each rule; 0: silent
+    bool warn;           // breaches of the rules of the wire do not fail the run
+    struct rules *total; // where breaches are counted and told; 0: here
+    const char *where;   // said before what happened; 0: nothing
+    void *context;
+    void (*on_break)(void *context, enum rule rule, uint64_t now); // may be 0
 };
 
 void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out);
 
 /* Those of one bus of several: what it breaks stands in `book`. */
-void rules_join(struct rules *rules, struct rules *book, const char *where);
+void rules_init_bus(struct rules *rules, struct rules *total, const char *where);
 
 /* Records a breach at `now` and says what happened, printf-like. */
 void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)

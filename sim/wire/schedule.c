@@ -14,9 +14,9 @@ void schedule_free(struct schedule *schedule)
     *schedule = (struct schedule){0};
 }
 
-void event_init(struct event *event, void (*run)(void *owner, uint64_t now), void *owner)
+void event_init(struct event *event, void (*run)(void *context, uint64_t now), void *context)
 {
-    *event = (struct event){.run = run, .owner = owner};
+    *event = (struct event){.run = run, .context = context};
 }
 
 bool event_armed(const struct event *event)
@@ -38,7 +38,7 @@ static void place(struct schedule *schedule, struct event *event, size_t slot)
     event->slot = slot;
 }
 
-static void rise(struct schedule *schedule, struct event *event)
+static void sift_up(struct schedule *schedule, struct event *event)
 {
     size_t slot = event->slot;
     for (; slot > 1 && before(event, schedule->heap[slot / 2]); slot /= 2) {
@@ -47,7 +47,7 @@ static void rise(struct schedule *schedule, struct event *event)
     place(schedule, event, slot);
 }
 
-static void sink(struct schedule *schedule, struct event *event)
+static void sift_down(struct schedule *schedule, struct event *event)
 {
     size_t slot = event->slot;
     for (;;) {
@@ -76,18 +76,18 @@ static void close_hole(struct schedule *schedule)
         struct event *last = schedule->heap[schedule->size--];
         if (schedule->size) {
             place(schedule, last, 1);
-            sink(schedule, last);
+            sift_down(schedule, last);
         }
     }
 }
 
 static void make_room(struct schedule *schedule)
 {
-    if (schedule->size + 1 < schedule->room) {
+    if (schedule->size + 1 < schedule->capacity) {
         return;
     }
-    schedule->room = schedule->room ? schedule->room * 2 : 64;
-    schedule->heap = realloc(schedule->heap, schedule->room * sizeof(*schedule->heap));
+    schedule->capacity = schedule->capacity ? schedule->capacity * 2 : 64;
+    schedule->heap = realloc(schedule->heap, schedule->capacity * sizeof(*schedule->heap));
     if (!schedule->heap) {
         fputs("out of memory\n", stderr);
         abort();
@@ -103,14 +103,14 @@ void schedule_at(struct schedule *schedule, struct event *event, uint64_t time)
     if (schedule->hole) {
         schedule->hole = false;
         place(schedule, event, 1);
-        sink(schedule, event);
+        sift_down(schedule, event);
     } else {
         schedule->size++;
         place(schedule, event, schedule->size);
-        rise(schedule, event);
+        sift_up(schedule, event);
     }
     if (event->slot == 1 && schedule->on_earlier) {
-        schedule->on_earlier(schedule->owner, event->time);
+        schedule->on_earlier(schedule->context, event->time);
     }
 }
 
@@ -126,8 +126,8 @@ void schedule_cancel(struct schedule *schedule, struct event *event)
         return;
     }
     place(schedule, last, slot);
-    rise(schedule, last);
-    sink(schedule, last);
+    sift_up(schedule, last);
+    sift_down(schedule, last);
 }
 
 uint64_t schedule_next(struct schedule *schedule)
@@ -143,7 +143,7 @@ void schedule_run_until(struct schedule *schedule, uint64_t time)
         event->slot = 0;
         schedule->hole = true;
         schedule->now = event->time;
-        event->run(event->owner, event->time);
+        event->run(event->context, event->time);
         close_hole(schedule);
     }
     if (schedule->now < time) {

@@ -15,8 +15,8 @@
 #define SCHEDULE_NEVER UINT64_MAX
 
 struct event {
-    void (*run)(void *owner, uint64_t now); // `now` is the event's own time, never late
-    void *owner;
+    void (*run)(void *context, uint64_t now); // `now` is the event's own time, never late
+    void *context;
     uint64_t time;
     uint64_t order; // how many events had been armed before this one
     uint8_t rank;   // lower ones first in a cycle; 0, or set between event_init() and arming
@@ -26,19 +26,19 @@ struct event {
 struct schedule {
     struct event **heap; // heap[1] is the next event
     size_t size;
-    size_t room;
+    size_t capacity;
     bool hole; // heap[1] is the event that runs now: no longer armed, its place not yet filled
     uint64_t order;
     uint64_t now; // time of the latest event that ran
-    void (*on_earlier)(void *owner,
+    void (*on_earlier)(void *context,
                        uint64_t time); // the head has moved to an earlier time; may be 0
-    void *owner;
+    void *context;
 };
 
 void schedule_init(struct schedule *schedule);
 void schedule_free(struct schedule *schedule);
 
-void event_init(struct event *event, void (*run)(void *owner, uint64_t now), void *owner);
+void event_init(struct event *event, void (*run)(void *context, uint64_t now), void *context);
 bool event_armed(const struct event *event);
 
 /* Arms the event, or moves it when it is armed already. A time in the past means now. */

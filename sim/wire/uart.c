@@ -10,154 +10,154 @@ uint64_t uart_half_bits(uint32_t bit_256, unsigned half_bits)
     return ((uint64_t)bit_256 * half_bits + 256) / 512;
 }
 
-uint64_t talker_bit(const struct talker *talker, unsigned bit)
+uint64_t uart_tx_bit_time(const struct uart_tx *tx, unsigned bit)
 {
-    return talker->start + uart_half_bits(talker->bit_256, bit * 2);
+    return tx->start + uart_half_bits(tx->bit_256, bit * 2);
 }
 
 /* One event per change of level, not one per bit. */
-static void talker_next(struct talker *talker)
+static void uart_tx_next(struct uart_tx *tx)
 {
-    bool level = talker->frame >> talker->bit & 1;
+    bool level = tx->frame >> tx->bit & 1;
     do {
-        talker->bit++;
-    } while (talker->bit < UART_FRAME_BITS && (talker->frame >> talker->bit & 1) == level);
-    schedule_at(talker->schedule, &talker->event, talker_bit(talker, talker->bit));
+        tx->bit++;
+    } while (tx->bit < UART_FRAME_BITS && (tx->frame >> tx->bit & 1) == level);
+    schedule_at(tx->schedule, &tx->event, uart_tx_bit_time(tx, tx->bit));
 }
 
-static void talker_run(void *owner, uint64_t now)
+static void uart_tx_run(void *context, uint64_t now)
 {
-    struct talker *talker = owner;
-    if (talker->bit == UART_FRAME_BITS) {
-        talker->busy = false;
-        talker->on_end(talker->owner, now);
+    struct uart_tx *tx = context;
+    if (tx->bit == UART_FRAME_BITS) {
+        tx->busy = false;
+        tx->on_end(tx->context, now);
         return;
     }
-    if (talker->bit == 0 && talker->on_start) {
-        talker->on_start(talker->owner, now);
+    if (tx->bit == 0 && tx->on_start) {
+        tx->on_start(tx->context, now);
     }
-    driver_level(talker->driver, now, talker->frame >> talker->bit & 1);
-    talker_next(talker);
+    driver_level(tx->driver, now, tx->frame >> tx->bit & 1);
+    uart_tx_next(tx);
 }
 
-void talker_init(struct talker *talker, struct schedule *schedule, struct driver *driver,
-                 void *owner)
+void uart_tx_init(struct uart_tx *tx, struct schedule *schedule, struct driver *driver,
+                  void *context)
 {
-    *talker = (struct talker){.schedule = schedule, .driver = driver, .owner = owner};
-    event_init(&talker->event, talker_run, talker);
+    *tx = (struct uart_tx){.schedule = schedule, .driver = driver, .context = context};
+    event_init(&tx->event, uart_tx_run, tx);
 }
 
-void talker_say(struct talker *talker, uint64_t start, uint32_t bit_256, uint8_t byte)
+void uart_tx_send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, uint8_t byte)
 {
-    talker->busy = true;
-    talker->start = start;
-    talker->bit_256 = bit_256;
-    talker->driver->bit_256 = bit_256;
-    talker->frame = (uint16_t)(0x200 | byte << 1);
-    talker->bit = 0;
-    schedule_at(talker->schedule, &talker->event, start);
+    tx->busy = true;
+    tx->start = start;
+    tx->bit_256 = bit_256;
+    tx->driver->bit_256 = bit_256;
+    tx->frame = (uint16_t)(0x200 | byte << 1);
+    tx->bit = 0;
+    schedule_at(tx->schedule, &tx->event, start);
 }
 
-uint64_t talker_end(const struct talker *talker)
+uint64_t uart_tx_end(const struct uart_tx *tx)
 {
-    return talker_bit(talker, UART_FRAME_BITS);
+    return uart_tx_bit_time(tx, UART_FRAME_BITS);
 }
 
-void talker_stop(struct talker *talker, uint64_t now)
+void uart_tx_stop(struct uart_tx *tx, uint64_t now)
 {
-    schedule_cancel(talker->schedule, &talker->event);
-    talker->busy = false;
-    driver_level(talker->driver, now, true);
+    schedule_cancel(tx->schedule, &tx->event);
+    tx->busy = false;
+    driver_level(tx->driver, now, true);
 }
 
-static uint64_t sample_time(const struct ear *ear, unsigned sample)
+static uint64_t sample_time(const struct uart_rx *rx, unsigned sample)
 {
-    return ear->start + uart_half_bits(ear->bit_256, sample * 2 + 1);
+    return rx->start + uart_half_bits(rx->bit_256, sample * 2 + 1);
 }
 
 /* Takes all samples that lie before `time`; until then the net was at ear->level. */
-static void catch_up(struct ear *ear, uint64_t time)
+static void catch_up(struct uart_rx *rx, uint64_t time)
 {
-    while (ear->samples < UART_FRAME_BITS && sample_time(ear, ear->samples) < time) {
-        ear->bits = (uint16_t)(ear->bits | ear->level << ear->samples);
-        ear->samples++;
+    while (rx->samples < UART_FRAME_BITS && sample_time(rx, rx->samples) < time) {
+        rx->bits = (uint16_t)(rx->bits | rx->level << rx->samples);
+        rx->samples++;
     }
 }
 
-static void begin(struct ear *ear, uint64_t time)
+static void begin(struct uart_rx *rx, uint64_t time)
 {
-    if (ear->ask_bit) {
-        ear->bit_256 = ear->ask_bit(ear->owner);
+    if (rx->get_bit_256) {
+        rx->bit_256 = rx->get_bit_256(rx->context);
     }
-    ear->hearing = true;
-    ear->start = time;
-    ear->samples = 0;
-    ear->bits = 0;
-    unsigned first = ear->on_start ? 0 : UART_FRAME_BITS - 1;
-    schedule_at(ear->schedule, &ear->event, sample_time(ear, first));
+    rx->hearing = true;
+    rx->start = time;
+    rx->samples = 0;
+    rx->bits = 0;
+    unsigned first = rx->on_start ? 0 : UART_FRAME_BITS - 1;
+    schedule_at(rx->schedule, &rx->event, sample_time(rx, first));
 }
 
-static void ear_level(void *owner, uint64_t time, bool level)
+static void uart_rx_level(void *context, uint64_t time, bool level)
 {
-    struct ear *ear = owner;
-    if (ear->hearing) {
-        catch_up(ear, time);
+    struct uart_rx *rx = context;
+    if (rx->hearing) {
+        catch_up(rx, time);
         /* High again in the middle of the start bit: it was a glitch, and this may be the start. */
-        if (ear->samples && (ear->bits & 1)) {
-            ear->hearing = false;
+        if (rx->samples && (rx->bits & 1)) {
+            rx->hearing = false;
         }
     }
     /* High for no time at all, between two drivers: no falling edge. */
-    if (!level && ear->enabled && !ear->hearing && ear->level_time != time) {
-        begin(ear, time);
+    if (!level && rx->enabled && !rx->hearing && rx->level_time != time) {
+        begin(rx, time);
     }
-    ear->level = level;
-    ear->level_time = time;
+    rx->level = level;
+    rx->level_time = time;
 }
 
-static void ear_run(void *owner, uint64_t now)
+static void uart_rx_run(void *context, uint64_t now)
 {
-    struct ear *ear = owner;
-    catch_up(ear, now + 1);
-    if (ear->bits & 1) {
-        ear->hearing = false;
+    struct uart_rx *rx = context;
+    catch_up(rx, now + 1);
+    if (rx->bits & 1) {
+        rx->hearing = false;
         return;
     }
-    if (ear->samples < UART_FRAME_BITS) { // mid start bit: only with on_start
-        schedule_at(ear->schedule, &ear->event, sample_time(ear, UART_FRAME_BITS - 1));
-        ear->on_start(ear->owner, now);
+    if (rx->samples < UART_FRAME_BITS) { // mid start bit: only with on_start
+        schedule_at(rx->schedule, &rx->event, sample_time(rx, UART_FRAME_BITS - 1));
+        rx->on_start(rx->context, now);
         return;
     }
     /* When the stop bit is low the net must go high before a falling edge can start a frame: that
      * needs no care here, since only edges start one. */
-    ear->hearing = false;
-    struct heard heard = {
-        .byte = (uint8_t)(ear->bits >> 1),
-        .framing_error = !(ear->bits & 0x200),
-        .start = ear->start,
-        .end = ear->start + uart_half_bits(ear->bit_256, UART_FRAME_BITS * 2),
+    rx->hearing = false;
+    struct uart_frame frame = {
+        .byte = (uint8_t)(rx->bits >> 1),
+        .framing_error = !(rx->bits & 0x200),
+        .start = rx->start,
+        .end = rx->start + uart_half_bits(rx->bit_256, UART_FRAME_BITS * 2),
     };
-    ear->on_byte(ear->owner, now, &heard);
+    rx->on_byte(rx->context, now, &frame);
 }
 
-void ear_init(struct ear *ear, struct schedule *schedule, struct net *net, void *owner)
+void uart_rx_init(struct uart_rx *rx, struct schedule *schedule, struct net *net, void *context)
 {
-    *ear = (struct ear){.schedule = schedule,
-                        .net = net,
-                        .owner = owner,
-                        .level = net->level,
-                        .level_time = SCHEDULE_NEVER};
-    event_init(&ear->event, ear_run, ear);
-    ear->event.rank = NET_SAMPLE_RANK;
-    ear->listener = (struct listener){.owner = ear, .on_level = ear_level};
-    net_listen(net, &ear->listener);
+    *rx = (struct uart_rx){.schedule = schedule,
+                           .net = net,
+                           .context = context,
+                           .level = net->level,
+                           .level_time = SCHEDULE_NEVER};
+    event_init(&rx->event, uart_rx_run, rx);
+    rx->event.rank = NET_SAMPLE_RANK;
+    rx->listener = (struct listener){.context = rx, .on_level = uart_rx_level};
+    net_listen(net, &rx->listener);
 }
 
-void ear_enable(struct ear *ear, bool enabled)
+void uart_rx_enable(struct uart_rx *rx, bool enabled)
 {
     if (!enabled) {
-        schedule_cancel(ear->schedule, &ear->event);
-        ear->hearing = false;
+        schedule_cancel(rx->schedule, &rx->event);
+        rx->hearing = false;
     }
-    ear->enabled = enabled;
+    rx->enabled = enabled;
 }

@@ -23,12 +23,12 @@ uint32_t uart_bit_256(uint32_t clock_Hz, uint32_t baud);
 /* Cycles in `half_bits` half bits, rounded. */
 uint64_t uart_half_bits(uint32_t bit_256, unsigned half_bits);
 
-struct talker {
+struct uart_tx {
     struct schedule *schedule;
     struct driver *driver; // whose level it sets; who enables it is the owner's business
-    void *owner;
-    void (*on_start)(void *owner, uint64_t now); // the start bit begins; may be 0
-    void (*on_end)(void *owner, uint64_t now);   // the stop bit has ended; may talk again at once
+    void *context;
+    void (*on_start)(void *context, uint64_t now); // the start bit begins; may be 0
+    void (*on_end)(void *context, uint64_t now);   // the stop bit has ended; may talk again at once
     struct event event;
     bool busy;
     uint32_t bit_256;
@@ -37,31 +37,31 @@ struct talker {
     uint8_t bit;    // the one that comes next
 };
 
-void talker_init(struct talker *talker, struct schedule *schedule, struct driver *driver,
-                 void *owner);
+void uart_tx_init(struct uart_tx *tx, struct schedule *schedule, struct driver *driver,
+                  void *context);
 /* Puts one frame on the driver, from `start` on. The talker must not be busy. */
-void talker_say(struct talker *talker, uint64_t start, uint32_t bit_256, uint8_t byte);
+void uart_tx_send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, uint8_t byte);
 /* Time at which a bit of the present frame begins: 0 (start) to 9 (stop). */
-uint64_t talker_bit(const struct talker *talker, unsigned bit);
+uint64_t uart_tx_bit_time(const struct uart_tx *tx, unsigned bit);
 /* Time at which the stop bit of the present frame ends. */
-uint64_t talker_end(const struct talker *talker);
+uint64_t uart_tx_end(const struct uart_tx *tx);
 /* Power was lost: the frame ends here, unfinished and without on_end. */
-void talker_stop(struct talker *talker, uint64_t now);
+void uart_tx_stop(struct uart_tx *tx, uint64_t now);
 
-struct heard {
+struct uart_frame {
     uint8_t byte;
     bool framing_error; // the stop bit was low
     uint64_t start;     // of its start bit
     uint64_t end;       // of its stop bit: half a bit after it is delivered
 };
 
-struct ear {
+struct uart_rx {
     struct schedule *schedule;
     struct net *net;
-    void *owner;
-    uint32_t (*ask_bit)(void *owner);            // asked at each start bit; 0: bit_256 holds
-    void (*on_start)(void *owner, uint64_t now); // start bit verified, in its middle; may be 0
-    void (*on_byte)(void *owner, uint64_t now, const struct heard *heard); // mid stop bit
+    void *context;
+    uint32_t (*get_bit_256)(void *context);        // asked at each start bit; 0: bit_256 holds
+    void (*on_start)(void *context, uint64_t now); // start bit verified, in its middle; may be 0
+    void (*on_byte)(void *context, uint64_t now, const struct uart_frame *frame); // mid stop bit
     struct listener listener;
     struct event event;
     bool enabled;
@@ -75,10 +75,10 @@ struct ear {
 };
 
 /* The ear begins disabled. */
-void ear_init(struct ear *ear, struct schedule *schedule, struct net *net, void *owner);
+void uart_rx_init(struct uart_rx *rx, struct schedule *schedule, struct net *net, void *context);
 /* A frame begins with a falling edge after the ear was enabled. What comes of a frame that had
  * begun before is what a real receiver makes of it: nothing, or garbage. Disabling drops the frame.
  */
-void ear_enable(struct ear *ear, bool enabled);
+void uart_rx_enable(struct uart_rx *rx, bool enabled);
 
 #endif

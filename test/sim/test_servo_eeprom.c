@@ -16,7 +16,7 @@
 static struct schedule schedule;
 static struct net net;
 static struct servos servos;
-static struct state state;
+static struct servo_eeprom state;
 static char folder[] = "/tmp/test_state_XXXXXX";
 
 static void start(const uint8_t *ids, unsigned count)
@@ -24,7 +24,7 @@ static void start(const uint8_t *ids, unsigned count)
     schedule_init(&schedule);
     net_init(&net);
     servos_init(&servos, &schedule, &net, CLOCK);
-    TEST_ASSERT_TRUE(state_init(&state, folder, 0, &servos));
+    TEST_ASSERT_TRUE(servo_eeprom_init(&state, folder, 0, &servos));
     servos_replace(&servos, 0, ids, count);
 }
 
@@ -41,7 +41,7 @@ void setUp(void)
     memcpy(folder + sizeof(folder) - 7, "XXXXXX", 6);
     TEST_ASSERT_NOT_NULL(mkdtemp(folder));
     start(ids, 3);
-    TEST_ASSERT_TRUE(state_load(&state));
+    TEST_ASSERT_TRUE(servo_eeprom_load(&state));
 }
 
 static unsigned files(bool remove_them)
@@ -101,7 +101,7 @@ static void read_file(const char *name, char text[200])
 
 void test_a_servo_that_never_changed_has_no_file(void)
 {
-    state_save(&state);
+    servo_eeprom_save(&state);
     TEST_ASSERT_EQUAL_UINT(0, files(false));
 }
 
@@ -110,9 +110,9 @@ void test_the_eeprom_area_comes_back_and_the_ram_area_does_not(void)
     registers(0)[TABLE_ID] = 9;
     registers(0)[TABLE_CCW_LIMIT] = 0x12;
     registers(0)[TABLE_LED] = 1;
-    state_save(&state);
+    servo_eeprom_save(&state);
     restart();
-    TEST_ASSERT_TRUE(state_load(&state));
+    TEST_ASSERT_TRUE(servo_eeprom_load(&state));
     TEST_ASSERT_EQUAL_UINT8(9, registers(0)[TABLE_ID]);
     TEST_ASSERT_EQUAL_HEX8(0x12, registers(0)[TABLE_CCW_LIMIT]);
     TEST_ASSERT_EQUAL_UINT8(0, registers(0)[TABLE_LED]);
@@ -123,21 +123,21 @@ void test_the_receiver_is_at_the_rate_that_was_kept(void)
 {
     registers(0)[TABLE_BAUD] = 34;
     servos.node[0].servo.saved_baud = 34;
-    state_save(&state);
+    servo_eeprom_save(&state);
     restart();
-    TEST_ASSERT_TRUE(state_load(&state));
+    TEST_ASSERT_TRUE(servo_eeprom_load(&state));
     TEST_ASSERT_EQUAL_UINT8(34, servos.node[0].baud);
-    TEST_ASSERT_EQUAL_UINT(1, servos.ears[34]->users);
+    TEST_ASSERT_EQUAL_UINT(1, servos.receivers[34]->users);
 }
 
 void test_two_servos_of_one_id_have_a_file_each(void)
 {
     registers(1)[TABLE_ALARM_LED] = 1;
     registers(2)[TABLE_ALARM_LED] = 2;
-    state_save(&state);
+    servo_eeprom_save(&state);
     TEST_ASSERT_EQUAL_UINT(2, files(false));
     restart();
-    TEST_ASSERT_TRUE(state_load(&state));
+    TEST_ASSERT_TRUE(servo_eeprom_load(&state));
     TEST_ASSERT_EQUAL_UINT8(1, registers(1)[TABLE_ALARM_LED]);
     TEST_ASSERT_EQUAL_UINT8(2, registers(2)[TABLE_ALARM_LED]);
 }
@@ -158,7 +158,7 @@ void test_the_file_is_one_line_of_text(void)
 {
     char text[200];
     registers(0)[TABLE_ID] = 9;
-    state_save(&state);
+    servo_eeprom_save(&state);
     read_file("bus0-servo001.eeprom", text);
     TEST_ASSERT_EQUAL_STRING("CDS55xx EEPROM 00 01 01 09 01 01 00 00 FF 03 00 50 3C A0 FF 03 02 25 "
                              "04 00 00 00 00 00 CRC 9323\n",
@@ -169,7 +169,7 @@ void test_every_damage_to_one_character_is_noticed(void)
 {
     char good[200];
     registers(0)[TABLE_ID] = 9;
-    state_save(&state);
+    servo_eeprom_save(&state);
     read_file("bus0-servo001.eeprom", good);
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
@@ -180,11 +180,11 @@ void test_every_damage_to_one_character_is_noticed(void)
         bad[i] = bad[i] == '5' ? '6' : '5';
         write_file("bus0-servo001.eeprom", bad);
         restart();
-        unnoticed += state_load(&state);
+        unnoticed += servo_eeprom_load(&state);
         bad[i] = 0; // cut
         write_file("bus0-servo001.eeprom", bad);
         restart();
-        unnoticed += state_load(&state);
+        unnoticed += servo_eeprom_load(&state);
     }
     fclose(stderr);
     stderr = kept;
@@ -195,13 +195,13 @@ void test_bytes_that_no_servo_can_hold_are_refused_though_the_checksum_is_right(
 {
     char text[200];
     registers(0)[TABLE_ID] = 254;
-    state_save(&state);
+    servo_eeprom_save(&state);
     read_file("bus0-servo001.eeprom", text);
     TEST_ASSERT_NOT_NULL(strstr(text, "FE"));
     restart();
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
-    bool loaded = state_load(&state);
+    bool loaded = servo_eeprom_load(&state);
     fclose(stderr);
     stderr = kept;
     TEST_ASSERT_FALSE(loaded);
@@ -209,13 +209,13 @@ void test_bytes_that_no_servo_can_hold_are_refused_though_the_checksum_is_right(
 
 void test_a_folder_that_cannot_be_is_told(void)
 {
-    struct state other;
+    struct servo_eeprom other;
     char path[600];
     write_file("file", "");
     snprintf(path, sizeof(path), "%s/file", folder);
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
-    bool good = state_init(&other, path, 0, &servos);
+    bool good = servo_eeprom_init(&other, path, 0, &servos);
     fclose(stderr);
     stderr = kept;
     TEST_ASSERT_FALSE(good);
@@ -226,7 +226,7 @@ void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
     char text[200];
     struct rlimit limit;
     registers(0)[TABLE_ID] = 9;
-    state_save(&state);
+    servo_eeprom_save(&state);
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
     rlim_t size = limit.rlim_cur;
     signal(SIGXFSZ, SIG_IGN);
@@ -235,7 +235,7 @@ void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
     registers(0)[TABLE_ID] = 10;
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
-    state_save(&state);
+    servo_eeprom_save(&state);
     fclose(stderr);
     stderr = kept;
     limit.rlim_cur = size;
@@ -248,19 +248,19 @@ void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
 
 void test_without_a_folder_nothing_is_kept(void)
 {
-    struct state none;
-    TEST_ASSERT_TRUE(state_init(&none, 0, 0, &servos));
+    struct servo_eeprom none;
+    TEST_ASSERT_TRUE(servo_eeprom_init(&none, 0, 0, &servos));
     registers(0)[TABLE_ID] = 9;
-    TEST_ASSERT_TRUE(state_load(&none));
-    state_save(&none);
+    TEST_ASSERT_TRUE(servo_eeprom_load(&none));
+    servo_eeprom_save(&none);
     TEST_ASSERT_EQUAL_UINT8(9, registers(0)[TABLE_ID]);
 }
 
 void test_what_has_not_changed_is_not_written_again(void)
 {
     registers(0)[TABLE_ID] = 9;
-    state_save(&state);
+    servo_eeprom_save(&state);
     TEST_ASSERT_EQUAL_UINT(1, files(true));
-    state_save(&state);
+    servo_eeprom_save(&state);
     TEST_ASSERT_EQUAL_UINT(0, files(false));
 }
