@@ -6,8 +6,8 @@ static void set_driving(struct adapter *adapter, uint64_t now, bool driving)
 {
     driver_enable(&adapter->to_rxd, now, !driving);
     driver_enable(&adapter->driver, now, driving);
-    if (adapter->on_talk) {
-        adapter->on_talk(adapter->context, now, driving);
+    if (adapter->on_drive) {
+        adapter->on_drive(adapter->context, now, driving);
     }
 }
 

@@ -40,7 +40,8 @@ struct adapter {
     void *context;
     void (*on_byte)(void *context, uint64_t now, uint8_t byte); // may be 0
     void (*on_start)(void *context, uint64_t now);              // of a byte it says; may be 0
-    void (*on_talk)(void *context, uint64_t now, bool talking); // half duplex: the driver; may be 0
+    void (*on_drive)(void *context, uint64_t now,
+                     bool talking); // half duplex: the driver; may be 0
 };
 
 /* Half duplex when `to` and `from` are one net. */

@@ -1,6 +1,12 @@
-/* What happened when, to the cycle, for whoever measures firmware: each transmission of the
- * controller, each step of a pin that the firmware sets as a mark, and in the end how long handlers
- * took and interrupts were off. Lines of words; docs/simulator.md says which. */
+/* Records CPU cycles for measurements of firmware, from one place and with one clock:
+ *
+ *     --times FILE     handlers, time with interrupts off, transmissions of the controller
+ *     --stamp PORT     and each change of the port's pins          (into FILE)
+ *     --steps FROM-TO  and each instruction that begins in a span  (into FILE)
+ *     --mark PIN       how long the firmware holds a pin high      (one line of the report)
+ *
+ * docs/simulator.md describes the lines of the file.
+ */
 #ifndef SIM_CYCLE_LOG_H
 #define SIM_CYCLE_LOG_H
 
@@ -8,71 +14,97 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "board.h"
+#include "avr/bus_circuit.h"
 #include "avr/cpu.h"
 #include "avr/machine.h"
 #include "avr/pins.h"
-#include "avr/bus_circuit.h"
+#include "board.h"
 
-#define TIMES_VECTORS 64
-#define TIMES_DEPTH   8 // handlers within handlers
+#define CYCLE_LOG_VECTORS 64
+#define CYCLE_LOG_DEPTH   8 // nested handlers
 
-struct times {
-    const char *path;
-    FILE *file; // 0: nothing is asked for
-    struct machine *machine;
-    const struct cpu *cpu;
-
-    struct times_handler {
-        uint32_t times;
-        uint64_t cycles; // without other handlers within, as the next one
-        uint64_t longest;
-    } handler[TIMES_VECTORS];
-    struct times_running {
-        uint8_t vector;
-        uint64_t entered;
-        uint64_t nested; // cycles of handlers within
-    } running[TIMES_DEPTH];
-    unsigned depth;
-
-    bool off; // interrupts are
-    uint64_t off_since;
-    uint64_t longest_off;
-    uint64_t longest_off_at;
-
-    uint64_t steps_from, steps_to; // instructions that begin from one cycle to before the other
-
-    struct pin stamp; // any of its port
-    bool stamps;
-    uint8_t level; // of its pins
-
-    struct times_sent {
-        unsigned bytes; // of the transmission that goes on; 0: none does
-        uint64_t first; // its first start bit
-        uint64_t last;  // its latest stop bit's end
-        uint64_t idle;  // cycles within it that had no frame
-    } sent[BOARD_BUSES_MAX];
+/* The values of the options; 0: not given. */
+struct cycle_log_options {
+    const char *times;
+    const char *stamp;
+    const char *steps;
+    const char *mark;
 };
 
-/* False, with one line on stderr: the file cannot be written. */
-bool times_open(struct times *times, struct machine *machine, const char *path);
-/* Steps of the pins of `port`, as in B, are told too. False, with one line on stderr, when the chip
- * has no such port. */
-bool times_stamp(struct times *times, const char *port);
+struct handler_cycles {
+    uint32_t count;
+    uint64_t cycles; // in all, without nested handlers
+    uint64_t longest;
+};
 
-/* The file also gets each instruction that begins in the cycles of `span`: 1000-2000 is from cycle
- * 1000 to before cycle 2000. False, with one line on stderr, if `span` is not two cycles, the lower
- * one first. */
-bool times_steps(struct times *times, const char *span);
+struct running_handler {
+    uint8_t vector;
+    uint64_t entered;
+    uint64_t nested; // cycles of handlers that interrupted this one
+};
 
-/* To be called when a handler is entered or left. */
-void times_handler(struct times *times, uint64_t now);
-/* A byte of the controller begins on this wire. */
-void times_byte(struct times *times, uint64_t now, unsigned bus, const struct bus_circuit *circuit);
-/* An enable has changed, or the controller's transmitter or receiver. */
-void times_wire(struct times *times, uint64_t now, unsigned bus, const struct bus_circuit *circuit);
+/* A transmission of the controller that has not ended. */
+struct transmission {
+    unsigned bytes; // 0: there is none
+    uint64_t start; // of the first start bit
+    uint64_t end;   // of the latest stop bit
+    uint64_t idle;  // cycles between frames
+};
 
-/* Writes the sums of a run that ends now. False: the file could not be written. */
-bool times_close(struct times *times, uint64_t now);
+/* The time for which the firmware holds one pin high, without interrupt handlers. */
+struct pin_timer {
+    const char *name; // as in B0; 0: --mark was not given
+    struct pin pin;
+    bool high;
+    uint64_t rose;        // cycle
+    uint64_t in_handlers; // cpu->in_handlers when the pin rose
+    uint64_t cycles;      // in all
+    uint64_t longest;
+    uint32_t count;
+};
+
+struct cycle_log {
+    struct machine *machine;
+    const struct cpu *cpu;
+    const char *path;
+    FILE *file; // 0: --times was not given
+
+    struct handler_cycles handler[CYCLE_LOG_VECTORS];
+    struct running_handler running[CYCLE_LOG_DEPTH];
+    unsigned depth;
+
+    bool interrupts_off;
+    uint64_t off_since;
+    uint64_t longest_off;
+    uint64_t longest_off_since;
+
+    uint64_t steps_from, steps_to; // a span of cycles, without its end
+
+    struct pin stamp; // any pin of the port
+    uint8_t stamp_level;
+
+    struct transmission transmission[BOARD_BUSES_MAX];
+    struct pin_timer timer;
+};
+
+/* Opens the file and watches what the options name. Returns false, with one line on stderr, if an
+ * option's value is wrong. */
+bool cycle_log_open(struct cycle_log *log, struct machine *machine,
+                    const struct cycle_log_options *options);
+
+/* The caller reports three events: a handler is entered or left; a byte of the controller begins on
+ * a bus; an enable, the transmitter or the receiver of a bus has changed. */
+void cycle_log_handler(struct cycle_log *log, uint64_t now);
+void cycle_log_byte(struct cycle_log *log, uint64_t now, unsigned bus,
+                    const struct bus_circuit *circuit);
+void cycle_log_circuit(struct cycle_log *log, uint64_t now, unsigned bus,
+                       const struct bus_circuit *circuit);
+
+/* Writes the line of --mark for a run that ends at `now`. */
+void cycle_log_report(struct cycle_log *log, uint64_t now, FILE *out);
+
+/* Writes the sums of a run that ends at `now`. Returns false, with one line on stderr, if the file
+ * could not be written. */
+bool cycle_log_close(struct cycle_log *log, uint64_t now);
 
 #endif

@@ -191,7 +191,7 @@ static bool check_state(const struct named_files *files, const char *folder)
     return true;
 }
 
-bool named_files_check(const struct bench_options *options)
+bool named_files_check(const struct testbench_options *options)
 {
     struct named_files files = {.count = 0};
     char board[BOARD_PATH_SIZE];
@@ -199,7 +199,7 @@ bool named_files_check(const struct bench_options *options)
     add(&files, "--transcript", options->transcript, true);
     add(&files, "--vcd", options->vcd, true);
     add(&files, "--csv", options->csv, true);
-    add(&files, "--times", options->times, true);
+    add(&files, "--times", options->cycles.times, true);
     add(&files, "--plot", options->plot, true);
     add(&files, "--eeprom", options->eeprom, true);
     add(&files, "the ELF", options->elf, false);

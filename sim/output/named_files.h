@@ -14,6 +14,6 @@
 
 /* Call it before any output is opened; it opens and changes no file. False, with one line on stderr
  * that names both options, if an output is the same file as another one. */
-bool named_files_check(const struct bench_options *options);
+bool named_files_check(const struct testbench_options *options);
 
 #endif

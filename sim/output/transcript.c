@@ -106,7 +106,7 @@ static uint32_t get_bit_256(void *context)
 {
     struct transcript *t = context;
     t->from_controller = t->controller && t->controller->enabled && !t->controller->level;
-    const struct driver *tx = t->from_controller ? t->controller_talker : t->servo;
+    const struct driver *tx = t->from_controller ? t->controller_tx : t->servo;
     return tx && tx->bit_256 ? tx->bit_256 : t->rx.bit_256;
 }
 
@@ -138,7 +138,7 @@ void transcript_init(struct transcript *transcript, struct schedule *schedule, s
                      const struct driver *controller)
 {
     *transcript = (struct transcript){
-        .schedule = schedule, .controller = controller, .controller_talker = controller};
+        .schedule = schedule, .controller = controller, .controller_tx = controller};
     transcript->listener = (struct listener){.context = transcript, .on_driver = driver_changed};
     net_listen(net, &transcript->listener);
     uart_rx_init(&transcript->rx, schedule, net, transcript);

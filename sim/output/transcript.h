@@ -19,9 +19,9 @@
 
 struct transcript {
     struct schedule *schedule;
-    const struct driver *controller;        // who of the net's drivers is the controller
-    const struct driver *controller_talker; // whose bits that one repeats; knows the bit time
-    const struct driver *servo;             // the latest other one that began to drive
+    const struct driver *controller;    // who of the net's drivers is the controller
+    const struct driver *controller_tx; // whose bits that one repeats; knows the bit time
+    const struct driver *servo;         // the latest other one that began to drive
     struct uart_rx rx;
     struct listener listener;
     struct event idle;

@@ -132,8 +132,8 @@ static void set_talking(struct servo_node *node, uint64_t now, bool talking)
         return;
     }
     driver_enable(&node->driver, now, talking);
-    if (node->servos->on_talk) {
-        node->servos->on_talk(node->servos->context, now, node);
+    if (node->servos->on_drive) {
+        node->servos->on_drive(node->servos->context, now, node);
     }
 }
 

@@ -57,8 +57,8 @@ struct servos {
     bool duplicates;                       // several may have one ID: their collisions are excused
     void *context;
     void (*on_byte)(void *context, uint64_t now, const struct servo_node *node); // begins; may be 0
-    void (*on_talk)(void *context, uint64_t now,
-                    const struct servo_node *node); // or ends; may be 0
+    void (*on_drive)(void *context, uint64_t now,
+                     const struct servo_node *node); // or ends; may be 0
     void *fault_context;
     void (*fault_on_reply)(void *fault_context,
                            struct servo_node *node); // a reply may still be changed; may be 0

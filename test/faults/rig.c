@@ -120,7 +120,7 @@ static void reply_due(void *fault_context, struct servo_node *node)
 
 static void tap_in(struct rig *rig)
 {
-    struct bench_bus *bus = &rig->bench.bus[0];
+    struct testbench_bus *bus = &rig->bench.bus[0];
     struct servo_receiver *receiver = bus->servos.receivers[SERVO_RESET_BAUD];
     to_usart = bus->circuit.usart.rx.on_byte;
     bus->circuit.usart.rx.on_byte = usart_hears;
@@ -216,15 +216,15 @@ bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *
               const char *servos, bool console)
 {
     *rig = (struct rig){.hold_after = INT64_MIN};
-    rig->options = (struct bench_options){
+    rig->options = (struct testbench_options){
         .elf = elf, .boards = boards, .board = board, .allow_duplicates = true, .exact = true};
-    struct bench_servos *list = &rig->options.servos[0];
+    struct testbench_servos *list = &rig->options.servos[0];
     const char *wrong = ids_parse(servos, true, list->ids, &list->count);
     if (wrong) {
         die(wrong, servos);
     }
     the_rig = rig;
-    if (!bench_init(&rig->bench, &rig->options)) {
+    if (!testbench_init(&rig->bench, &rig->options)) {
         return false;
     }
     rig->bench.rules.out = 0;
@@ -243,7 +243,7 @@ bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *
 
 void rig_close(struct rig *rig)
 {
-    bench_free(&rig->bench);
+    testbench_free(&rig->bench);
 }
 
 uint64_t rig_now(const struct rig *rig)
@@ -318,7 +318,7 @@ void rig_order_in(struct rig *rig, uint64_t cycles, const char *format, ...)
 
 static bool quiet(const struct rig *rig)
 {
-    const struct bench_bus *bus = &rig->bench.bus[0];
+    const struct testbench_bus *bus = &rig->bench.bus[0];
     for (unsigned i = 0; i < bus->servos.count; i++) {
         const struct servo_node *node = &bus->servos.node[i];
         if (node->driver.enabled || event_armed(&node->reply_delay)) {

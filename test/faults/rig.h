@@ -39,8 +39,8 @@ struct timed_order {
 };
 
 struct rig {
-    struct bench bench;
-    struct bench_options options;
+    struct testbench bench;
+    struct testbench_options options;
     uint32_t job_at; // address of job_board
     struct event limit;
     bool late;                    // the limit was met

@@ -23,7 +23,7 @@ static void console_says(void *context, uint64_t now, uint8_t byte)
 
 static void say(struct check *check, const char *bytes, unsigned size)
 {
-    struct bench *bench = &check->rig->bench;
+    struct testbench *bench = &check->rig->bench;
     bench->host_link.adapter.on_byte = console_says;
     host_link_send(&bench->host_link, rig_now(check->rig), bytes, size);
 }

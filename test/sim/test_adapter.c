@@ -47,7 +47,7 @@ void setUp(void)
     net_init(&net);
     adapter_init(&adapter, &schedule, &net, &net, CLOCK, 1000000);
     adapter.on_byte = hears;
-    adapter.on_talk = talks;
+    adapter.on_drive = talks;
     uart_rx_init(&onlooker, &schedule, &net, 0);
     onlooker.bit_256 = 16 * 256;
     onlooker.on_byte = saw;
