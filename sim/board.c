@@ -13,12 +13,12 @@
 #define LINE_SIZE   256
 #define BOARDS_SIZE 512
 
-/* Text of one data file and where it came from, for messages. */
+/* The text of one data file and its path, for messages. */
 struct source {
     char path[BOARD_PATH_SIZE];
     FILE *file;
-    unsigned line; // of the latest word that was found
-    bool good;     // nothing was missing so far
+    unsigned line; // line of the latest word that was found
+    bool good;     // nothing has been missing so far
 };
 
 static bool is_own(const char *name)
@@ -40,7 +40,7 @@ void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SI
     snprintf(chip, BOARD_PATH_SIZE, "%.*sboard.mk", (int)(slash ? slash - wiring + 1 : 0), wiring);
 }
 
-/* 0, or what is wrong. The type is checked before fopen(), which would wait at a pipe. */
+/* Returns 0, or what is wrong. Checks the type before fopen(), which would wait at a pipe. */
 static const char *open_path(struct source *source)
 {
     struct stat what;
@@ -58,7 +58,7 @@ static const char *open_path(struct source *source)
     return source->good ? 0 : strerror(errno);
 }
 
-/* The word behind `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
+/* Finds the word after `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
 static bool has_word(struct source *source, const char *key, char *word)
 {
     char line[LINE_SIZE];
@@ -86,7 +86,7 @@ static bool find_word(struct source *source, const char *key, char *word)
     return found;
 }
 
-/* Only the first fault of a file is reported. `wanted` continues "use ". */
+/* Reports only the first error of a file. `wanted` continues "use ". */
 static void complain(struct source *source, const char *key, const char *word, const char *wanted)
 {
     if (source->good) {
@@ -96,8 +96,8 @@ static void complain(struct source *source, const char *key, const char *word, c
     source->good = false;
 }
 
-/* Like an integer constant of C: decimal, octal or hexadecimal, with U or L behind it (16000000UL).
- * strtoul() alone would accept -18446744073709551615 as 1. */
+/* Parses an integer constant of C: decimal, octal or hexadecimal, with U or L after it
+ * (16000000UL). strtoul() alone would accept -18446744073709551615 as 1. */
 static bool parse_number(const char *word, uint32_t min, uint32_t max, uint32_t *value)
 {
     char *end = 0;
@@ -110,8 +110,8 @@ static bool parse_number(const char *word, uint32_t min, uint32_t max, uint32_t 
     return true;
 }
 
-/* A value that is missing or out of range returns `min`, so that the caller stays within the bounds
- * of its arrays; source->good is false then. */
+/* Returns `min` if the value is missing or out of range, so the caller stays within its arrays.
+ * source->good is false then. */
 static uint32_t number(struct source *source, const char *key, uint32_t min, uint32_t max)
 {
     char word[VALUE_SIZE];
@@ -176,12 +176,12 @@ static void read_bus(struct board_bus *bus, struct source *source, unsigned inde
     bus->rxd = pin(source, index, "RXD");
 }
 
-/* Each USART has one job. */
+/* A USART can have one use only. */
 static void take_usart(struct source *source, const char *key, unsigned usart, unsigned *used)
 {
     char word[VALUE_SIZE];
     if (source->good && (*used & 1u << usart)) {
-        has_word(source, key, word); // for its line
+        has_word(source, key, word); // finds the line of the message
         fprintf(stderr, "%s:%u: %s: USART%u has another job already\n", source->path, source->line,
                 key, usart);
         source->good = false;

@@ -1,4 +1,4 @@
-/* simavr's own USART, joined to the nets byte by byte: the common way to use it. */
+/* simavr's own USART, connected to the nets byte by byte: the common way to use simavr. */
 #include "avr/usart.h"
 
 #include <string.h>
@@ -75,7 +75,8 @@ void usart_init_stock(struct usart *usart)
     usart->rx.on_byte = byte_received;
     uart_rx_enable(&usart->rx, true);
 
-    uint32_t no_flags = 0; // no echo on stdout, no sleep of the host at every look at UCSRA
+    uint32_t no_flags =
+        0; // no echo on stdout, and no sleep of the host when the firmware polls UCSRA
     avr_ioctl(usart->avr, (uint32_t)AVR_IOCTL_UART_SET_FLAGS(r->name), &no_flags);
     avr_irq_register_notify(r->io.irq + UART_IRQ_OUTPUT, byte_written, usart);
 

@@ -1,6 +1,6 @@
 #include "host/adapter.h"
 
-#define BAUD_MAX 4000000 // of the FT232 in a USB2Dynamixel it is 3 000 000
+#define BAUD_MAX 4000000 // the FT232 in a USB2Dynamixel allows 3 000 000
 
 static void set_driving(struct adapter *adapter, uint64_t now, bool driving)
 {

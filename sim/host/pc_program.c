@@ -12,10 +12,9 @@
 #define READY_AFTER_US 1000
 #define SAY_MAX        1024
 #define WITHIN_MS      1000
-#define STOP           0x18 // Ctrl-X, by which a flood would stop the robot, and rightly
+#define STOP           0x18 // Ctrl-X stops the robot: a flood of random bytes leaves it out
 
-/* --- the file ------------------------------------------------------------------------------------
- */
+/* --- the file --- */
 
 static bool complain(const struct pc_program *program, unsigned line, const char *what)
 {
@@ -117,8 +116,7 @@ void pc_program_free(struct pc_program *program)
     program->text = 0;
 }
 
-/* --- line after line -----------------------------------------------------------------------------
- */
+/* --- line after line --- */
 
 static uint64_t cycles(const struct pc_program *program, uint64_t us)
 {
@@ -130,7 +128,7 @@ static void step_in(struct pc_program *program, uint64_t now, uint64_t us)
     schedule_at(program->schedule, &program->step, now + cycles(program, us));
 }
 
-/* What is said is told with the time from which it is said, and the end of its last stop bit. */
+/* Sends bytes, and prints the start of the first start bit and the end of the last stop bit. */
 static void say(struct pc_program *program, uint64_t now, const uint8_t *bytes, size_t size)
 {
     uint64_t from = adapter_end(&program->link->adapter);
@@ -161,7 +159,7 @@ static void tell_heard(struct pc_program *program, size_t size)
     program->taken += size;
 }
 
-/* True when the next line may follow at once. */
+/* Returns true if the next line may follow at once. */
 static bool hear(struct pc_program *program, uint64_t now, const struct pc_line *line)
 {
     size_t wanted = (size_t)line->value;
@@ -170,7 +168,8 @@ static bool hear(struct pc_program *program, uint64_t now, const struct pc_line 
     }
     program->hearing = program->size - program->taken < wanted && now < program->deadline;
     if (program->hearing) {
-        schedule_at(program->schedule, &program->step, program->deadline); // or when it is here
+        schedule_at(program->schedule, &program->step,
+                    program->deadline); // or earlier: when the bytes are there
         return false;
     }
     if (program->size - program->taken >= wanted) {
@@ -184,7 +183,7 @@ static bool hear(struct pc_program *program, uint64_t now, const struct pc_line 
     return false;
 }
 
-/* As much as the adapter takes. */
+/* Sends as many bytes as the adapter takes. */
 static bool flood(struct pc_program *program, uint64_t now)
 {
     while (program->flood && adapter_space(&program->link->adapter)) {
@@ -201,7 +200,7 @@ static bool flood(struct pc_program *program, uint64_t now)
         return false;
     }
     schedule_at(program->schedule, &program->step,
-                adapter_end(&program->link->adapter)); // and the next line then
+                adapter_end(&program->link->adapter)); // the next line follows then
     return false;
 }
 
@@ -237,7 +236,7 @@ static void step(void *context, uint64_t now)
     struct pc_program *program = context;
     bool go_on = true;
     if (program->next == 0 && !usart_rxen(&program->link->usart)) {
-        step_in(program, now, READY_AFTER_US); // a PC is not that fast either
+        step_in(program, now, READY_AFTER_US); // a PC does not send earlier
         return;
     }
     if (program->hearing) {

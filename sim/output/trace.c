@@ -5,8 +5,7 @@
 
 #include "output/files.h"
 
-/* --- signals -------------------------------------------------------------------------------------
- */
+/* --- signals --- */
 
 static void sig_changed(void *context, uint64_t now, bool level)
 {
@@ -140,8 +139,7 @@ void bus_trace_new_servos(struct bus_trace *trace, uint64_t now)
     }
 }
 
-/* --- motion --------------------------------------------------------------------------------------
- */
+/* --- motion --- */
 
 static void write_row(void *context, uint64_t now)
 {

@@ -2,11 +2,11 @@
 
 #include <inttypes.h>
 
-#define IDLE_BYTES 3 // byte times without a start bit that end a packet
+#define IDLE_BYTES 3 // a packet ends after so many byte times without a start bit
 
-enum { HEADER = 0xFF, OVERHEAD = 4 }; // header, header, ID, LENGTH
+enum { HEADER = 0xFF, OVERHEAD = 4 }; // two header bytes, ID, LENGTH
 
-/* Offset of the second 0xFF: any number of them may come before the ID. */
+/* Returns the position of the ID: any number of 0xFF may come before it. */
 static unsigned header_end(const struct transcript *t)
 {
     unsigned at = 0;
@@ -16,7 +16,7 @@ static unsigned header_end(const struct transcript *t)
     return at;
 }
 
-/* Bytes that a packet which starts like this has, or 0 while that is not known. */
+/* Returns the size of the packet, or 0 while it is not known. */
 static unsigned whole_size(const struct transcript *t)
 {
     unsigned id = header_end(t);
@@ -39,7 +39,7 @@ static bool is_packet(const struct transcript *t)
         }
         sum += t->bytes[i];
     }
-    return (sum & 0xFF) == 0xFF; // the checksum is the complement of the rest
+    return (sum & 0xFF) == 0xFF; // the checksum is the complement of the sum of the rest
 }
 
 static void write_line(const struct transcript *t, FILE *out, const char *note)
@@ -81,7 +81,7 @@ static void end_packet(struct transcript *t)
 void transcript_end(struct transcript *t)
 {
     if (t->size) {
-        t->good = true; // for all we know
+        t->good = true; // the bytes so far are not wrong
         finish(t, " unfinished");
     }
 }
@@ -101,7 +101,7 @@ static void driver_changed(void *context, uint64_t now, struct driver *driver)
     }
 }
 
-/* At a start bit: who talks, and how fast? */
+/* Finds the sender of a start bit and its bit time. */
 static uint32_t get_bit_256(void *context)
 {
     struct transcript *t = context;
@@ -129,7 +129,7 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
         end_packet(t);
     } else {
         uint64_t patience = IDLE_BYTES * (frame->end - frame->start);
-        /* a byte that starts within the patience is heard one byte time later */
+        /* A byte that starts within the idle time is complete one byte time later. */
         schedule_at(t->schedule, &t->idle, frame->end + patience + (frame->end - frame->start));
     }
 }

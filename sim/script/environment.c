@@ -51,7 +51,7 @@ static int32_t value_of(const struct servo_node *node, enum environment_property
     switch (property) {
     case ENVIRONMENT_SUPPLY: return surroundings->supply_dV;
     case ENVIRONMENT_AMBIENT: return surroundings->ambient_C;
-    default: return surroundings->load; // what is no quantity has no ramp
+    default: return surroundings->load; // the other properties are on or off and have no ramp
     }
 }
 

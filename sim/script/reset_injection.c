@@ -4,8 +4,7 @@
 
 #include "script/lexer.h"
 
-/* --- reading -------------------------------------------------------------------------------------
- */
+/* --- reading --- */
 
 static bool parse_cause(struct reset_order *order, const char *word)
 {
@@ -67,8 +66,7 @@ const char *hang_order_parse(struct reset_order *order, char *text)
     return good ? 0 : "wanted: nothing, or: in MS";
 }
 
-/* --- doing ---------------------------------------------------------------------------------------
- */
+/* --- doing --- */
 
 static void happen(void *context, uint64_t now)
 {

@@ -5,10 +5,10 @@
 
 #include "script/lexer.h"
 
-#define POLL_US        100   // for the firmware to listen, and for what is expected
-#define PACKET_US      100   // after one that was expected
-#define READY_AFTER_US 1000  // a PC is not that fast either
-#define RESET_AFTER_US 10000 // the rest of a line is answered meanwhile
+#define POLL_US        100   // period of the checks: firmware listens, expectation is met
+#define PACKET_US      100   // after an expected packet
+#define READY_AFTER_US 1000  // a PC does not send earlier
+#define RESET_AFTER_US 10000 // meanwhile the firmware replies to the rest of a cut line
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {
@@ -42,11 +42,10 @@ static void fail_expectation(struct script *script, uint64_t now, const char *wh
     finish(script, now);
 }
 
-/* --- the lines -----------------------------------------------------------------------------------
- */
+/* --- the lines --- */
 
-/* Each returns true when the next line may follow at once; else the step was put off, or the
- * scenario is over. */
+/* Each function returns true if the next line may follow at once. Else it has armed the next step,
+ * or the scenario has ended. */
 
 static bool do_command(struct script *script, uint64_t now, const struct scenario_line *line)
 {
@@ -178,7 +177,10 @@ static bool do_expect(struct script *script, uint64_t now, const struct scenario
         fail_expectation(script, now, what);
     }
     if (result == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
-        step_at(script, now + cycles(script, PACKET_US)); // it is told in its last stop bit
+        step_at(script,
+                now +
+                    cycles(script,
+                           PACKET_US)); // the packet is reported in the middle of its last stop bit
         return false;
     }
     return result == EXPECT_MET;
@@ -191,7 +193,7 @@ static bool do_show(struct script *script, uint64_t now, const struct scenario_l
     return true;
 }
 
-/* What is forgotten of what was seen. */
+/* When a line clears the recorder. */
 enum clearing { CLEAR_NEVER, CLEAR_BEFORE, CLEAR_AFTER };
 
 static const struct {
@@ -213,10 +215,9 @@ static const struct {
     [SCENARIO_SHOW] = {do_show, CLEAR_NEVER},
 };
 
-/* --- line after line -----------------------------------------------------------------------------
- */
+/* --- line after line --- */
 
-/* Does the console listen? If not, the command waits until it does. */
+/* Returns true if the console listens. Else the command waits until it does. */
 static bool listens(struct script *script, uint64_t now)
 {
     if (!script->started && !script->command_waits) {
@@ -256,7 +257,7 @@ static void step(void *context, uint64_t now)
     }
 }
 
-/* Whatever the scenario does meanwhile. */
+/* Checks whether the firmware listens, independently of the scenario. */
 static void probe(void *context, uint64_t now)
 {
     struct script *script = context;
@@ -267,7 +268,7 @@ static void probe(void *context, uint64_t now)
         return;
     }
     if (script->quiet_us == RESET_AFTER_US) {
-        script->reply_size = 0; // half a byte of before the reset
+        script->reply_size = 0; // half a line from before the reset
     }
     script->started = true;
     if (script->command_waits) {
@@ -283,15 +284,14 @@ static void reply_timed_out(void *context, uint64_t now)
     if (script->started) {
         what = current(script)->text;
     } else {
-        script->next++; // to the line that nobody listened to
+        script->next++; // to the line that the firmware did not receive
         schedule_cancel(script->schedule, &script->probe);
     }
     script->ops->outcome(script->ops->context, now, SCRIPT_SILENCE, what);
     finish(script, now);
 }
 
-/* --- what comes back -----------------------------------------------------------------------------
- */
+/* --- what comes back --- */
 
 static void reply_line(struct script *script, uint64_t now)
 {
@@ -345,8 +345,7 @@ void script_was_reset(struct script *script, uint64_t now)
     }
 }
 
-/* --- begin and end -------------------------------------------------------------------------------
- */
+/* --- begin and end --- */
 
 static const char *missing_part(const struct script_ops *ops, enum scenario_verb verb)
 {
@@ -363,7 +362,7 @@ static const char *missing_part(const struct script_ops *ops, enum scenario_verb
     }
 }
 
-/* An ID stands twice, and the bus is not one that may have that. */
+/* Returns what is wrong if two servos have one ID on a bus that does not allow it. */
 static const char *reset_conflict(const struct script_ops *ops, const struct scenario_line *line)
 {
     uint8_t ids[IDS_MAX];

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #define TICKS_PER_SECOND 250
-#define BLINK_TICKS      62 // lit, then as long dark
+#define BLINK_TICKS      62 // lit for 62 ticks, then dark for 62 ticks
 
 enum instruction {
     PING = 0x01,
@@ -32,7 +32,7 @@ static bool baud_is_listed(uint8_t baud)
     return memchr(listed, baud, sizeof listed) != NULL;
 }
 
-/* Conditions that hold now (R18). */
+/* Returns the conditions that hold now (R18). */
 static uint8_t conditions(const struct servo *servo)
 {
     const uint8_t *now = servo->registers;
@@ -43,7 +43,8 @@ static uint8_t conditions(const struct servo *servo)
                      (servo->motor.overload ? SERVO_ERROR_OVERLOAD : 0));
 }
 
-/* R17: torque that is shut down stays off. Overload never shuts down, the motor lowers torque. */
+/* R17: a shutdown disables torque until it is enabled again. An overload does not shut down; the
+ * motor lowers its torque. */
 static void renew_alarms(struct servo *servo)
 {
     unsigned alarms = servo_errors(servo) & servo->registers[TABLE_ALARM_SHUTDOWN];
@@ -63,7 +64,7 @@ static void renew_present_values(struct servo *servo)
     now[TABLE_MOVING] = servo->motor.moving;
 }
 
-/* RAM area to its initial values (R38). */
+/* Sets the RAM area to its initial values (R38). */
 static void initialise_ram(struct servo *servo)
 {
     motor_release(&servo->motor);
@@ -72,7 +73,7 @@ static void initialise_ram(struct servo *servo)
     memcpy(servo->registers + TABLE_GOAL_POSITION, servo->registers + TABLE_PRESENT_POSITION, 2);
 }
 
-/* Writing. */
+/* --- writing --- */
 
 static uint16_t highest_value(const struct servo *servo, const struct table_row *row)
 {
@@ -95,8 +96,8 @@ static bool overlaps(const struct table_row *row, uint8_t address, unsigned coun
     return row->address < address + count && row->address + row->width > address;
 }
 
-/* What the table would be after the write, and the error that stands against it: a range error
- * means nothing is to be stored (R4, R5), an angle error leaves the goal as it was (R15). */
+/* Writes the table after the write to `after`. Returns an error: after a range error no byte is
+ * stored (R4, R5); an angle error leaves the goal as it was (R15). */
 static uint8_t try_write(const struct servo *servo, uint8_t address, const uint8_t *data,
                          unsigned count, uint8_t after[SERVO_REGISTERS])
 {
@@ -137,7 +138,7 @@ static uint8_t write_registers(struct servo *servo, uint8_t address, const uint8
     return error;
 }
 
-/* The instructions: each returns the error bits of its packet. */
+/* The instructions. Each returns the error bits of its packet. */
 
 static uint8_t do_ping(struct servo *servo, const struct codec_packet *packet)
 {
@@ -145,7 +146,7 @@ static uint8_t do_ping(struct servo *servo, const struct codec_packet *packet)
     return 0;
 }
 
-/* Only judged here: the reply takes its parameters from the table. */
+/* Checks the range. take_good() adds the parameters to the reply. */
 static uint8_t do_read(struct servo *servo, const struct codec_packet *packet)
 {
     (void)servo;
@@ -204,7 +205,7 @@ static uint8_t do_sync_write(struct servo *servo, const struct codec_packet *pac
     }
     for (unsigned at = 2; at < packet->count; at += block) {
         if (packet->parameters[at] == servo->registers[TABLE_ID]) {
-            mine = at; // R22: the last one wins
+            mine = at; // R22: the last block with this ID applies
         }
     }
     if (mine == 0) {
@@ -215,8 +216,8 @@ static uint8_t do_sync_write(struct servo *servo, const struct codec_packet *pac
 
 struct instruction_row {
     uint8_t instruction;
-    uint8_t fewest, most;  // parameters (R34)
-    uint8_t answered_from; // status return level (R1, R3)
+    uint8_t fewest, most;  // number of parameters (R34)
+    uint8_t answered_from; // lowest status return level at which the servo replies (R1, R3)
     uint8_t (*execute)(struct servo *servo, const struct codec_packet *packet);
 };
 
@@ -230,7 +231,7 @@ static const struct instruction_row *find_instruction(uint8_t instruction)
         {ACTION, 0, 0, 2, do_action},
         {RESET, 0, 0, 2, do_reset},
         {SYNC_WRITE, 4, UINT8_MAX, 2, do_sync_write},
-        {0}, // any other is undefined
+        {0}, // any other instruction is undefined
     };
     const struct instruction_row *row = rows;
     while (row->execute && row->instruction != instruction) {
@@ -239,7 +240,7 @@ static const struct instruction_row *find_instruction(uint8_t instruction)
     return row;
 }
 
-/* Packets. */
+/* --- packets --- */
 
 static uint32_t jitter_us(struct servo_quirks *quirks)
 {
@@ -249,7 +250,7 @@ static uint32_t jitter_us(struct servo_quirks *quirks)
     return quirks->seed % (quirks->jitter_us + 1u);
 }
 
-/* What holds on arrival decides how and whether an answer leaves (R2). */
+/* The registers on arrival of the packet decide whether and how the servo replies (R2). */
 struct arrival {
     uint8_t id;
     uint8_t level;
@@ -277,7 +278,7 @@ static void answer(struct servo *servo, const struct arrival *arrival, const uin
     reply->size = codec_status(reply->bytes, arrival->id, servo_errors(servo), parameters, count);
 }
 
-/* R19: a damaged packet is never acted on, and answered if it seems to be for this servo. */
+/* R19: a servo never executes a damaged packet. It replies if the packet has its ID. */
 static bool take_damaged(struct servo *servo, const struct codec_packet *packet)
 {
     struct arrival arrival = arrive(servo);
@@ -354,7 +355,7 @@ bool servo_receive(struct servo *servo, uint8_t byte, bool framing_error)
     return due;
 }
 
-/* Time and power. */
+/* --- time and power --- */
 
 static struct motor_command motor_command(const struct servo *servo)
 {
@@ -438,7 +439,7 @@ bool servo_set_eeprom(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE
     return true;
 }
 
-/* Looking at it. */
+/* --- state --- */
 
 uint8_t servo_baud(const struct servo *servo)
 {

@@ -1,7 +1,7 @@
 /* Whole runs of the simulator that must fail, and say why: rules of the wire, crashes, bad input.
  */
-#include "wire/rules.h"
 #include "sim/simulator.h"
+#include "wire/rules.h"
 
 static struct run run;
 
