@@ -21,7 +21,7 @@ struct source {
     bool good;     // nothing has been missing so far
 };
 
-static bool is_own(const char *name)
+static bool is_path(const char *name)
 {
     return strpbrk(name, "./") != 0;
 }
@@ -30,7 +30,7 @@ void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SI
                  char chip[BOARD_PATH_SIZE])
 {
     struct stat what;
-    if (!is_own(name)) {
+    if (!is_path(name)) {
         snprintf(wiring, BOARD_PATH_SIZE, "%s/%s/board.h", folder, name);
     } else {
         bool is_folder = stat(name, &what) == 0 && S_ISDIR(what.st_mode);
@@ -285,7 +285,7 @@ static bool read_files(struct board *board, struct source *wiring, struct source
     return good;
 }
 
-static bool open_own(struct source *wiring)
+static bool open_path_of_user(struct source *wiring)
 {
     const char *wrong = open_path(wiring);
     if (wrong) {
@@ -309,7 +309,7 @@ bool board_read(struct board *board, const char *folder, const char *name)
     struct source chip = {.good = false};
     *board = (struct board){0};
     board_paths(folder, name, wiring.path, chip.path);
-    if (!(is_own(name) ? open_own(&wiring) : open_known(&wiring, folder, name))) {
+    if (!(is_path(name) ? open_path_of_user(&wiring) : open_known(&wiring, folder, name))) {
         return false;
     }
     bool good = read_files(board, &wiring, &chip);

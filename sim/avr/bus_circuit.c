@@ -48,9 +48,10 @@ static void check_floating(struct bus_circuit *circuit, uint64_t now)
         rules_break(circuit->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
     }
     circuit->rxd_floats = rxd;
-    bool heard =
+    bool txd_matters =
         adapter ? circuit->txd_driven : circuit->wiring != BOARD_TIED && circuit->tx_enable;
-    bool txd = heard && circuit->txd.enabled == 0 && pin_state(&circuit->pin_txd) == PIN_FLOATS;
+    bool txd =
+        txd_matters && circuit->txd.enabled == 0 && pin_state(&circuit->pin_txd) == PIN_FLOATS;
     if (txd && !circuit->txd_floats) {
         rules_break(circuit->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
                     adapter ? "" : "TX enable on, ");
@@ -161,12 +162,12 @@ static void notify(struct bus_circuit *circuit, uint64_t now)
  */
 static void adapter_turn(struct bus_circuit *circuit, uint64_t now, bool drives)
 {
-    bool hears = !drives || circuit->wiring == BOARD_ADAPTER_ECHO;
+    bool receives = !drives || circuit->wiring == BOARD_ADAPTER_ECHO;
     circuit->tx_enable = drives;
-    circuit->rx_enable = hears;
-    driver_enable(&circuit->to_rxd, now, circuit->to_rxd.enabled && hears);
+    circuit->rx_enable = receives;
+    driver_enable(&circuit->to_rxd, now, circuit->to_rxd.enabled && receives);
     driver_set(&circuit->to_sig, now, drives, circuit->txd.level);
-    driver_set(&circuit->to_rxd, now, hears, circuit->sig.level);
+    driver_set(&circuit->to_rxd, now, receives, circuit->sig.level);
     check_listening(circuit, now);
     notify(circuit, now);
 }

@@ -47,7 +47,7 @@ static void charge_entry(struct cpu *cpu)
 {
     avr_t *avr = cpu->avr;
     avr_cycle_count_t cycles = avr->address_size == 3 ? 5 : 4;
-    if (cpu->woken) {
+    if (cpu->has_slept) {
         cycles += 4;
     }
     cpu_halt(avr, cycles);
@@ -66,7 +66,7 @@ static void entered(struct cpu *cpu, uint8_t vector)
     if (cpu->exact) {
         charge_entry(cpu);
     }
-    cpu->woken = false;
+    cpu->has_slept = false;
 }
 
 /* simavr calls this at RETI, before it adds the cycles of RETI. */
@@ -98,7 +98,7 @@ void cpu_init(struct cpu *cpu, avr_t *avr, bool exact)
 void cpu_reset(struct cpu *cpu)
 {
     cpu->depth = 0;
-    cpu->woken = false;
+    cpu->has_slept = false;
     notify(cpu);
 }
 
@@ -116,5 +116,5 @@ void cpu_slept(struct cpu *cpu, uint64_t cycles)
         cpu->avr->cycle--; // simavr adds 1 + cycles and would wake one cycle late
     }
     cpu->asleep += cycles;
-    cpu->woken = true;
+    cpu->has_slept = true;
 }

@@ -17,7 +17,7 @@ struct cpu {
     uint8_t vectors[64];  // of the running handlers, outermost first
     uint64_t entered;     // cycle at which the outermost handler was entered
     uint64_t latest;      // cycle at which the latest handler was entered
-    bool woken;           // the CPU has slept since the latest entry
+    bool has_slept;       // the CPU has slept since the latest entry
     void *context;
     void (*on_handler)(void *context, uint64_t now,
                        uint8_t vector); // vector 0: no handler runs; may be 0

@@ -10,7 +10,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define LOOK_EVERY  1024 // instructions
+#define POLL_EVERY  1024 // instructions
 #define DATA_SPACE  0x800000u
 #define EEPROM_BASE 0x810000u
 #define CTRL_C      3
@@ -342,7 +342,7 @@ static void detach(struct gdb *gdb, const char *arguments)
     drop_client(gdb);
 }
 
-static void end(struct gdb *gdb, const char *arguments)
+static void kill_run(struct gdb *gdb, const char *arguments)
 {
     (void)arguments;
     drop_client(gdb);
@@ -376,7 +376,7 @@ static void execute(struct gdb *gdb, const char *packet)
         {'p', read_register}, {'P', write_register}, {'m', read_memory},
         {'M', write_memory},  {'Z', set_point},      {'z', clear_point},
         {'c', resume_run},    {'s', step},           {'D', detach},
-        {'k', end},           {'H', choose_thread},  {'q', query},
+        {'k', kill_run},      {'H', choose_thread},  {'q', query},
     };
     for (size_t i = 0; i < sizeof(commands) / sizeof(commands[0]); i++) {
         if (packet[0] == commands[i].letter) {
@@ -540,7 +540,7 @@ bool gdb_may_run(struct gdb *gdb)
             avr->state == cpu_Running && avr->pc <= avr->flashend && gdb->breakpoints[avr->pc / 2];
         if (watch_changed(gdb) || stepped || met) {
             stop_here(gdb, SIGNAL_TRAP);
-        } else if (gdb->runs % LOOK_EVERY == LOOK_EVERY - 1) {
+        } else if (gdb->runs % POLL_EVERY == POLL_EVERY - 1) {
             poll_socket(gdb, 0);
         }
     }

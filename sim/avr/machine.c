@@ -146,7 +146,7 @@ void machine_reset(struct machine *machine, enum machine_reset cause)
 }
 
 /* Makes simavr's watchdog do what it does after its own timeout. */
-static void order_watchdog(struct machine *machine)
+static void force_watchdog(struct machine *machine)
 {
     avr_watchdog_t *wdt = watchdog(machine->avr);
     if (wdt) {
@@ -206,7 +206,7 @@ static void reset(struct machine *machine)
         memset(avr->data, 0, avr->ramend + 1u);
     }
     if (due & 1u << MACHINE_WATCHDOG) {
-        order_watchdog(machine);
+        force_watchdog(machine);
     }
     machine->flags |= (uint8_t)due;
     avr->run = machine->run;

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-static void say_next(struct usart *usart, uint64_t start)
+static void send_next(struct usart *usart, uint64_t start)
 {
     uint8_t byte = usart->queue[0];
     usart->queued--;
@@ -20,7 +20,7 @@ static void frame_ended(void *context, uint64_t now)
 {
     struct usart *usart = context;
     if (usart->queued) {
-        say_next(usart, now);
+        send_next(usart, now);
     } else {
         usart_update_txd(usart, now);
     }
@@ -37,7 +37,7 @@ static void byte_written(struct avr_irq_t *irq, uint32_t value, void *param)
     }
     usart->queue[usart->queued++] = (uint8_t)value;
     if (!usart->tx.busy) {
-        say_next(usart, now);
+        send_next(usart, now);
     }
 }
 

@@ -39,7 +39,7 @@ struct adapter {
     void (*on_byte)(void *context, uint64_t now, uint8_t byte); // may be 0
     void (*on_start)(void *context, uint64_t now);              // a byte begins; may be 0
     void (*on_drive)(void *context, uint64_t now,
-                     bool talking); // half duplex: the driver turns on or off; may be 0
+                     bool driving); // half duplex: the driver turns on or off; may be 0
 };
 
 /* The adapter is half duplex if `to` and `from` are the same net. */

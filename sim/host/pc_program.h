@@ -12,7 +12,7 @@
 #include "script/reset_injection.h"
 #include "wire/schedule.h"
 
-#define PC_HEARD_MAX 4096 // bytes of one `hear`
+#define PC_RECEIVED_MAX 4096 // bytes of one `hear`
 
 enum pc_verb { PC_SAY, PC_TEXT, PC_REST, PC_HEAR, PC_WAIT, PC_BAUD, PC_FLOOD, PC_RESET };
 
@@ -36,12 +36,12 @@ struct pc_program {
     struct host_link *link;
     FILE *out;
     struct event step;
-    bool hearing;
-    uint64_t deadline;              // of the present HEAR
-    uint8_t received[PC_HEARD_MAX]; // since the latest `say`, `text` or `flood`
-    uint64_t times[PC_HEARD_MAX];   // cycle of each received byte
-    size_t size, taken;             // received bytes; bytes already printed
-    int32_t flood;                  // bytes still to send
+    bool waiting;
+    uint64_t deadline;                 // of the present HEAR
+    uint8_t received[PC_RECEIVED_MAX]; // since the latest `say`, `text` or `flood`
+    uint64_t times[PC_RECEIVED_MAX];   // cycle of each received byte
+    size_t size, printed;              // received bytes; bytes already printed
+    int32_t flood;                     // bytes still to send
     uint32_t random;
     void *context;
     void (*on_reset)(void *context, uint64_t now, const struct reset_order *order);

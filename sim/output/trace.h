@@ -24,7 +24,7 @@ struct bus_trace {
     struct listener on_sig, on_txd, on_rxd;
     struct servo_signals {
         bool declared;
-        unsigned talks, torque, led;
+        unsigned sending, torque, led;
     } servo[IDS_MAX];
     const struct servos *servos;
     uint64_t period; // of torque and LED, in cycles
@@ -35,7 +35,7 @@ void bus_trace_init(struct bus_trace *trace, struct vcd *vcd, unsigned bus,
                     struct bus_circuit *circuit);
 /* Declares the signals of a bus without an AVR: the wire and the senders. */
 void bus_trace_sig(struct bus_trace *trace, struct vcd *vcd, unsigned bus, struct net *sig);
-void bus_trace_controller(struct bus_trace *trace, uint64_t now, bool talks);
+void bus_trace_controller(struct bus_trace *trace, uint64_t now, bool sending);
 /* An enable or the controller's transmitter has changed. */
 void bus_trace_circuit(struct bus_trace *trace, uint64_t now);
 void bus_trace_servo(struct bus_trace *trace, uint64_t now, const struct servo_node *node);

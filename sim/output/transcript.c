@@ -48,7 +48,7 @@ static void write_line(const struct transcript *t, FILE *out, const char *note)
         return;
     }
     fprintf(out, "%10" PRIu64 "%s %s:", t->start, t->label ? t->label : "",
-            t->of_controller ? "->in" : "<-out");
+            t->packet_from_controller ? "->in" : "<-out");
     for (unsigned i = 0; i < t->size; i++) {
         fprintf(out, " %02X%s", t->bytes[i], t->bad[i] ? "!" : "");
     }
@@ -72,8 +72,8 @@ static void end_packet(struct transcript *t)
         return;
     }
     t->good = is_packet(t);
-    t->packets_in += t->good && t->of_controller;
-    t->packets_out += t->good && !t->of_controller;
+    t->packets_in += t->good && t->packet_from_controller;
+    t->packets_out += t->good && !t->packet_from_controller;
     t->damaged += !t->good;
     finish(t, t->good ? "" : " no packet");
 }
@@ -105,8 +105,8 @@ static void driver_changed(void *context, uint64_t now, struct driver *driver)
 static uint32_t get_bit_256(void *context)
 {
     struct transcript *t = context;
-    t->from_controller = t->controller && t->controller->enabled && !t->controller->level;
-    const struct driver *tx = t->from_controller ? t->controller_tx : t->servo;
+    t->byte_from_controller = t->controller && t->controller->enabled && !t->controller->level;
+    const struct driver *tx = t->byte_from_controller ? t->controller_tx : t->servo;
     return tx && tx->bit_256 ? tx->bit_256 : t->rx.bit_256;
 }
 
@@ -115,12 +115,13 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
     (void)now;
     struct transcript *t = context;
     t->busy += frame->end - frame->start;
-    if (t->size == TRANSCRIPT_SIZE || (t->size && t->of_controller != t->from_controller)) {
+    if (t->size == TRANSCRIPT_SIZE ||
+        (t->size && t->packet_from_controller != t->byte_from_controller)) {
         end_packet(t);
     }
     if (!t->size) {
         t->start = frame->start;
-        t->of_controller = t->from_controller;
+        t->packet_from_controller = t->byte_from_controller;
     }
     t->bytes[t->size] = frame->byte;
     t->bad[t->size] = frame->framing_error;

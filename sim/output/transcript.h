@@ -25,11 +25,11 @@ struct transcript {
     struct uart_rx rx;
     struct listener listener;
     struct event idle;
-    const char *label;    // names the bus in each line; 0: none
-    FILE *file;           // 0: none
-    FILE *echo;           // a second output; 0: none
-    bool from_controller; // sender of the present byte
-    bool of_controller;   // sender of the present packet
+    const char *label;           // names the bus in each line; 0: none
+    FILE *file;                  // 0: none
+    FILE *echo;                  // a second output; 0: none
+    bool byte_from_controller;   // sender of the present byte
+    bool packet_from_controller; // sender of the present packet
     uint16_t size;
     uint64_t start;
     uint8_t bytes[TRANSCRIPT_SIZE];

@@ -75,10 +75,10 @@ static void step(void *context, uint64_t now)
     for (unsigned i = 0; i < environment->count; i++) {
         struct ramp ramp = environment->ramp[i];
         bool over = now >= ramp.end;
-        int64_t way = over ? ramp.to - ramp.from
-                           : (ramp.to - ramp.from) * (int64_t)(now - ramp.start) /
-                                 (int64_t)(ramp.end - ramp.start);
-        set(ramp.node, now, ramp.property, ramp.from + (int32_t)way);
+        int64_t change = over ? ramp.to - ramp.from
+                              : (ramp.to - ramp.from) * (int64_t)(now - ramp.start) /
+                                    (int64_t)(ramp.end - ramp.start);
+        set(ramp.node, now, ramp.property, ramp.from + (int32_t)change);
         environment->ramp[kept] = ramp;
         kept += !over;
     }

@@ -53,8 +53,8 @@ static bool do_command(struct script *script, uint64_t now, const struct scenari
         fprintf(script->out, "> %s\n", line->text);
     }
     script->awaits_reply = true;
-    script->ops->say(script->ops->context, now, line->text, strlen(line->text));
-    script->ops->say(script->ops->context, now, "\n", 1);
+    script->ops->console_send(script->ops->context, now, line->text, strlen(line->text));
+    script->ops->console_send(script->ops->context, now, "\n", 1);
     uint64_t reply_timeout = cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull);
     schedule_at(script->schedule, &script->reply_timeout, now + reply_timeout);
     return false;
@@ -108,7 +108,7 @@ static bool do_echo(struct script *script, uint64_t now, const struct scenario_l
 static bool do_baud(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     (void)now;
-    script->ops->baud(script->ops->context, (uint32_t)line->value);
+    script->ops->bus_baud(script->ops->context, (uint32_t)line->value);
     return true;
 }
 
@@ -120,7 +120,7 @@ static bool do_send(struct script *script, uint64_t now, const struct scenario_l
     for (const char *at = line->text; size < SCENARIO_SEND_MAX && lexer_byte(&at, &byte); size++) {
         bytes[size] = byte.byte;
     }
-    step_at(script, script->ops->send(script->ops->context, now, bytes, size));
+    step_at(script, script->ops->bus_send(script->ops->context, now, bytes, size));
     return false;
 }
 
@@ -262,7 +262,7 @@ static void probe(void *context, uint64_t now)
 {
     struct script *script = context;
     if (!script->ready) {
-        script->ready = script->ops->ready(script->ops->context);
+        script->ready = script->ops->console_ready(script->ops->context);
         schedule_at(script->schedule, &script->probe,
                     now + cycles(script, script->ready ? script->quiet_us : POLL_US));
         return;
@@ -335,7 +335,7 @@ void script_was_reset(struct script *script, uint64_t now)
 {
     script->ready = script->started = false;
     script->quiet_us = RESET_AFTER_US;
-    if (script->ops->ready && !script->done) {
+    if (script->ops->console_ready && !script->done) {
         schedule_at(script->schedule, &script->probe, now);
     }
     if (script->awaits_reply) {
@@ -351,11 +351,11 @@ static const char *missing_part(const struct script_ops *ops, enum scenario_verb
 {
     switch (verb) {
     case SCENARIO_COMMAND:
-        return ops->say    ? 0
-               : ops->send ? "there is no console here: use @send"
-                           : "there is no console here: only lines that begin with @";
+        return ops->console_send ? 0
+               : ops->bus_send   ? "there is no console here: use @send"
+                                 : "there is no console here: only lines that begin with @";
     case SCENARIO_SEND:
-    case SCENARIO_BAUD: return ops->send ? 0 : "only without firmware: cds55xx-sim bus";
+    case SCENARIO_BAUD: return ops->bus_send ? 0 : "only without firmware: cds55xx-sim bus";
     case SCENARIO_RESET: return ops->reset ? 0 : "there is no controller here";
     case SCENARIO_FAULT: return ops->fault ? 0 : "no faults can be ordered here";
     default: return 0;
@@ -425,10 +425,10 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
     event_init(&script->step, step, script);
     event_init(&script->reply_timeout, reply_timed_out, script);
     event_init(&script->probe, probe, script);
-    if (ops->ready) {
+    if (ops->console_ready) {
         schedule_at(schedule, &script->probe, schedule->now);
     }
-    step_at(script, schedule->now + (ops->ready ? cycles(script, READY_AFTER_US) : 0));
+    step_at(script, schedule->now + (ops->console_ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
 }
 

@@ -30,11 +30,11 @@ enum script_outcome {
 struct script_ops {
     void *context;
     /* The firmware's console: does it listen; send text to it. */
-    bool (*ready)(void *context);
-    void (*say)(void *context, uint64_t now, const char *bytes, size_t size);
+    bool (*console_ready)(void *context);
+    void (*console_send)(void *context, uint64_t now, const char *bytes, size_t size);
     /* A serial adapter on the bus: `send` returns the end of the last stop bit. */
-    uint64_t (*send)(void *context, uint64_t now, const uint8_t *bytes, size_t size);
-    void (*baud)(void *context, uint32_t baud);
+    uint64_t (*bus_send)(void *context, uint64_t now, const uint8_t *bytes, size_t size);
+    void (*bus_baud)(void *context, uint32_t baud);
     struct servos *(*bus)(void *context, unsigned index); // 0: no further bus
     /* Replaces the servos of the first bus. */
     void (*servos)(void *context, uint64_t now, const uint8_t *ids, unsigned count);

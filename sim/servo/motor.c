@@ -45,7 +45,7 @@ static int32_t distance_to_go(const struct motor *motor, const struct motor_comm
 }
 
 /* Returns the torque of the position loop towards the goal, up to the torque limit. */
-static int32_t strength(const struct motor_command *command, int32_t distance)
+static int32_t position_loop_torque(const struct motor_command *command, int32_t distance)
 {
     if (distance == 0) {
         return 0;
@@ -134,13 +134,14 @@ static void warm(struct motor *motor, const struct servo_environment *environmen
 }
 
 /* A turning motor carries load and friction. A motor at rest exerts the torque that it has. */
-static int32_t exerted_torque(int32_t speed, int32_t held, int32_t direction,
+static int32_t exerted_torque(int32_t speed, int32_t available_torque, int32_t direction,
                               const struct servo_environment *environment)
 {
     if (speed == 0) {
-        return direction * held;
+        return direction * available_torque;
     }
-    return clamp(environment->load + (speed > 0 ? MOTOR_FRICTION : -MOTOR_FRICTION), -held, held);
+    return clamp(environment->load + (speed > 0 ? MOTOR_FRICTION : -MOTOR_FRICTION),
+                 -available_torque, available_torque);
 }
 
 void motor_init(struct motor *motor, uint16_t position, const struct servo_environment *environment)
@@ -162,7 +163,7 @@ void motor_step(struct motor *motor, const struct motor_command *command,
 {
     int32_t distance = distance_to_go(motor, command);
     int32_t direction = (distance > 0) - (distance < 0);
-    int32_t drive = strength(command, distance);
+    int32_t drive = position_loop_torque(command, distance);
     int32_t limit = command->torque_limit;
 
     /* The full limit applies here. With the lowered limit an overload would never end. */
@@ -179,17 +180,18 @@ void motor_step(struct motor *motor, const struct motor_command *command,
         drive = clamp(drive, 0, limit * OVERLOAD_PERCENT / 100);
     }
 
-    int32_t held = at_supply(drive, environment);
+    int32_t available_torque = at_supply(drive, environment);
     int64_t wanted = 0;
     if (distance != 0) {
         wanted =
             direction * (int64_t)ramped_speed(command, direction * motor->speed, abs(distance));
     }
-    motor->speed = environment->blocked
-                       ? 0
-                       : clamp(wanted, reachable_speed(motor->speed, -held, environment),
-                               reachable_speed(motor->speed, held, environment));
-    motor->torque = exerted_torque(motor->speed, held, direction, environment);
+    motor->speed =
+        environment->blocked
+            ? 0
+            : clamp(wanted, reachable_speed(motor->speed, -available_torque, environment),
+                    reachable_speed(motor->speed, available_torque, environment));
+    motor->torque = exerted_torque(motor->speed, available_torque, direction, environment);
     motor->moving = distance != 0;
     move(motor, command->endless);
     warm(motor, environment);

@@ -45,7 +45,7 @@ static uint8_t conditions(const struct servo *servo)
 
 /* R17: a shutdown disables torque until it is enabled again. An overload does not shut down; the
  * motor lowers its torque. */
-static void renew_alarms(struct servo *servo)
+static void update_alarms(struct servo *servo)
 {
     unsigned alarms = servo_errors(servo) & servo->registers[TABLE_ALARM_SHUTDOWN];
     if (alarms & (unsigned)~SERVO_ERROR_OVERLOAD) {
@@ -53,7 +53,7 @@ static void renew_alarms(struct servo *servo)
     }
 }
 
-static void renew_present_values(struct servo *servo)
+static void update_present_values(struct servo *servo)
 {
     uint8_t *now = servo->registers;
     table_set(now, TABLE_PRESENT_POSITION, 2, motor_present_position(&servo->motor));
@@ -69,7 +69,7 @@ static void initialise_ram(struct servo *servo)
 {
     motor_release(&servo->motor);
     table_initialise(servo->registers, false);
-    renew_present_values(servo);
+    update_present_values(servo);
     memcpy(servo->registers + TABLE_GOAL_POSITION, servo->registers + TABLE_PRESENT_POSITION, 2);
 }
 
@@ -146,7 +146,7 @@ static uint8_t do_ping(struct servo *servo, const struct codec_packet *packet)
     return 0;
 }
 
-/* Checks the range. take_good() adds the parameters to the reply. */
+/* Checks the range. process_good() adds the parameters to the reply. */
 static uint8_t do_read(struct servo *servo, const struct codec_packet *packet)
 {
     (void)servo;
@@ -216,8 +216,8 @@ static uint8_t do_sync_write(struct servo *servo, const struct codec_packet *pac
 
 struct instruction_row {
     uint8_t instruction;
-    uint8_t fewest, most;  // number of parameters (R34)
-    uint8_t answered_from; // lowest status return level at which the servo replies (R1, R3)
+    uint8_t parameters_min, parameters_max; // number of parameters (R34)
+    uint8_t reply_level; // lowest status return level at which the servo replies (R1, R3)
     uint8_t (*execute)(struct servo *servo, const struct codec_packet *packet);
 };
 
@@ -268,8 +268,8 @@ static struct arrival arrive(const struct servo *servo)
     };
 }
 
-static void answer(struct servo *servo, const struct arrival *arrival, const uint8_t *parameters,
-                   uint8_t count)
+static void build_reply(struct servo *servo, const struct arrival *arrival,
+                        const uint8_t *parameters, uint8_t count)
 {
     struct servo_reply *reply = &servo->reply;
     reply->delay_us =
@@ -279,41 +279,43 @@ static void answer(struct servo *servo, const struct arrival *arrival, const uin
 }
 
 /* R19: a servo never executes a damaged packet. It replies if the packet has its ID. */
-static bool take_damaged(struct servo *servo, const struct codec_packet *packet)
+static bool process_damaged(struct servo *servo, const struct codec_packet *packet)
 {
     struct arrival arrival = arrive(servo);
     servo->packet_error = SERVO_ERROR_CHECKSUM;
-    renew_alarms(servo);
+    update_alarms(servo);
     if (packet->id != arrival.id || arrival.level < 2) {
         return false;
     }
-    answer(servo, &arrival, NULL, 0);
+    build_reply(servo, &arrival, NULL, 0);
     return true;
 }
 
-static bool take_good(struct servo *servo, const struct codec_packet *packet)
+static bool process_good(struct servo *servo, const struct codec_packet *packet)
 {
     struct arrival arrival = arrive(servo);
     const struct instruction_row *row = find_instruction(packet->instruction);
-    bool sound = row->execute && packet->count >= row->fewest && packet->count <= row->most;
+    bool sound = row->execute && packet->count >= row->parameters_min &&
+                 packet->count <= row->parameters_max;
     servo->packet_error = sound ? row->execute(servo, packet) : SERVO_ERROR_INSTRUCTION;
-    renew_alarms(servo);
+    update_alarms(servo);
 
-    uint8_t answered_from = row->execute ? row->answered_from : 2;
+    uint8_t reply_level = row->execute ? row->reply_level : 2;
     bool silent = packet->id == SERVO_BROADCAST_ID && packet->instruction != PING;
-    if (silent || arrival.level < answered_from) {
+    if (silent || arrival.level < reply_level) {
         return false;
     }
     if (packet->instruction == READ && servo->packet_error == 0) {
-        answer(servo, &arrival, servo->registers + packet->parameters[0], packet->parameters[1]);
+        build_reply(servo, &arrival, servo->registers + packet->parameters[0],
+                    packet->parameters[1]);
     } else {
-        answer(servo, &arrival, NULL, 0);
+        build_reply(servo, &arrival, NULL, 0);
     }
     return true;
 }
 
-static bool take_packet(struct servo *servo, enum codec_event event,
-                        const struct codec_packet *packet)
+static bool process_packet(struct servo *servo, enum codec_event event,
+                           const struct codec_packet *packet)
 {
     if (packet->id != servo->registers[TABLE_ID] && packet->id != SERVO_BROADCAST_ID) {
         return false;
@@ -322,7 +324,7 @@ static bool take_packet(struct servo *servo, enum codec_event event,
         packet->size > SERVO_SYNC_WRITE_LIMIT) {
         return false;
     }
-    return event == CODEC_PACKET ? take_good(servo, packet) : take_damaged(servo, packet);
+    return event == CODEC_PACKET ? process_good(servo, packet) : process_damaged(servo, packet);
 }
 
 void servo_silence(struct servo *servo, uint64_t us)
@@ -350,7 +352,7 @@ bool servo_receive(struct servo *servo, uint8_t byte, bool framing_error)
     struct codec_packet packet;
     enum codec_event event;
     while ((event = codec_next(&servo->codec, &packet)) != CODEC_NOTHING) {
-        due |= take_packet(servo, event, &packet);
+        due |= process_packet(servo, event, &packet);
     }
     return due;
 }
@@ -383,8 +385,8 @@ void servo_tick(struct servo *servo)
     struct motor_command command = motor_command(servo);
     motor_step(&servo->motor, &command, &servo->environment);
     servo->ticks++;
-    renew_present_values(servo);
-    renew_alarms(servo);
+    update_present_values(servo);
+    update_alarms(servo);
 }
 
 void servo_power(struct servo *servo, bool on)

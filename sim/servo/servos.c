@@ -125,12 +125,12 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
 
 /* --- talking --- */
 
-static void set_talking(struct servo_node *node, uint64_t now, bool talking)
+static void set_sending(struct servo_node *node, uint64_t now, bool sending)
 {
-    if (node->driver.enabled == talking) {
+    if (node->driver.enabled == sending) {
         return;
     }
-    driver_enable(&node->driver, now, talking);
+    driver_enable(&node->driver, now, sending);
     if (node->servos->on_drive) {
         node->servos->on_drive(node->servos->context, now, node);
     }
@@ -152,9 +152,9 @@ static void send_next(struct servo_node *node, uint64_t now)
         servo_node_power(node, now, true);
     } else if (node->bytes_sent < node->servo.reply.size) {
         say_next(node, now);
-        set_talking(node, now, true);
+        set_sending(node, now, true);
     } else {
-        set_talking(node, now, false);
+        set_sending(node, now, false);
     }
 }
 
@@ -187,7 +187,7 @@ static void stop_reply(struct servo_node *node, uint64_t now)
     schedule_cancel(node->servos->schedule, &node->reply_delay);
     uart_tx_stop(&node->tx, now);
     if (node->driver.enabled) {
-        set_talking(node, now, false);
+        set_sending(node, now, false);
     }
 }
 

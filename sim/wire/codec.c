@@ -57,11 +57,12 @@ enum codec_event codec_next(struct codec *codec, struct codec_packet *packet)
 {
     for (; codec->first < codec->size; codec->first++) {
         const uint8_t *bytes = codec->bytes + codec->first;
-        size_t heard = (size_t)(codec->size - codec->first);
-        if (!may_be_packet(bytes, heard)) {
+        size_t received = (size_t)(codec->size - codec->first);
+        if (!may_be_packet(bytes, received)) {
             continue;
         }
-        if (heard <= OFFSET_LENGTH || heard < OFFSET_INSTRUCTION + (size_t)bytes[OFFSET_LENGTH]) {
+        if (received <= OFFSET_LENGTH ||
+            received < OFFSET_INSTRUCTION + (size_t)bytes[OFFSET_LENGTH]) {
             return CODEC_NOTHING;
         }
         if (codec->first + OFFSET_INSTRUCTION + bytes[OFFSET_LENGTH] <= codec->before_pause) {

@@ -3,7 +3,7 @@
 #include <inttypes.h>
 #include <stdarg.h>
 
-#define TOLD_MAX 3 // further breaches of one rule are counted, not printed
+#define PRINTED_MAX 3 // further breaches of one rule are counted, not printed
 
 static const struct {
     const char *name;
@@ -56,7 +56,7 @@ void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *
     }
     rules = rules->total ? rules->total : rules;
     rules->breaches[rule]++;
-    if (!rules->out || rules->breaches[rule] > TOLD_MAX) {
+    if (!rules->out || rules->breaches[rule] > PRINTED_MAX) {
         return;
     }
     va_list arguments;

@@ -89,7 +89,7 @@ static void begin(struct uart_rx *rx, uint64_t time)
     if (rx->get_bit_256) {
         rx->bit_256 = rx->get_bit_256(rx->context);
     }
-    rx->hearing = true;
+    rx->in_frame = true;
     rx->start = time;
     rx->samples = 0;
     rx->bits = 0;
@@ -100,16 +100,16 @@ static void begin(struct uart_rx *rx, uint64_t time)
 static void uart_rx_level(void *context, uint64_t time, bool level)
 {
     struct uart_rx *rx = context;
-    if (rx->hearing) {
+    if (rx->in_frame) {
         catch_up(rx, time);
         /* High in the middle of the start bit: the start bit was a glitch, and this edge may be a
          * start bit. */
         if (rx->samples && (rx->bits & 1)) {
-            rx->hearing = false;
+            rx->in_frame = false;
         }
     }
     /* The net was high for 0 cycles, between two drivers: this is no falling edge. */
-    if (!level && rx->enabled && !rx->hearing && rx->level_time != time) {
+    if (!level && rx->enabled && !rx->in_frame && rx->level_time != time) {
         begin(rx, time);
     }
     rx->level = level;
@@ -121,7 +121,7 @@ static void uart_rx_run(void *context, uint64_t now)
     struct uart_rx *rx = context;
     catch_up(rx, now + 1);
     if (rx->bits & 1) {
-        rx->hearing = false;
+        rx->in_frame = false;
         return;
     }
     if (rx->samples < UART_FRAME_BITS) { // middle of the start bit; only with on_start
@@ -131,7 +131,7 @@ static void uart_rx_run(void *context, uint64_t now)
     }
     /* After a low stop bit the net must be high before a frame can begin. Only falling edges begin
      * frames, so no further check is needed. */
-    rx->hearing = false;
+    rx->in_frame = false;
     struct uart_frame frame = {
         .byte = (uint8_t)(rx->bits >> 1),
         .framing_error = !(rx->bits & 0x200),
@@ -158,7 +158,7 @@ void uart_rx_enable(struct uart_rx *rx, bool enabled)
 {
     if (!enabled) {
         schedule_cancel(rx->schedule, &rx->event);
-        rx->hearing = false;
+        rx->in_frame = false;
     }
     rx->enabled = enabled;
 }

@@ -66,8 +66,8 @@ struct uart_rx {
     struct listener listener;
     struct event event;
     bool enabled;
-    bool hearing; // a frame has begun
-    bool level;   // of the net since its latest change
+    bool in_frame; // a frame has begun
+    bool level;    // of the net since its latest change
     uint64_t level_time;
     uint8_t samples; // number of samples taken
     uint16_t bits;
