@@ -24,8 +24,7 @@
 #define QUIET          (60 * RIG_US) // more than it takes a bus to see that it is
 #define ENDLESS        (10 * 1000 * 1000 * RIG_US)
 
-/* --- which, and what of it -----------------------------------------------------------------------
- */
+/* --- which, and what of it --- */
 
 static uint32_t mix(uint32_t a, uint32_t b)
 {
@@ -106,8 +105,7 @@ static void expect(struct check *check, const char *what, unsigned expected, uns
     }
 }
 
-/* --- what a job means ----------------------------------------------------------------------------
- */
+/* --- what a job means --- */
 
 enum { PING = 1, READ, WRITE, REG_WRITE, ACTION, BROADCAST = 0xFE };
 
@@ -146,8 +144,7 @@ const char *check_name(const struct job *job)
     return name;
 }
 
-/* --- what is heard -------------------------------------------------------------------------------
- */
+/* --- what is heard --- */
 
 /* As many bytes as are said are echo, as long as the controller has not noticed that all are out. A
  * byte that ends with the packet may find the handler of that before its own, or behind it. */
@@ -352,8 +349,7 @@ static void end_span(struct check *check, uint64_t until, int result)
     }
 }
 
-/* --- one exchange --------------------------------------------------------------------------------
- */
+/* --- one exchange --- */
 
 static double us(uint64_t cycles)
 {
@@ -657,8 +653,7 @@ static void check_exchange(struct check *check)
     }
 }
 
-/* --- the servos ----------------------------------------------------------------------------------
- */
+/* --- the servos --- */
 
 /* What the job does to this servo, if it heard it. */
 static void carry_out(const struct job *job, uint8_t *registers)
@@ -757,8 +752,7 @@ static unsigned awaited(const struct check *check)
     return most;
 }
 
-/* --- what a row calls ----------------------------------------------------------------------------
- */
+/* --- what a row calls --- */
 
 void check_open(struct check *check)
 {

@@ -15,8 +15,7 @@ static _Noreturn void die(const char *what, const char *which)
     exit(2);
 }
 
-/* --- the program's RAM ---------------------------------------------------------------------------
- */
+/* --- the program's RAM --- */
 
 static uint32_t symbol(const struct image *image, const char *name)
 {
@@ -45,8 +44,7 @@ static void *in_ram(struct rig *rig, size_t offset)
     return &rig->bench.machine.avr->data[rig->job_at + offset];
 }
 
-/* --- taps ----------------------------------------------------------------------------------------
- */
+/* --- taps --- */
 
 static struct rig *the_rig; // the hooks get the contexts of the simulator, not this one
 static void (*to_usart)(void *context, uint64_t now, const struct uart_frame *frame);
@@ -136,8 +134,7 @@ static void tap_in(struct rig *rig)
     bus->circuit.usart.on_event = usart_has_event;
 }
 
-/* --- the machine ---------------------------------------------------------------------------------
- */
+/* --- the machine --- */
 
 static void marked(struct avr_irq_t *irq, uint32_t value, void *param)
 {

@@ -7,8 +7,7 @@
 #define RELEASE   40                // cycles of the handler that lets go
 #define HELD_MOST 400
 
-/* --- F13: overrun --------------------------------------------------------------------------------
- */
+/* --- F13: overrun --- */
 
 static void overrun(struct check *check)
 {
@@ -38,8 +37,7 @@ static void overrun(struct check *check)
     }
 }
 
-/* --- F20: transmit complete ----------------------------------------------------------------------
- */
+/* --- F20: transmit complete --- */
 
 /* The handler begins between others, so that none holds it up in its turn, and ends when the
  * release has been due for so many cycles. */

@@ -1,8 +1,7 @@
 /* A line that is never quiet, or stuck: F9, F10. */
 #include "rows.h"
 
-/* --- F9: babble ----------------------------------------------------------------------------------
- */
+/* --- F9: babble --- */
 
 /* Nothing is said, and the state is told. */
 static void say_nothing(struct check *check, const struct job *job, enum cds_bus_line state)
@@ -124,8 +123,7 @@ static void babble_random(struct check *check)
     }
 }
 
-/* --- F10: stuck ----------------------------------------------------------------------------------
- */
+/* --- F10: stuck --- */
 
 static void stick(struct check *check, bool low)
 {

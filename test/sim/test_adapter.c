@@ -12,7 +12,7 @@ static struct schedule schedule;
 static struct net net;
 static struct adapter adapter;
 static struct servos servos;
-static struct uart_rx onlooker; // at 1 Mbps
+static struct uart_rx onlooker; // at 1 Mbit/s
 static uint8_t seen[ROOM];
 static unsigned seen_count;
 static uint8_t heard[ROOM]; // by the adapter
@@ -153,7 +153,7 @@ void test_an_answer_at_another_rate_is_garbage(void)
     put_servo(1);
     adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, 6 * 160);
-    adapter_baud(&adapter, 400000); // before the answer
+    adapter_baud(&adapter, 400000); // before the reply
     schedule_run_until(&schedule, CLOCK / 10);
     TEST_ASSERT_TRUE(heard_count > 0 && heard_count < 6);
     TEST_ASSERT_NOT_EQUAL(0xFF, heard[0]);
@@ -183,7 +183,7 @@ void test_there_is_room_for_4096_bytes_and_no_more(void)
     static const uint8_t much[5000] = {0x55};
     TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, adapter_space(&adapter));
     adapter_send(&adapter, 0, much, sizeof(much));
-    TEST_ASSERT_EQUAL_UINT(1, adapter_space(&adapter)); // one is on its way
+    TEST_ASSERT_EQUAL_UINT(1, adapter_space(&adapter)); // one byte is being sent
     schedule_run_until(&schedule, 10 * CLOCK);
     TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, seen_count);
     TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, adapter_space(&adapter));
@@ -202,7 +202,7 @@ void test_on_two_wires_it_hears_while_it_talks(void)
     driver_init(&driver, &in);
     driver_enable(&driver, 0, true);
     uart_tx_init(&tx, &schedule, &driver, 0);
-    adapter.on_byte = 0; // it hears the other one
+    adapter.on_byte = 0; // it receives the other adapter
     adapter_send(&two, 0, ping, sizeof(ping));
     uart_tx_send(&tx, 80, 16 * 256, 0xA5);
     schedule_run_until(&schedule, 235);

@@ -1,4 +1,4 @@
-/* What --times tells, on the firmware times.c, which says how long everything in it takes. */
+/* The file of --times, on the firmware times.c, which prints how long its parts take. */
 #include <unistd.h>
 
 #include "sim/simulator.h"
@@ -32,7 +32,7 @@ void tearDown(void)
 {
 }
 
-/* The line that begins so, its numbers into `number`; returns how many there are. */
+/* Reads the numbers of the line that begins with `start`. Returns how many there are. */
 static unsigned line(const char *start, unsigned long number[static 6])
 {
     const char *at = strstr(text, start);
@@ -54,11 +54,11 @@ void test_the_steps_of_a_pin(void)
         4, sscanf(second, "pin %lu %lu %lu %lu", &down[0], &down[1], &down[2], &down[3]));
     TEST_ASSERT_EQUAL_UINT(102, down[0] - up[0]);
     TEST_ASSERT_EQUAL_UINT(0, down[2]);
-    TEST_ASSERT_EQUAL_UINT(0, down[3]); // no handler yet
+    TEST_ASSERT_EQUAL_UINT(0, down[3]); // before any handler
     TEST_ASSERT_NULL(strstr(second + 1, "pin "));
 }
 
-/* SBI takes two cycles; what begins behind it is told too, and nothing from `to` on. */
+/* SBI takes two cycles. The instruction after it is in the file too, and none from `to` on. */
 void test_the_instructions_of_a_span(void)
 {
     unsigned long up[6], step[6], then[6];

@@ -1,4 +1,4 @@
-/* Files of the user: read whole, written whole, or one line on stderr. */
+/* Files of the user: read as a whole, written as a whole, or one line on stderr. */
 #include "output/files.h"
 #include "unity.h"
 
@@ -33,7 +33,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_INT(0, system(command));
 }
 
-/* Files can grow to `bytes` from now on: a full disk, or one with room again. */
+/* From now on files can grow to `bytes`: simulates a full disk. */
 static void limit_files(rlim_t bytes)
 {
     struct rlimit limit;

@@ -181,7 +181,7 @@ void test_R40_dcc_is_the_speed_lost_in_each_step(void)
     int32_t before = 0;
     for (int i = 0; i < 1000; i++) {
         steps(1);
-        if (motor.moving && position() < 960) { // further on the position loop is weaker still
+        if (motor.moving && position() < 960) { // further on the position loop is weaker
             TEST_ASSERT_LESS_OR_EQUAL(5 * MOTOR_SPEED_UNIT + 1, before - motor.speed);
         }
         before = motor.speed;
@@ -305,7 +305,7 @@ void test_R35_speed_has_bit_10_for_CW(void)
 void test_R35_values_in_registers_are_rounded_and_end_at_1023(void)
 {
     static const int32_t rows[][3] = {
-        // per million, magnitude of speed, of load
+        // per million, magnitude of speed, magnitude of load
         {0, 0, 0},       {499999, 0, 0},           {500000, 1, 1},
         {1, 0, 0},       {1000000, 1, 1},          {1499999, 1, 1},
         {1500000, 2, 2}, {1023499999, 1023, 1023}, {1100000000, 1023, 1023},
@@ -320,7 +320,7 @@ void test_R35_values_in_registers_are_rounded_and_end_at_1023(void)
         TEST_ASSERT_EQUAL(rows[i][2], motor_present_load(&motor));
         motor.speed = -speed;
         motor.torque = rows[i][2];
-        int bit_10 = rows[i][1] ? 0x400 : 0; // none without a magnitude
+        int bit_10 = rows[i][1] ? 0x400 : 0; // 0 for magnitude 0
         TEST_ASSERT_EQUAL(rows[i][1] | bit_10, motor_present_speed(&motor));
         TEST_ASSERT_EQUAL(rows[i][2] | bit_10, motor_present_load(&motor));
     }

@@ -108,7 +108,7 @@ void test_an_override_stands_above_the_drivers(void)
 {
     static const struct {
         enum net_override override;
-        bool low, high; // the level, when the drivers give low or high
+        bool low, high; // the level when the drivers give low; when they give high
     } rows[] = {{NET_AS_DRIVEN, false, true},
                 {NET_INVERTED, true, false},
                 {NET_HIGH, true, true},

@@ -1,4 +1,4 @@
-/* How long a pin is high, on the firmware marks.c; see mark.h. */
+/* --mark: how long a pin is high, on the firmware marks.c. */
 #include "sim/simulator.h"
 
 static struct run run;

@@ -1,5 +1,4 @@
-/* Scenarios, read and run against a firmware that is four lines of C and servos on a wire; and
- * lists of IDs. */
+/* Scenarios, run against a firmware of four lines of C and servos on a wire; and lists of IDs. */
 #include "host/adapter.h"
 #include "script/script.h"
 #include "unity.h"
@@ -21,11 +20,11 @@ static struct adapter adapter; // the controller
 static struct rules rules;
 static struct script_ops ops;
 static char path[64];
-static char log_text[1024]; // what happened, one word or line after the other
+static char log_text[1024]; // events of the run, one word or line each
 static char said[256];
-static const char *answer; // to every command; 0: none
+static const char *answer; // the reply to every command; 0: none
 static bool ready;
-static bool dies; // the firmware, at the next command,
+static bool dies; // the firmware crashes at the next command
 static bool for_good;
 static FILE *out;
 
@@ -55,7 +54,7 @@ static void say(void *context, uint64_t now, const char *bytes, size_t size)
         if (dies) {
             dies = false;
             ready = !for_good;
-            script_receive(&script, now, '?'); // half a byte
+            script_receive(&script, now, '?'); // half a line
             script_was_reset(&script, now);
             return;
         }
@@ -325,7 +324,7 @@ void test_a_cause_can_take_time_while_the_scenario_goes_on(void)
         "@expect servo 2 PRESENT_VOLTAGE 99..101 within 4\n"
         "@expect servo 1 PRESENT_VOLTAGE 120 within 0\n@load 2 77\n@wait 500\n");
     TEST_ASSERT_EQUAL(80, environment_of(2)->supply_dV);
-    TEST_ASSERT_EQUAL(77, environment_of(2)->load); // the later line ended the ramp
+    TEST_ASSERT_EQUAL(77, environment_of(2)->load); // the later line has ended the ramp
     TEST_ASSERT_EQUAL(120, environment_of(1)->supply_dV);
 }
 
@@ -428,8 +427,8 @@ void test_packets_are_expected_in_their_order(void)
         "@expect packet out FF FF 01 02 00 FC\n",
         "2");
     static const char *const wrong[] = {
-        "in FF FF 01 02 00 FC",     // of the servo
-        "out FF FF 01 02 01 FB",    // of the controller
+        "in FF FF 01 02 00 FC",     // from the servo
+        "out FF FF 01 02 01 FB",    // from the controller
         "out FF FF 01 02 00",       // too short
         "out FF FF 01 02 00 FC ..", // too long
         "out FF FF 01 02 00 FC!",   // no framing error
@@ -489,7 +488,7 @@ void test_text_is_looked_for_in_the_whole_last_reply(void)
     tearDown();
     setUp();
     answer = "id 7\nok\n";
-    run("scan\n@wait 1\n@expect text id 7 within 3\n"); // forgotten
+    run("scan\n@wait 1\n@expect text id 7 within 3\n"); // dropped
     TEST_ASSERT_NOT_NULL(strstr(log_text, "seen: no reply\n"));
 }
 
@@ -710,7 +709,7 @@ void test_bad_orders_of_resets_are_noticed_before_anything_runs(void)
     }
 }
 
-/* It may be in the middle of a byte of its reply then. */
+/* The reset may come in the middle of a byte of the reply. */
 void test_a_command_that_a_reset_ends_is_not_waited_for(void)
 {
     dies = true;

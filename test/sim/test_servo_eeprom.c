@@ -241,7 +241,7 @@ void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
     limit.rlim_cur = size;
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     TEST_ASSERT_TRUE(state.failed);
-    TEST_ASSERT_EQUAL_UINT(1, files(false)); // nothing is left of the new one
+    TEST_ASSERT_EQUAL_UINT(1, files(false)); // the new file was removed
     read_file("bus0-servo001.eeprom", text);
     TEST_ASSERT_NOT_NULL(strstr(text, "00 01 01 09"));
 }

@@ -1,4 +1,4 @@
-/* Servos on a wire without an AVR: when they answer, what they hear, and their rates. */
+/* Servos on a wire without an AVR: reply times, received bytes, and bit rates. */
 #include "servo/servos.h"
 #include "unity.h"
 
@@ -13,11 +13,11 @@ static struct net net;
 static struct driver driver;
 static struct uart_tx tx;
 static struct servos servos;
-static struct uart_rx rx; // at 1 Mbps
+static struct uart_rx rx; // at 1 Mbit/s
 static uint8_t heard[ROOM];
 static unsigned count;
 static uint64_t began; // first byte of a servo
-static unsigned most;  // servos that drove at once
+static unsigned most;  // highest number of servos that drove together
 static struct listener listener;
 
 static void ended(void *context, uint64_t now)
@@ -80,7 +80,7 @@ static void put(const uint8_t *ids, unsigned number)
     servos_replace(&servos, schedule.now, ids, number);
 }
 
-/* Says bytes and returns the end of the last stop bit. */
+/* Sends bytes. Returns the end of the last stop bit. */
 static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
 {
     uint64_t time = schedule.now + 100;
@@ -91,12 +91,12 @@ static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
         schedule_run_until(&schedule, time);
     }
     driver_enable(&driver, time, false);
-    count = most = 0; // its own bytes
+    count = most = 0; // drops its own bytes
     began = 0;
     return time;
 }
 
-/* Says an instruction packet, checksum added, and returns the end of its last stop bit. */
+/* Sends an instruction packet and adds the checksum. Returns the end of its last stop bit. */
 static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
 {
     uint8_t packet[32] = {0xFF, 0xFF};
@@ -158,7 +158,7 @@ void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
     uint32_t slow = 17 * 8 * 256;
     put(one, 1);
     schedule_run_until(&schedule, say(FAST, write, 5) + 2000);
-    TEST_ASSERT_EQUAL_UINT(6, count); // heard at 1 Mbps
+    TEST_ASSERT_EQUAL_UINT(6, count); // received at 1 Mbit/s
     schedule_run_until(&schedule, say(FAST, ping, 3) + 5000);
     TEST_ASSERT_EQUAL_UINT(0, count);
     TEST_ASSERT_EQUAL_UINT64(0, began);
@@ -169,7 +169,7 @@ void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
 }
 
-/* Bytes of the answer to a PING with a silence in it. */
+/* Returns the bytes of the reply to a PING with a silence in it. */
 static unsigned answer_after_silence_in_ping(uint32_t us)
 {
     static const uint8_t whole[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};

@@ -1,11 +1,11 @@
-/* The transcript of a wire with two talkers; what it must say is the manual's notation. */
+/* The transcript of a wire with two senders, in the manual's notation. */
 #include "output/transcript.h"
 #include "unity.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define FAST (16u * 256u) // 1 Mbps at 16 MHz
+#define FAST (16u * 256u) // 1 Mbit/s at 16 MHz
 
 static struct schedule schedule;
 static struct net net;
@@ -41,7 +41,7 @@ void tearDown(void)
     schedule_free(&schedule);
 }
 
-/* Sends a packet from `start` on and returns when it has ended. */
+/* Sends a packet from `start` on. Returns its end. */
 static uint64_t send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, const char *bytes,
                      unsigned count)
 {
@@ -99,7 +99,7 @@ void test_any_number_of_ff_may_come_before_the_id(void)
 
 void test_each_talker_is_decoded_at_its_own_rate(void)
 {
-    uint64_t end = send(&talkers[0], 0, FAST * 2, READ, 8); // 500 kbps
+    uint64_t end = send(&talkers[0], 0, FAST * 2, READ, 8); // 500 kbit/s
     send(&talkers[1], end + 100, 35556, REPLY, 7);          // 115200
     TEST_ASSERT_EQUAL_STRING("         0 ->in: FF FF 01 04 02 2B 01 CC (LEN:008)\n"
                              "      2660 <-out: FF FF 01 03 00 20 DB (LEN:007)\n",

@@ -66,7 +66,7 @@ void test_changes_that_found_no_room_fail_the_close(void)
     for (unsigned i = 1; i < 1000; i++) {
         vcd_change(&vcd, vector, i, i % 2);
     }
-    limit.rlim_cur = before; // the disk has room again
+    limit.rlim_cur = before; // the disk has space again
     setrlimit(RLIMIT_FSIZE, &limit);
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
