@@ -144,7 +144,7 @@ static bool read_wiring(const char *word, const char *without, const char *more)
     return board_read(&board, folder, "one");
 }
 
-void test_two_enables_may_be_said(void)
+void test_wiring_two_enables_may_be_named(void)
 {
     TEST_ASSERT_TRUE(read_wiring("TWO_ENABLES", "nothing", ""));
     TEST_ASSERT_EQUAL_INT(BOARD_TWO_ENABLES, board.bus[0].wiring);
@@ -173,7 +173,7 @@ void test_an_unknown_wiring_is_refused(void)
     TEST_ASSERT_FALSE(read_wiring("THREE_ENABLES", "nothing", ""));
 }
 
-void test_simavr_may_have_the_chip_under_another_name(void)
+void test_sim_mcu_names_the_simulated_chip(void)
 {
     TEST_ASSERT_TRUE(board_read(&board, folder, "one"));
     TEST_ASSERT_EQUAL_STRING("atmega128", board.core);
@@ -199,7 +199,7 @@ static void put_with_chip(const char *lines)
     put("mine.h", text);
 }
 
-void test_a_path_is_a_board_of_ones_own_with_board_mk_beside_it(void)
+void test_path_to_board_h_reads_board_mk_beside_it(void)
 {
     TEST_ASSERT_TRUE(read_own("one/board.h"));
     TEST_ASSERT_EQUAL_STRING("atmega128", board.mcu);
@@ -216,7 +216,7 @@ void test_chip_and_clock_may_stand_in_the_file(void)
     TEST_ASSERT_EQUAL_CHAR('A', board.bus[0].tx_enable.port);
 }
 
-void test_a_board_of_ones_own_without_chip_is_refused(void)
+void test_board_path_without_chip_is_refused(void)
 {
     put("mine.h", wiring);
     TEST_ASSERT_FALSE(read_own("mine.h"));
@@ -247,7 +247,7 @@ static void assert_complaint(const char *where, const char *what)
     TEST_ASSERT_EQUAL_STRING(wanted, complaint("mine.h"));
 }
 
-void test_what_is_wrong_is_told_with_file_and_line(void)
+void test_wrong_value_prints_file_and_line(void)
 {
     put_with_chip("#define BOARD_MCU atmega1284p\n#define BOARD_F_CPU fast\n");
     assert_complaint("18", "BOARD_F_CPU: \"fast\" is not valid: use a whole number from 1000000 "

@@ -208,7 +208,7 @@ void test_R27_several_packets_inside_a_damaged_one_are_found(void)
     TEST_ASSERT_EQUAL(4, packets);
 }
 
-void test_packets_of_before_a_pause_are_dropped(void)
+void test_packets_before_a_pause_are_dropped(void)
 {
     PUT(0xFF, 0xFF, 0x05, 0x16, 0x03, PING_1, READ_1);
     codec_pause(&codec);
@@ -218,7 +218,7 @@ void test_packets_of_before_a_pause_are_dropped(void)
     TEST_ASSERT_EQUAL_HEX8(0x01, found.instruction);
 }
 
-void test_damaged_packets_of_before_a_pause_are_dropped(void)
+void test_damaged_packets_before_a_pause_are_dropped(void)
 {
     PUT(0xFF, 0xFF, 0x05, 0x08, 0xFF, 0xFF, 0x01, 0x02, 0x01, 0x00); // a damaged PING of servo 1
     codec_pause(&codec);
@@ -315,7 +315,7 @@ void test_noise_never_overruns_and_a_packet_after_it_is_found(void)
     }
 }
 
-void test_reset_forgets_a_packet_begun(void)
+void test_reset_drops_an_unfinished_packet(void)
 {
     PUT(0xFF, 0xFF, 0x01, 0x02, 0x01);
     codec_reset(&codec);

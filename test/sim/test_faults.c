@@ -374,7 +374,7 @@ void test_F1_every_bit_of_an_instruction_packet_can_be_flipped(void)
     TEST_ASSERT_GREATER_THAN_UINT(20, answers);
 }
 
-void test_the_same_bit_flipped_twice_is_as_it_was(void)
+void test_bit_flipped_twice_is_unchanged(void)
 {
     order("flip out 1 4 2");
     order("flip out 1 4 2");
@@ -397,7 +397,7 @@ void test_F3_every_byte_can_be_lost(void)
     }
 }
 
-void test_F3_an_instruction_packet_that_lost_a_byte_is_none(void)
+void test_F3_instruction_packet_without_a_byte_is_ignored(void)
 {
     for (unsigned byte = 0; byte < 6; byte++) {
         again();
@@ -436,7 +436,7 @@ static void talk_with_buffer_shut(void)
     say_at(FAST, packet, build(packet, ping, 3));
 }
 
-void test_F5_echo_joins_the_receiver_to_the_wire(void)
+void test_F5_echo_connects_the_receiver_to_the_wire(void)
 {
     uint8_t both[12];
     memcpy(both + build(both, ping, 3), pong, 6);
@@ -467,7 +467,7 @@ static void put_twins(bool allowed)
     servos.node[1].servo.registers[TABLE_LED] = 1; // the two replies then differ
 }
 
-void test_F6_replies_of_twins_are_anded_at_every_offset(void)
+void test_F6_replies_of_same_id_are_anded_at_every_offset(void)
 {
     static const uint8_t first[] = {0xFF, 0xFF, 7, 4, 0, 0, 0, 0xF4};
     static const uint8_t second[] = {0xFF, 0xFF, 7, 4, 0, 0, 1, 0xF3};
@@ -491,7 +491,7 @@ void test_F6_replies_of_twins_are_anded_at_every_offset(void)
 
 /* A reply that the other servo receives as a whole is a packet with its own ID and instruction 0.
  */
-void test_F6_twins_that_hear_each_other_answer_each_other(void)
+void test_F6_same_id_servos_reply_to_each_others_replies(void)
 {
     static const uint8_t heard[] = {0xFF, 0xFF, 7,    2,    0,    0xF6, 0xFF, 0xFF, 7,
                                     2,    0,    0xF6, 0xFF, 0xFF, 7,    2,    0x40, 0xB6};
@@ -502,7 +502,7 @@ void test_F6_twins_that_hear_each_other_answer_each_other(void)
     assert_heard(&wire, heard, 18);
 }
 
-void test_F6_turnaround_sets_twins_apart(void)
+void test_F6_turnaround_separates_servos_of_same_id(void)
 {
     put_twins(true);
     order("turnaround 7 40");
@@ -515,7 +515,7 @@ void test_F6_turnaround_sets_twins_apart(void)
     TEST_ASSERT_EQUAL_UINT(6, wire.count);
 }
 
-void test_F6_twins_are_excused_only_where_they_are_allowed(void)
+void test_F6_same_id_is_exempt_only_if_allowed(void)
 {
     put_twins(false);
     exchange(ping_7, 3);
@@ -545,7 +545,7 @@ void test_F7_a_servo_can_die_after_any_byte_of_its_reply(void)
     }
 }
 
-void test_F7_it_can_be_gone_for_a_while(void)
+void test_F7_power_can_stay_off_after_a_cut_reply(void)
 {
     for (unsigned bytes = 0; bytes <= 8; bytes++) {
         again();
@@ -640,7 +640,7 @@ void test_F9_a_babbler_never_stops(void)
     assert_ping_is_answered();
 }
 
-void test_F9_headers_and_noise_for_ever(void)
+void test_F9_babble_of_headers_and_of_random_bytes(void)
 {
     order("babble headers");
     pass(100 * 160);
@@ -659,7 +659,7 @@ void test_F9_headers_and_noise_for_ever(void)
     TEST_ASSERT_EQUAL_UINT(256, different);
 }
 
-void test_F9_a_babbler_collides_with_all_and_its_rate_is_the_bus_s(void)
+void test_F9_babble_collides_with_all_at_the_rate_of_the_bus(void)
 {
     static const uint32_t slow = 32 * 256;
     order("babble 0");
@@ -720,7 +720,7 @@ void test_F10_a_new_order_ends_an_earlier_one(void)
     assert_ping_is_answered();
 }
 
-void test_F10_on_a_line_stuck_high_nothing_is_heard(void)
+void test_F10_line_stuck_high_carries_no_bytes(void)
 {
     uint64_t end = say(ping, 3);
     order("stuck high");
@@ -735,7 +735,7 @@ void test_F10_on_a_line_stuck_high_nothing_is_heard(void)
 }
 
 /* Idle wire: each flip pulls the line low for one bit. */
-void test_F10_noise_has_the_rate_that_was_asked_for(void)
+void test_F10_noise_has_the_ordered_rate(void)
 {
     order("noise 2000");
     pass(CLOCK);
@@ -771,7 +771,7 @@ void test_F10_noise_flips_bits_either_way(void)
 
 /* --- F12: another baud rate --- */
 
-void test_F12_a_servo_at_another_rate_hears_nothing_of_use(void)
+void test_F12_servo_at_another_rate_receives_no_packet(void)
 {
     static const uint8_t registers[] = {0, 3, 7, 16, 34, 103, 254};
     for (unsigned i = 0; i < sizeof(registers); i++) {
@@ -829,7 +829,7 @@ static unsigned hear(const bool *level, unsigned cycles, unsigned bit, struct ua
 }
 
 /* All bytes, three in a row, between any two of the listed rates. */
-void test_F12_bytes_at_another_rate_are_what_a_uart_makes_of_them(void)
+void test_F12_bytes_at_another_rate_match_the_uart_model(void)
 {
     static const unsigned registers[] = {1, 3, 7, 16, 34, 103};
     static bool level[40000];
@@ -1048,7 +1048,7 @@ void test_packets_of_the_controller_end_with_their_length_or_with_silence(void)
     assert_heard(&wire, heard, sizeof(heard));
 }
 
-void test_orders_that_come_to_nothing_are_told(void)
+void test_report_counts_orders_without_effect(void)
 {
     char text[200] = "";
     FILE *out = fmemopen(text, sizeof(text), "w");
@@ -1071,7 +1071,7 @@ void test_orders_that_come_to_nothing_are_told(void)
 
 /* LENGTH says 34: the servo takes the next packets as its rest and replies in the middle of a
  * packet. */
-void test_a_servo_that_holds_part_of_a_damaged_packet_is_excused(void)
+void test_servo_with_part_of_a_damaged_packet_is_exempt(void)
 {
     static const uint8_t other[] = {9, 2, 1};
     uint8_t packet[8];
@@ -1092,7 +1092,7 @@ void test_a_servo_that_holds_part_of_a_damaged_packet_is_excused(void)
 }
 
 /* LENGTH says 10: the packet ends with the next packet, to which no servo replies. */
-void test_a_servo_that_answers_a_packet_that_is_not_for_it_is_excused(void)
+void test_reply_to_a_packet_of_another_servo_is_exempt(void)
 {
     static const uint8_t all[] = {0xFE, 4, 3, 0x19, 1};
     order("flip in 1 3 4");
@@ -1104,7 +1104,7 @@ void test_a_servo_that_answers_a_packet_that_is_not_for_it_is_excused(void)
 }
 
 /* A receiver may have taken the fault for a start bit. */
-void test_a_fault_shortly_before_a_packet_excuses_too(void)
+void test_fault_shortly_before_a_packet_exempts(void)
 {
     for (unsigned gap = 159; gap <= 160; gap++) {
         pass(1000);
@@ -1117,7 +1117,7 @@ void test_a_fault_shortly_before_a_packet_excuses_too(void)
     }
 }
 
-void test_who_waits_or_talks_when_a_fault_acts_is_excused(void)
+void test_servo_that_waits_or_sends_during_a_fault_is_exempt(void)
 {
     say(ping, 3);
     pass(1 * US); // its reply is due
@@ -1135,7 +1135,7 @@ void test_who_waits_or_talks_when_a_fault_acts_is_excused(void)
     assert_ping_is_answered();
 }
 
-void test_a_fault_of_one_servo_excuses_no_other(void)
+void test_fault_of_one_servo_does_not_exempt_others(void)
 {
     static const uint8_t ids[] = {1, 7};
     servos_replace(&servos, schedule.now, ids, 2);
@@ -1161,7 +1161,7 @@ void test_quirks_can_be_ordered(void)
     TEST_ASSERT_TRUE(quirks->sync_write_limit);
 }
 
-void test_bad_orders_are_refused_with_what_is_wanted(void)
+void test_bad_orders_are_refused_with_their_usage(void)
 {
     static const char *const bad[] = {
         "",
@@ -1226,7 +1226,7 @@ void test_an_order_may_name_a_bus(void)
     TEST_ASSERT_NOT_NULL(faults_check("x:echo on"));
 }
 
-void test_orders_that_cannot_be_met_are_refused(void)
+void test_orders_for_missing_servos_are_refused(void)
 {
     TEST_ASSERT_EQUAL_STRING("no servo has that ID", faults_order(&faults, 0, "baud 1,2 3"));
     faults.echo.net = 0;
@@ -1271,7 +1271,7 @@ void test_one_seed_gives_one_run(void)
     TEST_ASSERT_FALSE(first == run_hash(0));
 }
 
-void test_jitter_follows_the_seed_and_differs_between_twins(void)
+void test_jitter_follows_the_seed_and_differs_for_same_id(void)
 {
     put_twins(true);
     uint32_t twin = servos.node[1].servo.quirks.seed, first = servos.node[0].servo.quirks.seed;

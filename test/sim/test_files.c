@@ -89,7 +89,7 @@ void test_long_text_is_read_up_to_the_limit(void)
     free(much);
 }
 
-void test_text_that_is_none_is_refused(void)
+void test_file_that_is_no_text_is_refused(void)
 {
     TEST_ASSERT_NULL(files_read_text(path)); // missing
     TEST_ASSERT_NULL(files_read_text(folder));

@@ -178,7 +178,7 @@ static void write_begins(void *context, uint64_t start, uint64_t cycles)
     write_start[writes++ % 3] = start;
 }
 
-void test_every_write_to_the_eeprom_is_told_when_it_begins(void)
+void test_eeprom_write_is_reported_when_it_begins(void)
 {
     machine.eeprom.on_write = write_begins;
     writes = 0;
@@ -223,7 +223,7 @@ void test_a_hang_waits_until_interrupts_are_on(void)
     TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[PORTB]);
 }
 
-void test_the_watchdog_of_a_newer_chip_stays_on_after_an_ordered_bite(void)
+void test_watchdog_of_a_newer_chip_stays_on_after_its_reset(void)
 {
     const char *folder = getenv("FIRMWARE");
     char path[256];

@@ -108,7 +108,7 @@ void test_PD2_of_an_atmega128(void)
     assert_follows("atmega128", 'D', 2);
 }
 
-void test_PF0_of_an_atmega128_whose_registers_are_apart(void)
+void test_PF0_of_an_atmega128_with_separate_registers(void)
 {
     assert_follows("atmega128", 'F', 0);
     TEST_ASSERT_EQUAL_HEX(0x20, pin.port->r_pin); // DDRF and PORTF are 0x61 and 0x62
@@ -164,7 +164,7 @@ void test_an_output_reads_as_its_port(void)
     assert_read("high", true);
 }
 
-void test_the_other_bits_of_the_port_are_simavrs(void)
+void test_other_bits_of_the_port_keep_the_value_of_simavr(void)
 {
     start("atmega128", 'D', 2);
     avr->data[pin.port->r_ddr] = 0xF0;

@@ -173,7 +173,7 @@ void test_client_that_writes_or_leaves_wakes_the_simulator(void)
     TEST_ASSERT_FALSE(wakes(0));
 }
 
-void test_without_a_client_bytes_are_gone(void)
+void test_without_a_client_bytes_are_dropped(void)
 {
     pty_send(&pty, (const uint8_t *)"early", 5);
     come();
@@ -182,7 +182,7 @@ void test_without_a_client_bytes_are_gone(void)
     TEST_ASSERT_EQUAL_UINT64(0, pty.lost);
 }
 
-void test_what_a_client_has_not_read_is_not_for_the_next_one(void)
+void test_unread_bytes_are_dropped_when_the_client_leaves(void)
 {
     come();
     pty_send(&pty, (const uint8_t *)"given", 5);
@@ -194,7 +194,7 @@ void test_what_a_client_has_not_read_is_not_for_the_next_one(void)
     TEST_ASSERT_EQUAL_UINT(0, take(bytes, 10));
 }
 
-void test_the_last_words_of_a_client_that_has_left_are_heard(void)
+void test_bytes_of_a_client_that_has_left_are_read(void)
 {
     come();
     TEST_ASSERT_EQUAL_INT(4, write(line, "last", 4));
@@ -214,7 +214,7 @@ void test_the_line_is_raw_again_when_a_client_has_left(void)
     TEST_ASSERT_EQUAL_HEX32(0, mode.c_lflag & (ECHO | ICANON));
 }
 
-void test_and_also_when_nobody_saw_it_come_and_go(void)
+void test_line_is_raw_again_after_an_undetected_client(void)
 {
     struct termios2 mode;
     line = open(pty.path, O_RDWR | O_NOCTTY);
@@ -249,7 +249,7 @@ static unsigned race_after(tcflag_t local)
     return raced;
 }
 
-void test_rate_of_client_that_comes_amid_a_leave_is_kept(void)
+void test_rate_set_while_another_client_leaves_is_kept(void)
 {
     TEST_ASSERT_GREATER_THAN_UINT(0, race_after(0));
 }
@@ -281,7 +281,7 @@ void test_flush_of_output_by_the_client_is_counted(void)
 
 /* tcflush() drops what the system has not passed to the simulator's end yet. Bytes that can be read
  * there stay. */
-void test_bytes_that_can_be_read_outlive_a_flush(void)
+void test_readable_bytes_survive_a_flush(void)
 {
     come();
     for (unsigned i = 0; i < 100; i++) {
@@ -293,7 +293,7 @@ void test_bytes_that_can_be_read_outlive_a_flush(void)
     }
 }
 
-void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
+void test_paused_client_loses_nothing_until_the_queue_is_full(void)
 {
     static uint8_t much[PTY_SIZE];
     for (unsigned i = 0; i < sizeof(much); i++) {
@@ -309,7 +309,7 @@ void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
     TEST_ASSERT_EQUAL_MEMORY(much, bytes + sizeof(much), 10000);
 }
 
-void test_bytes_without_room_are_counted(void)
+void test_bytes_for_a_full_queue_are_counted(void)
 {
     come();
     pty_send(&pty, bytes, PTY_SIZE);
@@ -318,7 +318,7 @@ void test_bytes_without_room_are_counted(void)
     TEST_ASSERT_EQUAL_UINT64(PTY_SIZE + 3, pty.bytes_out);
 }
 
-void test_a_wait_lasts_until_its_cycle_or_a_word_of_the_client(void)
+void test_wait_lasts_until_its_cycle_or_a_byte_of_the_client(void)
 {
     struct realtime realtime;
     realtime_start(&realtime, 1000000);
@@ -331,7 +331,7 @@ void test_a_wait_lasts_until_its_cycle_or_a_word_of_the_client(void)
     TEST_ASSERT_TRUE(realtime_cycle(&realtime) < before + 2000000);
 }
 
-void test_a_run_that_is_late_does_not_hurry_but_says_so(void)
+void test_late_run_does_not_catch_up_and_counts_lost_time(void)
 {
     struct realtime realtime;
     realtime_start(&realtime, 1000000);

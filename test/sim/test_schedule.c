@@ -95,7 +95,7 @@ void test_events_of_one_cycle_run_in_the_order_of_arming(void)
     TEST_ASSERT_EQUAL_STRING("abcdefghijklmnopqrst", order);
 }
 
-void test_arming_again_moves_an_event_behind_its_equals(void)
+void test_arming_again_moves_an_event_after_equal_ones(void)
 {
     struct probe a, b;
     probe_init(&a, 'a');
@@ -140,7 +140,7 @@ void test_a_time_in_the_past_means_now(void)
     TEST_ASSERT_EQUAL_UINT64(50, schedule_next(&schedule));
 }
 
-void test_the_owner_is_told_when_the_next_event_is_earlier(void)
+void test_on_earlier_is_called_when_the_next_event_is_earlier(void)
 {
     struct probe a, b, c;
     schedule.on_earlier = moved;
@@ -256,7 +256,7 @@ static void meddle(void *context, uint64_t now)
     }
 }
 
-void test_events_that_arm_and_cancel_others_while_they_run_keep_the_order(void)
+void test_running_events_that_arm_and_cancel_keep_the_order(void)
 {
     dice = 1;
     turns = 0;

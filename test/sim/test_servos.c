@@ -123,7 +123,7 @@ void test_the_return_delay_counts_from_the_end_of_the_last_stop_bit(void)
     TEST_ASSERT_EQUAL_UINT(0, net.enabled);
 }
 
-void test_a_return_delay_that_was_written_is_kept(void)
+void test_written_return_delay_is_used(void)
 {
     static const uint8_t write[] = {0x01, 0x04, 0x03, 0x05, 0x08};
     put(one, 1);
@@ -133,7 +133,7 @@ void test_a_return_delay_that_was_written_is_kept(void)
     TEST_ASSERT_EQUAL_UINT64(end + 16 * 16, began);
 }
 
-void test_only_the_one_that_is_meant_answers(void)
+void test_only_the_addressed_servo_replies(void)
 {
     static const uint8_t ids[] = {1, 2, 3};
     static const uint8_t ping_2[] = {0x02, 0x02, 0x01};
@@ -144,7 +144,7 @@ void test_only_the_one_that_is_meant_answers(void)
     TEST_ASSERT_EQUAL_UINT(1, most);
 }
 
-void test_two_of_one_id_drive_at_once(void)
+void test_servos_of_same_id_drive_at_once(void)
 {
     static const uint8_t ids[] = {1, 1};
     put(ids, 2);
@@ -152,7 +152,7 @@ void test_two_of_one_id_drive_at_once(void)
     TEST_ASSERT_EQUAL_UINT(2, most);
 }
 
-void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
+void test_new_baud_rate_is_used_after_the_reply(void)
 {
     static const uint8_t write[] = {0x01, 0x04, 0x03, 0x04, 0x10}; // 115200, as the servo has it
     uint32_t slow = 17 * 8 * 256;
@@ -193,7 +193,7 @@ void test_a_fast_sender_pauses_nowhere(void)
     TEST_ASSERT_EQUAL_UINT(6, count);
 }
 
-void test_a_servo_without_power_is_deaf_and_lets_go(void)
+void test_servo_without_power_receives_and_drives_nothing(void)
 {
     put(one, 1);
     uint64_t end = say(FAST, ping, 3);
@@ -209,7 +209,7 @@ void test_a_servo_without_power_is_deaf_and_lets_go(void)
     TEST_ASSERT_EQUAL_UINT(6, count);
 }
 
-void test_servos_can_be_replaced_while_one_talks(void)
+void test_servos_can_be_replaced_during_a_reply(void)
 {
     static const uint8_t others[] = {7, 8};
     put(one, 1);

@@ -85,7 +85,7 @@ void test_txen_off_and_on_leaves_udr_writable_and_the_byte_whole(void)
     TEST_ASSERT_EQUAL_INT(0, figure(&stock, "ready"));
 }
 
-void test_txcie_fires_when_txc_is_set_already(void)
+void test_txcie_interrupts_if_txc_is_set_already(void)
 {
     run_both("txcie_late");
     TEST_ASSERT_EQUAL_INT(1, figure(&exact, "interrupts"));
@@ -171,7 +171,7 @@ void test_the_eeprom_is_locked_while_it_is_written(void)
     TEST_ASSERT_EQUAL_INT(1, figure(&stock, "moved"));
 }
 
-void test_a_write_later_than_4_cycles_after_eemwe_is_none(void)
+void test_write_later_than_4_cycles_after_eemwe_is_ignored(void)
 {
     run_both("eeprom_write");
     TEST_ASSERT_EQUAL_INT(0, figure(&exact, "late"));
@@ -213,7 +213,7 @@ void test_flags_of_resets_add_up_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_INT(8, figure(&exact, "third"));
 }
 
-void test_registers_are_as_after_reset_in_every_life(void)
+void test_each_reset_sets_the_registers_to_their_reset_values(void)
 {
     run_both("reset_cause");
     TEST_ASSERT_EQUAL_INT(0, figure(&exact, "pins"));
