@@ -52,10 +52,10 @@ static void hold_release(struct check *check, const struct job *job, unsigned cy
         rig_hold(rig, complete + cycles - 4 * loops - HOLD_ENDS, loops);
     }
     check_run(check, job);
-    uint64_t end = rig->said.bytes[check->asked.size - 1].time + RIG_BYTE;
+    uint64_t end = rig->sent.bytes[check->asked.size - 1].time + RIG_BYTE;
     uint64_t latest = (rig->hold_until > end ? rig->hold_until : end) + RELEASE;
     // once in 32 ms the clock's handler comes first, and the one held up is that of the last byte
-    bool gap = end - rig->said.bytes[0].time > (uint64_t)complete;
+    bool gap = end - rig->sent.bytes[0].time > (uint64_t)complete;
     if (!gap &&
         (rig->hold_until + BIT < end + cycles || rig->hold_until > end + cycles + 2 * BIT)) {
         check_fail(check, "held up for %d cycles", (int)(rig->hold_until - end));
