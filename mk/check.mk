@@ -1,7 +1,7 @@
 # Checks, and documents that are made from tables.
 
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
-	test/*.[ch] test/*/*.[ch])
+	test/*/*.[ch] test/*/*/*.[ch])
 
 GENERATED_DOCS := errors registers settings console device
 
