@@ -132,8 +132,6 @@ $(AVR_TEST)/$(basename $(notdir $(1))).elf: $(AVR_TEST)/obj/$(1:%.c=%.o) $(AVR_T
 endef
 $(foreach s,$(UNIT_TEST_SRC),$(eval $(call avr_test_rule,$(s))))
 
-PROGRAM_SRC := $(filter-out test/firmware/library/three_buses.c,$(wildcard test/firmware/library/*.c))
-
 # Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
 FIRMWARE_MCU := atmega128
 build/firmware/three_buses.elf: FIRMWARE_MCU := atmega2560
@@ -143,27 +141,43 @@ build/firmware/%.elf: test/firmware/registers/%.c build/atmega128/flags | tools
 	$(Q)$(AVR_CC) -mmcu=$(FIRMWARE_MCU) -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
 
 RANDOM_TESTS := $(call host_program,$(RANDOM_SRC))
-TEST_FIRMWARES := $(patsubst test/firmware/registers/%.c,%,$(wildcard test/firmware/registers/*.c))
-RUN_TESTS := $(wildcard test/runs/test_*.py)
-TEST_PROGRAMS := $(call host_program,$(UNIT_TEST_SRC)) \
-	$(patsubst %,$(AVR_TEST)/%.elf,$(basename $(notdir $(UNIT_TEST_SRC)))) $(SIM_TEST_SRC:%.c=build/host/%)
-TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/firmware/library/%.c=build/atmega128/firmware/%.elf) $(RANDOM_TESTS) \
-	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/firmware/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/firmware/$(p).elf)) \
-	build/arbotix/firmware/soak.elf build/arbotix/firmware/foreign_handler.elf \
-	$(patsubst %,build/%/firmware/safety.elf,arduino-mega arbotix cm510) \
-	$(patsubst %,build/%/firmware/flood.elf,arduino-mega cm510 arbotix) \
-	build/adapter-echo/firmware/diagnose.elf build/arbotix/firmware/diagnose.elf \
-	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/firmware/soak.elf) \
-	$(FAULTS_NEEDS) $(BENCH_NEEDS) \
-	$(patsubst %,build/atmega128/benchmark/%.elf,slow_handlers blocking_absent) \
-	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
+TEST_FIRMWARES := $(patsubst test/firmware/registers/%.c,build/firmware/%.elf,$(wildcard test/firmware/registers/*.c))
 
-## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
+UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
+	$(patsubst %,$(AVR_TEST)/%.elf,$(basename $(notdir $(UNIT_TEST_SRC))))
+SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
+RUN_TESTS := $(wildcard test/runs/test_*.py)
+
+# Each run says on a line `# needs: FILE ...` what must be built for it.
+run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/^# needs: //p' $(1)))$(NEEDED))
+
+# T=word: only the suites whose name has that word in it.
+T ?=
+ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
+TESTS := $(if $(T),$(foreach t,$(ALL_TESTS),$(if $(findstring $(T),$(basename $(notdir $(t)))),$(t))),$(ALL_TESTS))
+test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(TEST_FIRMWARES)) \
+	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
+run_tests = SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
+	--avr-board $(AVR_TEST_BOARD)
+
+## test: every test, or with T=word those whose name has the word: host, simulated AVR, whole runs
 .PHONY: test
-test: $(TEST_PROGRAMS) $(TEST_NEEDS)
-	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
-	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
+test: $$(test_programs)
+	@$(if $(TESTS),,echo "no test has '$(T)' in its name"; false)
+	@$(run_tests) --times build/test-times.tsv $(TESTS)
+
+# Of these `make test` runs a part.
+LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine faults_all fuzz identity inhibit))
+## test-long: the random and exhaustive runs in full length, of which `make test` runs a part
+.PHONY: test-long
+test-long: $$(call run_needs,$$(LONG_TESTS))
+	@TEST_LONG=1 $(run_tests) --times build/test-long-times.tsv $(LONG_TESTS)
+
+BUILD_TESTS := $(wildcard test/build/test_*.py)
+## test-build: what make itself promises: boards, flash, fuses, dependencies, checks
+.PHONY: test-build
+test-build: $$(call run_needs,$$(BUILD_TESTS))
+	@$(run_tests) $(BUILD_TESTS)
 
 # The programs on this machine that run src/core. The scripts build them with flags of their own.
 HOST_TESTS := $(call host_program,$(CORE_TEST_SRC) $(CORE_RANDOM_SRC) \

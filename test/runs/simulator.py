@@ -10,6 +10,16 @@ SIM = ROOT / "build/host/cds55xx-sim"
 PACKET = re.compile(r"^\s*(\d+)(?: bus\d)? (->in|<-out): ((?:[0-9A-F]{2} ?)+)\(LEN:(\d{3})\)")
 
 
+LONG = os.environ.get("TEST_LONG") == "1"  # make test-long
+
+
+def call(*command, **options):
+    """(exit status, all output) of a command."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          stdin=subprocess.DEVNULL, **options)
+    return done.returncode, done.stdout
+
+
 class Run:
     """One run: .status, .output, and .packets as (cycle, "->in" or "<-out", "FF FF ...")."""
 
@@ -23,7 +33,7 @@ class Run:
                 (folder / "script").write_text(script)
                 command += ["--script", folder / "script"]
             done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                  stdin=subprocess.DEVNULL, timeout=300, cwd=ROOT)
+                                  stdin=subprocess.DEVNULL, cwd=ROOT)
             self.status = done.returncode
             self.output = done.stdout.decode(errors="replace")
             self.transcript = transcript.read_text() if transcript.exists() else ""

@@ -303,19 +303,15 @@ class Firmware(unittest.TestCase):
             self.assertLess(time.monotonic() - start, 3)
 
 
-    def test_make_run_tells_the_path_first_and_how_to_open_it_and_ends_by_ctrl_c(self):
-        make = subprocess.Popen(["make", "-s", "-C", ROOT, "--no-print-directory", "run"],
-                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                stdin=subprocess.DEVNULL, start_new_session=True,
-                                env={**os.environ, "MAKEFLAGS": ""})
-        path = make.stdout.readline().decode().strip()
-        while path.startswith(("CC ", "LD ")):
-            path = make.stdout.readline().decode().strip()
+    def test_run_prints_path_and_how_to_open_it_and_ends_by_ctrl_c(self):
+        run = subprocess.Popen([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
+                                "atmega128", "--servos", "1-18", "--host", "pty"],
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                               stdin=subprocess.DEVNULL)
+        path = run.stdout.readline().decode().strip()
         self.assertIn("ok", self.ask(path, "ping 18"))
-        os.killpg(make.pid, signal.SIGINT)
-        output = make.stdout.read().decode()
-        make.stdout.close()
-        make.wait(timeout=10)
+        run.send_signal(signal.SIGINT)
+        output = run.communicate()[0].decode()
         self.assertIn(f"picocom -q --echo {path}", output)
         self.assertIn("1 packets in, 1 out", output)
 

@@ -8,13 +8,7 @@ import sys
 import tempfile
 import unittest
 
-from simulator import ROOT, SIM
-
-
-def run(*command, **options):
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          stdin=subprocess.DEVNULL, timeout=120, **options)
-    return done.returncode, done.stdout
+from simulator import ROOT, SIM, call as run
 
 
 class Layering(unittest.TestCase):
@@ -82,102 +76,6 @@ class Layering(unittest.TestCase):
         self.breach("src/avr/clock.c", "#include <util/delay.h>")
 
 
-class Headers(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = pathlib.Path(self.folder.name)
-        for name in ["include", "src", "boards"]:
-            shutil.copytree(ROOT / name, self.root / name)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def check(self, *headers):
-        return run(sys.executable, ROOT / "scripts/headers.py", self.root, *headers)
-
-    def missing(self, file, old, new, complaint, header=None):
-        """`old` becomes `new` in `file`, whose header, or else another one, then lacks something."""
-        header = header or file
-        before = self.check(header)[1]
-        self.assertNotIn(complaint, before)
-        text = (self.root / file).read_text()
-        self.assertIn(old, text)
-        (self.root / file).write_text(text.replace(old, new))
-        status, output = self.check(header)
-        self.assertEqual(status, 1, output)
-        self.assertRegex(output, rf"{header}:\d+: .*{re.escape(complaint)}")
-
-    def test_the_tree_as_it_is_passes(self):
-        self.assertEqual(self.check(), (0, ""))
-
-    def test_a_function_without_a_comment(self):
-        self.missing("include/cds55xx/ring.h", "static inline bool cds_ring_put(",
-                     "\nstatic inline bool cds_ring_put(", "cds_ring_put: a comment")
-
-    def test_a_macro_without_a_comment(self):
-        self.missing("include/cds55xx/version.h", "/* As text: major.minor.patch. */", "",
-                     "CDS_VERSION: a comment")
-
-    def test_a_parameter_of_a_macro(self):
-        self.missing("include/cds55xx/packet.h", "`length` bytes to each of `servos` servos", "bytes",
-                     "CDS_SYNC_WRITE_SIZE: what servos is")
-
-    def test_a_struct_and_its_fields(self):
-        self.missing("include/cds55xx/feedback.h", "voltage;     // units of 0.1 V", "voltage;",
-                     "cds_feedback: what voltage is")
-        self.missing("include/cds55xx/parser.h", "/* A search, and the packet whose head", "\n#define X 1\n\n//",
-                     "cds_parser: a comment")
-
-    def test_the_range_of_an_argument(self):
-        self.missing("include/cds55xx/queue.h", "`retries`, 0 to 2;", "`retries`;",
-                     "unit or range of retries")
-
-    def test_an_array_that_nothing_is_said_of(self):
-        self.missing("include/cds55xx/sync_write.h", "bytes of `data`; or", "bytes; or",
-                     "cds_sync_write_add: what data is")
-
-    def test_a_result_that_the_comment_does_not_name(self):
-        self.missing("include/cds55xx/cycle.h", "CDS_BAD_ARGUMENT: a servo never", "Not if one never",
-                     "cds_cycle_commit: its result CDS_BAD_ARGUMENT")
-
-    def test_a_result_that_the_code_has_and_the_comment_not(self):
-        self.missing("src/core/service/setup.c", "default: return CDS_BAD_ARGUMENT", "default: return CDS_REFUSED",
-                     "cds_setup_begin: its result CDS_REFUSED", "include/cds55xx/setup.h")
-
-    def test_a_result_of_a_static_function_that_is_handed_on(self):
-        self.missing("src/core/wire/packet.c", "    cds_packet_begin(packet, id, instruction);",
-                     "    if (!id) return CDS_INHIBITED;\n    cds_packet_begin(packet, id, instruction);",
-                     "cds_packet_ping: its result CDS_INHIBITED", "include/cds55xx/packet.h")
-
-    def test_a_result_that_a_call_in_flight_ends_with(self):
-        self.missing("src/core/servo/registered_move.c", "        move->reason = reason;",
-                     "        move->reason = CDS_CANCELLED + 0; move->reason = CDS_BUSY;",
-                     "cds_registered_move_poll: its result CDS_BUSY", "include/cds55xx/registered_move.h")
-        begin = "    cds_servo_start(request, NULL, 0, id, instruction);"
-        self.missing("src/core/servo/servo.c", begin, "    if (!bus) return CDS_CORRUPT;\n" + begin,
-                     "cds_servo_ping: its result CDS_CORRUPT", "include/cds55xx/servo.h")
-
-    def test_what_is_returned_when_it_is_no_result(self):
-        self.missing("include/cds55xx/units.h", "without power? True for", "without power: ",
-                     "cds_units_baud_is_kept: what it returns")
-
-    def test_the_context(self):
-        self.missing("include/cds55xx/feedback.h", "All functions: main context.", "",
-                     "cds_feedback_decode: its context")
-
-    def test_a_header_that_does_not_compile_alone(self):
-        self.missing("include/cds55xx/ring.h", "#include <stdbool.h>\n", "",
-                     "does not compile alone (gcc)")
-
-    def test_a_function_that_cpp_could_not_link(self):
-        self.missing("src/avr/clock.h", 'extern "C" {', "namespace {",
-                     'cds_avr_clock_open: no extern "C"')
-
-    def test_a_header_that_is_not_cpp(self):
-        self.missing("include/cds55xx/parser.h", "uint8_t longest; ", "uint8_t class; ",
-                     "does not compile alone (avr-g++)")
-
-
 class MachineCode(unittest.TestCase):
     """scripts/elf.py, on objects compiled here."""
 
@@ -198,7 +96,7 @@ class MachineCode(unittest.TestCase):
         self.assertIn(complaint, output)
 
     def test_good_code_passes(self):
-        status, output = self.check("""
+        self.assertEqual(self.check("""
             static volatile uint16_t counter;
             struct item { struct item *next; void (*on_end)(struct item *); };
             uint16_t cds_link_count(void)
@@ -219,9 +117,7 @@ class MachineCode(unittest.TestCase):
                     item = item->next;
                 item->on_end(item);
             }
-            uint32_t cds_units_to_register(void) { return a / b; }""")
-        self.assertEqual(status, 0, output)
-        self.assertIn("3 functions, 2 calls, deepest stack ", output)
+            uint32_t cds_units_to_register(void) { return a / b; }"""), (0, ""))
 
     def test_nothing_to_check_does_not_pass(self):
         self.assertEqual(self.check("uint8_t x;")[0], 1)
@@ -249,7 +145,7 @@ class MachineCode(unittest.TestCase):
     def test_floating_point(self):
         self.breach("uint32_t f(void) { return a * 0.5f; }", "f: uses floating point: f -> __")
 
-    def test_division_on_the_hot_path_even_if_documented(self):
+    def test_division_on_the_hot_path(self):
         self.breach("void cds_bus_poll(void) { a = a / b; }",
                     "cds_bus_poll: divides on the hot path: cds_bus_poll -> __udivmodsi4")
         self.breach("""__attribute__((noinline)) void cds_units_to_register(void) { a = a / b; }
@@ -262,21 +158,8 @@ class MachineCode(unittest.TestCase):
         self.breach("int64_t cds_servo_ping(int64_t n, int64_t m) { return n % m; }",
                     "divides on the hot path: cds_servo_ping -> __moddi3")
 
-    def test_division_elsewhere_must_be_documented(self):
-        self.breach("void cds_register_at(void) { a = a / b; }",
-                    "cds_register_at: divides, and its header does not say so")
-
-    def test_a_function_documented_to_divide_divides(self):
-        self.breach("void cds_units_baud(void) { a = b; }",
-                    "cds_units_baud: does not divide, though its header says so")
-
     def test_allocation(self):
         self.breach("#include <stdlib.h>\nvoid *f(void) { return malloc(a); }", "f: allocates: f -> malloc")
-
-    def test_a_stack_of_variable_size(self):
-        for body in ["uint8_t room[n]; g(room);", "g(__builtin_alloca(n));"]:
-            self.breach("void g(uint8_t *); void f(uint16_t n) { " + body + " }",
-                        "f: moves the stack pointer by a variable")
 
     def test_busy_waiting(self):
         for loop in ["while (!(UCSR1A & 1 << UDRE1)) { }", "while (!(PINB & 4)) { }", "while (a) { }",
@@ -328,28 +211,7 @@ class MachineCode(unittest.TestCase):
                     "program", "-flto")
 
 
-class Build(unittest.TestCase):
-    def make(self, *arguments, **environment):
-        return run("make", "-C", ROOT, "--no-print-directory", *arguments,
-                   env={**os.environ, **environment})
-
-    def test_an_unknown_board_lists_those_there_are(self):
-        status, output = self.make("lib", "BOARD=toaster")
-        self.assertNotEqual(status, 0)
-        self.assertIn("no board 'toaster'; BOARD= one of: arbotix arduino-mega arduino-uno atmega128 cm510", output)
-
-    def test_help_has_a_line_for_every_target(self):
-        _, output = self.make("help")
-        for target in ["demo", "test", "deps", "lib", "firmware", "size", "flash", "fuses", "check"]:
-            self.assertIn(f"make {target} ", output)
-
-    def test_what_is_missing_is_named_and_not_installed(self):
-        with tempfile.TemporaryDirectory() as empty:
-            status, output = self.make("deps", f"UNITY={empty}/unity", "DEPS=no")
-            self.assertNotEqual(status, 0)
-            self.assertIn(f"missing Unity in {empty}/unity (make deps fetches it)", output)
-            self.assertEqual(os.listdir(empty), [])
-
+class Scripts(unittest.TestCase):
     def test_a_gem_that_does_not_come_is_told_from_a_wrong_one(self):
         """gem may fail with status 0, as without certificates."""
         wrong = 'echo x > "$2-$4.gem"'
@@ -366,26 +228,6 @@ class Build(unittest.TestCase):
                 self.assertEqual(status, 1, output)
                 self.assertIn(complaint, output.splitlines()[-1])
                 self.assertFalse(os.path.exists(f"{folder}/unity"))
-
-    def test_touching_a_header_makes_the_library_out_of_date(self):
-        self.assertEqual(self.make("lib")[0], 0)
-        header = ROOT / "include/cds55xx/link.h"
-        before = header.stat()
-        status, output = self.make("lib", "-n", "-W", "include/cds55xx/link.h")
-        self.assertEqual((status, header.stat().st_mtime), (0, before.st_mtime))
-        self.assertIn("bus.o", output)
-
-    def test_flash_and_fuses_are_avrdude_command_lines_with_the_boards_data(self):
-        flash = self.make("flash", "-n")[1]
-        self.assertIn("scripts/avrdude.sh 'usb' -p atmega128 -c usbasp  -U "
-                      "flash:w:build/atmega128/controller.hex:i", flash)
-        self.assertIn("(fuse M103C): make fuses first", flash)
-        self.assertIn("efuse:w:0xff:m", self.make("fuses", "-n")[1])
-        self.assertIn("scripts/avrdude.sh '/dev/ttyUSB7' -p atmega2560 -c wiring -D -U flash:w:",
-                      self.make("flash", "-n", "BOARD=arduino-mega", "PORT=/dev/ttyUSB7")[1])
-        status, output = self.make("fuses", "BOARD=arduino-mega")
-        self.assertEqual(status, 0, output)
-        self.assertIn("right as shipped", output)
 
     def test_a_firmware_over_budget_fails_the_size_check(self):
         elf = ROOT / "build/atmega128/controller.elf"
@@ -408,11 +250,11 @@ class Build(unittest.TestCase):
         self.assertEqual(flash.pop("in all"), text + data)
         folders = [name for _, _, inner, name in rows[:-1] if not inner]
         self.assertEqual(sum(flash[name] for name in folders), text + data)
-        self.assertEqual(sum(flash.values()),
-                         text + data + sum(flash[name] for name in folders if "/" in name))
+        files = sum(int(size) for size, _, inner, _ in rows if inner)  # two folders may each have a bus.c
+        self.assertEqual(files, sum(flash[name] for name in folders if "/" in name))
         texts = int(re.search(r"(\d+) t texts$",
                               run("avr-nm", "--print-size", "--radix=d", elf)[1], re.M)[1])
-        self.assertTrue(texts < tables["writer.c"] < flash["writer.c"], output)
+        self.assertTrue(texts < tables["printer.c"] < flash["printer.c"], output)
         self.assertNotIn("servos.c", tables)
         self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)

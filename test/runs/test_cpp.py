@@ -3,8 +3,7 @@ import pathlib
 import tempfile
 import unittest
 
-from simulator import ROOT, Run
-from test_checks import run
+from simulator import ROOT, Run, call as run
 
 CHIPS = {"atmega128": "atmega128", "arduino-mega": "atmega2560", "arbotix": "atmega644p"}
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]

@@ -9,12 +9,13 @@ import collections
 import re
 import unittest
 
-from simulator import Run
+from simulator import LONG, Run
 
 ELF = "build/atmega128/firmware/change.elf"
 CHANGED, UNCHANGED, LOST, BOTH = 1, 2, 4, 5
 NEIGHBOUR = (5, 1)
 MOMENT_MS, LONG_MS = 2, 12  # a transaction takes 5 ms, and 9 ms if nobody answers
+PART = 5  # make test: every fifth fault; make test-long: all
 DEAF_MS = 1000  # after power-up, of servos that need so long to start
 
 
@@ -132,7 +133,7 @@ class Identity(unittest.TestCase):
         expected = UNCHANGED if (way, number) == write else CHANGED
         self.assertEqual(outcome.state, expected, f"{change.command}: {order}")
 
-    def interrupt(self, change, check, every=1):
+    def interrupt(self, change, check, every=1 if LONG else PART):
         course = change.course()
         instructions = [packet[4] for way, packet in course if way == "->in"]
         write = "->in", 1 + next(n for n, what in enumerate(instructions) if what != 1)
@@ -162,7 +163,7 @@ class Identity(unittest.TestCase):
         self.interrupt(Change("baud 3 2", (3, 1), (3, 2)), self.check_unlisted)
 
     def test_a_servo_that_is_deaf_for_a_second_after_power_up(self):
-        self.interrupt(Change("id 3 7", (3, 1), (7, 1), DEAF_MS), self.check, every=7)
+        self.interrupt(Change("id 3 7", (3, 1), (7, 1), DEAF_MS), self.check, every=7 if LONG else 3 * PART)
 
     def test_a_reset(self):
         self.interrupt(Change("reset 3", (3, 1), (1, 1)), self.check)
