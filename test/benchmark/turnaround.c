@@ -7,8 +7,8 @@
  *
  * The options (bench_option()) say what the main program does and at which moments the four events
  * come; scripts/measure.py sweeps them, and then searches about the worst ones. */
-#include "eeprom.c"
-#include "serial.c"
+#include "avr/eeprom_driver.c"
+#include "avr/serial.c"
 #include "timer.h"
 
 #include "benchmark.h"

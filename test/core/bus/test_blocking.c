@@ -3,28 +3,25 @@
 
 #include <string.h>
 
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define ID 7
 
-static struct cds_bus bus;
 static uint8_t packet[CDS_PACKET_SIZE(8)], reply[CDS_REGISTERED_MOVE_VERIFY_REPLY];
 static struct cds_request request;
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(0);
     request = (struct cds_request)CDS_REQUEST(packet, reply);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     port_fake.us_per_reading = 10;
     port_fake.eager = &bus.link;
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
     TEST_ASSERT_NULL(bus.request);
     TEST_ASSERT_NULL(bus.lock);
 }

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "cds55xx/queue.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define PORT 1
@@ -13,7 +13,6 @@
 #define PING_DEADLINE_US (12 * 10 + 508 + 100)
 #define WORD_DEADLINE_US (16 * 10 + 508 + 100) // READ of a word: 8 bytes out, 8 back
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t buffer[CDS_PACKET_SIZE(2)], reply[CDS_REPLY_MAX];
 static struct cds_request request = CDS_REQUEST(buffer, reply);
@@ -41,20 +40,7 @@ void setUp(void)
 /* Whatever a test did: no verb out of place, and every packet has its outcome. */
 void tearDown(void)
 {
-    struct cds_stats count;
-
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-    cds_bus_stats(&bus, &count);
-    TEST_ASSERT_EQUAL_UINT16((uint16_t)(count.sent - (bus.request ? 1 : 0)),
-                             (uint16_t)(count.ok + count.timeouts + count.corrupt));
-}
-
-static struct cds_stats stats(void)
-{
-    struct cds_stats count;
-
-    cds_bus_stats(&bus, &count);
-    return count;
+    rig_check();
 }
 
 static void submit_ping(uint8_t id)
@@ -78,13 +64,6 @@ static void submit_broadcast_action(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
 }
 
-/* A packet that had to wait for a quiet line has not left yet. */
-static void transmit(void)
-{
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-}
-
 static void hear(const uint8_t *bytes, uint8_t count)
 {
     port_fake_hear(&bus.link, bytes, count);
@@ -93,13 +72,13 @@ static void hear(const uint8_t *bytes, uint8_t count)
 static void ping(uint8_t id)
 {
     submit_ping(id);
-    transmit();
+    rig_transmit();
 }
 
 static void read_word(void)
 {
     submit_read(5, 2);
-    transmit();
+    rig_transmit();
 }
 
 static void assert_pending(void)
@@ -216,7 +195,7 @@ void test_longest_read_gives_every_byte(void)
     for (uint8_t i = 0; i < sizeof table; i++)
         table[i] = (uint8_t)(255 - i * 5);
     submit_read(5, sizeof table);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, 0, table, sizeof table);
     assert_ended(CDS_OK);
     for (uint8_t i = 0; i < sizeof table; i++) {
@@ -248,7 +227,7 @@ void test_outcome_stays_after_further_polls(void)
     assert_ended(CDS_OK);
     port_fake.now_us += 1000000;
     assert_ended(CDS_OK);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().ok);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().ok);
 }
 
 void test_submit_of_a_pending_request_changes_nothing(void)
@@ -257,8 +236,8 @@ void test_submit_of_a_pending_request_changes_nothing(void)
     port_fake_forget();
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_submit(&bus, &request));
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.verbs);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().sent);
-    transmit();
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().sent);
+    rig_transmit();
     hear(pong, sizeof pong);
     assert_ended(CDS_OK);
 }
@@ -277,7 +256,7 @@ void test_set_baud_changes_rate_deadlines_and_classification(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_set_baud(&bus, 255));
     submit_ping(5);
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_bus_set_baud(&bus, 254));
-    transmit();
+    rig_transmit();
     hear(pong, sizeof pong);
     assert_ended(CDS_OK);
     hear(pong, 1);
@@ -289,12 +268,12 @@ void test_set_baud_changes_rate_deadlines_and_classification(void)
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     hear(pong, sizeof pong);
     poll_idle();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies); // at this rate nobody was asked
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().duplicate_replies); // at this rate nobody was asked
     port_fake.now_us += 2 * 1275;
     cds_bus_poll(&bus);
     submit_ping(5);
-    transmit();
+    rig_transmit();
     assert_pending_for(12 * 1275 + 508 + 99 - 10000);
 }
 
@@ -302,8 +281,8 @@ void test_packet_before_the_first_transaction_is_unexpected(void)
 {
     port_fake_answer(&bus.link, 0, 0, NULL, 0);
     poll_idle();
-    TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
 }
 
 void test_submit_to_a_closed_bus_is_refused(void)
@@ -321,7 +300,7 @@ void test_more_reply_than_there_can_be_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request));
     request.reply_parameters = CDS_REPLY_NONE - 1;
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request));
-    TEST_ASSERT_EQUAL_UINT16(0, stats().sent);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().sent);
 }
 
 void test_reply_that_would_not_fit_the_buffer_is_refused(void)
@@ -349,7 +328,7 @@ void test_submit_to_a_busy_bus_without_queue_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_cancel(&bus, &other));
     hear(pong, sizeof pong);
     assert_ended(CDS_OK);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().sent);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().sent);
 }
 
 void test_any_length_takes_a_reply_longer_than_expected(void)
@@ -360,7 +339,7 @@ void test_any_length_takes_a_reply_longer_than_expected(void)
     request = (struct cds_request)CDS_REQUEST(buffer, longest);
     request.any_length = true;
     submit_ping(5);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, 0, most, sizeof most);
     port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
@@ -379,20 +358,20 @@ void test_packet_longer_than_the_ring_is_malformed(void)
 
     hear(head, sizeof head);
     cds_bus_poll(&bus);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().malformed);
     request = (struct cds_request)CDS_REQUEST(buffer, taken);
     request.any_length = true;
     submit_ping(5);
-    transmit();
+    rig_transmit();
     hear(head, sizeof head);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(2, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(2, rig_stats().malformed);
     assert_ends_at(PING_DEADLINE_US, CDS_CORRUPT);
     port_fake.now_us += 1000;
     cds_bus_poll(&bus);
     port_fake_answer(&bus.link, 6, 0, longest, sizeof longest);
     poll_idle();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
 }
 
 /* Neither call waits for anything: the clock stands still, and each looks at it once at most. */
@@ -403,7 +382,7 @@ void test_nothing_waits_while_the_clock_stands_still(void)
     for (uint16_t i = 0; i < 1001; i++) // the first sets the deadline
         TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL_UINT16(1001, port_fake.clock_reads);
-    transmit();
+    rig_transmit();
     for (uint16_t i = 0; i < 1000; i++)
         TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL_UINT16(2001, port_fake.clock_reads);
@@ -414,7 +393,7 @@ void test_absent_servo_times_out_at_the_deadline_and_not_before(void)
 {
     ping(5);
     assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().timeouts);
     assert_next_is_ok();
 }
 
@@ -436,7 +415,7 @@ static void assert_deadline(uint8_t baud, uint16_t return_delay_us, uint8_t para
         submit_read(5, parameters);
     else
         submit_ping(5);
-    transmit();
+    rig_transmit();
     assert_ends_at(deadline_us, CDS_TIMEOUT);
 }
 
@@ -503,7 +482,7 @@ void test_distant_deadline_is_kept_by_a_bus_polled_all_the_time(void)
 {
     open_at(254);
     submit_read(5, 50);
-    transmit();
+    rig_transmit();
     for (uint8_t i = 0; i < 82; i++) {
         assert_pending();
         port_fake.now_us += 1000;
@@ -552,7 +531,7 @@ void test_reply_with_the_line_babbling_behind_it_is_taken(void)
         cds_link_on_rx(&bus.link, 0xFF, 0);
     port_fake.now_us += 100000;
     assert_ended(CDS_OK);
-    TEST_ASSERT_EQUAL_UINT16(200 - (CDS_RING_SIZE - 8), stats().ring_overflows);
+    TEST_ASSERT_EQUAL_UINT16(200 - (CDS_RING_SIZE - 8), rig_stats().ring_overflows);
     assert_next_is_ok();
 }
 
@@ -570,7 +549,7 @@ void test_wrong_id_waits_on_and_is_counted(void)
     ping(5);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
     hear(pong, sizeof pong);
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_UINT8(5, request.id);
@@ -582,8 +561,8 @@ void test_only_wrong_ids_time_out(void)
     for (uint8_t i = 0; i < 3; i++)
         port_fake_answer(&bus.link, 6, 0, NULL, 0);
     assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
-    TEST_ASSERT_EQUAL_UINT16(3, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(3, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().malformed);
 }
 
 void test_wrong_id_byte_by_byte_is_unexpected_not_malformed(void)
@@ -596,8 +575,8 @@ void test_wrong_id_byte_by_byte_is_unexpected_not_malformed(void)
         assert_pending();
     }
     assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().malformed);
 }
 
 void test_wrong_id_with_a_wrong_checksum_is_corrupt(void)
@@ -607,8 +586,8 @@ void test_wrong_id_with_a_wrong_checksum_is_corrupt(void)
     ping(5);
     hear(damaged, sizeof damaged);
     assert_ends_at(PING_DEADLINE_US, CDS_CORRUPT);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().malformed);
 }
 
 void test_wrong_id_with_error_bits_is_no_reply(void)
@@ -616,7 +595,7 @@ void test_wrong_id_with_error_bits_is_no_reply(void)
     ping(5);
     port_fake_answer(&bus.link, 6, CDS_ERROR_RANGE, NULL, 0);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
 }
 
 void test_stale_reply_is_dropped_before_the_next_packet(void)
@@ -627,7 +606,7 @@ void test_stale_reply_is_dropped_before_the_next_packet(void)
     assert_ends_at(WORD_DEADLINE_US, CDS_TIMEOUT);
     port_fake_answer(&bus.link, 5, 0, old, 2); // too late
     assert_next_is_ok();                       // and not 0x1111
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().unexpected_packets);
 }
 
 void test_submit_after_ok_is_sent_at_once_despite_an_old_timeout(void)
@@ -638,7 +617,7 @@ void test_submit_after_ok_is_sent_at_once_despite_an_old_timeout(void)
     assert_next_is_ok();
     submit_ping(5);
     TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
-    transmit();
+    rig_transmit();
     hear(pong, sizeof pong);
     assert_ended(CDS_OK);
 }
@@ -647,13 +626,13 @@ void test_broadcast_write_does_not_change_classification(void)
 {
     assert_next_is_ok();
     submit_broadcast_action();
-    transmit();
+    rig_transmit();
     assert_ended(CDS_OK);
     port_fake_answer(&bus.link, 7, 0, NULL, 0);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     poll_idle();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets); // 7
-    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);  // 5
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets); // 7
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().duplicate_replies);  // 5
 }
 
 void test_half_a_stale_reply_is_dropped_before_the_next_packet(void)
@@ -678,7 +657,7 @@ void test_refusal_without_parameters_ends_a_read(void)
     uint8_t value = 0xAA;
 
     submit_read(5, 1);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, CDS_ERROR_RANGE, NULL, 0);
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_RANGE, request.error);
@@ -709,10 +688,10 @@ void test_a_refusal_with_half_the_data_is_no_reply(void)
     static const uint8_t half[] = {1, 2};
 
     submit_read(5, 4);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, CDS_ERROR_RANGE, half, sizeof half);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
 }
 
 void test_new_transaction_begins_with_a_clean_request(void)
@@ -723,7 +702,7 @@ void test_new_transaction_begins_with_a_clean_request(void)
     port_fake_answer(&bus.link, 5, CDS_ERROR_VOLTAGE, data, 2);
     assert_ended(CDS_OK);
     submit_broadcast_action();
-    transmit();
+    rig_transmit();
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_HEX8(0, request.error);
     TEST_ASSERT_EQUAL_UINT8(0, request.length);
@@ -741,7 +720,7 @@ void test_short_read_reply_is_no_reply(void)
     assert_pending();
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     assert_ends_at(WORD_DEADLINE_US, CDS_TIMEOUT);
-    TEST_ASSERT_EQUAL_UINT16(3, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(3, rig_stats().unexpected_packets);
     assert_next_is_ok();
 }
 
@@ -752,8 +731,8 @@ void test_long_read_reply_is_no_reply(void)
     read_word();
     port_fake_answer(&bus.link, 5, 0, data, 3);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().malformed); // as soon as its LENGTH is seen
-    TEST_ASSERT_EQUAL_HEX8(0, reply[0]);            // nothing of it was stored
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().malformed); // as soon as its LENGTH is seen
+    TEST_ASSERT_EQUAL_HEX8(0, reply[0]);                // nothing of it was stored
 }
 
 void test_reply_with_bit_7_of_error_is_unexpected(void)
@@ -764,7 +743,7 @@ void test_reply_with_bit_7_of_error_is_unexpected(void)
     port_fake_answer(&bus.link, 5, 0x80, data, 2);
     port_fake_look(&bus);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
 }
 
 void test_read_answered_with_a_condition_and_no_data_is_no_reply(void)
@@ -784,7 +763,7 @@ void test_cut_header_with_a_large_length_does_not_hide_the_reply(void)
     hear(stray, sizeof stray);
     hear(word_reply, sizeof word_reply);
     assert_ended(CDS_OK);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().malformed);
 }
 
 void test_bytes_between_two_damaged_ones_are_dropped(void)
@@ -796,7 +775,7 @@ void test_bytes_between_two_damaged_ones_are_dropped(void)
     cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
     hear(word_reply, sizeof word_reply);
     assert_ended(CDS_OK);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().unexpected_packets);
 }
 
 void test_idle_bus_takes_unasked_bytes_out_of_the_ring(void)
@@ -805,7 +784,7 @@ void test_idle_bus_takes_unasked_bytes_out_of_the_ring(void)
         hear(word_reply, 1);
         TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     }
-    TEST_ASSERT_EQUAL_UINT16(0, stats().ring_overflows);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().ring_overflows);
 }
 
 void test_opening_again_cancels_the_transaction_in_flight(void)
@@ -827,7 +806,7 @@ void test_nothing_is_stored_past_the_buffer(void)
     request.reply_capacity = 10;
     submit_read(5, 10);
     memcpy(packet, buffer, sizeof packet);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, 0, data, 10);
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, buffer, sizeof packet);
@@ -857,7 +836,7 @@ void test_broadcast_ping_takes_a_reply_after_a_third_FF(void)
     port_fake_answer(&bus.link, 2, 0, NULL, 0); // its ID is the LENGTH due
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_UINT8(2, request.id);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().malformed);
 }
 
 /* A caller that overlooks CDS_BUSY must not take the value of the time before for a new one. */
@@ -888,7 +867,7 @@ void test_packet_that_was_never_ended_is_refused(void)
     cds_packet_begin(&request.packet, 5, CDS_PING);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_bus_submit(&bus, &request));
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[PORT]);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().sent);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().sent);
 }
 
 void test_reply_from_the_broadcast_id_is_no_reply(void)
@@ -896,7 +875,7 @@ void test_reply_from_the_broadcast_id_is_no_reply(void)
     ping(CDS_BROADCAST_ID);
     port_fake_answer(&bus.link, CDS_BROADCAST_ID, 0x01, NULL, 0);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
 }
 
 void test_no_reply_due_ends_when_the_driver_is_released(void)
@@ -909,7 +888,7 @@ void test_no_reply_due_ends_when_the_driver_is_released(void)
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL_HEX8(0, request.error);
     TEST_ASSERT_EQUAL_UINT8(0, request.length);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().ok);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().ok);
 }
 
 /* A handler of the program's own took until the deadline, amid a poll that had seen the driver talk
@@ -931,7 +910,7 @@ void test_no_reply_due_gives_no_value(void)
     uint8_t value = 0xAA;
 
     submit_broadcast_action();
-    transmit();
+    rig_transmit();
     assert_ended(CDS_OK);
     TEST_ASSERT_NOT_EQUAL(CDS_OK, cds_request_byte(&request, 0, &value));
     TEST_ASSERT_EQUAL_HEX8(0xAA, value);
@@ -944,7 +923,7 @@ static void assert_stuck_after(uint8_t bytes)
     for (uint8_t i = 0; i < bytes; i++)
         cds_link_on_tx_ready(&bus.link, PORT);
     assert_ends_at(PING_DEADLINE_US, CDS_TIMEOUT);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().timeouts);
     assert_next_is_ok();
 }
 
@@ -975,7 +954,7 @@ void test_line_error_at_every_position_of_a_reply_never_splices(void)
             continue;
         }
         assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
-        TEST_ASSERT_EQUAL_UINT16(1, stats().framing_errors);
+        TEST_ASSERT_EQUAL_UINT16(1, rig_stats().framing_errors);
         assert_next_is_ok();
     }
 }
@@ -1057,7 +1036,7 @@ void test_a_long_reply_with_damage_behind_it_is_taken(void)
     uint8_t table[50] = {0};
 
     submit_read(5, 50);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, 0, table, sizeof table);
     for (uint8_t i = 0; i < 3; i++) // deadline, head, some parameters
         TEST_ASSERT_TRUE(cds_bus_poll(&bus));
@@ -1073,7 +1052,7 @@ void test_good_reply_after_a_damaged_one_is_taken(void)
     assert_pending();
     hear(word_reply, sizeof word_reply);
     assert_ended(CDS_OK);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().corrupt);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().corrupt);
 }
 
 /* The packet is sent again as it was, whatever has come of the reply. */
@@ -1084,7 +1063,7 @@ static void assert_read_is_sent_again(const uint8_t *bytes, uint8_t count, uint8
 
     cds_queue_set_retries(&queue, 1);
     submit_read(5, due);
-    transmit();
+    rig_transmit();
     memcpy(packet, buffer, sizeof packet);
     for (uint8_t i = 0; i < count; i++) {
         hear(bytes + i, 1);
@@ -1093,7 +1072,7 @@ static void assert_read_is_sent_again(const uint8_t *bytes, uint8_t count, uint8
     port_fake.now_us += deadline_us;
     port_fake_look(&bus);
     assert_pending();
-    transmit();
+    rig_transmit();
     TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
     assert_pending();
     port_fake.now_us += deadline_us;
@@ -1128,7 +1107,7 @@ void test_ended_request_is_submitted_again_as_it_stands(void)
     memcpy(packet, buffer, sizeof packet);
     for (uint8_t i = 0; i < 5; i++) {
         TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
-        transmit();
+        rig_transmit();
         TEST_ASSERT_EQUAL_HEX8_ARRAY(packet, port_fake.sent, sizeof packet);
         if (i & 1) {
             port_fake.now_us += WORD_DEADLINE_US;
@@ -1138,8 +1117,8 @@ void test_ended_request_is_submitted_again_as_it_stands(void)
             assert_ended(CDS_OK);
         }
     }
-    TEST_ASSERT_EQUAL_UINT16(4, stats().ok);
-    TEST_ASSERT_EQUAL_UINT16(2, stats().timeouts);
+    TEST_ASSERT_EQUAL_UINT16(4, rig_stats().ok);
+    TEST_ASSERT_EQUAL_UINT16(2, rig_stats().timeouts);
 }
 
 void test_a_damaged_byte_in_a_reply_that_is_taken_is_not_bridged(void)
@@ -1167,9 +1146,9 @@ void test_wrong_checksum_is_corrupt_at_the_deadline(void)
     read_word();
     hear(bytes, sizeof bytes);
     assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().corrupt);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().malformed);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().timeouts);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().corrupt);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().timeouts);
     assert_next_is_ok();
 }
 
@@ -1187,7 +1166,7 @@ void test_single_bit_flip_never_gives_a_value_not_sent(void)
                 reply[6] = (uint8_t) ~(0x05 + 0x03 + error + values[v]);
                 reply[bit / 8] = (uint8_t)(reply[bit / 8] ^ 1 << bit % 8);
                 submit_read(5, 1);
-                transmit();
+                rig_transmit();
                 hear(reply, sizeof reply);
                 port_fake.now_us += 2000;
                 port_fake_look(&bus);
@@ -1262,7 +1241,7 @@ void test_line_stuck_low_ends_corrupt_and_recovers(void)
     }
     port_fake.now_us += PING_DEADLINE_US - 700;
     assert_ended(CDS_CORRUPT);
-    TEST_ASSERT_EQUAL_UINT16(70, stats().framing_errors);
+    TEST_ASSERT_EQUAL_UINT16(70, rig_stats().framing_errors);
     assert_next_is_ok();
 }
 
@@ -1308,7 +1287,7 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
     uint8_t table[50] = {0}, polls = 0;
 
     submit_read(5, 50);
-    transmit();
+    rig_transmit();
     hear(noise, sizeof noise);
     port_fake_answer(&bus.link, 5, 0, table, sizeof table);
     port_fake.now_us += 100000;
@@ -1317,7 +1296,8 @@ void test_the_longest_reply_behind_noise_is_taken_however_late(void)
     // the deadline, the noise, the head, then so many parameters each time
     TEST_ASSERT_EQUAL_UINT8(3 + 50 / CDS_PARSER_TAKEN_MAX, polls);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets); // what is taken is not searched
+    TEST_ASSERT_EQUAL_UINT16(0,
+                             rig_stats().unexpected_packets); // what is taken is not searched
 }
 
 /* A poll sets the deadline, one finds the head, one takes the rest. */
@@ -1326,7 +1306,7 @@ void test_reply_of_twelve_bytes_after_its_head_takes_three_polls(void)
     static const uint8_t values[CDS_PARSER_TAKEN_MAX - 1] = {0};
 
     submit_read(5, sizeof values);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, 0, values, sizeof values);
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
@@ -1363,7 +1343,7 @@ void test_reply_while_the_transaction_closes_is_stale(void)
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
     poll_idle();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().stale_replies);
 }
 
 void test_ring_full_of_noise_and_late_polls_is_corrupt(void)
@@ -1372,7 +1352,7 @@ void test_ring_full_of_noise_and_late_polls_is_corrupt(void)
     for (uint8_t i = 0; i < CDS_RING_SIZE + 10; i++)
         cds_link_on_rx(&bus.link, 0x00, 0);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(10, stats().ring_overflows);
+    TEST_ASSERT_EQUAL_UINT16(10, rig_stats().ring_overflows);
     assert_ends_at(PING_DEADLINE_US, CDS_CORRUPT);
 }
 
@@ -1426,7 +1406,7 @@ void test_a_word_is_found_by_its_index(void)
     uint16_t word = 0;
 
     submit_read(5, sizeof parameters);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 5, 0, parameters, sizeof parameters);
     assert_ended(CDS_OK);
     TEST_ASSERT_EQUAL(CDS_OK, cds_request_word(&request, 2, &word));
@@ -1445,7 +1425,7 @@ void test_stats_of_one_transaction_of_each_kind(void)
     cds_link_on_rx(&bus.link, 0, CDS_LINE_OVERRUN);
     assert_ends_at(WORD_DEADLINE_US, CDS_CORRUPT);
     submit_broadcast_action(); // no reply due
-    transmit();
+    rig_transmit();
     assert_ended(CDS_OK);
     cds_bus_stats(&bus, &count);
     TEST_ASSERT_EQUAL_UINT16(4, count.sent);
@@ -1468,8 +1448,8 @@ void test_damage_is_counted_modulo_65536(void)
         cds_bus_poll(&bus);
     }
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING); // not looked at yet
-    TEST_ASSERT_EQUAL_UINT16(49501, stats().framing_errors);
-    TEST_ASSERT_EQUAL_UINT16(49500, stats().overruns);
+    TEST_ASSERT_EQUAL_UINT16(49501, rig_stats().framing_errors);
+    TEST_ASSERT_EQUAL_UINT16(49500, rig_stats().overruns);
 }
 
 void test_every_byte_too_many_is_counted(void)
@@ -1477,12 +1457,12 @@ void test_every_byte_too_many_is_counted(void)
     for (uint16_t looks = 0; looks < 300; looks++) {
         for (uint8_t i = 0; i < CDS_RING_SIZE + 3; i++)
             cds_link_on_rx(&bus.link, 0, 0);
-        TEST_ASSERT_EQUAL_UINT16(3 * (looks + 1), stats().ring_overflows);
+        TEST_ASSERT_EQUAL_UINT16(3 * (looks + 1), rig_stats().ring_overflows);
         for (uint8_t polls = 0; polls <= CDS_RING_SIZE / CDS_PARSER_SKIPPED_MAX; polls++)
             cds_bus_poll(&bus);
         TEST_ASSERT_EQUAL_UINT8(0, cds_ring_count(&bus.link.rx));
     }
-    TEST_ASSERT_EQUAL_UINT16(900, stats().ring_overflows);
+    TEST_ASSERT_EQUAL_UINT16(900, rig_stats().ring_overflows);
 }
 
 /* Two buses share nothing. */
@@ -1531,7 +1511,7 @@ void test_damaged_reply_then_another_packet_on_a_bus_without_hooks(void)
     hear(bad_pong, sizeof bad_pong);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
     assert_pending();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
     hear(pong, sizeof pong);
     assert_ended(CDS_OK);
 }
@@ -1544,8 +1524,8 @@ void test_duplicate_reply_on_a_bus_without_hooks(void)
     assert_ended(CDS_OK);
     hear(pong, sizeof pong);
     poll_idle();
-    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().ok);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().ok);
 }
 
 static uint32_t random_state;
@@ -1568,7 +1548,7 @@ static void suffer(uint8_t fault)
         cds_link_on_tx_ready(&bus.link, PORT);
         return;
     }
-    transmit();
+    rig_transmit();
     memcpy(bytes, word_reply, sizeof bytes);
     switch (fault) {
     case 1: break; // absent
@@ -1670,7 +1650,7 @@ void test_late_echo_does_not_cost_the_reply(void)
         ping_with_late_echo(5, pong, late);
         ping_with_late_echo(253, pong_253, late); // its PING ends with FF, as if a header came
     }
-    TEST_ASSERT_EQUAL_UINT16(0, stats().echo_errors);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(4, stats().ok);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().echo_errors);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(4, rig_stats().ok);
 }

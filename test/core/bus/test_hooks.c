@@ -6,14 +6,13 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define PORT     0
 #define REQUESTS 3
 #define QUIET_US 20 // two byte times at 1 Mbps
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_bus_hooks hooks;
 static uint8_t buffers[REQUESTS][CDS_PACKET_SIZE(2)], replies[REQUESTS][8];
@@ -97,10 +96,8 @@ static const struct cds_bus_hooks upper = {
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(PORT);
     memset(&packet, 0, sizeof packet);
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     cds_queue_begin(&queue, &bus);
     hooks = upper;
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, &hooks));
@@ -118,17 +115,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    struct cds_stats count;
-
-    cds_bus_stats(&bus, &count);
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-    TEST_ASSERT_EQUAL_UINT16((uint16_t)(count.sent - port_fake_is_in_flight(&bus)),
-                             (uint16_t)(count.ok + count.timeouts + count.corrupt));
-}
-
-static bool is_sent(void)
-{
-    return port_fake.lines[PORT] == FAKE_TALK;
+    rig_check();
 }
 
 /* Request i pings servo i + 1. */
@@ -142,15 +129,9 @@ static void broadcast(uint8_t i)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &requests[i], CDS_BROADCAST_ID));
 }
 
-static void poll_at(uint32_t after_us)
-{
-    port_fake.now_us += after_us;
-    cds_bus_poll(&bus);
-}
-
 static void be_answered(uint8_t i)
 {
-    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(rig_is_sending());
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     TEST_ASSERT_EQUAL_UINT8(i + 1, port_fake.sent[CDS_AT_ID]);
     port_fake_answer(&bus.link, (uint8_t)(i + 1), 0, NULL, 0);
@@ -216,7 +197,7 @@ void test_permit_that_refuses_at_submit_sends_nothing(void)
         TEST_ASSERT_EQUAL(refusals[i], cds_servo_ping(&bus, &requests[0], 1));
         TEST_ASSERT_EQUAL(refusals[i], requests[0].result);
         TEST_ASSERT_NULL(bus.request);
-        TEST_ASSERT_FALSE(is_sent());
+        TEST_ASSERT_FALSE(rig_is_sending());
     }
     TEST_ASSERT_EQUAL_UINT16(0, bus.stats.sent);
     answer = CDS_OK;
@@ -232,7 +213,7 @@ void test_permit_that_refuses_behind_another_queues_nothing(void)
     TEST_ASSERT_EQUAL(CDS_LIMIT, cds_servo_ping(&bus, &requests[1], 2));
     TEST_ASSERT_EQUAL(CDS_LIMIT, requests[1].result);
     be_answered(0);
-    TEST_ASSERT_FALSE(is_sent());
+    TEST_ASSERT_FALSE(rig_is_sending());
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
 }
 
@@ -254,7 +235,7 @@ void test_permit_that_refuses_a_queued_request_in_its_turn(void)
     ping(2);
     answer = CDS_INHIBITED;
     be_answered(0);
-    TEST_ASSERT_FALSE(is_sent());
+    TEST_ASSERT_FALSE(rig_is_sending());
     TEST_ASSERT_TRUE(cds_bus_poll(&bus)); // one transaction a poll
     TEST_ASSERT_EQUAL(CDS_INHIBITED, requests[1].result);
     answer = CDS_OK;
@@ -274,7 +255,7 @@ void test_permit_is_asked_before_a_retry_leaves(void)
     answer = CDS_INHIBITED;
     port_fake_settle(&bus);
     for (uint8_t i = 0; i < 250; i++)
-        poll_at(10);
+        rig_poll_after(10);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT,
                       requests[0].result); // not CDS_INHIBITED: the packet was sent once
     TEST_ASSERT_NOT_EQUAL(0, asked);
@@ -287,11 +268,11 @@ void test_permit_is_asked_after_the_wait_for_a_quiet_line(void)
     port_fake.low = true;
     ping(0);
     answer = CDS_LIMIT;
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_PENDING, requests[0].result);
     port_fake.low = false;
     for (uint8_t i = 0; i < 5; i++)
-        poll_at(QUIET_US);
+        rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_LIMIT, requests[0].result);
     TEST_ASSERT_EQUAL_UINT16(0, bus.stats.sent);
     TEST_ASSERT_EQUAL_UINT16(0, bus.stats.line_busy);
@@ -303,7 +284,7 @@ void test_permit_that_goes_on_delays_the_packet(void)
     ping(0);
     for (uint8_t i = 0; i < 10; i++) {
         TEST_ASSERT_TRUE(cds_bus_poll(&bus));
-        TEST_ASSERT_FALSE(is_sent());
+        TEST_ASSERT_FALSE(rig_is_sending());
         TEST_ASSERT_EQUAL(CDS_PENDING, requests[0].result);
     }
     answer = CDS_OK;
@@ -317,7 +298,7 @@ void test_permit_that_goes_on_is_no_wait_for_the_line(void)
     answer = CDS_PENDING;
     ping(0);
     for (uint8_t i = 0; i < 100; i++)
-        poll_at(100);
+        rig_poll_after(100);
     TEST_ASSERT_EQUAL(CDS_PENDING, requests[0].result);
     answer = CDS_OK;
     TEST_ASSERT_TRUE(cds_bus_poll(&bus));
@@ -356,11 +337,11 @@ void test_permit_that_goes_on_does_not_hide_the_line(void)
     cds_bus_poll(&bus);
     cds_link_on_rx(&bus.link, 0x55, 0);
     answer = CDS_OK;
-    poll_at(0);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(0);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     be_answered(0);
 }
 
@@ -388,9 +369,9 @@ void test_rest_follows_the_return_delay_of_a_request(void)
     port_fake.now_us += 12 * 10 + 2 + CDS_REPLY_MARGIN_US;
     port_fake_look(&bus);
     ping(1);
-    poll_at(rest_us - 1u);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(rest_us - 1u);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     be_answered(1);
 }
 
@@ -498,8 +479,7 @@ void test_on_packet_hears_of_an_unexpected_packet(void)
     port_fake_answer(&bus.link, 7, CDS_ERROR_OVERLOAD, NULL, 0);
     assert_packet(1, CDS_EVENT_UNEXPECTED_PACKET, 7, CDS_ERROR_OVERLOAD);
     ping(0);
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
+    rig_transmit();
     port_fake_answer(&bus.link, 9, 0, NULL, 0);
     assert_packet(2, CDS_EVENT_UNEXPECTED_PACKET, 9, 0);
 }
@@ -639,7 +619,7 @@ void test_lock_stays_when_a_rest_ends(void)
     fail();
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_lock(&bus, &lock));
     for (uint8_t i = 0; i < 100; i++)
-        poll_at(50);
+        rig_poll_after(50);
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_ping(&bus, &requests[0], 1));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_ping(&bus, &requests[0], 1));

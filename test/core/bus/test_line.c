@@ -6,7 +6,7 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define PORT            1
@@ -15,7 +15,6 @@
 #define LONGEST_REST_US (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US - CDS_RETURN_DELAY_MAX_US)
 #define REST_US         (CDS_STALE_REPLY_US - CDS_REPLY_MARGIN_US - 2) // a return delay of 2 us was told
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t buffer[CDS_PACKET_SIZE(2)], other_buffer[CDS_PACKET_SIZE(2)];
 static uint8_t reply[CDS_REPLY_MAX], other_reply[8];
@@ -23,26 +22,14 @@ static struct cds_request request, other;
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open_with_queue(PORT, &queue);
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     other = (struct cds_request)CDS_REQUEST(other_buffer, other_reply);
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
-    port_fake_forget();
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-}
-
-static struct cds_stats stats(void)
-{
-    struct cds_stats count;
-
-    cds_bus_stats(&bus, &count);
-    return count;
+    rig_check();
 }
 
 static void noise(void)
@@ -50,12 +37,6 @@ static void noise(void)
     static const uint8_t byte = 0x55;
 
     port_fake_hear(&bus.link, &byte, 1);
-}
-
-static void poll_at(uint32_t after_us)
-{
-    port_fake.now_us += after_us;
-    cds_bus_poll(&bus);
 }
 
 /* As many polls as all that has come takes; the clock stands still. */
@@ -66,14 +47,9 @@ static void polls_at(uint32_t after_us)
         cds_bus_poll(&bus);
 }
 
-static bool is_sent(void)
-{
-    return port_fake.lines[PORT] == FAKE_TALK;
-}
-
 static void assert_answered(struct cds_request *asked, uint8_t id)
 {
-    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(rig_is_sending());
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_answer(&bus.link, id, 0, NULL, 0);
     port_fake_look(&bus);
@@ -92,12 +68,12 @@ static void give_up(uint8_t id)
 void test_line_is_suspect_for_two_byte_times_after_a_byte(void)
 {
     noise();
-    poll_at(0);
+    rig_poll_after(0);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     assert_answered(&request, 5);
 }
@@ -109,7 +85,7 @@ void test_part_of_a_packet_does_not_keep_the_line_suspect(void)
     port_fake_hear(&bus.link, part, sizeof part);
     polls_at(0);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
@@ -118,12 +94,12 @@ void test_every_byte_begins_the_silence_anew(void)
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     for (uint8_t i = 0; i < 20; i++) {
-        poll_at(QUIET_US - 1);
+        rig_poll_after(QUIET_US - 1);
         noise();
-        poll_at(QUIET_US - 1);
-        TEST_ASSERT_FALSE(is_sent());
+        rig_poll_after(QUIET_US - 1);
+        TEST_ASSERT_FALSE(rig_is_sending());
     }
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -133,21 +109,21 @@ void test_babbling_line_ends_the_request_unsent(void)
     assert_answered(&other, 6);
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(0); // the time to wait begins
+    rig_poll_after(0); // the time to wait begins
     for (uint16_t us = 10; us <= WAIT_US; us += 10) {
         noise();
-        poll_at(10);
+        rig_poll_after(10);
         TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     }
     noise();
-    poll_at(10);
+    rig_poll_after(10);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
-    TEST_ASSERT_EQUAL_UINT16(1, stats().line_busy);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().sent);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(0); // examines the last byte
-    poll_at(QUIET_US);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().line_busy);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().sent);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(0); // examines the last byte
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     assert_answered(&request, 5);
 }
@@ -155,11 +131,11 @@ void test_babbling_line_ends_the_request_unsent(void)
 /* A look at a line in use behind that time, and the last look two byte times later. */
 static void poll_while_used(uint16_t us)
 {
-    poll_at(0); // the time to wait begins
+    rig_poll_after(0); // the time to wait begins
     noise();
-    poll_at(us - QUIET_US);
+    rig_poll_after(us - QUIET_US);
     noise();
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
 }
 
 void test_each_of_several_requests_waits_for_itself(void)
@@ -178,9 +154,9 @@ void test_each_of_several_requests_waits_for_itself(void)
 void test_damaged_byte_makes_the_line_suspect(void)
 {
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
-    poll_at(0);
+    rig_poll_after(0);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
@@ -188,11 +164,11 @@ void test_nothing_is_sent_while_the_line_is_low(void)
 {
     port_fake.low = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_FALSE(is_sent());
+    TEST_ASSERT_FALSE(rig_is_sending());
     port_fake.low = false; // a bit of somebody's byte
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     assert_answered(&request, 5);
 }
 
@@ -201,10 +177,10 @@ void test_one_low_look_at_submit_delays_the_packet(void)
 {
     port_fake.low_looks = 1;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     assert_answered(&request, 5);
 }
 
@@ -212,15 +188,15 @@ void test_one_low_look_while_a_request_waits_delays_it(void)
 {
     port_fake.low_looks = 1;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(QUIET_US - 1);
+    rig_poll_after(QUIET_US - 1);
     port_fake.low_looks = 2; // the poll's first look at a line found quiet, then the last one
-    poll_at(1);
-    TEST_ASSERT_FALSE(is_sent());
+    rig_poll_after(1);
+    TEST_ASSERT_FALSE(rig_is_sending());
     for (uint8_t us = 1; us < QUIET_US; us++) {
-        poll_at(1);
-        TEST_ASSERT_FALSE(is_sent());
+        rig_poll_after(1);
+        TEST_ASSERT_FALSE(rig_is_sending());
     }
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -229,14 +205,14 @@ void test_low_look_within_two_byte_times_delays_the_packet(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(0);
+    rig_poll_after(0);
     port_fake.low_looks = 1;
-    poll_at(QUIET_US - 1);
+    rig_poll_after(QUIET_US - 1);
     for (uint8_t us = 0; us < QUIET_US; us++) {
-        poll_at(1);
-        TEST_ASSERT_FALSE(is_sent());
+        rig_poll_after(1);
+        TEST_ASSERT_FALSE(rig_is_sending());
     }
-    poll_at(1);
+    rig_poll_after(1);
     assert_answered(&request, 5);
 }
 
@@ -244,16 +220,16 @@ void test_a_line_low_for_longer_than_a_byte_is_a_fault(void)
 {
     cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING); // all that is ever heard of it
     port_fake.low = true;
-    poll_at(0);
-    poll_at(QUIET_US - 1);
+    rig_poll_after(0);
+    rig_poll_after(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(0);
-    poll_at(WAIT_US - QUIET_US);
+    rig_poll_after(0);
+    rig_poll_after(WAIT_US - QUIET_US);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, request.result);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
 }
@@ -261,15 +237,15 @@ void test_a_line_low_for_longer_than_a_byte_is_a_fault(void)
 void test_a_released_line_recovers_by_itself(void)
 {
     port_fake.low = true;
-    poll_at(0);
-    poll_at(QUIET_US);
+    rig_poll_after(0);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
-    poll_at(100000);
+    rig_poll_after(100000);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus)); // as long as it lasts
     port_fake.low = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(QUIET_US);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     assert_answered(&request, 5);
 }
@@ -277,11 +253,11 @@ void test_a_released_line_recovers_by_itself(void)
 void test_bytes_after_a_fault_make_the_line_suspect(void)
 {
     port_fake.low = true;
-    poll_at(0);
-    poll_at(QUIET_US);
+    rig_poll_after(0);
+    rig_poll_after(QUIET_US);
     port_fake.low = false;
     noise();
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
 }
 
@@ -289,10 +265,10 @@ void test_silence_is_measured_across_the_clocks_wrap(void)
 {
     port_fake.now_us = UINT32_MAX - 5;
     noise();
-    poll_at(0);
-    poll_at(QUIET_US - 1);
+    rig_poll_after(0);
+    rig_poll_after(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
@@ -300,10 +276,10 @@ void test_two_byte_times_are_the_bus_s_own(void)
 {
     cds_bus_open(&bus, PORT, 103);
     noise();
-    poll_at(0);
-    poll_at(1039);
+    rig_poll_after(0);
+    rig_poll_after(1039);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
 }
 
@@ -318,10 +294,10 @@ void test_damaged_reply_delays_the_next_packet(void)
     port_fake_look(&bus);
     polls_at(2000);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(LONGEST_REST_US - 1); // more than two byte times
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(LONGEST_REST_US - 1); // more than two byte times
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     assert_answered(&other, 6);
 }
 
@@ -331,8 +307,8 @@ void test_priority_overtakes_a_request_that_waits_for_silence(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    poll_at(0);
-    poll_at(QUIET_US);
+    rig_poll_after(0);
+    rig_poll_after(QUIET_US);
     assert_answered(&other, 6);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     assert_answered(&request, 5);
@@ -343,15 +319,15 @@ void test_priority_request_that_overtakes_waits_its_full_time(void)
 {
     port_fake.low = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(0);
+    rig_poll_after(0);
     port_fake.now_us += WAIT_US;
     other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    poll_at(0);
-    poll_at(WAIT_US - QUIET_US);
-    poll_at(QUIET_US - 1);
+    rig_poll_after(0);
+    rig_poll_after(WAIT_US - QUIET_US);
+    rig_poll_after(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
 }
 
@@ -363,35 +339,35 @@ static void wait_for_a_line_low_again(bool is_quiet)
     give_up(5);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6)); // rests
     port_fake.low = true;
-    poll_at(0);
-    poll_at(QUIET_US);
+    rig_poll_after(0);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
-    poll_at(200);
+    rig_poll_after(200);
     port_fake.low = false;
-    poll_at(is_quiet ? QUIET_US : QUIET_US - 1);
+    rig_poll_after(is_quiet ? QUIET_US : QUIET_US - 1);
     port_fake.low = true;
-    poll_at(is_quiet ? 10 : 11);
-    poll_at(0);
+    rig_poll_after(is_quiet ? 10 : 11);
+    rig_poll_after(0);
 }
 
 void test_wait_for_the_line_begins_anew_after_a_quiet_rest(void)
 {
     wait_for_a_line_low_again(true);
-    poll_at(WAIT_US - QUIET_US - 1);
-    poll_at(1); // the last look begins
-    poll_at(QUIET_US - 1);
+    rig_poll_after(WAIT_US - QUIET_US - 1);
+    rig_poll_after(1); // the last look begins
+    rig_poll_after(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
 }
 
 void test_wait_for_the_line_goes_on_after_a_short_silence(void)
 {
     wait_for_a_line_low_again(false);
-    poll_at(WAIT_US - QUIET_US - 250); // the last look begins
-    poll_at(QUIET_US - 1);
+    rig_poll_after(WAIT_US - QUIET_US - 250); // the last look begins
+    rig_poll_after(QUIET_US - 1);
     TEST_ASSERT_EQUAL(CDS_PENDING, other.result);
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_LINE_BUSY, other.result);
 }
 
@@ -400,12 +376,12 @@ void test_a_late_poll_that_finds_silence_sends(void)
 {
     noise();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(0);
-    poll_at(5000);
-    TEST_ASSERT_TRUE(is_sent());
+    rig_poll_after(0);
+    rig_poll_after(5000);
+    TEST_ASSERT_TRUE(rig_is_sending());
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     assert_answered(&request, 5);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().line_busy);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().line_busy);
 }
 
 void test_cancel_of_a_request_that_waits_for_silence(void)
@@ -415,9 +391,9 @@ void test_cancel_of_a_request_that_waits_for_silence(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
     TEST_ASSERT_EQUAL(CDS_BUS_IDLE, bus.state);
-    poll_at(QUIET_US);
-    TEST_ASSERT_FALSE(is_sent());
-    TEST_ASSERT_EQUAL_UINT16(0, stats().sent);
+    rig_poll_after(QUIET_US);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().sent);
 }
 
 void test_reply_after_a_timeout_is_stale(void)
@@ -425,9 +401,9 @@ void test_reply_after_a_timeout_is_stale(void)
     give_up(5);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     polls_at(0);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().unexpected_packets);
 }
 
 void test_reply_cut_by_the_deadline_is_stale(void)
@@ -441,7 +417,7 @@ void test_reply_cut_by_the_deadline_is_stale(void)
     port_fake_hear(&bus.link, pong + 4, 2);
     polls_at(1);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().stale_replies);
 }
 
 void test_unasked_packet_longer_than_the_last_reply_is_found(void)
@@ -452,8 +428,8 @@ void test_unasked_packet_longer_than_the_last_reply_is_found(void)
     assert_answered(&request, 5);
     port_fake_answer(&bus.link, 6, 0, data, sizeof data);
     polls_at(0);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().malformed);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().malformed);
 }
 
 void test_second_reply_is_a_duplicate(void)
@@ -462,9 +438,9 @@ void test_second_reply_is_a_duplicate(void)
     assert_answered(&request, 5);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     polls_at(1);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().stale_replies);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().unexpected_packets);
 }
 
 void test_second_reply_before_a_queued_packet_is_a_duplicate(void)
@@ -476,11 +452,11 @@ void test_second_reply_before_a_queued_packet_is_a_duplicate(void)
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
-    TEST_ASSERT_FALSE(is_sent());
+    TEST_ASSERT_FALSE(rig_is_sending());
     polls_at(0);
-    TEST_ASSERT_FALSE(is_sent());
-    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
-    poll_at(QUIET_US);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().duplicate_replies);
+    rig_poll_after(QUIET_US);
     assert_answered(&other, 6);
 }
 
@@ -491,11 +467,11 @@ void test_second_reply_without_its_header_is_noise(void)
 
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     assert_answered(&request, 5);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().noise_bytes);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().noise_bytes);
     port_fake_hear(&bus.link, rest, sizeof rest);
-    poll_at(1);
-    TEST_ASSERT_EQUAL_UINT16(4, stats().noise_bytes);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().duplicate_replies);
+    rig_poll_after(1);
+    TEST_ASSERT_EQUAL_UINT16(4, rig_stats().noise_bytes);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().duplicate_replies);
 }
 
 void test_second_reply_to_a_broadcast_ping_is_a_duplicate(void)
@@ -504,7 +480,7 @@ void test_second_reply_to_a_broadcast_ping_is_a_duplicate(void)
     assert_answered(&request, 7);
     port_fake_answer(&bus.link, 9, 0, NULL, 0);
     polls_at(1);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().duplicate_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().duplicate_replies);
 }
 
 void test_packet_of_another_servo_is_unexpected(void)
@@ -512,14 +488,14 @@ void test_packet_of_another_servo_is_unexpected(void)
     give_up(5);
     port_fake_answer(&bus.link, 6, 0, NULL, 0);
     polls_at(1);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().unexpected_packets);
-    TEST_ASSERT_EQUAL_UINT16(0, stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().stale_replies);
 }
 
 void test_stale_reply_amid_the_next_transaction_is_stale(void)
 {
     give_up(5);
-    poll_at(LONGEST_REST_US);
+    rig_poll_after(LONGEST_REST_US);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
@@ -527,7 +503,7 @@ void test_stale_reply_amid_the_next_transaction_is_stale(void)
     port_fake_look(&bus);
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().stale_replies);
 }
 
 static void read_word(struct cds_request *asked, uint8_t id, uint8_t address)
@@ -539,8 +515,8 @@ static void read_word(struct cds_request *asked, uint8_t id, uint8_t address)
 static void run_until(uint32_t until_us)
 {
     while ((int32_t)(until_us - port_fake.now_us) > 0) {
-        poll_at(5);
-        if (is_sent())
+        rig_poll_after(5);
+        if (rig_is_sending())
             TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     }
 }
@@ -563,7 +539,7 @@ static void assert_stale_word_is_not_taken(uint16_t begins_us)
     }
     run_until(port_fake.now_us + 30);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
-    TEST_ASSERT_EQUAL_UINT16(1, stats().stale_replies + stats().unexpected_packets);
+    TEST_ASSERT_EQUAL_UINT16(1, rig_stats().stale_replies + rig_stats().unexpected_packets);
 }
 
 void test_stale_reply_of_an_earlier_servo_is_not_taken(void)
@@ -608,10 +584,10 @@ static void assert_rests(uint8_t id, uint16_t told_us, uint16_t rest_us)
 {
     give_up_early(told_us);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, id));
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(rest_us - 1u);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(rest_us - 1u);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     assert_answered(&other, id == CDS_BROADCAST_ID ? 7 : id);
 }
 
@@ -635,13 +611,13 @@ void test_rest_does_not_end_with_a_stale_reply(void)
 {
     give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(500);
+    rig_poll_after(500);
     port_fake_answer(&bus.link, 5, 0, NULL, 0);
     polls_at(0);
-    poll_at(REST_US - 501);
-    TEST_ASSERT_FALSE(is_sent());
+    rig_poll_after(REST_US - 501);
+    TEST_ASSERT_FALSE(rig_is_sending());
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -651,13 +627,13 @@ void test_rest_is_not_taken_from_the_wait_for_a_quiet_line(void)
     give_up_early(2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     for (uint16_t us = 0; us < REST_US - 10; us += 10)
-        poll_at(10);
+        rig_poll_after(10);
     for (uint16_t us = 0; us < WAIT_US - 40; us += 10) {
         noise();
-        poll_at(10);
+        rig_poll_after(10);
         TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     }
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -667,16 +643,16 @@ void test_packets_without_reply_are_sent_in_the_rest(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     other.priority = CDS_PRIORITY_HIGH;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &other, CDS_BROADCAST_ID));
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
-    TEST_ASSERT_TRUE(is_sent());
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
+    TEST_ASSERT_TRUE(rig_is_sending());
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     polls_at(100);
     TEST_ASSERT_EQUAL(CDS_OK, other.result);
-    poll_at(REST_US - 101 - QUIET_US);
-    TEST_ASSERT_FALSE(is_sent()); // and the rest goes on
-    poll_at(1);
+    rig_poll_after(REST_US - 101 - QUIET_US);
+    TEST_ASSERT_FALSE(rig_is_sending()); // and the rest goes on
+    rig_poll_after(1);
     assert_answered(&request, 5);
 }
 
@@ -684,17 +660,17 @@ void test_packets_without_reply_are_sent_in_the_rest(void)
 void test_low_line_in_the_rest_delays_packets_without_reply(void)
 {
     give_up_early(2);
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     TEST_ASSERT_TRUE(cds_bus_is_resting(&bus));
     port_fake.low_looks = 1;
-    poll_at(1);
+    rig_poll_after(1);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_SUSPECT, cds_bus_line(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
-    TEST_ASSERT_TRUE(is_sent());
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
+    TEST_ASSERT_TRUE(rig_is_sending());
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -703,17 +679,17 @@ void test_fault_in_the_rest_does_not_shorten_it(void)
 {
     give_up_early(2);
     port_fake.low = true;
-    poll_at(1000);
+    rig_poll_after(1000);
     TEST_ASSERT_EQUAL(CDS_BUS_LINE_FAULT, cds_bus_line(&bus));
-    poll_at(1);
+    rig_poll_after(1);
     port_fake.low = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     for (uint16_t us = 1001; us < REST_US - 10; us += 10) {
-        poll_at(10);
-        TEST_ASSERT_FALSE(is_sent());
+        rig_poll_after(10);
+        TEST_ASSERT_FALSE(rig_is_sending());
     }
-    poll_at(10);
-    poll_at(QUIET_US);
+    rig_poll_after(10);
+    rig_poll_after(QUIET_US);
     assert_answered(&request, 5);
 }
 
@@ -722,36 +698,36 @@ void test_request_that_ignores_stale_is_sent_after_two_byte_times(void)
     give_up_early(2);
     request.ignores_stale = true;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
-    poll_at(QUIET_US);
+    rig_poll_after(QUIET_US);
     assert_answered(&request, 6);
     request.ignores_stale = false;
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 6));
-    TEST_ASSERT_FALSE(is_sent());
+    TEST_ASSERT_FALSE(rig_is_sending());
 }
 
 void test_rest_is_over_half_an_hour_later(void)
 {
     give_up_early(2);
-    poll_at(REST_US);
-    poll_at(0x80000000u);
+    rig_poll_after(REST_US);
+    rig_poll_after(0x80000000u);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(rig_is_sending());
 }
 
 /* A program that blocks polls while it waits, and never else. */
 void test_rest_is_over_half_an_hour_later_without_polls(void)
 {
     give_up_early(2);
-    poll_at(0x80000000u + 1000);
+    rig_poll_after(0x80000000u + 1000);
     TEST_ASSERT_FALSE(cds_bus_is_resting(&bus));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_TRUE(is_sent());
+    TEST_ASSERT_TRUE(rig_is_sending());
 }
 
 void test_rest_does_not_begin_anew_when_the_clock_wraps(void)
 {
     give_up_early(2);
-    poll_at(REST_US);
+    rig_poll_after(REST_US);
     port_fake.now_us -= 300;
     TEST_ASSERT_FALSE(cds_bus_is_resting(&bus));
 }
@@ -760,12 +736,12 @@ void test_failure_of_a_broadcast_does_not_begin_a_stale_rest(void)
 {
     cds_bus_set_return_delay(&bus, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    poll_at(0);
+    rig_poll_after(0);
     polls_at(1000);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &other, 6));
-    poll_at(QUIET_US);
-    TEST_ASSERT_TRUE(is_sent());
+    rig_poll_after(QUIET_US);
+    TEST_ASSERT_TRUE(rig_is_sending());
 }
 
 void test_return_delay_is_kept_by_a_packet_on_the_wire(void)
@@ -773,7 +749,7 @@ void test_return_delay_is_kept_by_a_packet_on_the_wire(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
     cds_bus_set_return_delay(&bus, 2);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    poll_at(12 * 10 + 508 + 99);
+    rig_poll_after(12 * 10 + 508 + 99);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
     polls_at(1);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
@@ -788,10 +764,10 @@ void test_corrupt_reply_is_followed_by_two_byte_times(void)
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_CORRUPT, request.result);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
-    TEST_ASSERT_TRUE(is_sent());
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
+    TEST_ASSERT_TRUE(rig_is_sending());
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -807,9 +783,9 @@ void test_open_again_rests_for_2_ms(void)
     open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(CDS_STALE_REPLY_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(CDS_STALE_REPLY_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     assert_answered(&request, 5);
 }
 
@@ -817,9 +793,9 @@ void test_open_again_sends_packets_without_reply_after_20_us(void)
 {
     open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
-    poll_at(QUIET_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(QUIET_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
 }
 
@@ -830,9 +806,9 @@ void test_rest_goes_on_at_another_rate(void)
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, 3));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_1M));
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    poll_at(REST_US - 1);
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(1);
+    rig_poll_after(REST_US - 1);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(1);
     assert_answered(&request, 5);
 }
 
@@ -842,8 +818,8 @@ void test_open_again_amid_a_transaction_rests(void)
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
     open_again();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
-    TEST_ASSERT_FALSE(is_sent());
-    poll_at(CDS_STALE_REPLY_US);
+    TEST_ASSERT_FALSE(rig_is_sending());
+    rig_poll_after(CDS_STALE_REPLY_US);
     assert_answered(&request, 5);
 }
 
@@ -870,14 +846,14 @@ static uint32_t gap_us(uint16_t index)
 /* Each turn polls `polls` times, 3 us apart. The request is sent within three turns. */
 static void assert_sent_on_a_silent_line(uint32_t us, uint8_t polls)
 {
-    for (uint8_t turn = 0; turn < 3 && !is_sent(); turn++) {
-        poll_at(us);
+    for (uint8_t turn = 0; turn < 3 && !rig_is_sending(); turn++) {
+        rig_poll_after(us);
         for (uint8_t i = 1; i < polls; i++)
-            poll_at(3);
+            rig_poll_after(3);
     }
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
-    TEST_ASSERT_TRUE(is_sent());
-    TEST_ASSERT_EQUAL_UINT16(0, stats().line_busy);
+    TEST_ASSERT_TRUE(rig_is_sending());
+    TEST_ASSERT_EQUAL_UINT16(0, rig_stats().line_busy);
 }
 
 void test_late_polls_send_after_the_bus_is_opened_again(void)
@@ -898,7 +874,7 @@ void test_late_polls_send_after_noise(void)
         setUp();
         TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, bauds[i % 3]));
         cds_link_on_rx(&bus.link, 0, CDS_LINE_FRAMING);
-        poll_at(0);
+        rig_poll_after(0);
         TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 5));
         assert_sent_on_a_silent_line(gap_us(i / 3), 1);
     }
@@ -933,8 +909,8 @@ void test_late_polls_find_a_silent_line_quiet(void)
     for (uint16_t i = 0; i < GAPS; i++) {
         setUp();
         noise();
-        poll_at(0);
-        poll_at(gap_us(i));
+        rig_poll_after(0);
+        rig_poll_after(gap_us(i));
         TEST_ASSERT_EQUAL(CDS_BUS_LINE_QUIET, cds_bus_line(&bus));
     }
 }
@@ -956,9 +932,9 @@ void test_late_polls_end_a_long_transaction_by_its_deadline(void)
         TEST_ASSERT_EQUAL(CDS_OK, cds_packet_end(&longest.packet));
         TEST_ASSERT_EQUAL_UINT16(sizeof bytes, longest.packet.size);
         TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &longest));
-        poll_at(0);
-        poll_at(us);
-        poll_at(us);
+        rig_poll_after(0);
+        rig_poll_after(us);
+        rig_poll_after(us);
         TEST_ASSERT_EQUAL(CDS_TIMEOUT, longest.result);
     }
 }

@@ -4,12 +4,11 @@
 #include "cds55xx/blocking.h"
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define REQUESTS 5
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t buffers[REQUESTS][16], replies[REQUESTS][8];
 static struct cds_request requests[REQUESTS];
@@ -27,10 +26,7 @@ static void note_end(struct cds_request *request)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
+    rig_open_with_queue(0, &queue);
     for (uint8_t i = 0; i < REQUESTS; i++)
         requests[i] = (struct cds_request){
             .packet = {.bytes = buffers[i], .capacity = sizeof buffers[i]},
@@ -44,12 +40,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    struct cds_stats count;
-
-    cds_bus_stats(&bus, &count);
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-    TEST_ASSERT_EQUAL_UINT16((uint16_t)(count.sent - (bus.request ? 1 : 0)),
-                             (uint16_t)(count.ok + count.timeouts + count.corrupt));
+    rig_check();
 }
 
 /* Request i pings servo i + 1. */
@@ -61,8 +52,7 @@ static void ping(uint8_t i)
 /* The packet in flight leaves, is for this servo, and is answered; the next begins. */
 static void answer(uint8_t id)
 {
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[CDS_AT_ID]);
     port_fake_answer(&bus.link, id, 0, NULL, 0);
     port_fake_look(&bus);
@@ -71,8 +61,7 @@ static void answer(uint8_t id)
 /* The packet in flight leaves, and is not answered: the transaction ends at its deadline. */
 static void stay_silent(void)
 {
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     port_fake.now_us += 10000;
     port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_LINK_LISTENING, bus.link.state);
@@ -244,8 +233,7 @@ void test_each_waiting_request_has_a_deadline_of_its_own(void)
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
     port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, requests[0].result);
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     cds_bus_poll(&bus);
     TEST_ASSERT_EQUAL(CDS_PENDING, requests[1].result);
     port_fake_answer(&bus.link, 2, 0, NULL, 0);
@@ -327,8 +315,7 @@ void test_good_reply_to_a_retry_is_ok(void)
     cds_queue_set_retries(&queue, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &requests[0], 1, CDS_REG_PRESENT_POSITION, 2));
     stay_silent();
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     TEST_ASSERT_EQUAL_HEX8(CDS_REG_PRESENT_POSITION, port_fake.sent[CDS_AT_PARAMETERS]);
     port_fake_answer(&bus.link, 1, 0, data, 2);
     port_fake_look(&bus);
@@ -482,8 +469,7 @@ void test_retry_that_waits_for_the_line_is_overtaken_in_order(void)
     requests[3].priority = CDS_PRIORITY_TORQUE_OFF;
     ping(0);
     stay_silent();
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     port_fake.now_us += 10000;
     port_fake_look(&bus);
     port_fake.low = true;

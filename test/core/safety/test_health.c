@@ -3,14 +3,13 @@
 #include "cds55xx/health.h"
 
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "torque_fake.h"
 #include "unity.h"
 
 #define PERIOD_US 30000ul // 10 ms for each of three
 #define IDLE_US   20
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_servos servos;
 static struct cds_servo_state states[TORQUE_SERVOS];
@@ -37,13 +36,10 @@ static enum cds_result begin_health(uint32_t period_us)
 
 void setUp(void)
 {
-    port_fake_reset();
-    port_fake.now_us = 0u - 25000u; // the clock wraps
+    rig_open_at_us(0, 0u - 25000u); // the clock wraps
     memset(&wire, 0, sizeof wire);
-    memset(&bus, 0, sizeof bus);
     memset(&health, 0, sizeof health);
     request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
         states[i].id = (uint8_t)(i + 1);
@@ -53,7 +49,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static void turn(void)

@@ -6,10 +6,9 @@
 
 #include "cds55xx/sync_write.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
-static struct cds_bus bus;
 static struct cds_servos servos;
 static struct cds_queue queue;
 static struct cds_servo_state states[2];
@@ -35,21 +34,19 @@ static enum cds_result begin(uint8_t count)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(0);
     memset(&servos, 0, sizeof servos);
     memset(states, 0, sizeof states);
     request = (struct cds_request)CDS_REQUEST(buffers[0], replies[0]);
     other = (struct cds_request)CDS_REQUEST(buffers[1], replies[1]);
     states[0].id = 1;
     states[1].id = 2;
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     TEST_ASSERT_EQUAL(CDS_OK, begin(2));
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static void inhibit(void)
@@ -57,18 +54,9 @@ static void inhibit(void)
     cds_servos_inhibit_all(&servos);
 }
 
-/* What reaches many servos is checked while it waits. */
-static enum cds_result result_of_check(enum cds_result submitted)
-{
-    if (submitted != CDS_OK || request.packet.bytes[CDS_AT_ID] != CDS_BROADCAST_ID)
-        return submitted;
-    port_fake_settle(&bus);
-    return bus.request ? CDS_OK : (enum cds_result)request.result;
-}
-
 static void assert_refused(enum cds_result submitted)
 {
-    TEST_ASSERT_EQUAL(CDS_INHIBITED, result_of_check(submitted));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, rig_result_of_check(&request, submitted));
     TEST_ASSERT_NULL(bus.request);
 }
 
@@ -78,8 +66,7 @@ static void assert_sent(enum cds_result submitted)
     uint16_t packets = port_fake.packets;
 
     TEST_ASSERT_EQUAL(CDS_OK, submitted);
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     TEST_ASSERT_EQUAL_UINT16(packets + 1, port_fake.packets);
     for (uint8_t i = 0; i < 100 && request.result == CDS_PENDING; i++) {
         port_fake.now_us += 1000;
@@ -326,7 +313,8 @@ void test_delay_below_what_the_board_bears_is_refused(void)
                                                              CDS_REG_RETURN_DELAY, &none, 1));
         assert_sent(write_byte(ids[i], CDS_REG_RETURN_DELAY, 1));
     }
-    TEST_ASSERT_EQUAL(CDS_TOO_EARLY, result_of_check(sync_one(77, CDS_REG_RETURN_DELAY, &none, 1)));
+    TEST_ASSERT_EQUAL(CDS_TOO_EARLY,
+                      rig_result_of_check(&request, sync_one(77, CDS_REG_RETURN_DELAY, &none, 1)));
     assert_sent(sync_one(77, CDS_REG_RETURN_DELAY, &enough, 1));
     TEST_ASSERT_EQUAL(CDS_OK, begin(2));
     assert_sent(write_byte(77, CDS_REG_RETURN_DELAY, 0));

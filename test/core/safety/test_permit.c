@@ -5,12 +5,11 @@
 #include "cds55xx/servo.h"
 #include "cds55xx/servos.h"
 #include "cds55xx/sync_write.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define COUNT 50
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_servos servos;
 static struct cds_servo_state states[COUNT + 1];
@@ -33,18 +32,16 @@ static void begin(uint8_t count)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(0);
     memset(&servos, 0, sizeof servos);
     request = (struct cds_request)CDS_REQUEST(buffers[0], replies[0]);
     other = (struct cds_request)CDS_REQUEST(buffers[1], replies[1]);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     begin(2);
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 /* ---- what passes and what is refused ---- */
@@ -55,21 +52,11 @@ static void look(void)
         cds_bus_poll(&bus);
 }
 
-/* What reaches many servos is checked while it waits. */
-static enum cds_result result_of_check(enum cds_result submitted)
-{
-    if (submitted != CDS_OK || request.packet.bytes[CDS_AT_ID] != CDS_BROADCAST_ID)
-        return submitted;
-    port_fake_settle(&bus);
-    return bus.request ? CDS_OK : (enum cds_result)request.result;
-}
-
 /* The packet of `request` leaves; `answers`: its servo answers with `data`, else no reply comes. */
 static void pass_with(enum cds_result submitted, bool answers, const uint8_t *data, uint8_t length)
 {
-    TEST_ASSERT_EQUAL(CDS_OK, result_of_check(submitted));
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    TEST_ASSERT_EQUAL(CDS_OK, rig_result_of_check(&request, submitted));
+    rig_transmit();
     if (answers && request.reply_parameters != CDS_REPLY_NONE && !request.is_muted)
         port_fake_answer(&bus.link, port_fake.sent[CDS_AT_ID], 0, data, length);
     else
@@ -92,7 +79,7 @@ static void refuse(enum cds_result why, enum cds_result submitted)
 {
     uint16_t packets = port_fake.packets;
 
-    TEST_ASSERT_EQUAL(why, result_of_check(submitted));
+    TEST_ASSERT_EQUAL(why, rig_result_of_check(&request, submitted));
     TEST_ASSERT_NULL(bus.request);
     TEST_ASSERT_EQUAL_UINT16(packets, port_fake.packets);
 }
@@ -899,8 +886,7 @@ void test_packet_on_the_wire_is_learnt_when_the_bus_is_opened_again(void)
     begin(2);
     limit_goal(one);
     TEST_ASSERT_EQUAL(CDS_OK, byte(1, CDS_REG_ID, 9));
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     bus.link.echo_errors = 3;
     servos.echo_errors = 3;
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
@@ -1178,8 +1164,7 @@ void test_a_list_grows_by_all_that_answers_or_is_written_to(void)
     cds_servos_forget(&servos);
     TEST_ASSERT_EQUAL_UINT8(0, servos.count);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, CDS_BROADCAST_ID));
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     port_fake_answer(&bus.link, 9, 0, NULL, 0);
     look();
     TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 9));

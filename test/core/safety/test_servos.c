@@ -7,12 +7,11 @@
 #include "cds55xx/sync_write.h"
 #include "cds55xx/servo.h"
 #include "bus/bus_internal.h" // cds_bus_submit_permitted()
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define PORT 1
 
-static struct cds_bus bus;
 static struct cds_servos servos;
 static struct cds_queue queue;
 static struct cds_servo_state states[4];
@@ -37,21 +36,19 @@ static enum cds_result permit_goal(uint8_t id, const uint8_t *goal)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(PORT);
     memset(&servos, 0, sizeof servos);
     memset(states, 0, sizeof states);
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     states[0].id = 1;
     states[1].id = 2;
     states[2].id = 30;
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
     TEST_ASSERT_EQUAL(CDS_OK, begin(3));
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static uint16_t sent(void)
@@ -69,17 +66,11 @@ static void look(void)
         cds_bus_poll(&bus);
 }
 
-static void transmit(void)
-{
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-}
-
 /* The packet submitted goes out and is answered. */
 static void answer(enum cds_result submitted, uint8_t id, uint8_t error)
 {
     TEST_ASSERT_EQUAL(CDS_OK, submitted);
-    transmit();
+    rig_transmit();
     if (request.reply_parameters != CDS_REPLY_NONE)
         port_fake_answer(&bus.link, id, error, NULL, 0);
     look();
@@ -89,7 +80,7 @@ static void answer(enum cds_result submitted, uint8_t id, uint8_t error)
 static void silence(enum cds_result submitted)
 {
     TEST_ASSERT_EQUAL(CDS_OK, submitted);
-    transmit();
+    rig_transmit();
     port_fake.now_us += 5000;
     look();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
@@ -118,7 +109,7 @@ static void wrote_word(uint8_t id, uint8_t address, uint16_t value)
 static void read_gives(uint8_t id, uint8_t address, const uint8_t *data, uint8_t length)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, id, address, length));
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, id, 0, data, length);
     look();
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
@@ -224,7 +215,7 @@ void test_the_deadline_is_the_servo_s_own_once_its_delay_is_known(void)
 {
     wrote_byte(1, CDS_REG_RETURN_DELAY, 50);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
-    transmit();
+    rig_transmit();
     port_fake.now_us += 12 * 10 + 100 + 100 - 1;
     look();
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result);
@@ -277,12 +268,12 @@ void test_level_0_answers_ping_only(void)
     assert_refused(CDS_NO_REPLY_DUE,
                    cds_servo_read(&bus, &request, 1, CDS_REG_PRESENT_POSITION, 2));
     TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, CDS_REG_LED, 1));
-    transmit();
+    rig_transmit();
     look(); // over with the packet, and no answer was waited for
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
     TEST_ASSERT_EQUAL_UINT8(0, request.reply_parameters);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 1, 0, NULL, 0);
     look();
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
@@ -455,7 +446,7 @@ void test_no_servo_joins_in_place_of_an_id_in_doubt(void)
     TEST_ASSERT_EQUAL(CDS_OK, write_byte(1, CDS_REG_ID, 9));
     TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_servos_add(&servos, 50));
     TEST_ASSERT_TRUE(servos.is_full);
-    transmit();
+    rig_transmit();
     port_fake.now_us += 5000;
     look();
     TEST_ASSERT_NOT_NULL(cds_servos_find(&servos, 9));
@@ -480,7 +471,7 @@ void test_a_reset_that_was_not_answered_may_have_been_carried_out(void)
     wrote_byte(2, CDS_REG_STATUS_RETURN_LEVEL, 1);
     wrote_byte(1, CDS_REG_ID, 7); // no other known servo has ID 1
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, 2));
-    transmit();
+    rig_transmit();
     look(); // no answer is due
     look();
     assert_refused(CDS_LIMIT, goal_and_speed(2, 800, 100));
@@ -522,7 +513,7 @@ void test_counters_are_each_servo_s_own(void)
     port_fake_answer(&bus.link, 30, 0, NULL, 0);
     look();
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 1));
-    transmit();
+    rig_transmit();
     port_fake_hear(&bus.link, noise, sizeof noise);
     port_fake.now_us += 5000;
     look();
@@ -897,7 +888,7 @@ void test_a_goal_is_not_repeated_once_its_servo_is_held(void)
 {
     cds_queue_set_retries(&queue, 2);
     TEST_ASSERT_EQUAL(CDS_OK, goal(1, 500));
-    transmit();
+    rig_transmit();
     cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
     see_through();
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result); // not CDS_INHIBITED: the goal was sent once
@@ -914,7 +905,7 @@ static void see_answered(void)
         if (!port_fake_is_in_flight(&bus)) // the last was refused
             break;
         first = bus.request;
-        transmit();
+        rig_transmit();
         if (first->reply_parameters != CDS_REPLY_NONE && !first->is_muted)
             port_fake_answer(&bus.link, port_fake.sent[CDS_AT_ID], 0, NULL, 0);
         look();
@@ -981,7 +972,7 @@ void test_torque_on_is_judged_by_the_goal_read_before_it(void)
     holds(1, 500, 100);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 1, CDS_REG_GOAL_POSITION, 2));
     byte_waits(1, 1, CDS_REG_TORQUE_ENABLE, 1);
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 1, 0, (const uint8_t[]){0xE8, 3}, 2);
     look();
     see_answered();
@@ -1629,7 +1620,7 @@ void test_feedback_with_error_bits_is_noticed(void)
 {
     read_feedback(1);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 1, CDS_REG_PRESENT_POSITION, 8));
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 1, CDS_ERROR_OVERLOAD, values, 8);
     look();
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, one->alarms);
@@ -1688,7 +1679,7 @@ void test_reply_of_another_length_is_not_learnt(void)
     request.any_length = true;
     request.reply_capacity = CDS_REPLY_ANY; // no more than two bytes come
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
-    transmit();
+    rig_transmit();
     port_fake_answer(&bus.link, 1, 0, two_bytes, 2);
     look();
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
@@ -1781,7 +1772,7 @@ void test_reset_of_all_concerns_the_goals_of_all(void)
     cds_servos_allow_reset(&servos, true);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_reset(&bus, &request, CDS_BROADCAST_ID));
     epoch = servos.epoch;
-    transmit();
+    rig_transmit();
     look();
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
     TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, bus.hooks->changed_since(&servos, &epoch));

@@ -6,7 +6,7 @@
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
 #include "cds55xx/sync_write.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "torque_fake.h"
 #include "unity.h"
 
@@ -15,7 +15,6 @@
 #define TOLD         (CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS) // packets
 #define TURN_US      10 // from the end of one to the beginning of the next, polled every microsecond
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_servos servos;
 static struct cds_servo_state states[TORQUE_SERVOS];
@@ -36,11 +35,9 @@ static void begin_servos(struct cds_queue *with, uint8_t count)
 
 void setUp(void)
 {
-    port_fake_reset();
+    rig_open(0);
     memset(&wire, 0, sizeof wire);
-    memset(&bus, 0, sizeof bus);
     memset(&torque_off, 0, sizeof torque_off);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++) {
         states[i].id = (uint8_t)(i + 1);
         wire.servo[i].torque = 1;
@@ -52,7 +49,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static void begin(void)

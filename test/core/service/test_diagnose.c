@@ -4,6 +4,7 @@
 
 #include "cds55xx/control_table.h"
 #include "cds55xx/queue.h"
+#include "bus_rig.h"
 #include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
@@ -13,7 +14,6 @@
 #define FIRST_READ  4
 #define MEASUREMENT 10
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t packet[CDS_DIAGNOSE_PACKET_SIZE], reply[CDS_DIAGNOSE_REPLY_SIZE];
 static struct cds_request request;
@@ -67,12 +67,10 @@ static void begin(uint8_t id)
 
 void setUp(void)
 {
-    port_fake_reset();
+    rig_open(0);
     memset(&servos, 0, sizeof servos);
     memset(&world, 0, sizeof world);
-    memset(&bus, 0, sizeof bus);
     request = (struct cds_request)CDS_REQUEST(packet, reply);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 40);
     TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     cds_queue_set_retries(&queue, 2);
@@ -98,7 +96,7 @@ void tearDown(void)
         TEST_ASSERT_FALSE(request.no_retry);
         TEST_ASSERT_FALSE(request.passes_lock);
     }
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 /* What is heard of servo ID's answer when the driver is let go too late. */

@@ -2,6 +2,7 @@
  * at every step: what is reported is where the servo is. */
 #include "cds55xx/identity.h"
 
+#include "bus_rig.h"
 #include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
@@ -10,7 +11,6 @@ enum what { NEW_ID, NEW_BAUD, RESET_IT, RESET_IN_PLACE, WHATS };
 
 #define LONGEST 14 // packets of a transaction
 
-static struct cds_bus bus;
 static uint8_t buffer[CDS_PACKET_SIZE(2)];
 static struct cds_request request;
 static struct cds_identity_config config;
@@ -26,7 +26,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static enum cds_result begin_change(uint8_t change)

@@ -3,11 +3,11 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
+#include "bus_rig.h"
 #include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t packet[CDS_SCAN_PACKET_SIZE], reply[CDS_SCAN_REPLY_SIZE];
 static struct cds_request request;
@@ -18,14 +18,12 @@ static bool is_opened_anew; // nothing is given back
 
 void setUp(void)
 {
-    port_fake_reset();
+    rig_open(0);
     is_opened_anew = false;
     memset(&servos, 0, sizeof servos);
-    memset(&bus, 0, sizeof bus);
     memset(found, 0, sizeof found);
     memset(&scan, 0, sizeof scan);
     request = (struct cds_request)CDS_REQUEST(packet, reply);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
     config = (struct cds_scan_config){
         .bus = &bus, .request = &request, .found = found, .found_capacity = 4, .last_id = 253};
@@ -38,7 +36,7 @@ static void begin(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
     TEST_ASSERT_FALSE(request.ignores_stale); // the caller's next READ must not
     TEST_ASSERT_FALSE(request.passes_lock);
     TEST_ASSERT_NULL(request.on_end);

@@ -2,11 +2,11 @@
 #include "cds55xx/setup.h"
 
 #include "cds55xx/queue.h"
+#include "bus_rig.h"
 #include "permit_fake.h"
 #include "servos_fake.h"
 #include "unity.h"
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t packet[CDS_PACKET_SIZE(5)], reply[4];
 static struct cds_request request;
@@ -15,17 +15,15 @@ static const uint8_t limits[4] = {0x10, 0x00, 0xF0, 0x03};
 
 void setUp(void)
 {
-    port_fake_reset();
+    rig_open(0);
     memset(&servos, 0, sizeof servos);
-    memset(&bus, 0, sizeof bus);
     request = (struct cds_request)CDS_REQUEST(packet, reply);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     servo_fake_put(0, 5, 1);
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static enum cds_result run(void)

@@ -6,7 +6,7 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define SERVOS       3
@@ -19,7 +19,6 @@
 #define TURNS_PER_US 4
 #define BEGIN_US     (0u - 6000u) // the clock wraps in the second period
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_cycle cycle;
 static struct cds_feedback feedback[CDS_CYCLE_SERVOS_MAX];
@@ -43,13 +42,10 @@ static uint8_t goals_sent[23];
 
 void setUp(void)
 {
-    port_fake_reset();
-    port_fake.now_us = BEGIN_US;
-    memset(&bus, 0, sizeof bus);
+    rig_open_at_us(0, BEGIN_US);
     memset(&cycle, 0, sizeof cycle);
     memset(feedback, 0, sizeof feedback);
     memset(goals_sent, 0, sizeof goals_sent);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
     TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
     start_count = 0;
@@ -59,7 +55,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static uint16_t now(void)

@@ -5,7 +5,7 @@
 
 #include "cds55xx/cycle.h"
 #include "cds55xx/queue.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define SERVOS    21 // more than one poll checks
@@ -25,7 +25,6 @@ struct model_goal {
     uint16_t position, speed;
 };
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_bus_hooks hooks;
 static struct cds_cycle cycle;
@@ -158,16 +157,14 @@ static void begin(void)
 
 void setUp(void)
 {
-    port_fake_reset();
+    rig_open(0);
     port_fake.eager = &bus.link;
-    memset(&bus, 0, sizeof bus);
     memset(&cycle, 0, sizeof cycle);
     memset(front, 0, sizeof front);
     memset(back, 0, sizeof back);
     is_committed = false;
     sent = sent_with_holes = 0;
     epoch = 1;
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_queue_begin(&queue, &bus);
     hooks = queue.hooks;
     hooks.permit = permit;
@@ -185,7 +182,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 /* ---- the model ---- */

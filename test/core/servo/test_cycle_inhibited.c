@@ -5,7 +5,7 @@
 #include "cds55xx/cycle.h"
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define SERVOS         3
@@ -15,7 +15,6 @@
 #define STEP_US        10
 #define TURNS_PER_STEP 4 // of the main loop: a poll of the bus does one thing
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static struct cds_bus_hooks hooks;
 static struct cds_cycle cycle;
@@ -171,8 +170,7 @@ static enum cds_result begin_cycle(void)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(0);
     memset(&cycle, 0, sizeof cycle);
     memset(feedback, 0, sizeof feedback);
     memset(goals, 0, sizeof goals);
@@ -181,7 +179,6 @@ void setUp(void)
     all_dead = false;
     busy_until_us = 0;
     request = (struct cds_request)CDS_REQUEST(packet, reply);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
     cds_bus_set_return_delay(&bus, 2);
     cds_queue_begin(&queue, &bus);
     hooks = queue.hooks;
@@ -205,7 +202,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 /* The packet on the wire, whole now, meets the servos; their answer is there at once. */

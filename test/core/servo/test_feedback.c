@@ -6,14 +6,13 @@
 #include "cds55xx/group_read.h"
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 /* position 0x0123, speed 0x0405 (CW), load 0x0211, 12.0 V, 32 degrees, registered, -, moving */
 static const uint8_t registers[CDS_FEEDBACK_SIZE] = {0x23, 0x01, 0x05, 0x04, 0x11, 0x02,
                                                      0x78, 0x20, 1,    0,    1};
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t packet_buffer[CDS_PACKET_SIZE(2)], buffer[16];
 static struct cds_request request;
@@ -21,23 +20,19 @@ static struct cds_feedback feedback;
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
+    rig_open_with_queue(0, &queue);
     request = (struct cds_request)CDS_REQUEST(packet_buffer, buffer);
     memset(&feedback, 0, sizeof feedback);
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static void answer(uint8_t id, uint8_t error, const uint8_t *data, uint8_t length)
 {
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[CDS_AT_ID]);
     port_fake_answer(&bus.link, id, error, data, length);
     port_fake_look(&bus);
@@ -45,8 +40,7 @@ static void answer(uint8_t id, uint8_t error, const uint8_t *data, uint8_t lengt
 
 static void stay_silent(void)
 {
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     port_fake.now_us += 10000;
     port_fake_look(&bus);
 }

@@ -7,14 +7,13 @@
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
 #include "cds55xx/servos.h"
+#include "bus_rig.h"
 #include "packets.h"
-#include "port_fake.h"
 #include "unity.h"
 
 #define PORT   0
 #define SERVOS 3
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t buffer[CDS_REGISTERED_MOVE_SIZE], reply[CDS_REGISTERED_MOVE_VERIFY_REPLY];
 static struct cds_request request;
@@ -157,17 +156,13 @@ static void turn(void)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open_with_queue(PORT, &queue);
     memset(buffer, 0, sizeof buffer);
     memset(servos, 0, sizeof servos);
     memset(&plan, 0, sizeof plan);
     exchanges = actions = 0;
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
     other = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(other_buffer);
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
-    port_fake_forget();
     goals[0] = (struct cds_goal){.id = 0, .position = 0, .speed = 0x100};
     goals[1] = (struct cds_goal){.id = 1, .position = 0x3FF, .speed = 0x200};
     goals[2] = (struct cds_goal){.id = 7, .position = 0x234, .speed = 0};
@@ -175,13 +170,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-}
-
-static void assert_sent(const uint8_t *bytes, uint8_t size)
-{
-    TEST_ASSERT_EQUAL_UINT16(size, port_fake.sent_size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, port_fake.sent, size);
+    rig_check();
 }
 
 /* ---- step by step ---- */
@@ -209,7 +198,7 @@ static void poll_sends(const uint8_t *bytes, uint8_t size)
     for (uint8_t i = 0; i < 2 && !bus.request; i++) // a step may send nothing, but not two of them
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    assert_sent(bytes, size);
+    rig_assert_sent(bytes, size);
 }
 
 /* The transaction in flight ends. */
@@ -229,19 +218,6 @@ static void answered_with(uint8_t id, const uint8_t *parameters, uint8_t count)
 {
     port_fake_answer(&bus.link, id, 0, parameters, count);
     bus_ends();
-}
-
-static void occupy_bus(void)
-{
-    other.reply_parameters = CDS_REPLY_NONE;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_action(&other.packet, CDS_BROADCAST_ID));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
-}
-
-static void free_bus(void)
-{
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    port_fake_look(&bus);
 }
 
 static void assert_over(enum cds_result result)
@@ -302,7 +278,7 @@ void test_move_of_example_19_keeps_the_manuals_order(void)
             TEST_ASSERT_EQUAL_HEX8_ARRAY(said->bytes + 5, port_fake.sent + 5, 3);
             port_fake_hear(&bus.link, said[1].bytes, said[1].size);
         } else {
-            assert_sent(said->bytes, said->size);
+            rig_assert_sent(said->bytes, said->size);
         }
         bus_ends();
     }
@@ -358,16 +334,16 @@ void test_move_goes_on_in_spite_of_conditions(void)
 
 void test_move_waits_while_the_bus_is_busy(void)
 {
-    occupy_bus();
+    rig_occupy(&other);
     begin(1);
     for (uint8_t i = 0; i < 5; i++)
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
-    free_bus();
+    rig_free();
     SENDS(register_0);
     answered(0, 0);
-    occupy_bus(); // and between two steps of its own
+    rig_occupy(&other); // and between two steps of its own
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
-    free_bus();
+    rig_free();
     SENDS(action);
     bus_ends();
     assert_over(CDS_OK);
@@ -377,7 +353,7 @@ void test_begin_with_a_pending_request_is_busy(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_action(&bus, &request, CDS_BROADCAST_ID));
     TEST_ASSERT_EQUAL(CDS_BUSY, begin_move(1, false));
-    free_bus();
+    rig_free();
     begin(1);
     SENDS(register_0);
     answered(0, 0);
@@ -861,10 +837,10 @@ void test_action_taken_back_clears_all(void)
     begin(1);
     SENDS(register_0);
     answered(0, 0);
-    occupy_bus();
+    rig_occupy(&other);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move));
     TEST_ASSERT_EQUAL(CDS_OK, cds_bus_cancel(&bus, &request));
-    free_bus();
+    rig_free();
     SENDS(clear_0);
     answered(0, 0);
     SENDS(read_0);
@@ -955,14 +931,14 @@ void test_abort_between_two_steps_sends_no_action(void)
     begin(1);
     SENDS(register_0);
     answered(0, 0);
-    occupy_bus();
+    rig_occupy(&other);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // ACTION waits
     cds_registered_move_abort(&move);
     TEST_ASSERT_EQUAL(CDS_CANCELLED, request.result);
     TEST_ASSERT_EQUAL(CDS_PENDING, cds_registered_move_poll(&move)); // clearing waits
     cds_registered_move_abort(&move);
     TEST_ASSERT_EQUAL(CDS_PENDING, request.result); // and goes on
-    free_bus();
+    rig_free();
     SENDS(clear_0);
     answered(0, 0);
     SENDS(read_0);

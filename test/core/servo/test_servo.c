@@ -3,13 +3,12 @@
 
 #include <string.h>
 
+#include "bus_rig.h"
 #include "packets.h"
-#include "port_fake.h"
 #include "unity.h"
 
 #define PORT 0
 
-static struct cds_bus bus;
 static uint8_t buffer[CDS_PACKET_SIZE(CDS_TABLE_SIZE + 1)]; // WRITE of the whole table: an address
 static uint8_t reply[CDS_REPLY_MAX];
 static struct cds_request request = CDS_REQUEST(buffer, reply);
@@ -26,17 +25,14 @@ static uint16_t count_ok(void)
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(PORT);
     memset(buffer, 0, sizeof buffer);
     request = (struct cds_request)CDS_REQUEST(buffer, reply);
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    port_fake_forget();
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 /* The call before was accepted: its packet goes out, and so far nothing is decided. */
@@ -52,12 +48,6 @@ static void assert_ended(enum cds_result result)
     port_fake_look(&bus);
     TEST_ASSERT_FALSE(cds_bus_poll(&bus));
     TEST_ASSERT_EQUAL(result, request.result);
-}
-
-static void assert_sent(const uint8_t *bytes, uint8_t size)
-{
-    TEST_ASSERT_EQUAL_UINT16(size, port_fake.sent_size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, port_fake.sent, size);
 }
 
 static void assert_waits_for(uint8_t id, uint8_t parameters)
@@ -120,7 +110,7 @@ void test_conversations_of_the_manual(void)
             continue;
         if (said->sender == CONTROLLER) {
             transmit(converse(i));
-            assert_sent(said->bytes, said->size);
+            rig_assert_sent(said->bytes, said->size);
             if (said->bytes[2] == CDS_BROADCAST_ID)
                 assert_ended(CDS_OK);
         } else {
@@ -208,7 +198,7 @@ void test_word_is_written_low_byte_first_in_one_packet(void)
     static const uint8_t wanted[] = {0xFF, 0xFF, 0x07, 0x05, 0x03, 0x1E, 0x34, 0x02, 0x9C};
 
     transmit(cds_servo_write_word(&bus, &request, 7, CDS_REG_GOAL_POSITION, 0x0234));
-    assert_sent(wanted, sizeof wanted);
+    rig_assert_sent(wanted, sizeof wanted);
     TEST_ASSERT_EQUAL_UINT16(1, port_fake.packets);
 }
 
@@ -279,7 +269,7 @@ void test_request_on_its_way_is_not_built_over(void)
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_action(&bus, &request, 2));
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_servo_reset(&bus, &request, 2));
     transmit(CDS_OK);
-    assert_sent(manual_packets[3].bytes, manual_packets[3].size); // PING 1, whole
+    rig_assert_sent(manual_packets[3].bytes, manual_packets[3].size); // PING 1, whole
     assert_waits_for(1, 0);
 }
 

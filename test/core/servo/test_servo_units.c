@@ -6,12 +6,11 @@
 #include "cds55xx/control_table.h"
 #include "cds55xx/packet.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define UNTOUCHED 0x5A5A5A5A
 
-static struct cds_bus bus;
 static uint8_t packet[CDS_PACKET_SIZE(5)], reply[11];
 static struct cds_request request;
 
@@ -20,16 +19,13 @@ static const struct cds_register_profile *const ax = &cds_profile_ax12;
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open(0);
     request = (struct cds_request)CDS_REQUEST(packet, reply);
-    cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    port_fake_forget();
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 /* It was accepted: `count` bytes from `address` on went to servo 7, which answers. */
@@ -193,8 +189,7 @@ static const uint8_t feedback[11] = {0x66, 0x02, 0x64, 0x04, 0x00, 0x02, 111, 40
 static void read_feedback(const uint8_t *data, uint8_t count)
 {
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_read(&bus, &request, 7, CDS_REG_PRESENT_POSITION, 11));
-    port_fake_settle(&bus);
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+    rig_transmit();
     port_fake_answer(&bus.link, 7, count ? 0 : CDS_ERROR_RANGE, data, count);
     port_fake_look(&bus);
     TEST_ASSERT_EQUAL(CDS_OK, request.result);

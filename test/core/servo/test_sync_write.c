@@ -4,13 +4,12 @@
 #include <string.h>
 
 #include "cds55xx/queue.h"
+#include "bus_rig.h"
 #include "packets.h"
-#include "port_fake.h"
 #include "unity.h"
 
 #define PORT 0
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t buffer[CDS_SYNC_WRITE_SIZE(4, 4)];
 static struct cds_request request = CDS_REQUEST_WITHOUT_DATA(buffer);
@@ -20,25 +19,15 @@ static struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open_with_queue(PORT, &queue);
     memset(buffer, 0, sizeof buffer);
     request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
     other = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(other_buffer);
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
-    port_fake_forget();
 }
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
-}
-
-static void assert_sent(const uint8_t *bytes, uint8_t size)
-{
-    TEST_ASSERT_EQUAL_UINT16(size, port_fake.sent_size);
-    TEST_ASSERT_EQUAL_HEX8_ARRAY(bytes, port_fake.sent, size);
+    rig_check();
 }
 
 /* ---- SYNC WRITE ---- */
@@ -57,7 +46,7 @@ static const struct manual_packet *const example_5 = &manual_packets[7];
 static void assert_example_5_goes_out(void)
 {
     TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    assert_sent(example_5->bytes, example_5->size);
+    rig_assert_sent(example_5->bytes, example_5->size);
     port_fake_look(&bus);
     TEST_ASSERT_FALSE(cds_bus_is_busy(&bus)); // nothing is answered
     TEST_ASSERT_EQUAL(CDS_OK, request.result);
@@ -108,26 +97,13 @@ void test_sync_write_outside_the_control_table_is_refused(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_sync_write_begin(&request, 0x18, 0));
 }
 
-static void occupy_bus(void)
-{
-    other.reply_parameters = CDS_REPLY_NONE;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_packet_action(&other.packet, CDS_BROADCAST_ID));
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
-}
-
-static void free_bus(void)
-{
-    TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, PORT));
-    port_fake_look(&bus);
-}
-
 void test_sync_write_takes_its_turn_and_can_be_sent_again(void)
 {
-    occupy_bus();
+    rig_occupy(&other);
     begin_example_5();
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
     TEST_ASSERT_EQUAL(CDS_BUSY, cds_sync_write_send(&bus, &request));
-    free_bus();
+    rig_free();
     assert_example_5_goes_out();
     TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
     assert_example_5_goes_out();

@@ -6,13 +6,12 @@
 
 #include "cds55xx/queue.h"
 #include "cds55xx/servo.h"
-#include "port_fake.h"
+#include "bus_rig.h"
 #include "unity.h"
 
 #define PORT   0
 #define SERVOS 254 // all there can be
 
-static struct cds_bus bus;
 static struct cds_queue queue;
 static uint8_t buffer[CDS_SYNC_WRITE_PACKET_MAX];
 static struct cds_request request;
@@ -22,12 +21,8 @@ static uint8_t data[SERVOS * 4];
 
 void setUp(void)
 {
-    port_fake_reset();
-    memset(&bus, 0, sizeof bus);
+    rig_open_with_queue(PORT, &queue);
     request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(buffer);
-    cds_bus_open(&bus, PORT, CDS_BAUD_1M);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_queue_attach(&queue, &bus));
-    port_fake_forget();
     for (uint16_t i = 0; i < sizeof ids; i++)
         ids[i] = (uint8_t)(253 - i); // the highest first
     for (uint16_t i = 0; i < sizeof data; i++)
@@ -36,7 +31,7 @@ void setUp(void)
 
 void tearDown(void)
 {
-    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+    rig_check();
 }
 
 static enum cds_result try_to_begin(uint8_t count, uint8_t address, uint8_t length,
