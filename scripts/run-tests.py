@@ -85,7 +85,7 @@ def read_times(path):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--avr-board", default="arduino-mega")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() + 1)  # some wait for real time
     parser.add_argument("--times", type=pathlib.Path)
     parser.add_argument("programs", nargs="+")
     arguments = parser.parse_args()

@@ -148,6 +148,7 @@ UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
 SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
 RUN_TESTS := $(wildcard test/runs/test_*.py)
 
+CONSOLE_ELFS := $(patsubst %,build/%/controller.elf,arbotix arduino-mega atmega128 cm510)
 # Each run says on a line `# needs: FILE ...` what must be built for it.
 run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/^# needs: //p' $(1)))$(NEEDED))
 

@@ -1,4 +1,5 @@
 """The bench itself: what it measures is in docs/performance.md, from `make bench`."""
+# needs: $(BENCH_NEEDS) build/atmega128/benchmark/slow_handlers.elf build/atmega128/benchmark/blocking_absent.elf
 import csv
 import pathlib
 import re

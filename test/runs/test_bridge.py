@@ -1,5 +1,6 @@
 """A client for Dynamixel protocol 1.0 through the firmware's bridge, and the same client at the
 servos themselves: it must not see a difference."""
+# needs: $(CONSOLE_ELFS)
 import pathlib
 import subprocess
 import tempfile

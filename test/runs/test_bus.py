@@ -1,4 +1,5 @@
 """The servos behind a pty, and the firmware's console behind one: in real time, for any client."""
+# needs: build/atmega128/controller.elf
 import fcntl
 import os
 import pathlib

@@ -1,4 +1,5 @@
 """The project's own checks notice what they are for."""
+# needs: $(BOARDS:%=build/%/controller.elf) build/atmega128/libcds55xx.a
 import os
 import pathlib
 import re

@@ -1,5 +1,6 @@
 """Every command of the library, test/firmware/library/commands.c, on every board: what the program says, what
 the wire saw and where the servos are in the end tell the same story."""
+# needs: $(BOARDS:%=build/%/firmware/commands.elf)
 import re
 import unittest
 

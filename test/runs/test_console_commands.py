@@ -1,6 +1,7 @@
 """Every command of the console, its help and each of its errors, on every board with a host link:
 by script, with what stands in the servos and on the wire afterwards, and over the pty, as a person
 would type it."""
+# needs: $(CONSOLE_ELFS)
 import os
 import re
 import select

@@ -1,4 +1,5 @@
 """A robot in C++11 (test/firmware/library/cpp.cpp) and all headers, on boards with different handlers."""
+# needs: $(patsubst %,build/%/libcds55xx.a,atmega128 arduino-mega arbotix)
 import pathlib
 import tempfile
 import unittest

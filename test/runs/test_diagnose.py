@@ -1,4 +1,5 @@
 """A diagnosis on the simulated wire, of each cause that can be injected, and of buses that are well."""
+# needs: $(patsubst %,build/%/firmware/diagnose.elf,atmega128 adapter-echo arbotix)
 import re
 import unittest
 

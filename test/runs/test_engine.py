@@ -1,4 +1,5 @@
 """The engine against its model; `make fuzz` runs it at length."""
+# needs: build/host/test/engine_random
 import subprocess
 import unittest
 

@@ -1,4 +1,5 @@
 """`make faults`, a small seeded part of it: every row runs, on every board, and none fails."""
+# needs: $(FAULTS_NEEDS)
 import csv
 import os
 import pathlib

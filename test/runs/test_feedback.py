@@ -1,4 +1,5 @@
 """What `make feedback` measures, on the boards that keep the limit."""
+# needs: $(CONSOLE_ELFS)
 import unittest
 
 from feedback import LIMIT_US, Feedback

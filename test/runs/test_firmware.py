@@ -1,4 +1,6 @@
 """The firmware and programs linked with the library, in the simulator."""
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) $(patsubst %,build/%/examples/two_servos.elf,atmega128 arduino-mega)
+# needs: $(patsubst %,build/atmega128/firmware/%.elf,absent clock line_errors slow_handler)
 import re
 import unittest
 

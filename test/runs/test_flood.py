@@ -1,5 +1,6 @@
 """300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz, the
 servos at a return delay of 6 us: test/firmware/library/flood.c, the firmware with a cycle beside it."""
+# needs: $(patsubst %,build/%/firmware/flood.elf,atmega128 arduino-mega cm510 arbotix)
 import pathlib
 import re
 import subprocess

@@ -1,4 +1,5 @@
 """Noise and damage at random; `make fuzz` runs it at length."""
+# needs: build/host/test/fuzz
 import subprocess
 import unittest
 

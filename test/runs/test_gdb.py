@@ -1,4 +1,5 @@
 """avr-gdb on the firmware while servos are simulated: what it sees, and that it changes nothing."""
+# needs: build/atmega128/controller.elf build/firmware/crash_wild.elf
 import os
 import pathlib
 import re

@@ -1,4 +1,5 @@
 """Groups on the simulated wire: test/firmware/library/groups.c, as it is, and with what can happen to it."""
+# needs: build/atmega128/firmware/groups.elf
 import csv
 import pathlib
 import re

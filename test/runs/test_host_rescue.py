@@ -1,4 +1,5 @@
 """A saved host_baud that no terminal can do, and the window after a reset in which Enter undoes it."""
+# needs: $(CONSOLE_ELFS)
 import pathlib
 import random
 import re

@@ -5,6 +5,7 @@ loses its power there, for no time at all, for some of the transaction, or for l
 simulator then says where the servo really is; what was reported must be true, and a scan of both
 rates must find the servo there, and its neighbour untouched.
 """
+# needs: build/atmega128/firmware/change.elf
 import collections
 import re
 import unittest

@@ -1,4 +1,5 @@
 """Driving is inhibited: the firmware of every board with a console, servos on the simulated wire."""
+# needs: $(CONSOLE_ELFS) build/host/test/inhibit_random
 import pathlib
 import re
 import subprocess

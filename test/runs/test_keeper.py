@@ -1,4 +1,5 @@
 """The keeper in whole runs: settings when the power goes, loss of the host link, resets, alarms."""
+# needs: $(CONSOLE_ELFS)
 import pathlib
 import random
 import re

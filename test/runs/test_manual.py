@@ -1,4 +1,5 @@
 """The manual's own packets, on the wire, byte for byte and in order."""
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega)
 import subprocess
 import unittest
 

@@ -1,4 +1,5 @@
 """What looks after several servos at once, test/firmware/library/operations.c, on every board."""
+# needs: $(BOARDS:%=build/%/firmware/operations.elf)
 import unittest
 
 from program import BOARDS, Program

@@ -1,4 +1,5 @@
 """A program of the PC's, `--host FILE`, with the firmware."""
+# needs: build/atmega128/controller.elf
 import pathlib
 import re
 import subprocess

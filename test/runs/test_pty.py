@@ -1,4 +1,5 @@
 """The pseudo terminals of bus and firmware, under clients that flush, leave and come back at once."""
+# needs: build/atmega128/controller.elf
 import os
 import pathlib
 import random

@@ -1,4 +1,5 @@
 """examples/robot.c on every board: it gets up where it is, walks, and lets go when something is wrong."""
+# needs: $(BOARDS:%=build/%/examples/robot.elf)
 import csv
 import pathlib
 import tempfile

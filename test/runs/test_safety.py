@@ -1,5 +1,6 @@
 """Torque off for all, servos that lose their state, alarms and soft limits, test/firmware/library/safety.c, as
 wire and servos see them."""
+# needs: $(patsubst %,build/%/firmware/safety.elf,atmega128 arduino-mega cm510 arbotix)
 import collections
 import re
 import unittest

@@ -2,6 +2,7 @@
 
 A line `# run: bus` says that it needs no firmware; `# options: ...` adds options.
 """
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega arduino-uno) build/atmega128/firmware/busy.elf
 import re
 import subprocess
 import unittest

@@ -5,6 +5,7 @@ client has given it up.
 Simulated time: a program says the client's bytes at its times, and the client's receiver looks at
 what came before its timeout. Nothing depends on the machine.
 """
+# needs: build/atmega128/controller.elf
 import itertools
 import pathlib
 import subprocess

@@ -11,6 +11,7 @@ request, as with the SDK at any port. So the judge is the wire in simulated time
   a request look earlier. A wrong reply needs a request that the client gave up although it was on the
   wire in time: the delay of the machine.
 """
+# needs: build/atmega128/controller.elf
 import pathlib
 import tempfile
 import unittest

@@ -1,4 +1,5 @@
 """The simulator's files: read whole or refused, written whole or reported, whatever ends the run."""
+# needs: build/atmega128/controller.elf
 import itertools
 import os
 import pathlib

@@ -1,4 +1,5 @@
 """A simulated servo driven and read in units: what it is told is what it does."""
+# needs: build/atmega128/firmware/units.elf
 import re
 import unittest
 
