@@ -58,7 +58,7 @@ def cpu_ticks(process):
     return int(fields[11]) + int(fields[12])
 
 
-def settle(process, seconds=0):
+def settle(process, seconds=0, step=0.01):
     """Returns when a simulator in real time has read what was written before, and has simulated so
     long. It sleeps only when it has caught up with real time; each sleep is counted. So a busy machine
     makes this take longer and changes nothing else."""
@@ -66,9 +66,9 @@ def settle(process, seconds=0):
         status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
         return int(re.search(r"^voluntary_ctxt_switches:\s*(\d+)", status, re.M)[1])
 
-    for _ in range(1 + round(seconds / 0.01)):
+    for _ in range(1 + round(seconds / step)):
         before = sleeps()
-        time.sleep(0.01)
+        time.sleep(step)
         while process.poll() is None and sleeps() < before + 2:
             time.sleep(0.001)
 
@@ -88,8 +88,8 @@ class Process:
         self.status = self.process.wait(PATIENCE_S)
         return self.output
 
-    def settle(self, seconds=0):
-        settle(self.process, seconds)
+    def settle(self, seconds=0, step=0.01):
+        settle(self.process, seconds, step)
 
     def __enter__(self):
         return self

@@ -145,7 +145,7 @@ class Clients(unittest.TestCase):
         with bus(servos="1") as sim, Port(sim.path) as port:
             for _ in range(500):  # 56 bytes each: more than the system keeps
                 port.send(read)
-                time.sleep(0.002)
+                sim.settle(step=0.002)
             sim.settle(0.1)
             replies = port.receive(500 * 56, 0.1)
             self.assertNotIn("lost", sim.end())
