@@ -14,7 +14,7 @@ def exists(where, name):
     if where == "scenario":
         return (ROOT / f"test/scenario/{name}.script").exists()
     for path, form in [(ROOT / f"test/sim/test_{where}.c", r"^void test_%s\(void\)$"),
-                       (ROOT / f"test/run/test_{where}.py", r"^    def test_%s\(self\):$")]:
+                       (ROOT / f"test/runs/test_{where}.py", r"^    def test_%s\(self\):$")]:
         if path.exists():
             return re.search(form % name, path.read_text(), re.M) is not None
     return False

@@ -1,6 +1,6 @@
-/* The rig of `make faults`: a board that runs test/program/exchanges.c, servos on its bus, and taps
- * that write down what was said and heard. The machine is started once and does one job after the
- * other. All time is in CPU cycles. */
+/* The rig of `make faults`: a board that runs test/firmware/library/exchanges.c, servos on its bus,
+ * and taps that write down what was said and heard. The machine is started once and does one job
+ * after the other. All time is in CPU cycles. */
 #ifndef RIG_H
 #define RIG_H
 

@@ -1,5 +1,5 @@
 /* How long a pin is high, on the firmware marks.c; see mark.h. */
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 

@@ -1,7 +1,7 @@
 /* Whole runs of the simulator that must fail, and say why: rules of the wire, crashes, bad input.
  */
 #include "rules.h"
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 

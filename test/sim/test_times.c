@@ -1,7 +1,7 @@
 /* What --times tells, on the firmware times.c, which says how long everything in it takes. */
 #include <unistd.h>
 
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 static char text[4096];
