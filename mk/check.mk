@@ -12,8 +12,9 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
+	@echo '  CHECK    links'; scripts/links.py
 	@scripts/readme.py --check
-	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
+	@echo '  CHECK    docs/internals/conformance.md'; scripts/conformance.py
 	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; scripts/headers.py

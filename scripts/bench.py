@@ -4,7 +4,7 @@ test/bench/rows.tsv. Exact cycle counts: two runs agree to the digit.
 
 usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
        bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
-       bench.py --docs [--check]    the tables of docs/performance.md and README.md anew, from FILE;
+       bench.py --docs [--check]    the tables of docs/internals/performance.md and README.md anew, from FILE;
                                runs nothing. --check: changes nothing, exit 1 if they are out of date
 
 Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
@@ -162,7 +162,7 @@ def document(arguments):
     what = {row["name"]: row["what"] for row in records(ROWS)}
     done = records(arguments.out)
     stale = 0
-    for path, columns in (("docs/performance.md", ("board", "value", "limit", "wanted", "goal", "floor")),
+    for path, columns in (("docs/internals/performance.md", ("board", "value", "limit", "wanted", "goal", "floor")),
                           ("README.md", ("value", "limit", "goal"))):
         docs = ROOT / path
         before = docs.read_text()
