@@ -32,6 +32,11 @@ docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
 
+## pictures: draw docs/img/*.svg from runs of the simulator
+.PHONY: pictures
+pictures: tools build/atmega128/controller.elf build/host/cds55xx-sim
+	@scripts/pictures.py
+
 ## format: put all C into the project's format
 .PHONY: format
 format: tools
