@@ -143,7 +143,7 @@ SCRIPT = {
     "diagnose": "diagnose 1\n" + text("finding 1: the servo answers and is well; nothing to do")
                 + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:")
                 + "@expect rule collision\n"  # all that there are answer its broadcast PING
-                + "@power off\ndiagnose 1\n" + text("finding 9: nobody answers") + "@power on\n"
+                + "@power off\ndiagnose 1\n" + text("finding 9: no servo answers") + "@power on\n"
                 + "@wait 10\n@supply 1 5.5\n@wait 5\ndiagnose 1\n" + text("finding 14:")
                 + text("ID 1 at 1000000bps, supply mV 5500") + "@supply 1 12\n@wait 5\n",
     "scan": "scan\n" + text("id 1 model 1") + text("id 2 model 1") + text("id 3 model 1")
