@@ -1,7 +1,7 @@
 /* Motor, gear, angle sensor and temperature of a simulated servo, stepped at 250 Hz (R29).
  *
  * Integers only: the same steps give the same values on every host. A position unit is 300/1023
- * degrees (R9), positive is CCW (R35). What the slopes are and why: docs/servo-model.md.
+ * degrees (R9), positive is CCW (R35). What the slopes are and why: docs/internals/servo-model.md.
  */
 #ifndef SIM_MOTOR_H
 #define SIM_MOTOR_H

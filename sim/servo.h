@@ -3,7 +3,7 @@
  * It knows nothing of AVRs, of wires and of the controller's library: its codec, its control table
  * and its motor are its own, so that one mistake cannot cancel itself out. Who owns it gives it
  * every byte its receiver hears and a tick every 4 ms (R29), and puts the reply on the wire. "Rn"
- * are the project's rulings on the manual's contradictions: docs/rulings.md.
+ * are the project's rulings on the manual's contradictions: docs/internals/rulings.md.
  */
 #ifndef SIM_SERVO_H
 #define SIM_SERVO_H

@@ -19,12 +19,12 @@ build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 FAULTS_PART ?= 1/1
 SEED ?= 0
 
-## faults: every fault of docs/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
+## faults: every fault of docs/internals/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
 .PHONY: faults
 faults: $(FAULTS_NEEDS)
 	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
 
-## faults-docs: the same, and its table in docs/faults.md anew
+## faults-docs: the same, and its table in docs/internals/faults.md anew
 .PHONY: faults-docs
 faults-docs: faults
 	@scripts/faults.py --docs

@@ -1,5 +1,5 @@
 /* What is known of each servo of a bus, and the one door that decides which packets may leave.
- * Everything is learnt from the packets that pass. The rules of the door: docs/permit.md.
+ * Everything is learnt from the packets that pass. The rules of the door: docs/internals/permit.md.
  *
  *     static struct cds_servo_state states[3] = {{.id = 1}, {.id = 2}};
  *     static struct cds_queue queue;

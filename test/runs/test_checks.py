@@ -264,7 +264,7 @@ class Scripts(unittest.TestCase):
 class Readme(unittest.TestCase):
     def test_a_program_outside_the_tree_builds_and_runs_with_its_command_line(self):
         """The command line of "Link the library", word for word but for the folder."""
-        text = (ROOT / "README.md").read_text()
+        text = (ROOT / "docs/library.md").read_text()
         command = re.search(r"```sh\n(avr-gcc (?:.*\\\n)*.*)\n```", text)[1]
         with tempfile.TemporaryDirectory() as folder:
             shutil.copy(ROOT / "examples/two_servos.c", f"{folder}/robot.c")

@@ -906,7 +906,7 @@ static const char *as_text(const struct log *log)
     return text;
 }
 
-/* The table of docs/faults.md, from another program than this one. */
+/* The table of docs/internals/faults.md, from another program than this one. */
 void test_F12_a_ping_at_other_rates(void)
 {
     static const struct {

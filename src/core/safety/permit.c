@@ -1,4 +1,5 @@
-/* The one door; see permit.h. Rows in the comments are those of docs/permit.md. Manual: 2.4; 3.1.
+/* The one door; see permit.h. Rows in the comments are those of docs/internals/permit.md.
+ * Manual: 2.4; 3.1.
  */
 #include "safety/permit.h"
 
