@@ -62,8 +62,8 @@ class Layering(unittest.TestCase):
                                                      self.root)[1])
 
     def test_simulator_includes_nothing_of_the_library(self):
-        self.breach("sim/codec.c", '#include "cds55xx/packet.h"')
-        self.breach("sim/servo.c", '#include "../include/cds55xx/packet.h"')
+        self.breach("sim/wire/codec.c", '#include "cds55xx/packet.h"')
+        self.breach("sim/servo/servo.c", '#include "../include/cds55xx/packet.h"')
 
     def test_boards_hold_no_code(self):
         self.breach("boards/atmega128/board.h", "static inline int f(void) { return 1; }")
