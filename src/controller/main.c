@@ -48,18 +48,18 @@ static struct {
     struct cds_bus bus;
     struct serial serial;
     struct cds_ring text; // for the console
-    struct host host;
+    struct host_demux host;
     struct host_rescue rescue;
     struct bridge bridge;
     struct device device;
-    struct values values;
+    struct device_registers registers;
     struct settings settings;
     struct settings_store store;
     struct keeper keeper;
     struct memory memory;
     struct robot robot;
     struct console console;
-    uint8_t packets[2][ANSWER_BEFORE + HOST_PACKET_MAX]; // from the host, on the bridge
+    uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX]; // from the host, on the bridge
     uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
     uint8_t host_baud;   // as in the settings, in force
     uint8_t heard;       // of the host: as serial.rx.head was
@@ -72,7 +72,7 @@ AVR_SERIAL(controller.serial)
 
 static bool busy(void)
 {
-    return !console_idle(&controller.console) || !host_idle(&controller.host) ||
+    return !console_idle(&controller.console) || !host_demux_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
            controller.host_baud != controller.settings.host_baud ||
            !robot_idle(&controller.robot) || controller.keeper.unsettled ||
@@ -193,14 +193,14 @@ static void open(void)
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
     robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
     begin_keeper();
-    host_open(&controller.host, &controller.serial.rx, &controller.text,
-              controller.packets[0] + ANSWER_BEFORE);
-    values_open(&controller.values, &controller.keeper, &controller.host, &controller.bridge,
-                &controller.serial.gaps);
-    controller.device.world = &values_world;
-    controller.device.owner = &controller.values;
+    host_demux_open(&controller.host, &controller.serial.rx, &controller.text,
+                    controller.packets[0] + STATUS_PACKET_HEAD);
+    device_registers_open(&controller.registers, &controller.keeper, &controller.host,
+                          &controller.bridge, &controller.serial.gaps);
+    controller.device.ops = &device_registers_ops;
+    controller.device.context = &controller.registers;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
-                &controller.serial.tx, controller.packets[1] + ANSWER_BEFORE);
+                &controller.serial.tx, controller.packets[1] + STATUS_PACKET_HEAD);
     console_open(&controller.console, &controller.keeper, &controller.text, &controller.serial.tx);
 }
 
@@ -251,7 +251,7 @@ static bool poll_host(void)
     if (controller.rescue.state)
         controller.host.stop = host_rescue_poll(&controller.rescue, &controller.serial.rx);
     do {
-        comes = !controller.rescue.state && host_poll(&controller.host);
+        comes = !controller.rescue.state && host_demux_poll(&controller.host);
     } while (comes && --left);
     if (controller.host.stop) {
         controller.host.stop = false;
@@ -261,7 +261,7 @@ static bool poll_host(void)
         if (controller.rescue.state)
             host_rescue_damage(&controller.rescue);
         else
-            host_gap(&controller.host);
+            host_demux_gap(&controller.host);
     }
     if (controller.host.whole)
         poll_bridge();

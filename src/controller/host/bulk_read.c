@@ -1,4 +1,4 @@
-/* SYNC READ and BULK READ; see gather.h. */
+/* SYNC READ and BULK READ; see bulk_read.h. */
 #include "host/bulk_read.h"
 
 #include <string.h>
@@ -11,15 +11,15 @@
 #define MISSING    UINT8_MAX // each byte of a servo that failed
 #define BULK_ITEM  3         // length, ID, address
 
-bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction)
+bool bulk_read_handles(uint8_t device_id, uint8_t id, uint8_t instruction)
 {
     bool to_all = id == CDS_BROADCAST_ID;
 
-    return (instruction == GATHER_SYNC_READ && (to_all || id == device_id)) ||
-           (instruction == GATHER_BULK_READ && to_all);
+    return (instruction == INSTRUCTION_SYNC_READ && (to_all || id == device_id)) ||
+           (instruction == INSTRUCTION_BULK_READ && to_all);
 }
 
-uint8_t gather_reply_due(const uint8_t *packet)
+uint8_t status_packet_due(const uint8_t *packet)
 {
     uint8_t instruction = packet[CDS_AT_INSTRUCTION];
     uint8_t count = packet[CDS_AT_PARAMETERS + 1];
@@ -31,40 +31,40 @@ uint8_t gather_reply_due(const uint8_t *packet)
     return count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
 }
 
-static void begin_sync(struct gather *gather, uint8_t *packet)
+static void begin_sync(struct bulk_read *bulk, uint8_t *packet)
 {
     uint8_t parameters = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
     uint16_t size;
 
-    gather->to = packet;
-    gather->bulk = false;
-    gather->error = CDS_ERROR_RANGE;
-    gather->length = 0;
-    gather->left = 0;
+    bulk->to = packet;
+    bulk->is_bulk = false;
+    bulk->error = CDS_ERROR_RANGE;
+    bulk->length = 0;
+    bulk->left = 0;
     if (parameters < 3)
         return;
-    gather->address = packet[CDS_AT_PARAMETERS];
-    gather->each = packet[CDS_AT_PARAMETERS + 1];
+    bulk->address = packet[CDS_AT_PARAMETERS];
+    bulk->each = packet[CDS_AT_PARAMETERS + 1];
     parameters = (uint8_t)(parameters - 2);
-    size = (uint16_t)(gather->each * parameters);
+    size = (uint16_t)(bulk->each * parameters);
     if (size == 0 || size > DATA_MAX)
         return;
-    gather->error = 0;
-    gather->left = parameters;
-    gather->length = (uint8_t)size;
+    bulk->error = 0;
+    bulk->left = parameters;
+    bulk->length = (uint8_t)size;
     /* The IDs give way to the data, which grow faster than IDs are used up: from the other end. */
-    gather->next =
+    bulk->next =
         memmove(packet + PACKET_MAX - parameters, packet + CDS_AT_PARAMETERS + 2, parameters);
 }
 
-static bool begin_bulk(struct gather *gather, const uint8_t *packet)
+static bool begin_bulk(struct bulk_read *bulk, const uint8_t *packet)
 {
     uint8_t left = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     const uint8_t *item = packet + CDS_AT_PARAMETERS + 1;
     uint8_t servos = 0;
 
-    gather->bulk = true;
-    gather->next = item;
+    bulk->is_bulk = true;
+    bulk->next = item;
     if (left > DATA_MAX)
         return false;
     for (; left >= BULK_ITEM; left = (uint8_t)(left - BULK_ITEM)) {
@@ -73,20 +73,20 @@ static bool begin_bulk(struct gather *gather, const uint8_t *packet)
         item += BULK_ITEM;
         servos++;
     }
-    gather->left = servos;
+    bulk->left = servos;
     return left == 0 && servos;
 }
 
 /* Makes a READ of the next servo, there being one. Its result: CDS_OK if it is to be sent;
  * CDS_PENDING if the device itself is asked, and nothing is sent. */
-static void build(struct gather *gather, struct cds_request *read)
+static void build(struct bulk_read *bulk, struct cds_request *read)
 {
-    const uint8_t *next = gather->next;
-    uint8_t id = next[0], address = gather->address, count = gather->each;
+    const uint8_t *next = bulk->next;
+    uint8_t id = next[0], address = bulk->address, count = bulk->each;
 
-    gather->next = next + 1;
-    if (gather->bulk) {
-        gather->next = next + BULK_ITEM;
+    bulk->next = next + 1;
+    if (bulk->is_bulk) {
+        bulk->next = next + BULK_ITEM;
         id = next[1];
         address = next[2];
         count = next[0];
@@ -98,7 +98,7 @@ static void build(struct gather *gather, struct cds_request *read)
     read->id = id;
     read->reply_parameters = count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
     read->result = CDS_OK;
-    if (id == gather->device_id) {
+    if (id == bulk->device_id) {
         read->result = CDS_PENDING;
         memcpy(read->reply, read->packet.bytes, CDS_PACKET_SIZE(2));
     } else if (id > CDS_ID_MAX) {
@@ -108,113 +108,114 @@ static void build(struct gather *gather, struct cds_request *read)
 
 /* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
  * registers for it. */
-NOINLINE static void keep(struct gather *gather, const struct cds_request *read)
+NOINLINE static void keep(struct bulk_read *bulk, const struct cds_request *read)
 {
-    uint8_t each = gather->each;
+    uint8_t each = bulk->each;
     bool good = read->result == CDS_OK && read->length == each;
 
     if (!good)
-        device_note_failure(gather->device, read->id);
-    if (gather->bulk)
+        device_note_failure(bulk->device, read->id);
+    if (bulk->is_bulk)
         return;
     if (good) {
-        memcpy(gather->to, read->reply, each);
+        memcpy(bulk->to, read->reply, each);
     } else {
-        memset(gather->to, MISSING, each);
-        gather->error = GATHER_ERROR_FAILED;
+        memset(bulk->to, MISSING, each);
+        bulk->error = BULK_READ_ERROR_FAILED;
     }
-    gather->to += each;
+    bulk->to += each;
 }
 
 /* What has come of the READ that has ended; not yet, if the host has no room. */
-static void hand_over(struct gather *gather)
+static void hand_over(struct bulk_read *bulk)
 {
-    const struct cds_request *read = gather->spare;
+    const struct cds_request *read = bulk->spare;
 
-    if (!gather->bulk || read->result != CDS_OK)
-        keep(gather, read);
-    else if (!answer_at_once(gather->output, read->id, read->error, read->reply, read->length))
+    if (!bulk->is_bulk || read->result != CDS_OK)
+        keep(bulk, read);
+    else if (!status_packet_put_whole(bulk->output, read->id, read->error, read->reply,
+                                      read->length))
         return;
-    gather->other = GATHER_SPENT;
+    bulk->other = BULK_READ_SPENT;
 }
 
 /* There is nothing to hand over: the READ after the one that is asked is built. */
-static void prepare(struct gather *gather)
+static void prepare(struct bulk_read *bulk)
 {
-    const struct cds_request *asked = gather->asked;
-    bool waits = asked->result == CDS_PENDING && asked->id != gather->device_id;
+    const struct cds_request *asked = bulk->asked;
+    bool waits = asked->result == CDS_PENDING && asked->id != bulk->device_id;
 
-    gather->other = waits ? GATHER_WAITS : GATHER_READY;
-    if (gather->left > 1)
-        build(gather, gather->spare);
+    bulk->other = waits ? BULK_READ_WAITS : BULK_READ_READY;
+    if (bulk->left > 1)
+        build(bulk, bulk->spare);
 }
 
 /* The servo asked has ended. In a BULK READ the others would wait in vain for one that failed. */
-static void go_on(struct gather *gather)
+static void go_on(struct bulk_read *bulk)
 {
-    struct cds_request *ended = gather->asked, *next = gather->spare;
+    struct cds_request *ended = bulk->asked, *next = bulk->spare;
 
-    gather->asked = next;
-    gather->spare = ended;
-    gather->other = GATHER_ENDED;
-    gather->left--;
-    if (gather->bulk && ended->result != CDS_OK)
-        gather->left = 0;
-    if (gather->left && next->result == CDS_OK)
-        cds_bus_submit(gather->bus, next); // next->result says why, if it is refused
-    hand_over(gather);                     // while the next one is asked
+    bulk->asked = next;
+    bulk->spare = ended;
+    bulk->other = BULK_READ_ENDED;
+    bulk->left--;
+    if (bulk->is_bulk && ended->result != CDS_OK)
+        bulk->left = 0;
+    if (bulk->left && next->result == CDS_OK)
+        cds_bus_submit(bulk->bus, next); // next->result says why, if it is refused
+    hand_over(bulk);                     // while the next one is asked
 }
 
-/* If the host has not taken the reply before this one, gather_poll() goes on. */
+/* If the host has not taken the reply before this one, bulk_read_poll() goes on. */
 static void on_end(struct cds_request *ended)
 {
-    struct gather *gather = ended->context;
+    struct bulk_read *bulk = ended->context;
 
-    if (gather->other == GATHER_WAITS)
-        go_on(gather);
+    if (bulk->other == BULK_READ_WAITS)
+        go_on(bulk);
 }
 
-void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
-                 struct cds_ring *output)
+void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *device,
+                    struct cds_ring *output)
 {
-    OPTIMIZER_BARRIER(gather);
-    *gather = (struct gather){.bus = bus, .device = device, .output = output};
+    OPTIMIZER_BARRIER(bulk);
+    *bulk = (struct bulk_read){.bus = bus, .device = device, .output = output};
     for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->packets[i];
-        gather->read[i].packet.capacity = sizeof gather->packets[i];
-        gather->read[i].reply = gather->replies[i];
-        gather->read[i].reply_capacity = sizeof gather->replies[i];
-        gather->read[i].on_end = on_end;
-        gather->read[i].context = gather;
+        bulk->read[i].packet.bytes = bulk->packets[i];
+        bulk->read[i].packet.capacity = sizeof bulk->packets[i];
+        bulk->read[i].reply = bulk->replies[i];
+        bulk->read[i].reply_capacity = sizeof bulk->replies[i];
+        bulk->read[i].on_end = on_end;
+        bulk->read[i].context = bulk;
     }
 }
 
-bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
+bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet)
 {
     bool sense = true;
 
-    OPTIMIZER_BARRIER(gather);
-    gather->device_id = device_id;
-    gather->asked = gather->read;
-    gather->spare = gather->read + 1;
-    gather->other = GATHER_SPENT;
-    if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
-        begin_sync(gather, packet);
+    OPTIMIZER_BARRIER(bulk);
+    bulk->device_id = device_id;
+    bulk->asked = bulk->read;
+    bulk->spare = bulk->read + 1;
+    bulk->other = BULK_READ_SPENT;
+    if (packet[CDS_AT_INSTRUCTION] == INSTRUCTION_SYNC_READ)
+        begin_sync(bulk, packet);
     else
-        sense = begin_bulk(gather, packet);
-    if (sense && gather->left) {
-        build(gather, gather->asked);
-        if (gather->asked->result == CDS_OK)
-            cds_bus_submit(gather->bus, gather->asked);
+        sense = begin_bulk(bulk, packet);
+    if (sense && bulk->left) {
+        build(bulk, bulk->asked);
+        if (bulk->asked->result == CDS_OK)
+            cds_bus_submit(bulk->bus, bulk->asked);
     }
-    device_forget_failures(gather->device); // while the first servo is asked
+    device_forget_failures(bulk->device); // while the first servo is asked
     return sense;
 }
 
 /* The device's own answer is no longer than a servo's. */
-static void obey(struct gather *gather, struct cds_request *read)
+static void obey(struct bulk_read *bulk, struct cds_request *read)
 {
-    struct device *device = gather->device;
+    struct device *device = bulk->device;
 
     if (read->reply_parameters == 0) {
         read->error = CDS_ERROR_RANGE;
@@ -229,27 +230,27 @@ static void obey(struct gather *gather, struct cds_request *read)
 }
 
 /* The servo asked, unless its end is seen to by the bus. */
-static void look_after(struct gather *gather)
+static void look_after(struct bulk_read *bulk)
 {
-    struct cds_request *asked = gather->asked;
+    struct cds_request *asked = bulk->asked;
 
-    if (asked->result == CDS_PENDING && asked->id == gather->device_id)
-        obey(gather, asked);
+    if (asked->result == CDS_PENDING && asked->id == bulk->device_id)
+        obey(bulk, asked);
     else if (asked->result == CDS_BUSY) // an operation held the bus
-        cds_bus_submit(gather->bus, asked);
+        cds_bus_submit(bulk->bus, asked);
     if (asked->result != CDS_PENDING)
-        go_on(gather);
+        go_on(bulk);
 }
 
-enum gather_turn gather_poll(struct gather *gather)
+enum bulk_read_turn bulk_read_poll(struct bulk_read *bulk)
 {
-    switch (gather->other) {
-    case GATHER_ENDED: hand_over(gather); break;
-    case GATHER_SPENT: prepare(gather); break;
+    switch (bulk->other) {
+    case BULK_READ_ENDED: hand_over(bulk); break;
+    case BULK_READ_SPENT: prepare(bulk); break;
     default:
-        if (!gather->left)
-            return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
-        look_after(gather);
+        if (!bulk->left)
+            return bulk->is_bulk ? BULK_READ_DONE : BULK_READ_ANSWER;
+        look_after(bulk);
     }
-    return GATHER_MORE;
+    return BULK_READ_MORE;
 }

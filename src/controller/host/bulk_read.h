@@ -11,8 +11,8 @@
  *
  * Which servos failed last time stands in device registers, a bit for each ID. Main context.
  */
-#ifndef CONTROLLER_GATHER_H
-#define CONTROLLER_GATHER_H
+#ifndef CONTROLLER_BULK_READ_H
+#define CONTROLLER_BULK_READ_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -21,36 +21,36 @@
 #include "cds55xx/ring.h" // struct cds_ring
 #include "host/device.h"  // struct device
 
-#define GATHER_SYNC_READ    0x84
-#define GATHER_BULK_READ    0x92
-#define GATHER_ERROR_FAILED 0x80 // of a SYNC READ: at least one servo failed
+#define INSTRUCTION_SYNC_READ  0x84
+#define INSTRUCTION_BULK_READ  0x92
+#define BULK_READ_ERROR_FAILED 0x80 // of a SYNC READ: at least one servo failed
 
-enum gather_turn {
-    GATHER_MORE,
-    GATHER_ANSWER, // over: a status packet of the device is due
-    GATHER_DONE,   // over
+enum bulk_read_turn {
+    BULK_READ_MORE,
+    BULK_READ_ANSWER, // over: a status packet of the device is due
+    BULK_READ_DONE,   // over
 } __attribute__((packed));
 
-enum gather_other {
-    GATHER_ENDED, // its reply is there, or none
-    GATHER_SPENT, // ... and was handed over
-    GATHER_READY, // to be sent to the next servo, if there is one
-    GATHER_WAITS, // likewise, and a servo is asked: the bus sees to its end
+enum bulk_read_other {
+    BULK_READ_ENDED, // its reply is there, or none
+    BULK_READ_SPENT, // ... and was handed over
+    BULK_READ_READY, // to be sent to the next servo, if there is one
+    BULK_READ_WAITS, // likewise, and a servo is asked: the bus sees to its end
 } __attribute__((packed));
 
 /* All state of it. Fields without a word are its own. */
-struct gather { // the buffers last: what is near costs less to reach
+struct bulk_read { // the buffers last: what is near costs less to reach
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
     struct cds_request *asked; // what was asked last;
     struct cds_request *spare; // the other one, and how far it is:
-    uint8_t other;             // enum gather_other
-    bool bulk;                 // else a SYNC READ
+    uint8_t other;             // enum bulk_read_other
+    bool is_bulk;              // else a SYNC READ
     uint8_t left;              // servos that have not answered
     uint8_t address, each;
     uint8_t device_id;
-    uint8_t error, length;      // of GATHER_ANSWER
+    uint8_t error, length;      // of BULK_READ_ANSWER
     uint8_t *to;                // of a SYNC READ: where the next data of the status packet go
     const uint8_t *next;        // what is asked of whom, from the READ built next on
     struct cds_request read[2]; // in turn
@@ -59,33 +59,33 @@ struct gather { // the buffers last: what is near costs less to reach
 };
 
 /* Once. */
-void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
-                 struct cds_ring *output);
+void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *device,
+                    struct cds_ring *output);
 
 /* Is it one of the two? `device_id`: the device's own. */
-bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction);
+bool bulk_read_handles(uint8_t device_id, uint8_t id, uint8_t instruction);
 
 /* Begins, with a whole packet in a buffer of 258 bytes, which becomes the data. False: it makes no
  * sense, and no servo would answer it. */
-bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
+bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet);
 
 /* Moves on; behind cds_bus_poll(). */
-enum gather_turn gather_poll(struct gather *gather);
+enum bulk_read_turn bulk_read_poll(struct bulk_read *bulk);
 
 /* Does a status packet wait for room in the ring? */
-static inline bool gather_talks(const struct gather *gather)
+static inline bool bulk_read_talks(const struct bulk_read *bulk)
 {
-    return gather->other == GATHER_ENDED;
+    return bulk->other == BULK_READ_ENDED;
 }
 
 /* Is there nothing to do before the servo asked has answered? */
-static inline bool gather_waits(const struct gather *gather)
+static inline bool bulk_read_waits(const struct bulk_read *bulk)
 {
-    return gather->other >= GATHER_WAITS;
+    return bulk->other >= BULK_READ_WAITS;
 }
 
 /* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
  * CDS_REPLY_MAX. Manual: 2.4, R1. */
-uint8_t gather_reply_due(const uint8_t *packet);
+uint8_t status_packet_due(const uint8_t *packet);
 
 #endif
