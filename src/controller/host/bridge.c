@@ -104,7 +104,7 @@ static void poll_bulk_read(struct bridge *bridge)
     case BULK_READ_ANSWER:
         bridge->request.id = bridge->bulk_read.device_id;
         answer(bridge, bridge->bulk_read.error, bridge->request.packet.bytes,
-               bridge->bulk_read.length);
+               bridge->bulk_read.data_length);
         break;
     }
 }

@@ -69,7 +69,7 @@ static inline bool bridge_hurries(const struct bridge *bridge)
 /* ... and now cds_bus_poll() alone. */
 static inline bool bridge_waits(const struct bridge *bridge)
 {
-    return bulk_read_waits(&bridge->bulk_read);
+    return bulk_read_is_awaiting(&bridge->bulk_read);
 }
 
 /* Nothing to do but wait for a packet, or for the bus, which wakes the CPU by itself? */

@@ -190,7 +190,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
 
 bool device_obey(struct device *device, uint8_t *packet)
 {
-    if (!device->unsettled && !device->left) {
+    if (!device_is_busy(device)) {
         device->length = 0;
         switch (packet[CDS_AT_INSTRUCTION]) {
         case CDS_PING: device->error = without_parameters(packet); break;

@@ -122,6 +122,12 @@ uint8_t device_id(const struct device *device);
  * answer, whose parameters are at `packet` now. False: it cannot be answered yet, call again. */
 bool device_obey(struct device *device, uint8_t *packet);
 
+/* True while device_obey() has to be called again for the same packet. */
+static inline bool device_is_busy(const struct device *device)
+{
+    return device->unsettled || device->left;
+}
+
 /* For FAILED and FAILED_IDS. */
 void device_forget_failures(struct device *device);
 void device_note_failure(struct device *device, uint8_t id);
