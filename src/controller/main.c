@@ -22,22 +22,14 @@
  * two are with the transmitter. */
 #define HOST_DRAIN_US 4000
 
-/* While servo after servo is read, the bus is polled so often before the rest of a turn is due, if
- * the host says nothing: at 1 Mbps 18 servos of 8 bytes take fewer, and 5 ms. Less if the robot has
- * something to do, too, or something of the host's is still to be looked at, which may be Ctrl-X.
- */
-#define POLLS        1500
-#define POLLS_OTHERS 150
+/* No loop holds up the rest of a turn for longer. */
+#define PART_US 100
 
-/* So many polls in a row take a reply of up to 50 bytes. */
-#define REPLY_POLLS 8
+/* A bulk read is alone on the bus, and nothing else is due. */
+#define BULK_READ_US 5000
 
-/* So often is the host listened to in a turn while a packet comes in. */
-#define HOST_POLLS 8
-
-/* Of so many turns one looks after host link, alarms and memory, while there is other work; and two
- * after the console, while a packet comes in. */
-#define KEPT_TURNS 8
+/* Alarms, settings and memory are looked at so often while there is other work. */
+#define KEEP_US 1000
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's
 
@@ -63,12 +55,18 @@ static struct {
     uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
     uint8_t host_baud;   // as in the settings, in force
     uint8_t heard;       // of the host: as serial.rx.head was
-    uint8_t turns;
+    uint16_t kept_ticks; // when keep() was called last
 } controller;
 
 CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
 AVR_SERIAL(controller.serial)
+
+/* True once `us` microseconds have passed since `from_ticks`; for up to 16 ms. */
+static bool is_over(uint16_t from_ticks, uint16_t us)
+{
+    return (uint16_t)(cds_port_ticks() - from_ticks) >= us * CDS_PORT_TICKS_PER_US;
+}
 
 static bool busy(void)
 {
@@ -154,6 +152,7 @@ static void keep(void)
 {
     struct keeper *keeper = &controller.keeper;
 
+    controller.kept_ticks = cds_port_ticks();
     if (controller.heard != controller.serial.rx.head) {
         controller.heard = controller.serial.rx.head;
         keeper_heard(keeper);
@@ -242,17 +241,17 @@ static void keep_own_baud(void)
     writer_line(writer, TEXT_HOST_RESCUED);
 }
 
-/* What the host says. True: it is in the midst of a packet. */
-static bool poll_host(void)
+/* What the host says. */
+static void poll_host(void)
 {
-    uint8_t left = HOST_POLLS;
+    uint16_t from_ticks = cds_port_ticks();
     bool comes;
 
     if (controller.rescue.state)
         controller.host.stop = host_rescue_poll(&controller.rescue, &controller.serial.rx);
     do {
         comes = !controller.rescue.state && host_demux_poll(&controller.host);
-    } while (comes && --left);
+    } while (comes && !is_over(from_ticks, PART_US));
     if (controller.host.stop) {
         controller.host.stop = false;
         console_stop(&controller.console);
@@ -265,7 +264,6 @@ static bool poll_host(void)
     }
     if (controller.host.whole)
         poll_bridge();
-    return comes;
 }
 
 static void poll_console(void)
@@ -282,13 +280,12 @@ static void poll_console(void)
 static bool take_reply(void)
 {
     struct cds_bus *bus = &controller.bus;
-    uint8_t left = REPLY_POLLS;
     bool is_in_use;
 
     do {
         is_in_use = cds_bus_poll(bus);
     } while (bus->state == CDS_BUS_RECEIVING &&
-             cds_parser_has_unread(&bus->parser, &bus->link.rx) && --left);
+             cds_parser_has_unread(&bus->parser, &bus->link.rx));
     return is_in_use;
 }
 
@@ -297,45 +294,40 @@ static bool take_reply(void)
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
-    uint16_t left = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx)
-                        ? POLLS
-                        : POLLS_OTHERS;
+    bool is_alone = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx);
+    uint16_t from_ticks = cds_port_ticks(), slice_us = is_alone ? BULK_READ_US : PART_US;
     uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
     do {
         while (take_reply() && bridge_waits(bridge) && sent == controller.serial.tx.head &&
-               --left) {
+               !is_over(from_ticks, slice_us)) {
         }
         sent = send_to_host();
         poll_bridge();
         if (sent != controller.serial.tx.head)
             sent = send_to_host();
-    } while (bridge_hurries(bridge) && heard == controller.serial.rx.head && left && --left);
+    } while (bridge_hurries(bridge) && heard == controller.serial.rx.head &&
+             !is_over(from_ticks, slice_us));
 }
 
-/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time. So a
- * host that says more than can be taken has every second turn, and the console the others; else the
- * console has each while it reads, which is at the host's pace. Not inlined: a debugger finds it.
- */
-__attribute__((noinline)) static void turn(void)
+static void serve_robot(void)
 {
-    bool odd = controller.turns & 1, flooded = controller.host.skipping, comes = false;
-
-    watchdog_pet();
-    controller.turns++;
     poll_bus();
     if (!bridge_idle(&controller.bridge))
         robot_yield(&controller.robot);
     robot_poll(&controller.robot);
-    if (odd || !flooded)
-        comes = poll_host();
-    if (flooded)
-        robot_poll(&controller.robot); // again: goals are due, and a line may take long
-    if (comes && controller.turns % KEPT_TURNS >= 2) // of these one is odd
-        return;
-    if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
-        poll_console();
-    if (controller.turns % KEPT_TURNS == 0 || !busy()) // in none of the console's
+}
+
+/* The main loop's body. */
+__attribute__((noinline)) static void turn(void)
+{
+    watchdog_pet();
+    serve_robot();
+    poll_host();
+    if (!robot_idle(&controller.robot))
+        serve_robot();
+    poll_console();
+    if (is_over(controller.kept_ticks, KEEP_US) || !busy())
         keep();
     idle();
 }
