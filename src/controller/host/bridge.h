@@ -61,13 +61,13 @@ void bridge_poll(struct bridge *bridge);
 bool bridge_talks(const struct bridge *bridge);
 
 /* Servo after servo is read: the sooner bridge_poll() is called again, the sooner it is over. */
-static inline bool bridge_hurries(const struct bridge *bridge)
+static inline bool bridge_is_reading(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_BULK_READ;
 }
 
 /* ... and now cds_bus_poll() alone. */
-static inline bool bridge_waits(const struct bridge *bridge)
+static inline bool bridge_awaits_servo(const struct bridge *bridge)
 {
     return bulk_read_is_awaiting(&bridge->bulk_read);
 }
