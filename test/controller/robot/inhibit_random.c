@@ -199,7 +199,7 @@ static void settle(void)
     for (uint32_t i = 0; i < 150; i++) {
         type("\r");
         wait_us(20000);
-        if (console_idle(&console) && host_idle(&host) && !robot_is_stopping(&robot))
+        if (console_idle(&console) && host_demux_idle(&host) && !robot_is_stopping(&robot))
             return;
     }
 }
