@@ -33,7 +33,7 @@ static uint8_t read_line(const char *text)
         bool block = command_in_block(&line) && (*text == ':' || *text == ',');
 
         if (*text != '\0' && *text != ' ' && !block) {
-            token_add(&token, *text);
+            lexer_add(&token, *text);
             continue;
         }
         if (token.length || block)
@@ -48,13 +48,13 @@ static uint8_t read_line(const char *text)
 static uint8_t read_example(uint8_t row)
 {
     static struct cds_ring ring;
-    struct writer writer = {.ring = &ring};
+    struct printer printer = {.ring = &ring};
     char text[80];
     uint8_t length = 0;
 
-    writer_line(&writer, writer_text_at(TEXT_EXAMPLE, row));
-    while (writer.text || cds_ring_count(&ring)) {
-        writer_ready(&writer);
+    printer_line(&printer, printer_text_at(TEXT_EXAMPLE, row));
+    while (printer.text || cds_ring_count(&ring)) {
+        printer_ready(&printer);
         for (; cds_ring_count(&ring) && length < sizeof text; input_drop(&ring, 1))
             text[length++] = (char)input_peek(&ring, 0);
     }
@@ -73,8 +73,8 @@ static uint8_t length_of(const CDS_FLASH char *text)
 
 static uint16_t packed_length(uint16_t text, uint8_t index)
 {
-    text = writer_text_at(text, index);
-    return (uint16_t)(writer_text_at(text, 1) - text - 1);
+    text = printer_text_at(text, index);
+    return (uint16_t)(printer_text_at(text, 1) - text - 1);
 }
 
 void test_every_row_is_whole(void)
@@ -95,9 +95,9 @@ void test_every_name_finds_its_row(void)
         struct token token = {0};
 
         for (const CDS_FLASH char *c = commands[i].words; *c; c++)
-            token_add(&token, *c);
+            lexer_add(&token, *c);
         TEST_ASSERT_EQUAL_UINT8(i, command_named(&token));
-        token_add(&token, 'x');
+        lexer_add(&token, 'x');
         TEST_ASSERT_EQUAL_UINT8(COMMAND_COUNT, command_named(&token));
         token.length = (uint8_t)(token.length - 2);
         if (token.length) // no name is the beginning of another one

@@ -1,5 +1,5 @@
 /* The firmware: on one host link a text console, and a bridge for protocol packets, over one bus of
- * servos; and a keeper for when nobody looks. */
+ * servos; and a failsafe for when nobody looks. */
 #include <stddef.h>
 
 #include "host/bridge.h"
@@ -55,7 +55,7 @@ static struct {
     struct values values;
     struct settings settings;
     struct settings_store store;
-    struct keeper keeper;
+    struct failsafe failsafe;
     struct memory memory;
     struct robot robot;
     struct console console;
@@ -75,7 +75,7 @@ static bool busy(void)
     return !console_idle(&controller.console) || !host_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
            controller.host_baud != controller.settings.host_baud ||
-           !robot_idle(&controller.robot) || controller.keeper.unsettled ||
+           !robot_idle(&controller.robot) || controller.failsafe.unsettled ||
            controller.store.result == SETTINGS_SAVING;
 }
 
@@ -152,31 +152,31 @@ static void follow_host_baud(void)
 /* Bytes that came, whatever they are, are a host that is alive. */
 static void keep(void)
 {
-    struct keeper *keeper = &controller.keeper;
+    struct failsafe *failsafe = &controller.failsafe;
 
     if (controller.heard != controller.serial.rx.head) {
         controller.heard = controller.serial.rx.head;
-        keeper_heard(keeper);
+        failsafe_heard(failsafe);
     }
-    keeper_poll(keeper);
+    failsafe_poll(failsafe);
     settings_save_poll(&controller.store);
-    if (keeper->counts_stack && memory_poll(&controller.memory)) {
-        keeper->spare_bytes = controller.memory.spare_bytes;
-        keeper->counts_stack = false;
+    if (failsafe->counts_stack && memory_poll(&controller.memory)) {
+        failsafe->spare_bytes = controller.memory.spare_bytes;
+        failsafe->counts_stack = false;
     }
 }
 
-static void begin_keeper(void)
+static void begin_failsafe(void)
 {
-    struct keeper *keeper = &controller.keeper;
+    struct failsafe *failsafe = &controller.failsafe;
 
-    keeper->settings = &controller.settings;
-    keeper->store = &controller.store;
-    keeper->robot = &controller.robot;
-    keeper->damaged_stops = &controller.host.counters.stops;
-    keeper->room_bytes = memory_room_bytes();
-    keeper_begin(keeper, avr_reset_cause);
-    keeper_follow(keeper);
+    failsafe->settings = &controller.settings;
+    failsafe->store = &controller.store;
+    failsafe->robot = &controller.robot;
+    failsafe->damaged_stops = &controller.host.counters.stops;
+    failsafe->room_bytes = memory_room_bytes();
+    failsafe_begin(failsafe, avr_reset_cause);
+    failsafe_follow(failsafe);
 }
 
 static void open(void)
@@ -191,17 +191,18 @@ static void open(void)
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
-    robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
-    begin_keeper();
+    robot_resume(&controller.robot, &kept, avr_reset_cause & FAILSAFE_RESET_POWER);
+    begin_failsafe();
     host_open(&controller.host, &controller.serial.rx, &controller.text,
               controller.packets[0] + ANSWER_BEFORE);
-    values_open(&controller.values, &controller.keeper, &controller.host, &controller.bridge,
+    values_open(&controller.values, &controller.failsafe, &controller.host, &controller.bridge,
                 &controller.serial.gaps);
     controller.device.world = &values_world;
     controller.device.owner = &controller.values;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[1] + ANSWER_BEFORE);
-    console_open(&controller.console, &controller.keeper, &controller.text, &controller.serial.tx);
+    console_open(&controller.console, &controller.failsafe, &controller.text,
+                 &controller.serial.tx);
 }
 
 /* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
@@ -233,13 +234,13 @@ static void poll_bridge(void)
 /* Behind three Enters the board's own rate is the setting, and the console says so. */
 static void keep_own_baud(void)
 {
-    struct writer *writer = &controller.console.writer;
+    struct printer *printer = &controller.console.printer;
 
-    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !writer_ready(writer))
+    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !printer_ready(printer))
         return;
     controller.rescue.enters = 0;
     controller.settings.host_baud = HOST_BAUD_OWN;
-    writer_line(writer, TEXT_HOST_RESCUED);
+    printer_line(printer, TEXT_HOST_RESCUED);
 }
 
 /* What the host says. True: it is in the midst of a packet. */

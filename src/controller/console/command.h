@@ -37,8 +37,9 @@ struct command {
      * cds_result or a CONSOLE_ERRORS. NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);
     /* Called in turns of the main loop, whenever a piece of text may be written
-     * (console->writer), until it returns false; console->step counts these calls, from 0 on, up to
-     * 255. It never waits. An error is left in console->error. NULL: there is nothing more to do.
+     * (console->printer), until it returns false; console->step counts these calls, from 0 on, up
+     * to 255. It never waits. An error is left in console->error. NULL: there is nothing more to
+     * do.
      */
     bool (*poll)(struct console *console);
     uint8_t instruction; // of the packet that the line is, or 0

@@ -32,16 +32,16 @@ _Static_assert(sizeof(((union console_buffer *)0)->command) <=
                    sizeof(((union console_buffer *)0)->packet),
                "the longest packet decides");
 
-void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
 {
     OPTIMIZER_BARRIER(console);
-    console->keeper = keeper;
-    console->robot = keeper->robot;
-    console->bus = keeper->robot->bus;
+    console->failsafe = failsafe;
+    console->robot = failsafe->robot;
+    console->bus = failsafe->robot->bus;
     console->input = input;
     console->looked = input->tail;
-    console->writer.ring = output;
+    console->printer.ring = output;
     console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet, console->reply);
     console->line.request = &console->request;
     begin_line(console);
@@ -82,7 +82,7 @@ static void feed(struct console *console, char c)
     else if ((c == ':' || c == ',') && command_in_block(&console->line))
         end_word(console, c);
     else
-        token_add(&console->token, c);
+        lexer_add(&console->token, c);
 }
 
 NOINLINE static void conclude(struct console *console, uint8_t error)
@@ -174,9 +174,9 @@ NOINLINE static void take_mark(struct console *console, uint8_t mark)
         conclude(console, ERROR_INPUT_LOST);
 }
 
-static struct writer *echo_of(struct console *console)
+static struct printer *echo_of(struct console *console)
 {
-    return console->keeper->settings->echo ? &console->writer : NULL;
+    return console->failsafe->settings->echo ? &console->printer : NULL;
 }
 
 static void take(struct console *console, char c)
@@ -262,10 +262,10 @@ static void interrupt(struct console *console)
 {
     if (console->line.request->result == CDS_PENDING || robot_is_exclusive(console->robot))
         return;
-    if (!writer_ready(&console->writer))
+    if (!printer_ready(&console->printer))
         return;
-    if (console->writer.within)
-        writer_end_of_line(&console->writer);
+    if (console->printer.within)
+        printer_end_of_line(&console->printer);
     conclude(console, ERROR_STOPPED);
 }
 
@@ -332,7 +332,7 @@ NOINLINE struct cds_servo_state *console_servo(const struct console *console)
 
 static void poll_command(struct console *console)
 {
-    if (!writer_ready(&console->writer))
+    if (!printer_ready(&console->printer))
         return;
     if (!commands[console->line.kind].poll(console))
         conclude(console, 0);
@@ -366,7 +366,7 @@ static void go_on(struct console *console)
 
 static void close_reply(struct console *console)
 {
-    if (writer_ready(&console->writer) && !reply_piece(console))
+    if (printer_ready(&console->printer) && !reply_piece(console))
         begin_line(console);
 }
 
@@ -386,6 +386,6 @@ bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
            !console->stop_asked && !console->ending && console->editor.locked == 0 &&
-           console->editor.shown == console->editor.length && !console->writer.text &&
-           !console->keeper->alarm;
+           console->editor.shown == console->editor.length && !console->printer.text &&
+           !console->failsafe->alarm;
 }

@@ -19,10 +19,10 @@
 #include "cds55xx/setup.h"    // struct cds_setup
 #include "console/command.h"  // struct command_line
 #include "console/editor.h"   // struct editor
-#include "robot/failsafe.h"   // struct keeper
+#include "robot/failsafe.h"   // struct failsafe
 #include "robot/robot.h"      // struct robot
 #include "console/lexer.h"    // struct token
-#include "console/printer.h"  // struct writer
+#include "console/printer.h"  // struct printer
 
 #define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
 #define CONSOLE_STOP     0x18 // Ctrl-X
@@ -68,10 +68,10 @@ union console_buffer {
 
 /* What commands use is first: an AVR reaches 64 bytes of a struct easily. */
 struct console {
-    struct writer writer;
+    struct printer printer;
     struct cds_bus *bus;
     struct robot *robot;
-    struct keeper *keeper;
+    struct failsafe *failsafe;
     uint8_t step;        // calls of the command's poll so far, 255 at most
     uint8_t phase;       // the command's own, 0 when it begins
     uint8_t index;       // likewise: of a list that is being told
@@ -96,9 +96,9 @@ struct console {
     uint8_t reply[CDS_REPLY_MAX]; // of its reply
 };
 
-/* Zero *console first (static storage is). The robot of `keeper` has begun; it is on the bus that
+/* Zero *console first (static storage is). The robot of `failsafe` has begun; it is on the bus that
  * the console uses. */
-void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output);
 
 /* Moves on: takes some characters, or goes on with a command, or writes a piece of the reply. To be

@@ -3,11 +3,11 @@
 
 #include "cds55xx/packet.h"  // CDS_ERROR_*
 #include "texts.h"           // TEXT_ERROR
-#include "console/printer.h" // writer_text_at()
+#include "console/printer.h" // printer_text_at()
 
 uint16_t error_text(uint8_t number)
 {
-    return writer_text_at(TEXT_ERROR, number);
+    return printer_text_at(TEXT_ERROR, number);
 }
 
 uint8_t error_of_servo(uint8_t *bits)

@@ -73,7 +73,7 @@ enum console_error {
 #undef CONSOLE_ERROR_ENUM_
 } __attribute__((packed));
 
-/* "text; remedy" of an error of either table, for the writer. */
+/* "text; remedy" of an error of either table, for the printer. */
 uint16_t error_text(uint8_t number);
 
 /* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if

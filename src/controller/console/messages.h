@@ -1,7 +1,7 @@
 /* What the console says, besides usage, findings and errors: one table, packed by scripts/texts.py;
  * TEXT_... of texts.h is where each is.
  *
- * Marks stand for the values of the writer, in their order: # decimal, $ a text, <long> two values
+ * Marks stand for the values of the printer, in their order: # decimal, $ a text, <long> two values
  * of 16 bits, low ones first, <deg> <rpm> <V> <C> <bps> a register's value and its unit. */
 #ifndef CONTROLLER_SENTENCES_H
 #define CONTROLLER_SENTENCES_H
@@ -10,7 +10,7 @@
 
 /* X(name, text). In the order of an enum or of a struct: CONDITION_... of the CDS_ERROR_* bits,
  * ORIGIN_... of enum settings_origin, BUS_... and BUS_IS_... of enum cds_bus_state, RESET_... of
- * enum keeper_reset, STOP_... of enum cds_torque_off_outcome, PRESENCE_... of enum cds_presence,
+ * enum failsafe_reset, STOP_... of enum cds_torque_off_outcome, PRESENCE_... of enum cds_presence,
  * COUNTER_... of struct cds_stats. */
 #define SENTENCES(X)                                                                               \
     X(NOTHING, "")                                                                                 \

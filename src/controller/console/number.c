@@ -236,29 +236,29 @@ uint8_t number_ms(const struct number *number, uint16_t *ms)
 
 /* ---- writing ---- */
 
-void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw)
+void number_write_bare(struct printer *printer, enum cds_unit unit, uint16_t raw)
 {
     int32_t value = raw;
 
     if (unit != CDS_UNIT_NONE &&
         cds_units_from_register(&cds_profile_cds55xx, unit, raw, &value) != CDS_OK) {
-        writer_char(writer, '?');
+        printer_char(printer, '?');
         return;
     }
-    writer_fixed(writer, value, shown[unit].exponent);
+    printer_fixed(printer, value, shown[unit].exponent);
 }
 
-void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw)
+void number_write(struct printer *printer, enum cds_unit unit, uint16_t raw)
 {
-    number_write_bare(writer, unit, raw);
-    writer_flash(writer, shown[unit].text);
+    number_write_bare(printer, unit, raw);
+    printer_flash(printer, shown[unit].text);
 }
 
-void number_write_name(struct writer *writer, uint8_t address)
+void number_write_name(struct printer *printer, uint8_t address)
 {
     char name[CDS_REGISTER_NAME_SIZE];
 
     cds_register_name(address, name, sizeof name);
-    writer_string(writer, name);
-    writer_equals(writer);
+    printer_string(printer, name);
+    printer_equals(printer);
 }

@@ -7,7 +7,7 @@
 
 #include "cds55xx/units.h"   // enum cds_unit
 #include "console/lexer.h"   // struct token
-#include "console/printer.h" // struct writer
+#include "console/printer.h" // struct printer
 
 /* What is counted, if it was said. */
 enum number_kind {
@@ -52,12 +52,12 @@ uint8_t number_ms(const struct number *number, uint16_t *ms);
 
 /* Writes the value of a register in its unit, "150.147deg", "-3.5rpm", "6.5V", "32C": at most 14
  * characters. A value that the unit does not have: "?". */
-void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw);
+void number_write(struct printer *printer, enum cds_unit unit, uint16_t raw);
 
 /* The same without the unit's name, for machines. */
-void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw);
+void number_write_bare(struct printer *printer, enum cds_unit unit, uint16_t raw);
 
 /* Writes "GOAL_POSITION = ", at most 25 characters, of the register at `address`. */
-void number_write_name(struct writer *writer, uint8_t address);
+void number_write_name(struct printer *printer, uint8_t address);
 
 #endif

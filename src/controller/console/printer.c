@@ -1,4 +1,4 @@
-/* Text for the PC; see writer.h. */
+/* Text for the PC; see printer.h. */
 #include "console/printer.h"
 
 #include <stddef.h>
@@ -25,13 +25,13 @@ enum mark {
 static const CDS_FLASH uint8_t marked_units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
                                                  CDS_UNIT_CELSIUS, CDS_UNIT_BPS};
 
-void writer_end_of_line(struct writer *writer)
+void printer_end_of_line(struct printer *printer)
 {
-    writer_char(writer, '\r');
-    writer_char(writer, '\n');
+    printer_char(printer, '\r');
+    printer_char(printer, '\n');
 }
 
-uint16_t writer_text_at(uint16_t text, uint8_t index)
+uint16_t printer_text_at(uint16_t text, uint8_t index)
 {
     const CDS_FLASH uint8_t *at = &texts[text];
 
@@ -40,127 +40,127 @@ uint16_t writer_text_at(uint16_t text, uint8_t index)
     return (uint16_t)(at - texts);
 }
 
-static void begin_text(struct writer *writer, uint16_t text)
+static void begin_text(struct printer *printer, uint16_t text)
 {
     const CDS_FLASH uint8_t *at = &texts[text];
 
-    writer->left = *at++;
-    writer->text = at;
+    printer->left = *at++;
+    printer->text = at;
 }
 
-void writer_text(struct writer *writer, uint16_t text)
+void printer_text(struct printer *printer, uint16_t text)
 {
-    begin_text(writer, text);
-    writer->next = 0;
-    writer->ends = false;
-    writer->within = true;
+    begin_text(printer, text);
+    printer->next = 0;
+    printer->ends = false;
+    printer->within = true;
 }
 
-void writer_line(struct writer *writer, uint16_t text)
+void printer_line(struct printer *printer, uint16_t text)
 {
-    writer_text(writer, text);
-    writer->ends = true;
+    printer_text(printer, text);
+    printer->ends = true;
 }
 
-void writer_line_at(struct writer *writer, uint16_t text, uint8_t index)
+void printer_line_at(struct printer *printer, uint16_t text, uint8_t index)
 {
-    writer_line(writer, writer_text_at(text, index));
+    printer_line(printer, printer_text_at(text, index));
 }
 
 /* Ends what is written. True: there is more to write. */
-static bool goes_on(struct writer *writer)
+static bool goes_on(struct printer *printer)
 {
-    while (writer->text && !writer->depth && !writer->left) {
-        writer->text = writer->outer;
-        writer->left = writer->outer_left;
-        writer->outer = NULL;
-        if (!writer->text && writer->ends)
-            writer_end_of_line(writer);
+    while (printer->text && !printer->depth && !printer->left) {
+        printer->text = printer->outer;
+        printer->left = printer->outer_left;
+        printer->outer = NULL;
+        if (!printer->text && printer->ends)
+            printer_end_of_line(printer);
     }
-    return writer->text != NULL;
+    return printer->text != NULL;
 }
 
-static void write_long(struct writer *writer)
+static void write_long(struct printer *printer)
 {
     uint32_t value;
 
-    memcpy(&value, &writer->values[writer->next], sizeof value);
-    writer->next = (uint8_t)(writer->next + 2);
-    writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
+    memcpy(&value, &printer->values[printer->next], sizeof value);
+    printer->next = (uint8_t)(printer->next + 2);
+    printer_fixed(printer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
 }
 
-static void write_value(struct writer *writer, uint8_t mark)
+static void write_value(struct printer *printer, uint8_t mark)
 {
-    uint16_t value = writer->values[writer->next];
+    uint16_t value = printer->values[printer->next];
 
     if (mark == MARK_LONG) {
-        write_long(writer);
+        write_long(printer);
         return;
     }
-    writer->next++;
+    printer->next++;
     switch (mark) {
-    case MARK_DECIMAL: writer_decimal(writer, value); break;
+    case MARK_DECIMAL: printer_decimal(printer, value); break;
     case MARK_TEXT:
-        writer->outer = writer->text;
-        writer->outer_left = writer->left;
-        begin_text(writer, value);
+        printer->outer = printer->text;
+        printer->outer_left = printer->left;
+        begin_text(printer, value);
         break;
-    default: number_write(writer, (enum cds_unit)marked_units[mark - MARK_UNIT], value); break;
+    default: number_write(printer, (enum cds_unit)marked_units[mark - MARK_UNIT], value); break;
     }
 }
 
 /* Writes what the next code of the text stands for. False: a number, which takes long. */
-static bool write_code(struct writer *writer)
+static bool write_code(struct printer *printer)
 {
     uint8_t code;
 
-    if (writer->depth) {
-        code = writer->rest[--writer->depth];
+    if (printer->depth) {
+        code = printer->rest[--printer->depth];
     } else {
-        code = *writer->text++;
-        writer->left--;
+        code = *printer->text++;
+        printer->left--;
     }
     for (; code >= TEXT_PAIR; code = pairs[code - TEXT_PAIR][0])
-        writer->rest[writer->depth++] = pairs[code - TEXT_PAIR][1];
+        printer->rest[printer->depth++] = pairs[code - TEXT_PAIR][1];
     if (code < TEXT_MARK) {
-        cds_ring_put(writer->ring, (uint8_t)plain[code]);
+        cds_ring_put(printer->ring, (uint8_t)plain[code]);
         return true;
     }
-    write_value(writer, (uint8_t)(code - TEXT_MARK));
+    write_value(printer, (uint8_t)(code - TEXT_MARK));
     return code == TEXT_MARK + MARK_TEXT;
 }
 
-bool writer_ready(struct writer *writer)
+bool printer_ready(struct printer *printer)
 {
-    uint8_t count = cds_ring_count(writer->ring);
+    uint8_t count = cds_ring_count(printer->ring);
 
-    if (writer->text) {
+    if (printer->text) {
         if (count > CDS_RING_SIZE - ROOM)
             return false;
-        for (uint8_t left = CODES_PER_CALL; goes_on(writer); left--)
-            if (left == 0 || !write_code(writer))
+        for (uint8_t left = CODES_PER_CALL; goes_on(printer); left--)
+            if (left == 0 || !write_code(printer))
                 return false;
-        count = cds_ring_count(writer->ring);
+        count = cds_ring_count(printer->ring);
     }
-    return count <= CDS_RING_SIZE - WRITER_PIECE;
+    return count <= CDS_RING_SIZE - PRINTER_PIECE;
 }
 
-void writer_char(struct writer *writer, char c)
+void printer_char(struct printer *printer, char c)
 {
-    cds_ring_put(writer->ring, (uint8_t)c);
-    writer->within = c != '\n';
+    cds_ring_put(printer->ring, (uint8_t)c);
+    printer->within = c != '\n';
 }
 
-void writer_string(struct writer *writer, const char *string)
+void printer_string(struct printer *printer, const char *string)
 {
     while (*string)
-        writer_char(writer, *string++);
+        printer_char(printer, *string++);
 }
 
-void writer_flash(struct writer *writer, const CDS_FLASH char *text)
+void printer_flash(struct printer *printer, const CDS_FLASH char *text)
 {
     while (*text)
-        writer_char(writer, *text++);
+        printer_char(printer, *text++);
 }
 
 /* Ten digits, by subtraction: dividing 32 bits costs more. */
@@ -168,13 +168,13 @@ static const CDS_FLASH uint32_t powers[] = {1000000000, 100000000, 10000000, 100
                                             10000,      1000,      100,      10,      1};
 #define DIGITS (sizeof powers / sizeof powers[0])
 
-void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
+void printer_fixed(struct printer *printer, int32_t value, uint8_t decimals)
 {
     uint32_t rest = value < 0 ? 0 - (uint32_t)value : (uint32_t)value;
     bool begun = false;
 
     if (value < 0)
-        writer_char(writer, '-');
+        printer_char(printer, '-');
     for (uint8_t left = DIGITS; left; left--) {
         uint32_t power = powers[DIGITS - left];
         char digit = '0';
@@ -182,29 +182,29 @@ void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
         if (left <= decimals && rest == 0)
             return;
         if (left == decimals)
-            writer_char(writer, '.');
+            printer_char(printer, '.');
         for (; rest >= power; rest -= power)
             digit++;
         begun = begun || digit != '0' || left <= decimals + 1;
         if (begun)
-            writer_char(writer, digit);
+            printer_char(printer, digit);
     }
 }
 
 /* Short where most numbers are: ten digits of 32 bits take 0.1 ms. */
-void writer_decimal(struct writer *writer, uint16_t number)
+void printer_decimal(struct printer *printer, uint16_t number)
 {
     char tens = '0';
 
     if (number >= 100) {
-        writer_fixed(writer, number, 0);
+        printer_fixed(printer, number, 0);
         return;
     }
     for (; number >= 10; number -= 10)
         tens++;
     if (tens != '0')
-        writer_char(writer, tens);
-    writer_char(writer, (char)('0' + number));
+        printer_char(printer, tens);
+    printer_char(printer, (char)('0' + number));
 }
 
 static char hex_digit(uint8_t value)
@@ -212,22 +212,22 @@ static char hex_digit(uint8_t value)
     return (char)(value < 10 ? '0' + value : 'A' + value - 10);
 }
 
-void writer_hex(struct writer *writer, uint8_t byte)
+void printer_hex(struct printer *printer, uint8_t byte)
 {
-    writer_char(writer, hex_digit(byte >> 4));
-    writer_char(writer, hex_digit(byte & 0x0F));
+    printer_char(printer, hex_digit(byte >> 4));
+    printer_char(printer, hex_digit(byte & 0x0F));
 }
 
-void writer_address(struct writer *writer, uint8_t address)
+void printer_address(struct printer *printer, uint8_t address)
 {
-    writer_char(writer, '0');
-    writer_char(writer, 'x');
-    writer_hex(writer, address);
+    printer_char(printer, '0');
+    printer_char(printer, 'x');
+    printer_hex(printer, address);
 }
 
-void writer_equals(struct writer *writer)
+void printer_equals(struct printer *printer)
 {
     static const CDS_FLASH char text[] = " = ";
 
-    writer_flash(writer, text);
+    printer_flash(printer, text);
 }

@@ -11,7 +11,7 @@ uint8_t reply_condition(uint8_t bits, uint16_t *text)
 
     *text = TEXT_CONDITION_VOLTAGE;
     for (; bits && !(bits & bit); bit = (uint8_t)(bit << 1))
-        *text = writer_text_at(*text, 1);
+        *text = printer_text_at(*text, 1);
     return (uint8_t)(bits & ~bit);
 }
 
@@ -23,8 +23,8 @@ static bool warning(struct console *console)
     if (conditions == 0)
         return false;
     console->servo_error = (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
-                                     reply_condition(conditions, &console->writer.values[0]));
-    writer_line(&console->writer, TEXT_WARNING);
+                                     reply_condition(conditions, &console->printer.values[0]));
+    printer_line(&console->printer, TEXT_WARNING);
     return true;
 }
 
@@ -36,9 +36,9 @@ static bool closing(struct console *console)
 
     if (number == 0)
         number = console->error;
-    console->writer.values[0] = number;
-    console->writer.values[1] = error_text(number);
-    writer_line(&console->writer, more ? TEXT_FAILED_TOO : number ? TEXT_FAILED : TEXT_OK);
+    console->printer.values[0] = number;
+    console->printer.values[1] = error_text(number);
+    printer_line(&console->printer, more ? TEXT_FAILED_TOO : number ? TEXT_FAILED : TEXT_OK);
     return more;
 }
 

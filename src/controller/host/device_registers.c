@@ -12,13 +12,13 @@ static void reset(void *owner)
 {
     struct values *values = owner;
 
-    settings_default(values->keeper->settings);
+    settings_default(values->failsafe->settings);
 }
 
 /* The registers stand in the order of the structs. */
 static uint16_t counter(const struct values *values, uint8_t reg)
 {
-    const struct cds_bus *bus = values->keeper->robot->bus;
+    const struct cds_bus *bus = values->failsafe->robot->bus;
     struct cds_stats stats;
     const void *counters = &stats;
     uint8_t first = DEVICE_BUS_SENT;
@@ -58,16 +58,16 @@ static uint16_t alarm_id(const struct cds_servos *servos)
 static uint16_t get(void *owner, uint8_t reg)
 {
     const struct values *values = owner;
-    const struct keeper *keeper = values->keeper;
-    const struct robot *robot = keeper->robot;
+    const struct failsafe *failsafe = values->failsafe;
+    const struct robot *robot = failsafe->robot;
 
     if (reg < DEVICE_KEPT)
-        return settings_get(keeper->settings, reg);
+        return settings_get(failsafe->settings, reg);
     switch (reg) {
-    case DEVICE_SAVE: return saving(keeper->store);
+    case DEVICE_SAVE: return saving(failsafe->store);
     case DEVICE_BUS_STATE: return cds_bus_line(robot->bus);
-    case DEVICE_RESET_CAUSE: return keeper->reset_cause;
-    case DEVICE_LINK_LOST: return keeper->link_lost;
+    case DEVICE_RESET_CAUSE: return failsafe->reset_cause;
+    case DEVICE_LINK_LOST: return failsafe->link_lost;
     case DEVICE_INHIBIT: return robot_is_inhibited(robot);
     case DEVICE_DELAYS_REFUSED: return robot->servos.too_early;
     case DEVICE_ALARMS: return robot->servos.alarms;
@@ -81,26 +81,26 @@ static void set(void *owner, uint8_t reg, uint16_t value)
     struct values *values = owner;
 
     if (reg < DEVICE_KEPT)
-        settings_set(values->keeper->settings, reg, value);
+        settings_set(values->failsafe->settings, reg, value);
     else if (reg == DEVICE_SAVE)
         values->to_save = value;
     else if (reg == DEVICE_LINK_LOST)
-        keeper_clear(values->keeper);
+        failsafe_clear(values->failsafe);
     else if (reg == DEVICE_INHIBIT)
-        robot_release(values->keeper->robot);
+        robot_release(values->failsafe->robot);
     else if (reg == DEVICE_ALARMS)
-        cds_servos_acknowledge(&values->keeper->robot->servos, NULL);
+        cds_servos_acknowledge(&values->failsafe->robot->servos, NULL);
 }
 
 /* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at
  * the console. */
 static bool allows(void *owner, uint8_t reg)
 {
-    const struct keeper *keeper = ((const struct values *)owner)->keeper;
+    const struct failsafe *failsafe = ((const struct values *)owner)->failsafe;
 
     if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
         return true;
-    return !robot_is_stopping(keeper->robot) && (reg == DEVICE_LINK_LOST || !keeper->link_lost);
+    return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);
 }
 
 /* Does what was asked, if it can: the rate of the bus changes between two exchanges, and a save
@@ -108,16 +108,16 @@ static bool allows(void *owner, uint8_t reg)
 static bool settled(void *owner)
 {
     struct values *values = owner;
-    struct keeper *keeper = values->keeper;
+    struct failsafe *failsafe = values->failsafe;
 
-    values->to_save = values->to_save && !settings_save(keeper->store, keeper->settings);
-    return keeper_follow(keeper) && !values->to_save;
+    values->to_save = values->to_save && !settings_save(failsafe->store, failsafe->settings);
+    return failsafe_follow(failsafe) && !values->to_save;
 }
 
 const CDS_FLASH struct device_world values_world = {get, set, allows, reset, settled};
 
-void values_open(struct values *values, struct keeper *keeper, const struct host *host,
+void values_open(struct values *values, struct failsafe *failsafe, const struct host *host,
                  const struct bridge *bridge, const volatile uint16_t *gaps)
 {
-    *values = (struct values){.keeper = keeper, .host = host, .bridge = bridge, .gaps = gaps};
+    *values = (struct values){.failsafe = failsafe, .host = host, .bridge = bridge, .gaps = gaps};
 }

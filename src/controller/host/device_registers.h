@@ -8,10 +8,10 @@
 #include "host/bridge.h"     // struct bridge
 #include "host/device.h"     // struct device_world
 #include "host/host_demux.h" // struct host
-#include "robot/failsafe.h"  // struct keeper
+#include "robot/failsafe.h"  // struct failsafe
 
 struct values {
-    struct keeper *keeper;
+    struct failsafe *failsafe;
     const struct host *host;
     const struct bridge *bridge;
     const volatile uint16_t *gaps; // bytes of the host that the receive handler lost
@@ -21,8 +21,8 @@ struct values {
 /* For a device whose owner is a struct values. */
 extern const CDS_FLASH struct device_world values_world;
 
-/* The settings, robot and bus are those of `keeper`, which has begun. */
-void values_open(struct values *values, struct keeper *keeper, const struct host *host,
+/* The settings, robot and bus are those of `failsafe`, which has begun. */
+void values_open(struct values *values, struct failsafe *failsafe, const struct host *host,
                  const struct bridge *bridge, const volatile uint16_t *gaps);
 
 #endif

@@ -54,7 +54,7 @@ static uint16_t remark(struct console *console, const struct cds_scan_found *fou
 /* "id 5 model 1 at 57600bps" */
 NOINLINE static void tell_found(struct console *console, const struct cds_scan_found *found)
 {
-    uint16_t *value = console->writer.values;
+    uint16_t *value = console->printer.values;
 
     *value++ = found->id;
     if (found->details == CDS_OK) {
@@ -70,7 +70,7 @@ NOINLINE static void tell_found(struct console *console, const struct cds_scan_f
         *value++ = TEXT_NOTHING;
     }
     *value = remark(console, found);
-    writer_line(&console->writer, TEXT_FOUND);
+    printer_line(&console->printer, TEXT_FOUND);
 }
 
 /* Is all known of what was found as number `index`? */
@@ -90,9 +90,9 @@ static bool sum_up(struct console *console)
 
     if (console->error == 0 && console->line.choice == SCAN_HERE)
         robot->strangers = (uint8_t)(scan->count - console->part);
-    console->writer.values[0] = scan->count;
-    console->writer.values[1] = scan->asked;
-    writer_line(&console->writer, TEXT_FOUND_IN_ALL);
+    console->printer.values[0] = scan->count;
+    console->printer.values[1] = scan->asked;
+    printer_line(&console->printer, TEXT_FOUND_IN_ALL);
     return false;
 }
 
@@ -111,12 +111,12 @@ bool scan_poll(struct console *console)
     if (over)
         return sum_up(console);
     if (console->line.choice != SCAN_HERE && scan->total && scan->baud_index == console->phase) {
-        console->writer.values[0] = scan->asked;
-        console->writer.values[1] = scan->total;
-        console->writer.values[2] = scan->config.tries_every_rate
-                                        ? scan->baud_index
-                                        : scan->config.baud_regs[scan->baud_index];
-        writer_line(&console->writer, TEXT_ASKED);
+        console->printer.values[0] = scan->asked;
+        console->printer.values[1] = scan->total;
+        console->printer.values[2] = scan->config.tries_every_rate
+                                         ? scan->baud_index
+                                         : scan->config.baud_regs[scan->baud_index];
+        printer_line(&console->printer, TEXT_ASKED);
         console->phase++;
     }
     return true;
@@ -156,7 +156,7 @@ bool counters_poll(struct console *console)
 {
     struct cds_stats counters;
     uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
-    uint16_t *value = &console->writer.values[0];
+    uint16_t *value = &console->printer.values[0];
 
     if (console->line.id != CDS_BROADCAST_ID) {
         const struct cds_servo_state *servo = console_servo(console);
@@ -172,7 +172,7 @@ bool counters_poll(struct console *console)
         cds_bus_stats(console->bus, &counters);
         memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
     }
-    writer_line_at(&console->writer, TEXT_COUNTER_SENT, name);
+    printer_line_at(&console->printer, TEXT_COUNTER_SENT, name);
     return console->index < count;
 }
 
@@ -197,7 +197,7 @@ bool bus_poll(struct console *console)
 {
     if (console->line.numbers && cds_bus_set_baud(console->bus, console->line.to) == CDS_BUSY)
         return true;
-    console->writer.values[0] = console->bus->baud_reg;
-    writer_line_at(&console->writer, TEXT_BUS_IS_OK, cds_bus_line(console->bus));
+    console->printer.values[0] = console->bus->baud_reg;
+    printer_line_at(&console->printer, TEXT_BUS_IS_OK, cds_bus_line(console->bus));
     return false;
 }

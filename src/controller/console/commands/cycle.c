@@ -21,7 +21,7 @@ static uint8_t period(struct console *console)
     uint8_t error;
 
     if (console->line.numbers == 0) {
-        console->raw = console->keeper->settings->cycle_us;
+        console->raw = console->failsafe->settings->cycle_us;
         return 0;
     }
     error = console_ms(console);
@@ -120,22 +120,22 @@ static void tell_servo(struct console *console, uint8_t index)
 {
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
-    struct writer *writer = &console->writer;
+    struct printer *printer = &console->printer;
     uint16_t held =
         cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? TEXT_HELD : TEXT_NOTHING;
 
-    writer->values[0] = robot->group[index];
-    writer->values[1] = held;
+    printer->values[0] = robot->group[index];
+    printer->values[1] = held;
     if (!feedback->known) {
-        writer_line(writer, TEXT_CYCLE_SERVO);
+        printer_line(printer, TEXT_CYCLE_SERVO);
         return;
     }
-    writer->values[1] = feedback->position;
-    writer->values[2] = feedback->speed;
-    writer->values[3] = feedback->voltage;
-    writer->values[4] = feedback->temperature;
-    writer->values[5] = held;
-    writer_line(writer, TEXT_CYCLE_SERVO_KNOWN);
+    printer->values[1] = feedback->position;
+    printer->values[2] = feedback->speed;
+    printer->values[3] = feedback->voltage;
+    printer->values[4] = feedback->temperature;
+    printer->values[5] = held;
+    printer_line(printer, TEXT_CYCLE_SERVO_KNOWN);
 }
 
 /* In the order of the sentences. */
@@ -147,27 +147,27 @@ static const CDS_FLASH uint8_t counters[] = {
 
 #define COUNTERS (sizeof counters)
 
-static void tell_counter(struct writer *writer, const struct cds_cycle *cycle, uint8_t index)
+static void tell_counter(struct printer *printer, const struct cds_cycle *cycle, uint8_t index)
 {
-    memcpy(writer->values, (const uint8_t *)&cycle->counters + counters[index], sizeof(uint32_t));
-    writer_line_at(writer, TEXT_CYCLE_PERIODS, index);
-    writer->ends = index == 2 || index == 4; // the last ones of their lines
+    memcpy(printer->values, (const uint8_t *)&cycle->counters + counters[index], sizeof(uint32_t));
+    printer_line_at(printer, TEXT_CYCLE_PERIODS, index);
+    printer->ends = index == 2 || index == 4; // the last ones of their lines
 }
 
 /* Counters, the share of the bus, then a servo a line; false when there are no more. */
 static bool tell(struct console *console, uint8_t index)
 {
     const struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
-    struct writer *writer = &console->writer;
+    struct printer *printer = &console->printer;
 
     if (index < COUNTERS) {
-        tell_counter(writer, cycle, index);
+        tell_counter(printer, cycle, index);
     } else if (index == COUNTERS) {
-        writer_text(writer, TEXT_CYCLE_BUS);
+        printer_text(printer, TEXT_CYCLE_BUS);
     } else if (index == COUNTERS + 1) {
-        writer_fixed(writer, cds_cycle_utilisation_permille(cycle), 1);
-        writer_char(writer, '%');
-        writer_end_of_line(writer);
+        printer_fixed(printer, cds_cycle_utilisation_permille(cycle), 1);
+        printer_char(printer, '%');
+        printer_end_of_line(printer);
     } else {
         tell_servo(console, (uint8_t)(index - COUNTERS - 2));
         return index - COUNTERS - 1 < cycle->count;

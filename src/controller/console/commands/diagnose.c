@@ -32,34 +32,34 @@ static uint16_t value_text(uint8_t finding)
 }
 
 /* Whom it is about, and the value that the finding has. */
-static void tell_who(struct writer *writer, const struct cds_diagnose *diagnose)
+static void tell_who(struct printer *printer, const struct cds_diagnose *diagnose)
 {
-    writer->values[0] = diagnose->found_id;
-    writer->values[1] = diagnose->found_baud_reg;
-    writer->values[2] = value_text(diagnose->finding);
-    writer->values[3] = diagnose->value;
-    writer_line(writer, TEXT_PLACE);
+    printer->values[0] = diagnose->found_id;
+    printer->values[1] = diagnose->found_baud_reg;
+    printer->values[2] = value_text(diagnose->finding);
+    printer->values[3] = diagnose->value;
+    printer_line(printer, TEXT_PLACE);
 }
 
-static void tell_tally(struct writer *writer, const struct cds_diagnose *diagnose)
+static void tell_tally(struct printer *printer, const struct cds_diagnose *diagnose)
 {
-    writer->values[0] = diagnose->total.asked;
-    writer->values[1] = diagnose->total.answered;
-    writer->values[2] = diagnose->total.damaged;
-    writer->values[3] = diagnose->total.silent;
-    writer_line(writer, TEXT_TALLY);
+    printer->values[0] = diagnose->total.asked;
+    printer->values[1] = diagnose->total.answered;
+    printer->values[2] = diagnose->total.damaged;
+    printer->values[3] = diagnose->total.silent;
+    printer_line(printer, TEXT_TALLY);
 }
 
-static bool tell(struct writer *writer, const struct cds_diagnose *diagnose, uint8_t line)
+static bool tell(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line)
 {
     switch (line) {
     case 0:
-        writer->values[0] = diagnose->finding;
-        writer->values[1] = writer_text_at(TEXT_FINDING, diagnose->finding);
-        writer_line(writer, TEXT_FINDING_IS);
+        printer->values[0] = diagnose->finding;
+        printer->values[1] = printer_text_at(TEXT_FINDING, diagnose->finding);
+        printer_line(printer, TEXT_FINDING_IS);
         return true;
-    case 1: tell_tally(writer, diagnose); return diagnose->found_id != CDS_NO_ID;
-    default: tell_who(writer, diagnose); return false;
+    case 1: tell_tally(printer, diagnose); return diagnose->found_id != CDS_NO_ID;
+    default: tell_who(printer, diagnose); return false;
     }
 }
 
@@ -71,5 +71,5 @@ bool diagnose_poll(struct console *console)
         return true;
     if (!ROBOT_DIAGNOSES || console->error)
         return false;
-    return tell(&console->writer, &robot->work.diagnose, console->index++);
+    return tell(&console->printer, &robot->work.diagnose, console->index++);
 }

@@ -11,23 +11,23 @@
 
 static void say_origin(struct console *console)
 {
-    writer_line_at(&console->writer, TEXT_ORIGIN_NONE, console->keeper->store->origin);
+    printer_line_at(&console->printer, TEXT_ORIGIN_NONE, console->failsafe->store->origin);
 }
 
 /* "link_loss_ms = 500 ms" */
 static void setting_line(struct console *console, uint8_t index)
 {
     const CDS_FLASH struct setting *row = &settings_table[index];
-    struct writer *writer = &console->writer;
+    struct printer *printer = &console->printer;
 
-    writer_flash(writer, row->name);
-    writer_equals(writer);
-    writer_decimal(writer, settings_get(console->keeper->settings, index));
+    printer_flash(printer, row->name);
+    printer_equals(printer);
+    printer_decimal(printer, settings_get(console->failsafe->settings, index));
     if (*row->unit != '-') {
-        writer_char(writer, ' ');
-        writer_flash(writer, row->unit);
+        printer_char(printer, ' ');
+        printer_flash(printer, row->unit);
     }
-    writer_end_of_line(writer);
+    printer_end_of_line(printer);
 }
 
 uint8_t settings_begin(struct console *console)
@@ -38,17 +38,17 @@ uint8_t settings_begin(struct console *console)
     if (line->numbers == 0)
         return 0;
     error = console_number(console, 0, CDS_UNIT_NUMBER);
-    if (error == 0 && !settings_set(console->keeper->settings, line->to, console->raw))
+    if (error == 0 && !settings_set(console->failsafe->settings, line->to, console->raw))
         error = ERROR_SETTING_RANGE;
     if (error == 0)
-        keeper_follow(console->keeper);
+        failsafe_follow(console->failsafe);
     return error;
 }
 
 uint8_t defaults_begin(struct console *console)
 {
-    settings_default(console->keeper->settings);
-    keeper_follow(console->keeper);
+    settings_default(console->failsafe->settings);
+    failsafe_follow(console->failsafe);
     return 0;
 }
 
@@ -56,7 +56,7 @@ uint8_t defaults_begin(struct console *console)
 bool settings_poll(struct console *console)
 {
     if (console->line.kind == COMMAND_defaults || console->line.words == 3)
-        return console->keeper->unsettled; // in force with the ok
+        return console->failsafe->unsettled; // in force with the ok
     if (console->line.words == 2) {
         setting_line(console, console->line.to);
         return false;
@@ -71,14 +71,14 @@ bool settings_poll(struct console *console)
 
 uint8_t save_begin(struct console *console)
 {
-    struct keeper *keeper = console->keeper;
+    struct failsafe *failsafe = console->failsafe;
 
-    return settings_save(keeper->store, keeper->settings) ? 0 : ERROR_SAVING;
+    return settings_save(failsafe->store, failsafe->settings) ? 0 : ERROR_SAVING;
 }
 
 bool save_poll(struct console *console)
 {
-    uint8_t result = console->keeper->store->result;
+    uint8_t result = console->failsafe->store->result;
 
     if (result == SETTINGS_FAILED)
         console->error = ERROR_NOT_SAVED;
@@ -88,9 +88,9 @@ bool save_poll(struct console *console)
 /* ---- alarms ---- */
 
 /* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
-NOINLINE static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bits)
+NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits)
 {
-    uint16_t *value = writer->values;
+    uint16_t *value = printer->values;
 
     if (id == CDS_BROADCAST_ID) {
         *value++ = TEXT_OF_OTHERS;
@@ -99,7 +99,7 @@ NOINLINE static uint8_t alarm_line(struct writer *writer, uint8_t id, uint8_t bi
         *value++ = id;
     }
     bits = reply_condition(bits, value);
-    writer_line(writer, TEXT_ALARM);
+    printer_line(printer, TEXT_ALARM);
     return bits;
 }
 
@@ -129,7 +129,7 @@ bool alarms_poll(struct console *console)
     }
     if (left == 0)
         return false;
-    left ^= alarm_line(&console->writer,
+    left ^= alarm_line(&console->printer,
                        *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left);
     console->part |= left;
     return true;
@@ -137,34 +137,34 @@ bool alarms_poll(struct console *console)
 
 uint8_t clear_begin(struct console *console)
 {
-    return keeper_clear(console->keeper) ? 0 : ERROR_STOPPING;
+    return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
 }
 
 bool alarm_tell(struct console *console)
 {
-    struct keeper *keeper = console->keeper;
+    struct failsafe *failsafe = console->failsafe;
 
-    if (!console->writer.text && (!keeper->alarm || console->editor.length))
+    if (!console->printer.text && (!failsafe->alarm || console->editor.length))
         return false;
-    if (writer_ready(&console->writer) && keeper->alarm)
-        keeper->alarm = alarm_line(&console->writer, keeper->alarm_id, keeper->alarm);
+    if (printer_ready(&console->printer) && failsafe->alarm)
+        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm);
     return true;
 }
 
 /* ---- status ---- */
 
-static void tell_reset(struct writer *writer, uint8_t causes)
+static void tell_reset(struct printer *printer, uint8_t causes)
 {
     for (uint8_t i = 0; i < 5; i++, causes >>= 1)
-        writer->values[i] = causes & 1 ? writer_text_at(TEXT_RESET_POWER, i) : TEXT_NOTHING;
-    writer_line(writer, TEXT_RESET);
+        printer->values[i] = causes & 1 ? printer_text_at(TEXT_RESET_POWER, i) : TEXT_NOTHING;
+    printer_line(printer, TEXT_RESET);
 }
 
-static uint16_t link_text(const struct keeper *keeper)
+static uint16_t link_text(const struct failsafe *failsafe)
 {
-    if (keeper->link_lost)
+    if (failsafe->link_lost)
         return TEXT_LINK_LOST;
-    return keeper->settings->link_loss_ms ? TEXT_LINK_ON : TEXT_LINK_OFF;
+    return failsafe->settings->link_loss_ms ? TEXT_LINK_ON : TEXT_LINK_OFF;
 }
 
 static uint16_t stop_text(const struct robot *robot)
@@ -178,7 +178,7 @@ static uint16_t stop_text(const struct robot *robot)
 
 /* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
  * joined the robot after the stop is not among those that were read back. */
-static void tell_torque(struct writer *writer, const struct robot *robot)
+static void tell_torque(struct printer *printer, const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
     uint8_t strangers = robot_strangers(robot), off = 0;
@@ -186,35 +186,35 @@ static void tell_torque(struct writer *writer, const struct robot *robot)
     for (uint8_t left = robot->servos.count; left; left--, servo++)
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             off++;
-    writer->values[0] = off;
-    writer->values[1] = robot->servos.count;
-    writer->values[2] = strangers ? TEXT_STRANGERS : TEXT_NOTHING;
-    writer->values[3] = strangers;
-    writer_line(writer, stop_text(robot));
+    printer->values[0] = off;
+    printer->values[1] = robot->servos.count;
+    printer->values[2] = strangers ? TEXT_STRANGERS : TEXT_NOTHING;
+    printer->values[3] = strangers;
+    printer_line(printer, stop_text(robot));
 }
 
-static uint16_t inhibit_text(const struct keeper *keeper)
+static uint16_t inhibit_text(const struct failsafe *failsafe)
 {
-    if (!robot_is_inhibited(keeper->robot))
+    if (!robot_is_inhibited(failsafe->robot))
         return TEXT_INHIBIT_OFF;
-    return keeper->link_lost ? TEXT_INHIBIT_LINK : TEXT_INHIBIT_ON;
+    return failsafe->link_lost ? TEXT_INHIBIT_LINK : TEXT_INHIBIT_ON;
 }
 
-static void tell_delays(struct writer *writer, const struct cds_servos *servos)
+static void tell_delays(struct printer *printer, const struct cds_servos *servos)
 {
-    writer->values[0] = servos->too_early;
-    writer->values[1] = servos->shortest_delay;
-    writer_line(writer, TEXT_DELAYS);
+    printer->values[0] = servos->too_early;
+    printer->values[1] = servos->shortest_delay;
+    printer_line(printer, TEXT_DELAYS);
 }
 
-static void tell_stops(struct writer *writer, const struct keeper *keeper)
+static void tell_stops(struct printer *printer, const struct failsafe *failsafe)
 {
-    writer->values[0] = *keeper->damaged_stops;
-    writer_line(writer, TEXT_STOPS);
+    printer->values[0] = *failsafe->damaged_stops;
+    printer_line(printer, TEXT_STOPS);
 }
 
 /* "servos: 18, held 0, away 1" */
-static void tell_servos(struct writer *writer, const struct cds_servos *servos)
+static void tell_servos(struct printer *printer, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
     uint8_t held = 0, away = 0;
@@ -225,43 +225,43 @@ static void tell_servos(struct writer *writer, const struct cds_servos *servos)
         if (servo->presence == CDS_PRESENCE_OFFLINE)
             away++;
     }
-    writer->values[0] = servos->count;
-    writer->values[1] = servos->is_full ? TEXT_AND_MORE : TEXT_NOTHING;
-    writer->values[2] = held;
-    writer->values[3] = away;
-    writer_line(writer, TEXT_SERVOS);
+    printer->values[0] = servos->count;
+    printer->values[1] = servos->is_full ? TEXT_AND_MORE : TEXT_NOTHING;
+    printer->values[2] = held;
+    printer->values[3] = away;
+    printer_line(printer, TEXT_SERVOS);
 }
 
-static void tell_stack(struct writer *writer, const struct keeper *keeper)
+static void tell_stack(struct printer *printer, const struct failsafe *failsafe)
 {
-    writer->values[0] = keeper->spare_bytes;
-    writer->values[1] = keeper->room_bytes;
-    writer_line(writer, TEXT_STACK);
+    printer->values[0] = failsafe->spare_bytes;
+    printer->values[1] = failsafe->room_bytes;
+    printer_line(printer, TEXT_STACK);
 }
 
 bool status_poll(struct console *console)
 {
-    struct writer *writer = &console->writer;
+    struct printer *printer = &console->printer;
 
     switch (console->step) {
     case 0:
-        console->keeper->counts_stack = true;
-        tell_reset(writer, console->keeper->reset_cause);
+        console->failsafe->counts_stack = true;
+        tell_reset(printer, console->failsafe->reset_cause);
         return true;
     case 1: say_origin(console); return true;
-    case 2: writer_line(writer, link_text(console->keeper)); return true;
-    case 3: writer_line(writer, inhibit_text(console->keeper)); return true;
-    case 4: tell_torque(writer, console->robot); return true;
-    case 5: tell_stops(writer, console->keeper); return true;
-    case 6: writer_line_at(writer, TEXT_BUS_OK, cds_bus_line(console->bus)); return true;
-    case 7: tell_servos(writer, &console->robot->servos); return true;
-    case 8: tell_delays(writer, &console->robot->servos); return true;
+    case 2: printer_line(printer, link_text(console->failsafe)); return true;
+    case 3: printer_line(printer, inhibit_text(console->failsafe)); return true;
+    case 4: tell_torque(printer, console->robot); return true;
+    case 5: tell_stops(printer, console->failsafe); return true;
+    case 6: printer_line_at(printer, TEXT_BUS_OK, cds_bus_line(console->bus)); return true;
+    case 7: tell_servos(printer, &console->robot->servos); return true;
+    case 8: tell_delays(printer, &console->robot->servos); return true;
     default:
-        if (console->keeper->counts_stack) {
+        if (console->failsafe->counts_stack) {
             console->step--; // this step once more
             return true;
         }
-        tell_stack(writer, console->keeper);
+        tell_stack(printer, console->failsafe);
         return false;
     }
 }

@@ -52,11 +52,11 @@ bool group_poll(struct console *console)
     uint8_t *index = &console->index;
 
     if (*index == robot->group_count) {
-        writer_line(&console->writer, robot->group_acts ? TEXT_BY_ACTION : TEXT_BY_SYNC);
+        printer_line(&console->printer, robot->group_acts ? TEXT_BY_ACTION : TEXT_BY_SYNC);
         return false;
     }
-    console->writer.values[0] = robot->group[*index];
-    writer_text(&console->writer, *index ? TEXT_ONE_MORE : TEXT_GROUP);
+    console->printer.values[0] = robot->group[*index];
+    printer_text(&console->printer, *index ? TEXT_ONE_MORE : TEXT_GROUP);
     (*index)++;
     return true;
 }
@@ -172,10 +172,10 @@ static bool action_poll(struct console *console)
 
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
-        console->writer.values[0] = goal->id;
-        console->writer.values[1] = goal->registered ? TEXT_ARMED : TEXT_NOTHING;
-        console->writer.values[2] = error_text(goal->result);
-        writer_line(&console->writer, TEXT_SERVO_FAILED);
+        console->printer.values[0] = goal->id;
+        console->printer.values[1] = goal->registered ? TEXT_ARMED : TEXT_NOTHING;
+        console->printer.values[2] = error_text(goal->result);
+        printer_line(&console->printer, TEXT_SERVO_FAILED);
         return true;
     }
     return false;

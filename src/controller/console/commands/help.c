@@ -20,12 +20,12 @@ static bool list_poll(struct console *console)
     uint8_t *group = &console->part, *index = &console->index;
 
     if (*group < COMMAND_GROUP_COUNT && *index == first_of_group[*group]) {
-        writer_line_at(&console->writer, TEXT_HEADING, (*group)++);
+        printer_line_at(&console->printer, TEXT_HEADING, (*group)++);
         return true;
     }
-    console->writer.values[0] = writer_text_at(TEXT_USAGE, (*index)++);
-    writer_char(&console->writer, ' '); // and a second one
-    writer_line(&console->writer, TEXT_LISTED);
+    console->printer.values[0] = printer_text_at(TEXT_USAGE, (*index)++);
+    printer_char(&console->printer, ' '); // and a second one
+    printer_line(&console->printer, TEXT_LISTED);
     return *index < COMMAND_COUNT;
 }
 
@@ -36,25 +36,25 @@ bool help_poll(struct console *console)
     if (console->line.words == 1)
         return list_poll(console);
     if (console->step == 0) {
-        writer_line_at(&console->writer, TEXT_USAGE, row);
+        printer_line_at(&console->printer, TEXT_USAGE, row);
     } else if (console->step == 1) {
-        writer_line_at(&console->writer, TEXT_DETAILS, row);
+        printer_line_at(&console->printer, TEXT_DETAILS, row);
     } else {
-        console->writer.values[0] = writer_text_at(TEXT_EXAMPLE, row);
-        writer_line(&console->writer, TEXT_EXAMPLE_IS);
+        console->printer.values[0] = printer_text_at(TEXT_EXAMPLE, row);
+        printer_line(&console->printer, TEXT_EXAMPLE_IS);
     }
     return console->step < 2;
 }
 
 bool version_poll(struct console *console)
 {
-    writer_flash(&console->writer, version_text);
-    writer_end_of_line(&console->writer);
+    printer_flash(&console->printer, version_text);
+    printer_end_of_line(&console->printer);
     return false;
 }
 
 uint8_t echo_begin(struct console *console)
 {
-    console->keeper->settings->echo = console->line.choice == 1;
+    console->failsafe->settings->echo = console->line.choice == 1;
     return 0;
 }

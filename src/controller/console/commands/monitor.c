@@ -61,17 +61,17 @@ static const CDS_FLASH struct {
 static void tell(struct console *console, uint8_t value)
 {
     struct monitor *monitor = &console_job(console)->monitor;
-    struct writer *writer = &console->writer;
+    struct printer *printer = &console->printer;
     uint16_t raw = 0;
 
     if (monitor->begun)
-        writer_char(writer, ',');
+        printer_char(printer, ',');
     monitor->begun = true;
-    writer_decimal(writer, monitor->ids[monitor->index]);
-    writer_flash(writer, values[value].label);
+    printer_decimal(printer, monitor->ids[monitor->index]);
+    printer_flash(printer, values[value].label);
     memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
            values[value].bytes); // low byte first, on an AVR and on the host
-    number_write_bare(writer, (enum cds_unit)values[value].unit, raw);
+    number_write_bare(printer, (enum cds_unit)values[value].unit, raw);
 }
 
 static void end_of_line(struct console *console)
@@ -80,7 +80,7 @@ static void end_of_line(struct console *console)
     uint32_t now_us = cds_port_now_us();
 
     if (monitor->begun)
-        writer_end_of_line(&console->writer);
+        printer_end_of_line(&console->printer);
     if (monitor->lines < UINT16_MAX)
         monitor->lines++;
     monitor->next_us += monitor->period_us;
@@ -127,13 +127,13 @@ static bool sum_up(struct console *console)
 {
     struct monitor *monitor = &console_job(console)->monitor;
 
-    if (console->writer.within) {
-        writer_end_of_line(&console->writer);
+    if (console->printer.within) {
+        printer_end_of_line(&console->printer);
         return true;
     }
-    console->writer.values[0] = monitor->lines;
-    console->writer.values[1] = monitor->failed;
-    writer_line(&console->writer, TEXT_LINES);
+    console->printer.values[0] = monitor->lines;
+    console->printer.values[1] = monitor->failed;
+    printer_line(&console->printer, TEXT_LINES);
     return false;
 }
 

@@ -23,8 +23,8 @@ bool ping_poll(struct console *console)
     if (console_waits(console))
         return true;
     if (console->error == 0 && console->line.id == CDS_BROADCAST_ID) {
-        console->writer.values[0] = console->line.request->id;
-        writer_line(&console->writer, TEXT_ID);
+        console->printer.values[0] = console->line.request->id;
+        printer_line(&console->printer, TEXT_ID);
     }
     return false;
 }
@@ -34,13 +34,13 @@ static void dump_line(struct console *console, uint8_t first)
 {
     const struct cds_request *request = console->line.request;
 
-    writer_address(&console->writer, (uint8_t)(console->line.address + first));
-    writer_char(&console->writer, ':');
+    printer_address(&console->printer, (uint8_t)(console->line.address + first));
+    printer_char(&console->printer, ':');
     for (uint8_t i = first; i < request->length && i < first + BYTES_IN_LINE; i++) {
-        writer_char(&console->writer, ' ');
-        writer_hex(&console->writer, request->reply[i]);
+        printer_char(&console->printer, ' ');
+        printer_hex(&console->printer, request->reply[i]);
     }
-    writer_end_of_line(&console->writer);
+    printer_end_of_line(&console->printer);
 }
 
 /* "GOAL_POSITION = 512", of a register that was read whole */
@@ -49,10 +49,10 @@ static void value_line(struct console *console)
     const struct cds_request *request = console->line.request;
     const uint8_t *bytes = request->reply;
 
-    number_write_name(&console->writer, console->line.address);
-    writer_decimal(&console->writer,
-                   (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
-    writer_end_of_line(&console->writer);
+    number_write_name(&console->printer, console->line.address);
+    printer_decimal(&console->printer,
+                    (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
+    printer_end_of_line(&console->printer);
 }
 
 /* The bytes, and the value of a register that was named and read whole. */

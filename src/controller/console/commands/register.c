@@ -14,17 +14,17 @@ static enum cds_unit unit_of(uint8_t address, uint16_t raw)
 }
 
 /* "GOAL_POSITION = 150.147deg (512)": at most 44 characters. */
-static void write_register(struct writer *writer, uint8_t address, uint16_t raw)
+static void write_register(struct printer *printer, uint8_t address, uint16_t raw)
 {
     enum cds_unit unit = unit_of(address, raw);
 
-    number_write_name(writer, address);
-    number_write(writer, unit, raw);
+    number_write_name(printer, address);
+    number_write(printer, unit, raw);
     if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
-        writer_char(writer, ' ');
-        writer_char(writer, '(');
-        writer_decimal(writer, raw);
-        writer_char(writer, ')');
+        printer_char(printer, ' ');
+        printer_char(printer, '(');
+        printer_decimal(printer, raw);
+        printer_char(printer, ')');
     }
 }
 
@@ -55,8 +55,8 @@ bool get_poll(struct console *console)
         return true;
     if (!console_answered(console))
         return false;
-    write_register(&console->writer, line->address, raw_at(line->request->reply, line->length));
-    writer_end_of_line(&console->writer);
+    write_register(&console->printer, line->address, raw_at(line->request->reply, line->length));
+    printer_end_of_line(&console->printer);
     return false;
 }
 
@@ -108,11 +108,11 @@ bool info_poll(struct console *console)
         return true;
     if (!console_answered(console) || !cds_register_at(*address, &at))
         return false;
-    writer_address(&console->writer, at.address);
-    writer_char(&console->writer, ' ');
-    write_register(&console->writer, at.address,
+    printer_address(&console->printer, at.address);
+    printer_char(&console->printer, ' ');
+    write_register(&console->printer, at.address,
                    raw_at(console->line.request->reply + at.address, at.width));
-    writer_line(&console->writer, at.area == CDS_AREA_EEPROM ? TEXT_IN_EEPROM : TEXT_IN_RAM);
+    printer_line(&console->printer, at.area == CDS_AREA_EEPROM ? TEXT_IN_EEPROM : TEXT_IN_RAM);
     *address = (uint8_t)(at.address + at.width);
     return *address < CDS_TABLE_SIZE;
 }

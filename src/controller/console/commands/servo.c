@@ -70,7 +70,7 @@ static void look(struct console *console)
     console->error =
         servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
     if (off && console->error == 0)
-        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
+        printer_line(&console->printer, TEXT_TORQUE_IS_OFF);
 }
 
 bool move_poll(struct console *console)
@@ -105,7 +105,7 @@ bool turn_poll(struct console *console)
     if (console->error)
         return false;
     if (console_job(console)->set.setup.is_written)
-        writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
+        printer_line(&console->printer, TEXT_LIMITS_ARE_OFF);
     console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
     return console->error == 0;
 }

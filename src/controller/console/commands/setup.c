@@ -53,11 +53,11 @@ uint8_t factory_begin(struct console *console)
 static void tell_place(struct console *console, uint16_t sentence,
                        const struct cds_identity_place *place)
 {
-    console->writer.values[0] = place->id;
-    console->writer.values[1] = place->baud_reg;
-    console->writer.values[2] =
+    console->printer.values[0] = place->id;
+    console->printer.values[1] = place->baud_reg;
+    console->printer.values[2] =
         cds_units_baud_is_kept(place->baud_reg) ? TEXT_NOTHING : TEXT_UNTIL_POWER_OFF;
-    writer_line(&console->writer, sentence);
+    printer_line(&console->printer, sentence);
 }
 
 static bool conclude(struct console *console)
@@ -123,7 +123,7 @@ bool setup_poll(struct console *console)
     if (setup_waits(console))
         return true;
     if (console->error == 0)
-        writer_line(&console->writer,
-                    console_job(console)->set.setup.is_written ? TEXT_WRITTEN : TEXT_UNCHANGED);
+        printer_line(&console->printer,
+                     console_job(console)->set.setup.is_written ? TEXT_WRITTEN : TEXT_UNCHANGED);
     return false;
 }

@@ -32,13 +32,13 @@ bool stop_poll(struct console *console)
 
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             continue;
-        console->writer.values[0] = servo->id;
-        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->torque_off);
+        console->printer.values[0] = servo->id;
+        printer_line_at(&console->printer, TEXT_STOP_UNKNOWN, servo->torque_off);
         return true;
     }
-    console->writer.values[0] = robot_strangers(robot);
-    if (console->writer.values[0] && console->error != CDS_LINE_BUSY) // else nothing was sent
-        writer_line(&console->writer, TEXT_STOP_STRANGERS);
+    console->printer.values[0] = robot_strangers(robot);
+    if (console->printer.values[0] && console->error != CDS_LINE_BUSY) // else nothing was sent
+        printer_line(&console->printer, TEXT_STOP_STRANGERS);
     return false;
 }
 
@@ -49,7 +49,7 @@ uint8_t release_begin(struct console *console)
 
     if (robot_is_stopping(robot))
         return ERROR_STOPPING;
-    if (console->keeper->link_lost)
+    if (console->failsafe->link_lost)
         return ERROR_LINK_LOST;
     if (console->line.id == CDS_BROADCAST_ID) {
         robot_release(robot);
@@ -108,42 +108,42 @@ uint8_t servos_begin(struct console *console)
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     robot_forget(robot);
-    memset(console->keeper->told, 0, sizeof console->keeper->told); // others take their places
+    memset(console->failsafe->told, 0, sizeof console->failsafe->told); // others take their places
     return 0;
 }
 
 /* Of the conditions in `alarms`, number `index`, if it is one. */
-static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
+static void tell_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
 {
     uint8_t bit = (uint8_t)(1u << index);
 
     if (!(alarms & bit))
         return;
-    writer->values[0] = writer_text_at(TEXT_CONDITION_VOLTAGE, index);
-    writer_text(writer, alarms & (bit - 1) ? TEXT_ALARMS_MORE : TEXT_ALARMS);
+    printer->values[0] = printer_text_at(TEXT_CONDITION_VOLTAGE, index);
+    printer_text(printer, alarms & (bit - 1) ? TEXT_ALARMS_MORE : TEXT_ALARMS);
 }
 
 /* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-NOINLINE static void servo_part(struct writer *writer, const struct cds_servos *servos,
+NOINLINE static void servo_part(struct printer *printer, const struct cds_servos *servos,
                                 const struct cds_servo_state *servo, uint8_t part)
 {
     switch (part) {
     case PART_STATE:
-        writer->values[0] = servo->id;
-        writer->values[1] = servo->torque ? TEXT_ON : TEXT_OFF;
-        writer_text(writer, writer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
+        printer->values[0] = servo->id;
+        printer->values[1] = servo->torque ? TEXT_ON : TEXT_OFF;
+        printer_text(printer, printer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
         break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
-            writer_text(writer, TEXT_HELD_LOST);
+            printer_text(printer, TEXT_HELD_LOST);
         break;
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
-            writer_text(writer, TEXT_HELD_STOPPED);
+            printer_text(printer, TEXT_HELD_STOPPED);
         break;
-    case PART_END: writer_end_of_line(writer); break;
+    case PART_END: printer_end_of_line(printer); break;
     default:
-        tell_alarm(writer, servo->alarms & CDS_ERRORS_OF_CONDITION, (uint8_t)(part - PART_ALARMS));
+        tell_alarm(printer, servo->alarms & CDS_ERRORS_OF_CONDITION, (uint8_t)(part - PART_ALARMS));
         break;
     }
 }
@@ -155,10 +155,10 @@ bool servos_poll(struct console *console)
     uint8_t *part = &console->part;
 
     if (robot->servos.count == 0) {
-        writer_line(&console->writer, TEXT_NOBODY);
+        printer_line(&console->printer, TEXT_NOBODY);
         return false;
     }
-    servo_part(&console->writer, &robot->servos, &robot->states[*index], (*part)++);
+    servo_part(&console->printer, &robot->servos, &robot->states[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
         (*index)++;
