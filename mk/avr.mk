@@ -23,32 +23,61 @@ LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)
 
 # The hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
 CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
-CONTROLLER_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c \
-	src/controller/console/commands/*.c src/controller/robot/*.c)
-FIRMWARE_SRC := $(CONTROLLER_SRC) $(CONTROLLER_AVR_SRC)
+COMMANDS_SRC := $(wildcard src/controller/console/commands/*.c)
+# What all profiles link, and what each adds (src/controller/profiles). The linker drops what is not used.
+COMMON_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c src/controller/robot/*.c)
+PROFILES := bridge console full
+bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
+console_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/console.c
+full_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/full.c
+# The commands of the profile `console`, whose objects are its own, leave details to docs/console.md.
+console_CC := -DCOMMANDS_WITHOUT_DETAILS
+# The whole controller, for the tests.
+CONTROLLER_SRC := $(full_SRC)
+
+# $(1): board, $(2): profile, $(3): sources. The objects of them.
+profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/console/commands/%,$(2)/$(s)),\
+	build/$(1)/console/$(s:.c=.o),build/$(1)/obj/$(s:.c=.o)))
 
 # $(1): board, $(2): its folder. Its board.mk has just been included.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(OMIT:%=-DOMIT_%) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
+$(1)_PROFILE := $(if $(FIRMWARE),,$(or $(PROFILE),full))
 
 build/$(1)/flags: force
 	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CC) $$(CONTROLLER_LINK))
 
-build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
+build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CC)) $$(DEPFILES) -c $$< -o $$@
+
+build/$(1)/console/%.o: %.c build/$(1)/flags | tools
+	$$(call say,CC,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CC) $$(console_CC) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
 	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
 
-build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
-		build/$(1)/libcds55xx.a
+$(foreach p,$(PROFILES),
+build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
+)
+build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
+# The firmware of the board: that of its profile, or its own program.
+build/$(1)/profile: force
+	$$(call stamp,$$($(1)_PROFILE))
+
+build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
+	$$(Q)cp $$< $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
@@ -69,7 +98,7 @@ build/$(1)/bench/%.elf: build/$(1)/obj/test/bench/%.o build/$(1)/libcds55xx.a
 
 # The firmware with something beside it: it includes main.c.
 build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
-		$(patsubst %.c,build/$(1)/obj/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC))) build/$(1)/libcds55xx.a
+		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
@@ -80,7 +109,7 @@ build/$(1)/%.hex: build/$(1)/%.elf
 endef
 # What a board.mk says; each begins empty, or a board that forgets one had that of the board before.
 # FUSES: what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known.
-BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU OMIT
+BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU PROFILE
 # $(1): its folder, $(2): those that must be there
 read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
 	f,$(2),$(if $(strip $($(f))),,$(error $(1)/board.mk: $(f) is missing)))
@@ -94,6 +123,10 @@ TEST_BOARDS := adapter adapter-echo
 # A chip to compare with others on.
 BENCH_BOARDS := atmega644p
 $(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
+
+# $(1): board. The ELF of each profile, or of its own program.
+firmwares = $(if $($(1)_PROFILE),$(PROFILES:%=build/$(1)/%.elf),build/$(1)/firmware.elf)
+FIRMWARES := $(foreach b,$(BOARDS),$(call firmwares,$(b)))
 
 # The variables of the board asked for.
 $(call read_board,boards/$(BOARD),$(BOARD_WANTED))
@@ -110,10 +143,10 @@ firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
 .PHONY: examples
 examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
 
-## size: flash and RAM of every board's firmware beside its budget
+## size: flash and RAM of each profile on every board beside its budget
 .PHONY: size
-size: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
-	@scripts/size.py $(foreach b,$(BOARDS),build/$(b)/controller.elf $($(b)_LIMITS)) \
+size: $(FIRMWARES) $(EXAMPLES)
+	@scripts/size.py $(foreach b,$(BOARDS),$(foreach f,$(call firmwares,$(b)),$(f) $($(b)_LIMITS))) \
 	  --note $(EXAMPLES)
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file

@@ -492,7 +492,7 @@ void test_a_reader_that_stops_holds_up_the_reply_but_loses_nothing(void)
     TEST_ASSERT_FALSE(console_idle(&console));
     for (uint16_t i = 0; i < 1000; i++)
         turn();
-    TEST_ASSERT_NOT_NULL(strstr(said, "sync REG LENGTH ID:BYTE,BYTE,... ...: write many"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "sync REG LENGTH ID:BYTE,... ...: write many"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);
 }
 

@@ -3,7 +3,8 @@
 
 #include "console/errors.h"
 #include "console/input.h"
-#include "console/number.h"
+#include "console/number_format.h"
+#include "console/number_parse.h"
 #include "unity.h"
 
 static struct token token;

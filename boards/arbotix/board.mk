@@ -6,8 +6,8 @@ F_CPU      := 16000000
 FLASH_MAX  := 61440
 RAM_MAX    := 3456
 
-# The firmware leaves this out, for want of flash.
-OMIT       := diagnose
+# All commands but diagnose: the flash has no room for more.
+PROFILE    := console
 
 # Through an ISP programmer, which needs no boot loader. The fuses are left as shipped: external
 # crystal.

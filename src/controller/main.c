@@ -14,7 +14,6 @@
 #include "avr/memory.h"
 #include "robot/robot.h"
 #include "avr/serial.h"
-#include "texts.h" // TEXT_HOST_RESCUED
 #include "host/device_registers.h"
 #include "avr/watchdog.h"
 
@@ -38,6 +37,9 @@
 /* Of so many turns one looks after host link, alarms and memory, while there is other work; and two
  * after the console, while a packet comes in. */
 #define KEPT_TURNS 8
+
+static const CDS_FLASH char host_rescued[] =
+    "host link at own rate of the board: save keeps it";
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's
 
@@ -240,7 +242,7 @@ static void keep_own_baud(void)
         return;
     controller.rescue.enters = 0;
     controller.settings.host_baud = HOST_BAUD_OWN;
-    printer_line(printer, TEXT_HOST_RESCUED);
+    printer_line(printer, host_rescued);
 }
 
 /* What the host says. True: it is in the midst of a packet. */

@@ -2,7 +2,7 @@
  * links, bytes and errors for both, their registers in RAM. Says how often they differed, or
  * changed a register or flag of whom they interrupted, and the longest of each in cycles: with 4
  * for the entry, which a call takes too, and 2 for the vector. */
-#include "console/handlers.h"
+#include "handlers.h"
 
 #include <string.h>
 

@@ -1,16 +1,14 @@
 /* The text console: reading lines and running them; see console.h. The end of replies is in
- * reply.c, the commands in cmd_....c. */
+ * reply.c, the commands in commands/. */
 #include "console/console.h"
 
 #include <stddef.h>
 #include <string.h>
 
-#include "console/commands.h"
 #include "console/errors.h"
-#include "console/handlers.h" // alarm_tell()
-#include "host/host_demux.h"  // HOST_MARK_DROPPED
-#include "console/input.h"    // input_peek(), input_drop()
-#include "compiler.h"         // NOINLINE
+#include "host/host_demux.h" // HOST_MARK_DROPPED
+#include "console/input.h"   // input_peek(), input_drop()
+#include "compiler.h"        // NOINLINE
 #include "console/reply.h"
 
 /* The bus must not wait for a line. */
@@ -19,7 +17,7 @@
 
 static void begin_line(struct console *console)
 {
-    command_begin(&console->line);
+    parse_begin(&console->line);
     console->token.length = 0;
     console->characters = 0;
     console->skipping = false;
@@ -64,7 +62,7 @@ static void end_word(struct console *console, char separator)
 
     if (empty && (separator == ' ' || console->line.words == 0))
         return; // several spaces count as one
-    command_word(&console->line, &console->token, separator);
+    parse_word(&console->line, &console->token, separator);
     console->token.length = 0;
 }
 
@@ -79,7 +77,7 @@ static void feed(struct console *console, char c)
         return;
     if (c == ' ' || c == '\t')
         end_word(console, ' ');
-    else if ((c == ':' || c == ',') && command_in_block(&console->line))
+    else if ((c == ':' || c == ',') && parse_in_block(&console->line))
         end_word(console, c);
     else
         lexer_add(&console->token, c);
@@ -95,7 +93,7 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
 
 NOINLINE static void begin_command(struct console *console)
 {
-    if (!commands[console->line.kind].instruction) // else the packet of the line stands there
+    if (!console->line.command->instruction) // else the packet of the line stands there
         memset(console_job(console), 0, sizeof(union console_job));
     console->step = 0;
     console->phase = 0;
@@ -107,7 +105,7 @@ NOINLINE static void begin_command(struct console *console)
 /* The command that console->line is. */
 static void run(struct console *console)
 {
-    const CDS_FLASH struct command *command = &commands[console->line.kind];
+    const CDS_FLASH struct command *command = console->line.command;
     uint8_t error = 0;
 
     begin_command(console);
@@ -127,7 +125,7 @@ static void end_line(struct console *console)
         begin_line(console); // an empty line asks for nothing
         return;
     }
-    error = command_end(&console->line);
+    error = parse_end(&console->line);
     if (error)
         conclude(console, error);
     else
@@ -312,11 +310,11 @@ bool console_key(struct console *console)
     return pressed;
 }
 
-bool console_operates(struct console *console, uint8_t operation)
+bool console_operates(struct console *console)
 {
     struct robot *robot = console->robot;
 
-    if (robot->operation == operation) {
+    if (robot->operation) {
         if (console_key(console))
             robot_abort(robot);
         return true;
@@ -334,7 +332,7 @@ static void poll_command(struct console *console)
 {
     if (!printer_ready(&console->printer))
         return;
-    if (!commands[console->line.kind].poll(console))
+    if (!console->line.command->poll(console))
         conclude(console, 0);
     else if (console->step < UINT8_MAX)
         console->step++;
@@ -343,8 +341,8 @@ static void poll_command(struct console *console)
 static void answer_stop(struct console *console)
 {
     console->stop_asked = false;
-    command_begin(&console->line);
-    console->line.kind = COMMAND_stop;
+    parse_begin(&console->line);
+    console->line.command = command_set.on_stop;
     begin_command(console);
 }
 
@@ -352,13 +350,13 @@ static void read_line(struct console *console)
 {
     if (console->stop_asked)
         answer_stop(console);
-    else if (!alarm_tell(console))
+    else if (!command_set.report(console))
         read_input(console);
 }
 
 static void go_on(struct console *console)
 {
-    if (console->stop_asked && console->line.kind != COMMAND_stop)
+    if (console->stop_asked && console->line.command != command_set.on_stop)
         interrupt(console);
     else
         poll_command(console);

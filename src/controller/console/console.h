@@ -17,7 +17,7 @@
 #include "cds55xx/bus.h"      // struct cds_bus
 #include "cds55xx/feedback.h" // struct cds_feedback
 #include "cds55xx/setup.h"    // struct cds_setup
-#include "console/command.h"  // struct command_line
+#include "console/parse.h"    // struct command_line
 #include "console/editor.h"   // struct editor
 #include "robot/failsafe.h"   // struct failsafe
 #include "robot/robot.h"      // struct robot
@@ -61,7 +61,7 @@ union console_job {
 union console_buffer {
     uint8_t packet[CDS_LENGTH_MAX + 4]; // the longest
     struct {
-        uint8_t packet[2 * COMMAND_LIST_MAX]; // words of a list, too
+        uint8_t packet[2 * PARSE_LIST_MAX]; // words of a list, too
         union console_job job;
     } command;
 };
@@ -133,9 +133,9 @@ bool console_waits(struct console *console);
  * due. */
 bool console_answered(const struct console *console);
 
-/* Is the robot's operation (enum robot_operation) still under way? A key ends it. If not, its
- * outcome is in console->error. */
-bool console_operates(struct console *console, uint8_t operation);
+/* True while the robot's operation is under way; a key ends it. Then its outcome is in
+ * console->error. */
+bool console_operates(struct console *console);
 
 /* The robot's servo line.id, or NULL. */
 struct cds_servo_state *console_servo(const struct console *console);

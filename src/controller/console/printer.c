@@ -2,28 +2,22 @@
 #include "console/printer.h"
 
 #include <stddef.h>
-#include <string.h>
 
-#include "console/number.h" // number_write()
-#include "texts.h"          // TEXTS
+#include "console/number_format.h" // number_write()
 
-#define CODES_PER_CALL 4  // the bus must not wait for a text
-#define ROOM           20 // for as many characters, the last one a number with its unit, and the end
+#define CHARACTERS_PER_CALL 4 // the bus must not wait for a message
+#define ROOM                20 // for as many characters, the last one a number with its unit, and the end
 
-static const CDS_FLASH char plain[TEXT_MARK] = TEXT_PLAIN;
-static const CDS_FLASH uint8_t pairs[][2] = TEXT_PAIRS;
-static const CDS_FLASH uint8_t texts[] = TEXTS;
+/* Conversions that print a register's value, and its unit. */
+static const CDS_FLASH struct {
+    char letter;
+    uint8_t unit; // enum cds_unit
+} units[] = {
+    {'a', CDS_UNIT_MDEG},    {'r', CDS_UNIT_SIGNED_MRPM}, {'v', CDS_UNIT_MV},
+    {'c', CDS_UNIT_CELSIUS}, {'b', CDS_UNIT_BPS},
+};
 
-/* What a mark stands for: MARKS of scripts/texts.py. */
-enum mark {
-    MARK_DECIMAL,
-    MARK_TEXT, // its values, if it has marks, are the next ones
-    MARK_LONG, // two values: 32 bits, of which 31 are shown
-    MARK_UNIT, // of `units`, and so are those behind it
-} __attribute__((packed));
-
-static const CDS_FLASH uint8_t marked_units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
-                                                 CDS_UNIT_CELSIUS, CDS_UNIT_BPS};
+#define UNITS (sizeof units / sizeof units[0])
 
 void printer_end_of_line(struct printer *printer)
 {
@@ -31,103 +25,85 @@ void printer_end_of_line(struct printer *printer)
     printer_char(printer, '\n');
 }
 
-uint16_t printer_text_at(uint16_t text, uint8_t index)
+void printer_text(struct printer *printer, const CDS_FLASH char *message)
 {
-    const CDS_FLASH uint8_t *at = &texts[text];
-
-    for (; index; index--)
-        at += *at + 1;
-    return (uint16_t)(at - texts);
-}
-
-static void begin_text(struct printer *printer, uint16_t text)
-{
-    const CDS_FLASH uint8_t *at = &texts[text];
-
-    printer->left = *at++;
-    printer->text = at;
-}
-
-void printer_text(struct printer *printer, uint16_t text)
-{
-    begin_text(printer, text);
+    printer->text = message;
     printer->next = 0;
     printer->ends = false;
     printer->within = true;
 }
 
-void printer_line(struct printer *printer, uint16_t text)
+void printer_line(struct printer *printer, const CDS_FLASH char *message)
 {
-    printer_text(printer, text);
+    printer_text(printer, message);
     printer->ends = true;
 }
 
-void printer_line_at(struct printer *printer, uint16_t text, uint8_t index)
-{
-    printer_line(printer, printer_text_at(text, index));
-}
-
-/* Ends what is written. True: there is more to write. */
+/* Ends what is printed. True: there is more to print. */
 static bool goes_on(struct printer *printer)
 {
-    while (printer->text && !printer->depth && !printer->left) {
+    while (printer->text && *printer->text == '\0') {
         printer->text = printer->outer;
-        printer->left = printer->outer_left;
         printer->outer = NULL;
-        if (!printer->text && printer->ends)
+        if (printer->text == NULL && printer->ends)
             printer_end_of_line(printer);
     }
     return printer->text != NULL;
 }
 
-static void write_long(struct printer *printer)
+static union printer_value take_value(struct printer *printer)
 {
-    uint32_t value;
+    return printer->values[printer->next++];
+}
 
-    memcpy(&value, &printer->values[printer->next], sizeof value);
-    printer->next = (uint8_t)(printer->next + 2);
+static void print_long(struct printer *printer)
+{
+    uint16_t low = take_value(printer).number;
+    uint32_t value = (uint32_t)take_value(printer).number << 16 | low;
+
     printer_fixed(printer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
 }
 
-static void write_value(struct printer *printer, uint8_t mark)
+/* False: the letter is no conversion of a unit. */
+static bool print_unit(struct printer *printer, char letter)
 {
-    uint16_t value = printer->values[printer->next];
-
-    if (mark == MARK_LONG) {
-        write_long(printer);
-        return;
+    for (uint8_t i = 0; i < UNITS; i++) {
+        if (units[i].letter == letter) {
+            number_write(printer, (enum cds_unit)units[i].unit, take_value(printer).number);
+            return true;
+        }
     }
-    printer->next++;
-    switch (mark) {
-    case MARK_DECIMAL: printer_decimal(printer, value); break;
-    case MARK_TEXT:
-        printer->outer = printer->text;
-        printer->outer_left = printer->left;
-        begin_text(printer, value);
-        break;
-    default: number_write(printer, (enum cds_unit)marked_units[mark - MARK_UNIT], value); break;
-    }
+    return false;
 }
 
-/* Writes what the next code of the text stands for. False: a number, which takes long. */
-static bool write_code(struct printer *printer)
+/* Prints what the letter behind a % stands for. False: nothing. */
+static bool print_value(struct printer *printer, char letter)
 {
-    uint8_t code;
+    if (letter == 'u')
+        printer_decimal(printer, take_value(printer).number);
+    else if (letter == 'l')
+        print_long(printer);
+    else
+        return print_unit(printer, letter);
+    return true;
+}
 
-    if (printer->depth) {
-        code = printer->rest[--printer->depth];
-    } else {
-        code = *printer->text++;
-        printer->left--;
-    }
-    for (; code >= TEXT_PAIR; code = pairs[code - TEXT_PAIR][0])
-        printer->rest[printer->depth++] = pairs[code - TEXT_PAIR][1];
-    if (code < TEXT_MARK) {
-        cds_ring_put(printer->ring, (uint8_t)plain[code]);
+/* Prints the next character of the message, or a value. False: a number, which takes long. */
+static bool print_next(struct printer *printer)
+{
+    char c = *printer->text++;
+
+    if (c == '%' && *printer->text == 's') {
+        printer->outer = printer->text + 1;
+        printer->text = take_value(printer).text;
         return true;
     }
-    write_value(printer, (uint8_t)(code - TEXT_MARK));
-    return code == TEXT_MARK + MARK_TEXT;
+    if (c == '%' && print_value(printer, *printer->text)) {
+        printer->text++;
+        return false;
+    }
+    cds_ring_put(printer->ring, (uint8_t)c);
+    return true;
 }
 
 bool printer_ready(struct printer *printer)
@@ -137,8 +113,8 @@ bool printer_ready(struct printer *printer)
     if (printer->text) {
         if (count > CDS_RING_SIZE - ROOM)
             return false;
-        for (uint8_t left = CODES_PER_CALL; goes_on(printer); left--)
-            if (left == 0 || !write_code(printer))
+        for (uint8_t left = CHARACTERS_PER_CALL; goes_on(printer); left--)
+            if (left == 0 || !print_next(printer))
                 return false;
         count = cds_ring_count(printer->ring);
     }

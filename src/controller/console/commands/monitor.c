@@ -5,8 +5,11 @@
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
+#include "console/number_format.h"
+
+static const CDS_FLASH char message_lines[] = "%u lines, %u answers missing";
 
 #define PERIOD_MS     100
 #define PERIOD_MIN_MS 10
@@ -20,7 +23,7 @@ enum monitor_phase {
     SUM_UP,
 } __attribute__((packed));
 
-uint8_t monitor_begin(struct console *console)
+static uint8_t monitor_begin(struct console *console)
 {
     struct monitor *monitor = &console_job(console)->monitor;
     const struct command_line *line = &console->line;
@@ -131,9 +134,9 @@ static bool sum_up(struct console *console)
         printer_end_of_line(&console->printer);
         return true;
     }
-    console->printer.values[0] = monitor->lines;
-    console->printer.values[1] = monitor->failed;
-    printer_line(&console->printer, TEXT_LINES);
+    console->printer.values[0].number = monitor->lines;
+    console->printer.values[1].number = monitor->failed;
+    printer_line(&console->printer, message_lines);
     return false;
 }
 
@@ -147,7 +150,7 @@ static void ask(struct console *console)
     console->phase = result == CDS_OK ? TAKE : SUM_UP;
 }
 
-bool monitor_poll(struct console *console)
+static bool monitor_poll(struct console *console)
 {
     struct monitor *monitor = &console_job(console)->monitor;
     bool asked = console->phase == TAKE;
@@ -171,3 +174,20 @@ bool monitor_poll(struct console *console)
     default: return sum_up(console);
     }
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("monitor ID... [every MS]"),
+        .what = FLASH_TEXT("draw what servos do, until a key"),
+        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. A line a "
+                                   "period, for serial plotters"),
+        .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
+        .begin = monitor_begin,
+        .poll = monitor_poll,
+    },
+};
+
+const CDS_FLASH struct command_group monitor_commands = {
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};
