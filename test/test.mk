@@ -59,7 +59,7 @@ HOST_TEST_FLAGS := $(HOST_COMMON) $(SANITIZE) $(INCLUDES) -Isrc/controller -Isim
 build/host/test/flags: force
 	$(call stamp,$(CC) $(HOST_TEST_FLAGS))
 
-build/host/test/obj/%.o: %.c build/host/test/flags | deps $(TEXTS)
+build/host/test/obj/%.o: %.c build/host/test/flags | deps
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
@@ -108,7 +108,7 @@ AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -gdwarf-2,$($(AVR_TEST_BOA
 $(AVR_TEST)/flags: force
 	$(call stamp,$(AVR_TEST_FLAGS))
 
-$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps $(TEXTS)
+$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@

@@ -253,9 +253,8 @@ class Scripts(unittest.TestCase):
         self.assertEqual(sum(flash[name] for name in folders), text + data)
         files = sum(int(size) for size, _, inner, _ in rows if inner)  # two folders may each have a bus.c
         self.assertEqual(files, sum(flash[name] for name in folders if "/" in name))
-        texts = int(re.search(r"(\d+) t texts$",
-                              run("avr-nm", "--print-size", "--radix=d", elf)[1], re.M)[1])
-        self.assertTrue(texts < tables["printer.c"] < flash["printer.c"], output)
+        self.assertTrue(0 < tables["printer.c"] < flash["printer.c"], output)
+        self.assertGreater(flash["strings in tables"], 5000, output)
         self.assertNotIn("servos.c", tables)
         self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)

@@ -25,7 +25,7 @@ static struct device_registers registers;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
-static struct keeper keeper;
+static struct failsafe failsafe;
 static struct console console;
 static uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
 static uint16_t lost;
@@ -51,15 +51,15 @@ static void open_all(void)
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
-    keeper = (struct keeper){.settings = &settings,
+    failsafe = (struct failsafe){.settings = &settings,
                              .store = &store,
                              .robot = &robot,
                              .damaged_stops = &host.counters.stops};
-    device_registers_open(&registers, &keeper, &host, &bridge, &lost);
+    device_registers_open(&registers, &failsafe, &host, &bridge, &lost);
     device.ops = &device_registers_ops;
     device.context = &registers;
     bridge_open(&bridge, &bus, &host, &device, &output, packets[1] + STATUS_PACKET_HEAD);
-    console_open(&console, &keeper, &text, &output);
+    console_open(&console, &failsafe, &text, &output);
 }
 
 /* Whoever is asked answers what was asked for; a third of them do not. A damaged READ that is whole
@@ -81,10 +81,10 @@ static void turn(void)
 
     port_fake.now_us += 20;
     if (heard != input.head)
-        keeper_heard(&keeper);
+        failsafe_heard(&failsafe);
     heard = input.head;
-    keeper_poll(&keeper);
-    keeper.counts_stack = false; // as main does when it has counted
+    failsafe_poll(&failsafe);
+    failsafe.counts_stack = false; // as main does when it has counted
     if (bus.link.state == CDS_LINK_TALKING && port_fake_transmit(&bus.link, 0)) {
         if (on_packet)
             on_packet(port_fake.sent, port_fake.sent_size);

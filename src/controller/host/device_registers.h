@@ -8,10 +8,10 @@
 #include "host/bridge.h"     // struct bridge
 #include "host/device.h"     // struct device_ops
 #include "host/host_demux.h" // struct host_demux
-#include "robot/failsafe.h"  // struct keeper
+#include "robot/failsafe.h"  // struct failsafe
 
 struct device_registers {
-    struct keeper *keeper;
+    struct failsafe *failsafe;
     const struct host_demux *host;
     const struct bridge *bridge;
     const volatile uint16_t *gaps; // bytes of the host that the receive handler lost
@@ -21,8 +21,8 @@ struct device_registers {
 /* For a device whose context is a struct device_registers. */
 extern const CDS_FLASH struct device_ops device_registers_ops;
 
-/* The settings, robot and bus are those of `keeper`, which has begun. */
-void device_registers_open(struct device_registers *registers, struct keeper *keeper,
+/* The settings, robot and bus are those of `failsafe`, which has begun. */
+void device_registers_open(struct device_registers *registers, struct failsafe *failsafe,
                            const struct host_demux *host, const struct bridge *bridge,
                            const volatile uint16_t *gaps);
 

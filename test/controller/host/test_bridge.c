@@ -19,7 +19,7 @@ static struct device_registers registers;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
-static struct keeper keeper;
+static struct failsafe failsafe;
 static uint8_t buffers[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
 static uint16_t gaps;
 
@@ -49,8 +49,8 @@ void setUp(void)
     robot_begin(&robot, &bus, 0);
     attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
     settings_default(&settings);
-    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
-    device_registers_open(&registers, &keeper, &host, &bridge, &gaps);
+    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    device_registers_open(&registers, &failsafe, &host, &bridge, &gaps);
     device.ops = &device_registers_ops;
     device.context = &registers;
     bridge_open(&bridge, &bus, &host, &device, &output, buffers[1] + STATUS_PACKET_HEAD);
@@ -432,10 +432,10 @@ void test_a_reset_brings_back_the_defaults(void)
     TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
 }
 
-void test_the_keeper_stands_behind_the_registers(void)
+void test_registers_hold_what_the_failsafe_knows(void)
 {
-    keeper.reset_cause = KEEPER_RESET_WATCHDOG;
-    keeper.link_lost = true;
+    failsafe.reset_cause = FAILSAFE_RESET_WATCHDOG;
+    failsafe.link_lost = true;
     cds_servos_add(&robot.servos, 7);
     cds_servos_add(&robot.servos, 9);
     robot_inhibit(&robot);
@@ -450,13 +450,13 @@ void test_the_keeper_stands_behind_the_registers(void)
     robot.stopping = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // not before torque is off
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
     robot.stopping = false;
     turns(60);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0);
     assert_heard(DEVICE_IS, 0, NULL, 0);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
     TEST_ASSERT_EQUAL_UINT8(0, cds_servos_inhibits(&robot.servos, &robot.states[0]));
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 1);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -469,11 +469,11 @@ void test_inhibit_register_written_0_releases(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 1); // a stop is a broadcast of torque off, not this
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    keeper.link_lost = true;
+    failsafe.link_lost = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
-    keeper.link_lost = false;
+    failsafe.link_lost = false;
     robot.stopping = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 0); // not before torque is off
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);

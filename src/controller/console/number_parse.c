@@ -1,10 +1,11 @@
-/* Numbers with units; see number.h. */
-#include "console/number.h"
+/* Numbers with units, as they are typed; see number_parse.h. */
+#include "console/number_parse.h"
 
 #include <stdbool.h>
 
-#include "cds55xx/control_table.h" // cds_register_name()
 #include "console/errors.h"
+#include "console/unit_names.h" // unit_shown[]
+#include "flash.h"              // CDS_FLASH
 
 struct unit_name {
     char text[5];
@@ -20,24 +21,6 @@ static const CDS_FLASH struct unit_name unit_names[] = {
     {"us", NUMBER_TIME, 0},    {"ms", NUMBER_TIME, 3},    {"s", NUMBER_TIME, 6},
     {"bps", NUMBER_RATE, 0},   {"kbps", NUMBER_RATE, 3},
 };
-
-/* How a register's unit is shown: the library's, times 10^exponent. */
-struct unit_shown {
-    char text[4];
-    uint8_t kind;
-    uint8_t exponent;
-};
-
-static const CDS_FLASH struct unit_shown shown[] = {
-    [CDS_UNIT_NONE] = {"", NUMBER_BARE, 0},     [CDS_UNIT_NUMBER] = {"", NUMBER_BARE, 0},
-    [CDS_UNIT_MDEG] = {"deg", NUMBER_ANGLE, 3}, [CDS_UNIT_MARGIN_MDEG] = {"deg", NUMBER_ANGLE, 3},
-    [CDS_UNIT_MRPM] = {"rpm", NUMBER_SPEED, 3}, [CDS_UNIT_SIGNED_MRPM] = {"rpm", NUMBER_SPEED, 3},
-    [CDS_UNIT_CPCT] = {"%", NUMBER_SHARE, 2},   [CDS_UNIT_SIGNED_CPCT] = {"%", NUMBER_SHARE, 2},
-    [CDS_UNIT_MV] = {"V", NUMBER_VOLTAGE, 3},   [CDS_UNIT_CELSIUS] = {"C", NUMBER_TEMPERATURE, 0},
-    [CDS_UNIT_US] = {"us", NUMBER_TIME, 0},     [CDS_UNIT_BPS] = {"bps", NUMBER_RATE, 0},
-};
-
-/* ---- reading ---- */
 
 /* The value of a digit in `base`, or `base` if it is none. */
 static uint8_t digit_value(char c, uint8_t base)
@@ -193,8 +176,9 @@ uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_
 {
     bool is_raw = number->kind == NUMBER_RAW || unit == CDS_UNIT_NONE;
     int32_t value;
-    uint8_t error = is_raw ? value_of(number, NUMBER_RAW, 0, &value)
-                           : value_of(number, shown[unit].kind, shown[unit].exponent, &value);
+    uint8_t error =
+        is_raw ? value_of(number, NUMBER_RAW, 0, &value)
+               : value_of(number, unit_shown[unit].kind, unit_shown[unit].exponent, &value);
 
     if (error)
         return error;
@@ -232,33 +216,4 @@ uint8_t number_ms(const struct number *number, uint16_t *ms)
         return ERROR_OUT_OF_RANGE;
     *ms = (uint16_t)(us / 1000);
     return *ms * 1000L == us ? 0 : ERROR_NOT_A_NUMBER;
-}
-
-/* ---- writing ---- */
-
-void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw)
-{
-    int32_t value = raw;
-
-    if (unit != CDS_UNIT_NONE &&
-        cds_units_from_register(&cds_profile_cds55xx, unit, raw, &value) != CDS_OK) {
-        writer_char(writer, '?');
-        return;
-    }
-    writer_fixed(writer, value, shown[unit].exponent);
-}
-
-void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw)
-{
-    number_write_bare(writer, unit, raw);
-    writer_flash(writer, shown[unit].text);
-}
-
-void number_write_name(struct writer *writer, uint8_t address)
-{
-    char name[CDS_REGISTER_NAME_SIZE];
-
-    cds_register_name(address, name, sizeof name);
-    writer_string(writer, name);
-    writer_equals(writer);
 }

@@ -1,13 +1,12 @@
 /* Numbers as people write them, with a unit or without: 90, 90.5deg, 512raw, 0x200, -30rpm, 6.0V.
  * Whole numbers throughout: the decimals are a power of ten. */
-#ifndef CONTROLLER_NUMBER_H
-#define CONTROLLER_NUMBER_H
+#ifndef CONTROLLER_NUMBER_PARSE_H
+#define CONTROLLER_NUMBER_PARSE_H
 
 #include <stdint.h>
 
-#include "cds55xx/units.h"   // enum cds_unit
-#include "console/lexer.h"   // struct token
-#include "console/printer.h" // struct writer
+#include "cds55xx/units.h" // enum cds_unit
+#include "console/lexer.h" // struct token
 
 /* What is counted, if it was said. */
 enum number_kind {
@@ -49,15 +48,5 @@ uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t 
 
 /* A time in milliseconds, which a bare number is: 0 and *ms; else as number_register(). */
 uint8_t number_ms(const struct number *number, uint16_t *ms);
-
-/* Writes the value of a register in its unit, "150.147deg", "-3.5rpm", "6.5V", "32C": at most 14
- * characters. A value that the unit does not have: "?". */
-void number_write(struct writer *writer, enum cds_unit unit, uint16_t raw);
-
-/* The same without the unit's name, for machines. */
-void number_write_bare(struct writer *writer, enum cds_unit unit, uint16_t raw);
-
-/* Writes "GOAL_POSITION = ", at most 25 characters, of the register at `address`. */
-void number_write_name(struct writer *writer, uint8_t address);
 
 #endif
