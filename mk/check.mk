@@ -1,6 +1,6 @@
 # Checks, and documents that are made from tables.
 
-FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] boards/*/*.h examples/*.c \
+FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c \
 	test/*/*.[ch] test/*/*/*.[ch])
 
 # Each public header compiles alone, as C99 and as C++11.
@@ -16,8 +16,9 @@ check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
+	@echo '  CHECK    links'; scripts/links.py
 	@scripts/readme.py --check
-	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
+	@echo '  CHECK    docs/internals/conformance.md'; scripts/conformance.py
 	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
 	@echo '  CHECK    headers'; for h in $(PUBLIC_HEADERS); do \
@@ -36,6 +37,11 @@ eva:
 docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
+
+## pictures: draw docs/img/*.svg from runs of the simulator
+.PHONY: pictures
+pictures: tools build/atmega128/controller.elf build/host/cds55xx-sim
+	@scripts/pictures.py
 
 ## format: put all C into the project's format
 .PHONY: format

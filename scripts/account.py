@@ -2,7 +2,7 @@
 """Where the cycles of a figure of the bench go: the worst case of each, function by function, as the
 simulated CPU runs it (--steps). What gcc inlines counts for the function it stands in.
 
-usage: account.py [--docs]    --docs: the tables of docs/performance.md anew
+usage: account.py [--docs]    --docs: the tables of docs/internals/performance.md anew
 """
 import bisect
 import collections
@@ -18,7 +18,7 @@ from measure import BYTE, CALL, DELAYS, MHZ, POLL, RETURN_DELAY, ROOT, WHOLE, Ru
 sys.path.insert(0, str(ROOT / "test/runs"))
 import feedback
 
-DOCS = ROOT / "docs/performance.md"
+DOCS = ROOT / "docs/internals/performance.md"
 HANDLER = re.compile(r"__vector_\d+|__vectors")
 COPY = re.compile(r"\.(constprop|lto_priv|part).*")  # of a function: what gcc calls it
 MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US

@@ -22,7 +22,8 @@ import subprocess
 import sys
 
 HOT = re.compile(r"cds_(?:bus_(?:poll|submit)|cycle_(?:poll|goal|commit)|"
-                 r"(?:link|group_read|sync_write|servo(?!_units)|feedback|packet|parser|port)_\w+)$|__vector_")
+                 r"(?:link|group_read|read_pipeline|sync_write|servo(?!_units)|feedback|packet|parser|"
+                 r"port)_\w+)$|__vector_")
 
 # Of functions whose address is taken (object: name): the functions that call them through a pointer.
 POINTERS = {
@@ -37,8 +38,9 @@ POINTERS = {
     r"learn\.o: cds_servos_on_packet": r"bus\.o: note_unexpected",
     r"permit\.o: cds_servos_permit_goal|servos\.o: changed_since": r"cycle_goals\.o: \w+",
     r"servos\.o: set_move": r"registered_move\.o: set_move",
-    r"(?:steps|torque_off)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
+    r"(?:steps|torque_off|read_pipeline)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
     r"steps\.o: abort_steps": r"torque_off\.o: has_own_rate", # of a lock
+    r"group_read\.o: (?:next|take)": r"read_pipeline\.o: \w+",
     r"\w+\.o: (?:send|ended|send_packet|packet_ended)": r"steps\.o: cds_steps_poll",
 }
 # In a linked program; what waits by its name is the program's own choice.

@@ -21,6 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 RAM = 0x800000  # addresses from here on are not flash: of .data, whose initial values are
 OURS = re.compile(r"^(?!/usr/)(?:.*/)?((?:src|include|boards|examples|test)/.*)")
 ELSEWHERE = "compiler and C library"
+STRINGS = "strings in tables"  # FLASH_TEXT() of messages.h: symbols that the compiler names
 BEFORE = "vectors and start-up"
 HEADING = re.compile(r"(?:CU: )?(\S+):$")
 ROW = re.compile(r"(\S+) +\d+ +(?:0x)?([0-9a-f]+)$")
@@ -49,7 +50,8 @@ def symbols(elf):
         symbol, _, place = line.partition("\t")
         words = symbol.split()
         if len(words) == 4:
-            yield int(words[0], 16), int(words[1], 16), file_of(place.rpartition(":")[0]), words[2]
+            file = STRINGS if "compound_literal" in words[3] else file_of(place.rpartition(":")[0])
+            yield int(words[0], 16), int(words[1], 16), file, words[2]
 
 
 def lines_of_code(elf):

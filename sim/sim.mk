@@ -6,7 +6,7 @@ SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit
 SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
 SIM_FLAGS += -DSIM_SCRIPTS_DIR='"$(CURDIR)/scripts"'
 SIM_LIBS := -lsimavr -lm
-SIM_SRC := $(wildcard sim/*.c)
+SIM_SRC := $(wildcard sim/*.c sim/*/*.c)
 
 build/host/flags: force
 	$(call stamp,$(CC) $(SIM_FLAGS) $(SANITIZE))

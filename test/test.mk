@@ -19,12 +19,12 @@ build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 FAULTS_PART ?= 1/1
 SEED ?= 0
 
-## faults: every fault of docs/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
+## faults: every fault of docs/internals/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
 .PHONY: faults
 faults: $(FAULTS_NEEDS)
 	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
 
-## faults-docs: the same, and its table in docs/faults.md anew
+## faults-docs: the same, and its table in docs/internals/faults.md anew
 .PHONY: faults-docs
 faults-docs: faults
 	@scripts/faults.py --docs
@@ -59,7 +59,7 @@ HOST_TEST_FLAGS := $(HOST_COMMON) $(SANITIZE) $(INCLUDES) -Isrc/controller -Isim
 build/host/test/flags: force
 	$(call stamp,$(CC) $(HOST_TEST_FLAGS))
 
-build/host/test/obj/%.o: %.c build/host/test/flags | deps $(TEXTS)
+build/host/test/obj/%.o: %.c build/host/test/flags | deps
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
@@ -108,7 +108,7 @@ AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -gdwarf-2,$($(AVR_TEST_BOA
 $(AVR_TEST)/flags: force
 	$(call stamp,$(AVR_TEST_FLAGS))
 
-$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps $(TEXTS)
+$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@

@@ -11,7 +11,9 @@ static struct cds_bus bus;
 CDS_AVR_BUS(bus, 0)
 CDS_AVR_CLOCK()
 
-BENCH_REQUEST(request, BYTES);
+static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][BYTES];
+static struct cds_request requests[2] = {CDS_REQUEST(packets[0], replies[0]),
+                                         CDS_REQUEST(packets[1], replies[1])};
 static struct cds_group_read group;
 static struct cds_group_answer answers[SERVOS_MAX];
 static uint8_t ids[SERVOS_MAX], data[SERVOS_MAX * BYTES];
@@ -20,7 +22,7 @@ static volatile uint8_t address = CDS_REG_PRESENT_POSITION, bytes = BYTES;
 BENCH_NOINLINE static enum cds_result read(uint8_t servos, uint8_t from, uint8_t length)
 {
     const struct cds_group_read_config config = {.bus = &bus,
-                                                 .request = &request,
+                                                 .requests = requests,
                                                  .ids = ids,
                                                  .data = data,
                                                  .answers = answers,

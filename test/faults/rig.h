@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "bench.h"
+#include "testbench.h"
 #include "job.h"
 
 #define RIG_US      16u  // cycles
@@ -39,8 +39,8 @@ struct timed_order {
 };
 
 struct rig {
-    struct bench bench;
-    struct bench_options options;
+    struct testbench bench;
+    struct testbench_options options;
     uint32_t job_at; // address of job_board
     struct event limit;
     bool late;                    // the limit was met

@@ -1,4 +1,4 @@
-"""The bench itself: what it measures is in docs/performance.md, from `make bench`."""
+"""The bench itself: what it measures is in docs/internals/performance.md, from `make bench`."""
 # needs: $(BENCH_NEEDS) build/atmega128/benchmark/slow_handlers.elf build/atmega128/benchmark/blocking_absent.elf
 import csv
 import pathlib
@@ -81,7 +81,7 @@ run 9000 700 0
 
 class Documents(unittest.TestCase):
     def test_a_stale_table_is_found_and_nothing_is_written(self):
-        before = [(ROOT / path).read_text() for path in ("README.md", "docs/performance.md")]
+        before = [(ROOT / path).read_text() for path in ("README.md", "docs/internals/performance.md")]
         with tempfile.NamedTemporaryFile("w") as file:
             file.write("\t".join(bench.COLUMNS) + "\nsync18\tx\t1\tcycles\tmax\t2\t-\t1\t-\n")
             file.flush()
@@ -90,7 +90,7 @@ class Documents(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(done.stdout.count("out of date"), 2)
         self.assertEqual(before, [(ROOT / path).read_text()
-                                  for path in ("README.md", "docs/performance.md")])
+                                  for path in ("README.md", "docs/internals/performance.md")])
 
 
 class Account(unittest.TestCase):

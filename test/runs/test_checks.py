@@ -67,8 +67,8 @@ class Layering(unittest.TestCase):
                                                      self.root)[1])
 
     def test_simulator_includes_nothing_of_the_library(self):
-        self.breach("sim/codec.c", '#include "cds55xx/packet.h"')
-        self.breach("sim/servo.c", '#include "../include/cds55xx/packet.h"')
+        self.breach("sim/wire/codec.c", '#include "cds55xx/packet.h"')
+        self.breach("sim/servo/servo.c", '#include "../include/cds55xx/packet.h"')
 
     def test_boards_hold_no_code(self):
         self.breach("boards/atmega128/board.h", "static inline int f(void) { return 1; }")
@@ -260,9 +260,8 @@ class Scripts(unittest.TestCase):
         self.assertEqual(sum(flash[name] for name in folders), text + data)
         files = sum(int(size) for size, _, inner, _ in rows if inner)  # two folders may each have a bus.c
         self.assertEqual(files, sum(flash[name] for name in folders if "/" in name))
-        texts = int(re.search(r"(\d+) t texts$",
-                              run("avr-nm", "--print-size", "--radix=d", elf)[1], re.M)[1])
-        self.assertTrue(texts < tables["printer.c"] < flash["printer.c"], output)
+        self.assertTrue(0 < tables["printer.c"] < flash["printer.c"], output)
+        self.assertGreater(flash["strings in tables"], 5000, output)
         self.assertNotIn("servos.c", tables)
         self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
@@ -271,7 +270,7 @@ class Scripts(unittest.TestCase):
 class Readme(unittest.TestCase):
     def test_a_program_outside_the_tree_builds_and_runs_with_its_command_line(self):
         """The command line of "Link the library", word for word but for the folder."""
-        text = (ROOT / "README.md").read_text()
+        text = (ROOT / "docs/library.md").read_text()
         command = re.search(r"```sh\n(avr-gcc (?:.*\\\n)*.*)\n```", text)[1]
         with tempfile.TemporaryDirectory() as folder:
             shutil.copy(ROOT / "examples/two_servos.c", f"{folder}/robot.c")

@@ -18,16 +18,16 @@
 
 static struct cds_bus bus;
 static struct cds_ring input, text, output;
-static struct host host;
+static struct host_demux host;
 static struct bridge bridge;
 static struct device device;
-static struct values values;
+static struct device_registers registers;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
-static struct keeper keeper;
+static struct failsafe failsafe;
 static struct console console;
-static uint8_t packets[2][ANSWER_BEFORE + HOST_PACKET_MAX];
+static uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
 static uint16_t lost;
 static bool broken; // bytes were lost, and nothing is taken until all before them were taken
 
@@ -47,19 +47,19 @@ static void open_all(void)
 {
     port_fake_reset();
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    host_open(&host, &input, &text, packets[0] + ANSWER_BEFORE);
+    host_demux_open(&host, &input, &text, packets[0] + STATUS_PACKET_HEAD);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
-    keeper = (struct keeper){.settings = &settings,
-                             .store = &store,
-                             .robot = &robot,
-                             .damaged_stops = &host.counters.stops};
-    values_open(&values, &keeper, &host, &bridge, &lost);
-    device.world = &values_world;
-    device.owner = &values;
-    bridge_open(&bridge, &bus, &host, &device, &output, packets[1] + ANSWER_BEFORE);
-    console_open(&console, &keeper, &text, &output);
+    failsafe = (struct failsafe){.settings = &settings,
+                                 .store = &store,
+                                 .robot = &robot,
+                                 .damaged_stops = &host.counters.stops};
+    device_registers_open(&registers, &failsafe, &host, &bridge, &lost);
+    device.ops = &device_registers_ops;
+    device.context = &registers;
+    bridge_open(&bridge, &bus, &host, &device, &output, packets[1] + STATUS_PACKET_HEAD);
+    console_open(&console, &failsafe, &text, &output);
 }
 
 /* Whoever is asked answers what was asked for; a third of them do not. A damaged READ that is whole
@@ -81,20 +81,20 @@ static void turn(void)
 
     port_fake.now_us += 20;
     if (heard != input.head)
-        keeper_heard(&keeper);
+        failsafe_heard(&failsafe);
     heard = input.head;
-    keeper_poll(&keeper);
-    keeper.counts_stack = false; // as main does when it has counted
+    failsafe_poll(&failsafe);
+    failsafe.counts_stack = false; // as main does when it has counted
     if (bus.link.state == CDS_LINK_TALKING && port_fake_transmit(&bus.link, 0)) {
         if (on_packet)
             on_packet(port_fake.sent, port_fake.sent_size);
         answer();
     }
     cds_bus_poll(&bus);
-    host_poll(&host);
+    host_demux_poll(&host);
     if (broken && cds_ring_count(&input) == 0) {
         broken = false;
-        host_gap(&host);
+        host_demux_gap(&host);
     }
     if (host.stop)
         console_stop(&console);

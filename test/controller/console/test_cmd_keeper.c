@@ -11,7 +11,7 @@
 static struct cds_bus bus;
 static struct cds_ring input, output;
 static struct console console;
-static struct keeper keeper;
+static struct failsafe failsafe;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
@@ -31,14 +31,14 @@ void setUp(void)
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     settings_load(&store, &settings);
-    keeper = (struct keeper){.settings = &settings,
-                             .store = &store,
-                             .robot = &robot,
-                             .damaged_stops = &damaged_stops,
-                             .room_bytes = 2000,
-                             .spare_bytes = 1234};
-    keeper_begin(&keeper, KEEPER_RESET_POWER | KEEPER_RESET_BROWN_OUT);
-    console_open(&console, &keeper, &input, &output);
+    failsafe = (struct failsafe){.settings = &settings,
+                                 .store = &store,
+                                 .robot = &robot,
+                                 .damaged_stops = &damaged_stops,
+                                 .room_bytes = 2000,
+                                 .spare_bytes = 1234};
+    failsafe_begin(&failsafe, FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT);
+    console_open(&console, &failsafe, &input, &output);
 }
 
 void tearDown(void)
@@ -49,9 +49,9 @@ void tearDown(void)
 
 static void turn(void)
 {
-    keeper_poll(&keeper);
+    failsafe_poll(&failsafe);
     settings_save_poll(&store);
-    keeper.counts_stack = false; // as main does when it has counted
+    failsafe.counts_stack = false; // as main does when it has counted
     cds_bus_poll(&bus);
     robot_poll(&robot);
     console_poll(&console);
@@ -222,7 +222,7 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
 {
     settings.link_loss_ms = 1;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "host link: watched\r\n"));
-    keeper.link_lost = true;
+    failsafe.link_lost = true;
     robot_inhibit(&robot);
     for (uint8_t id = 10; id <= 10 + ROBOT_SERVOS; id++)
         says(id, 0);

@@ -1,11 +1,8 @@
 /* The table of commands, and lines that are read by it. */
 #include <string.h>
 
-#include "console/commands.h"
 #include "console/errors.h"
-#include "console/input.h"
-#include "texts.h"
-#include "console/printer.h"
+#include "console/parse.h"
 #include "unity.h"
 
 static uint8_t packet[258];
@@ -16,7 +13,7 @@ void setUp(void)
 {
     request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(packet);
     line.request = &request;
-    command_begin(&line);
+    parse_begin(&line);
 }
 
 void tearDown(void)
@@ -28,37 +25,40 @@ static uint8_t read_line(const char *text)
 {
     struct token token = {0};
 
-    command_begin(&line);
+    parse_begin(&line);
     for (;; text++) {
-        bool block = command_in_block(&line) && (*text == ':' || *text == ',');
+        bool block = parse_in_block(&line) && (*text == ':' || *text == ',');
 
         if (*text != '\0' && *text != ' ' && !block) {
-            token_add(&token, *text);
+            lexer_add(&token, *text);
             continue;
         }
         if (token.length || block)
-            command_word(&line, &token, block ? *text : ' ');
+            parse_word(&line, &token, block ? *text : ' ');
         token.length = 0;
         if (*text == '\0')
-            return command_end(&line);
+            return parse_end(&line);
     }
 }
 
-/* The example of a row. */
-static uint8_t read_example(uint8_t row)
+/* Calls `check` with every command. */
+static void each_command(void (*check)(const CDS_FLASH struct command *command))
 {
-    static struct cds_ring ring;
-    struct writer writer = {.ring = &ring};
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (; *group; group++)
+        for (uint8_t i = 0; i < (*group)->count; i++)
+            check(&(*group)->rows[i]);
+}
+
+static uint8_t read_example(const CDS_FLASH struct command *command)
+{
     char text[80];
     uint8_t length = 0;
 
-    writer_line(&writer, writer_text_at(TEXT_EXAMPLE, row));
-    while (writer.text || cds_ring_count(&ring)) {
-        writer_ready(&writer);
-        for (; cds_ring_count(&ring) && length < sizeof text; input_drop(&ring, 1))
-            text[length++] = (char)input_peek(&ring, 0);
-    }
-    text[length - 2] = '\0'; // without the end of the line
+    for (; command->example[length]; length++)
+        text[length] = command->example[length];
+    text[length] = '\0';
     return read_line(text);
 }
 
@@ -71,58 +71,63 @@ static uint8_t length_of(const CDS_FLASH char *text)
     return length;
 }
 
-static uint16_t packed_length(uint16_t text, uint8_t index)
+static void check_row(const CDS_FLASH struct command *command)
 {
-    text = writer_text_at(text, index);
-    return (uint16_t)(writer_text_at(text, 1) - text - 1);
+    TEST_ASSERT_GREATER_THAN(2, length_of(command->usage));
+    TEST_ASSERT_GREATER_THAN(3, length_of(command->what));
+    TEST_ASSERT_GREATER_THAN(3, length_of(command->details));
+    TEST_ASSERT_TRUE_MESSAGE(command->begin || command->poll, "it does nothing");
 }
 
 void test_every_row_is_whole(void)
 {
-    for (uint8_t i = 0; i < COMMAND_COUNT; i++) {
-        const CDS_FLASH struct command *command = &commands[i];
+    each_command(check_row);
+}
 
-        TEST_ASSERT_LESS_THAN(TOKEN_MAX, length_of(command->words));
-        TEST_ASSERT_GREATER_THAN(3, packed_length(TEXT_USAGE, i));
-        TEST_ASSERT_GREATER_THAN(3, packed_length(TEXT_DETAILS, i));
-        TEST_ASSERT_TRUE_MESSAGE(command->begin || command->poll, "it does nothing");
-    }
+static void check_name(const CDS_FLASH struct command *command)
+{
+    struct token token = {0};
+
+    for (const CDS_FLASH char *c = command->usage; *c && *c != ' '; c++)
+        lexer_add(&token, *c);
+    TEST_ASSERT_LESS_THAN(TOKEN_MAX, token.length);
+    TEST_ASSERT_TRUE(command == parse_command(&token));
+    lexer_add(&token, 'x');
+    TEST_ASSERT_TRUE(parse_command(&token) == NULL);
+    token.length = (uint8_t)(token.length - 2);
+    if (token.length) // no name is the beginning of another one
+        TEST_ASSERT_TRUE(parse_command(&token) == NULL);
 }
 
 void test_every_name_finds_its_row(void)
 {
-    for (uint8_t i = 0; i < COMMAND_COUNT; i++) {
-        struct token token = {0};
+    each_command(check_name);
+}
 
-        for (const CDS_FLASH char *c = commands[i].words; *c; c++)
-            token_add(&token, *c);
-        TEST_ASSERT_EQUAL_UINT8(i, command_named(&token));
-        token_add(&token, 'x');
-        TEST_ASSERT_EQUAL_UINT8(COMMAND_COUNT, command_named(&token));
-        token.length = (uint8_t)(token.length - 2);
-        if (token.length) // no name is the beginning of another one
-            TEST_ASSERT_EQUAL_UINT8(COMMAND_COUNT, command_named(&token));
-    }
+static void check_example(const CDS_FLASH struct command *command)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, read_example(command));
+    TEST_ASSERT_TRUE(line.command == command);
 }
 
 void test_every_example_is_a_line_of_its_command(void)
 {
-    for (uint8_t i = 0; i < COMMAND_COUNT; i++) {
-        TEST_ASSERT_EQUAL_UINT8(0, read_example(i));
-        TEST_ASSERT_EQUAL_UINT8(i, line.kind);
-    }
+    each_command(check_example);
+}
+
+static void check_many_words(const CDS_FLASH struct command *command)
+{
+    struct token word = {.length = 1, .text = "1"};
+
+    read_example(command);
+    for (uint8_t more = 0; more < 60; more++)
+        parse_word(&line, &word, ' ');
+    TEST_ASSERT_NOT_EQUAL(0, parse_end(&line));
 }
 
 void test_a_word_too_many_is_an_error_of_every_command(void)
 {
-    struct token word = {.length = 1, .text = "1"};
-
-    for (uint8_t i = 0; i < COMMAND_COUNT; i++) {
-        read_example(i);
-        for (uint8_t more = 0; more < 60; more++)
-            command_word(&line, &word, ' ');
-        TEST_ASSERT_NOT_EQUAL(0, command_end(&line));
-    }
+    each_command(check_many_words);
 }
 
 void test_optional_words(void)
@@ -185,9 +190,9 @@ void test_a_list_is_never_longer_than_its_room(void)
 
     read_line("pose 1");
     for (uint8_t i = 0; i < 200; i++)
-        command_word(&line, &word, ' ');
-    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, command_end(&line));
-    TEST_ASSERT_EQUAL_UINT8(COMMAND_LIST_MAX, line.values);
+        parse_word(&line, &word, ' ');
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, parse_end(&line));
+    TEST_ASSERT_EQUAL_UINT8(PARSE_LIST_MAX, line.values);
 }
 
 void test_a_list_of_ids_neither(void)
@@ -198,8 +203,8 @@ void test_a_list_of_ids_neither(void)
 
         word.text[0] = (char)('0' + id / 10);
         word.text[1] = (char)('0' + id % 10);
-        command_word(&line, &word, ' ');
+        parse_word(&line, &word, ' ');
     }
-    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, command_end(&line));
-    TEST_ASSERT_EQUAL_UINT8(COMMAND_LIST_MAX, line.values);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, parse_end(&line));
+    TEST_ASSERT_EQUAL_UINT8(PARSE_LIST_MAX, line.values);
 }

@@ -14,7 +14,7 @@ static struct cds_ring input, output;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
-static struct keeper keeper;
+static struct failsafe failsafe;
 static struct console console;
 
 /* What the console has said; only the end of it is kept. */
@@ -32,8 +32,8 @@ void setUp(void)
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
-    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
-    console_open(&console, &keeper, &input, &output);
+    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    console_open(&console, &failsafe, &input, &output);
     said_length = 0;
     said[0] = '\0';
 }
@@ -488,11 +488,11 @@ void test_a_reader_that_stops_holds_up_the_reply_but_loses_nothing(void)
         cds_bus_poll(&bus);
         console_poll(&console); // nobody reads
     }
-    TEST_ASSERT_GREATER_THAN_UINT8(CDS_RING_SIZE - WRITER_PIECE, cds_ring_count(&output));
+    TEST_ASSERT_GREATER_THAN_UINT8(CDS_RING_SIZE - PRINTER_PIECE, cds_ring_count(&output));
     TEST_ASSERT_FALSE(console_idle(&console));
     for (uint16_t i = 0; i < 1000; i++)
         turn();
-    TEST_ASSERT_NOT_NULL(strstr(said, "sync REG LENGTH ID:BYTE,BYTE,... ...: write many"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "sync REG LENGTH ID:BYTE,... ...: write many"));
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said + strlen(said) - 4);
 }
 

@@ -6,7 +6,7 @@
 #include "unity.h"
 
 static struct cds_ring ring;
-static struct writer writer;
+static struct printer printer;
 static struct editor editor;
 static char shown[400];
 static uint16_t length;
@@ -15,7 +15,7 @@ void setUp(void)
 {
     memset(&ring, 0, sizeof ring);
     memset(&editor, 0, sizeof editor);
-    writer = (struct writer){.ring = &ring};
+    printer = (struct printer){.ring = &ring};
     length = 0;
     shown[0] = '\0';
 }
@@ -37,13 +37,13 @@ static enum editor_event type(const char *keys)
     enum editor_event event = EDITOR_NONE;
 
     for (; *keys; keys++) {
-        while (!editor_show(&editor, &writer))
+        while (!editor_show(&editor, &printer))
             hear();
-        event = editor_key(&editor, *keys, &writer);
+        event = editor_key(&editor, *keys, &printer);
         if (event == EDITOR_FULL)
             editor_take(&editor, EDITOR_SIZE / 2);
     }
-    while (!editor_show(&editor, &writer))
+    while (!editor_show(&editor, &printer))
         hear();
     hear();
     return event;
@@ -190,11 +190,11 @@ void test_other_characters_are_shown_harmlessly(void)
 void test_a_reader_that_stops_holds_up_the_echo_only(void)
 {
     for (uint16_t i = 0; i < 500; i++)
-        if (editor_show(&editor, &writer))
-            editor_key(&editor, 'x', &writer);
+        if (editor_show(&editor, &printer))
+            editor_key(&editor, 'x', &printer);
     TEST_ASSERT_LESS_THAN_UINT8(CDS_RING_SIZE + 1, editor.length);
     hear();
-    TEST_ASSERT_TRUE(editor_show(&editor, &writer));
+    TEST_ASSERT_TRUE(editor_show(&editor, &printer));
     hear();
     TEST_ASSERT_EQUAL_UINT8(editor.length, strlen(shown));
 }

@@ -3,19 +3,20 @@
 
 #include "console/errors.h"
 #include "console/input.h"
-#include "console/number.h"
+#include "console/number_format.h"
+#include "console/number_parse.h"
 #include "unity.h"
 
 static struct token token;
 static struct number number;
 static struct cds_ring ring;
-static struct writer writer;
+static struct printer printer;
 static char text[CDS_RING_SIZE + 1];
 
 void setUp(void)
 {
     memset(&ring, 0, sizeof ring);
-    writer = (struct writer){.ring = &ring};
+    printer = (struct printer){.ring = &ring};
 }
 
 void tearDown(void)
@@ -26,7 +27,7 @@ static const struct token *word(const char *from)
 {
     token.length = 0;
     while (*from)
-        token_add(&token, *from++);
+        lexer_add(&token, *from++);
     return &token;
 }
 
@@ -54,7 +55,7 @@ static const char *written(enum cds_unit unit, uint16_t raw)
 {
     uint8_t length = 0;
 
-    number_write(&writer, unit, raw);
+    number_write(&printer, unit, raw);
     for (; cds_ring_count(&ring); input_drop(&ring, 1))
         text[length++] = (char)input_peek(&ring, 0);
     text[length] = '\0';
@@ -114,8 +115,8 @@ void test_a_unit_of_another_kind_is_an_error(void)
 void test_a_nul_is_not_the_end_of_a_unit(void)
 {
     word("1deg");
-    token_add(&token, '\0');
-    token_add(&token, 'r');
+    lexer_add(&token, '\0');
+    lexer_add(&token, 'r');
     TEST_ASSERT_EQUAL_UINT8(ERROR_UNIT, number_parse(&token, &number));
 }
 
@@ -243,7 +244,7 @@ void test_fixed_point(void)
     for (uint8_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         uint8_t length = 0;
 
-        writer_fixed(&writer, cases[i].value, cases[i].decimals);
+        printer_fixed(&printer, cases[i].value, cases[i].decimals);
         for (; cds_ring_count(&ring); input_drop(&ring, 1))
             text[length++] = (char)input_peek(&ring, 0);
         text[length] = '\0';
@@ -259,7 +260,7 @@ void test_a_word_longer_than_any_is_not_stored(void)
     } guarded = {.after = 'z'};
 
     for (uint16_t i = 0; i < 1000; i++)
-        token_add(&guarded.token, '1');
+        lexer_add(&guarded.token, '1');
     TEST_ASSERT_EQUAL_UINT8(TOKEN_MAX + 1, guarded.token.length);
     TEST_ASSERT_EQUAL_CHAR('z', guarded.after);
 }

@@ -173,7 +173,7 @@ int main(int argc, char **argv)
     noise((uint32_t)strtoul(argv[1], NULL, 0));
     printf("noise: %s bytes; of 65536 each: %u packets, %u broken, %u silent, %u gaps, %u bytes "
            "lost\n",
-           argv[1], host.counters.packets, host.counters.broken, host.counters.silent,
+           argv[1], host.counters.packets, host.counters.malformed, host.counters.silent,
            host.counters.gaps, lost);
     damaged = (uint32_t)strtoul(argv[2], NULL, 0);
     failed = good_ones(NULL, 0) || damaged_ones(damaged) || seconds > damaged / 10;

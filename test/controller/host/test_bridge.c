@@ -12,15 +12,15 @@
 
 static struct cds_bus bus;
 static struct cds_ring input, text, output;
-static struct host host;
+static struct host_demux host;
 static struct bridge bridge;
 static struct device device;
-static struct values values;
+static struct device_registers registers;
 static struct robot robot;
 static struct settings settings;
 static struct settings_store store;
-static struct keeper keeper;
-static uint8_t buffers[2][ANSWER_BEFORE + HOST_PACKET_MAX];
+static struct failsafe failsafe;
+static uint8_t buffers[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
 static uint16_t gaps;
 
 /* What the host has heard. */
@@ -42,18 +42,18 @@ void setUp(void)
     memset(&device, 0, sizeof device);
     memset(&bus, 0, sizeof bus);
     cds_bus_open(&bus, 0, CDS_BAUD_1M);
-    host_open(&host, &input, &text, buffers[0] + ANSWER_BEFORE);
+    host_demux_open(&host, &input, &text, buffers[0] + STATUS_PACKET_HEAD);
     eeprom_fake_reset();
     memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
     attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
     settings_default(&settings);
-    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
-    values_open(&values, &keeper, &host, &bridge, &gaps);
-    device.world = &values_world;
-    device.owner = &values;
-    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1] + ANSWER_BEFORE);
+    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    device_registers_open(&registers, &failsafe, &host, &bridge, &gaps);
+    device.ops = &device_registers_ops;
+    device.context = &registers;
+    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1] + STATUS_PACKET_HEAD);
     heard_size = 0;
 }
 
@@ -66,7 +66,7 @@ static void turn(void)
 {
     port_fake.now_us += 2;
     cds_bus_poll(&bus);
-    host_poll(&host);
+    host_demux_poll(&host);
     bridge_poll(&bridge);
     for (; cds_ring_count(&output); input_drop(&output, 1))
         if (heard_size < sizeof heard)
@@ -196,7 +196,7 @@ static uint8_t due(uint8_t id, uint8_t length, uint8_t instruction, uint8_t coun
 {
     const uint8_t packet[] = {0xFF, 0xFF, id, length, instruction, 0, count, 0};
 
-    return gather_reply_due(packet);
+    return status_packet_due(packet);
 }
 
 void test_how_long_a_reply_may_be(void)
@@ -432,10 +432,10 @@ void test_a_reset_brings_back_the_defaults(void)
     TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
 }
 
-void test_the_keeper_stands_behind_the_registers(void)
+void test_registers_hold_what_the_failsafe_knows(void)
 {
-    keeper.reset_cause = KEEPER_RESET_WATCHDOG;
-    keeper.link_lost = true;
+    failsafe.reset_cause = FAILSAFE_RESET_WATCHDOG;
+    failsafe.link_lost = true;
     cds_servos_add(&robot.servos, 7);
     cds_servos_add(&robot.servos, 9);
     robot_inhibit(&robot);
@@ -450,13 +450,13 @@ void test_the_keeper_stands_behind_the_registers(void)
     robot.stopping = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // not before torque is off
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
     robot.stopping = false;
     turns(60);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 0);
     assert_heard(DEVICE_IS, 0, NULL, 0);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
     TEST_ASSERT_EQUAL_UINT8(0, cds_servos_inhibits(&robot.servos, &robot.states[0]));
     SAY(DEVICE_IS, CDS_WRITE, 0x13, 1);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -469,11 +469,11 @@ void test_inhibit_register_written_0_releases(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 1); // a stop is a broadcast of torque off, not this
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    keeper.link_lost = true;
+    failsafe.link_lost = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
-    keeper.link_lost = false;
+    failsafe.link_lost = false;
     robot.stopping = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 0); // not before torque is off
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -575,7 +575,7 @@ void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
         cds_ring_put(&input, read_24[i]);
     for (uint8_t i = 0; i < 200; i++) {
         port_fake.now_us += 100;
-        host_poll(&host);
+        host_demux_poll(&host);
     }
     TEST_ASSERT_FALSE(host.whole);
     TEST_ASSERT_EQUAL_UINT16(2, host.counters.late);
@@ -614,7 +614,7 @@ void test_each_counter_is_the_one_that_its_register_names(void)
                                 &c->not_due[CDS_EVENT_STALE_REPLY],
                                 &c->not_due[CDS_EVENT_DUPLICATE_REPLY],
                                 &c->not_due[CDS_EVENT_UNEXPECTED_PACKET],
-                                &host.counters.broken,
+                                &host.counters.malformed,
                                 &host.counters.silent,
                                 &host.counters.gaps,
                                 &host.counters.late,
@@ -649,8 +649,8 @@ void test_each_counter_is_the_one_that_its_register_names(void)
 /* --- many servos -------------------------------------------------------------------------------
  */
 
-#define SYNC_READ GATHER_SYNC_READ
-#define BULK_READ GATHER_BULK_READ
+#define SYNC_READ INSTRUCTION_SYNC_READ
+#define BULK_READ INSTRUCTION_BULK_READ
 
 static void read_and_answer(uint8_t id, uint8_t address, uint8_t count, uint8_t error,
                             uint8_t answered)

@@ -11,7 +11,7 @@
 
 static struct cds_ring input, text;
 static uint8_t buffers[2][HOST_PACKET_MAX];
-static struct host host;
+static struct host_demux host;
 
 /* What came out. */
 static char said[200];
@@ -25,7 +25,7 @@ void setUp(void)
     port_fake_reset();
     memset(&input, 0, sizeof input);
     memset(&text, 0, sizeof text);
-    host_open(&host, &input, &text, buffers[0]);
+    host_demux_open(&host, &input, &text, buffers[0]);
     spare = buffers[1];
     said_size = 0;
     packets = 0;
@@ -42,7 +42,7 @@ static uint16_t size_of(const uint8_t *bytes)
 
 static void take_packet(void)
 {
-    spare = host_take(&host, spare);
+    spare = host_demux_take(&host, spare);
     memcpy(packet, spare, size_of(spare));
     packets++;
     ids = (uint16_t)(ids + packet[2]);
@@ -60,7 +60,7 @@ static void take_text(void)
 
 static void turn(void)
 {
-    host_poll(&host);
+    host_demux_poll(&host);
     if (host.whole)
         take_packet();
     take_text();
@@ -146,7 +146,7 @@ void test_a_packet_of_every_length_comes_out_as_it_came_in(void)
         TEST_ASSERT_EQUAL_HEX8_ARRAY(sent, packet, size);
     }
     TEST_ASSERT_EQUAL_UINT16(253, host.counters.packets);
-    TEST_ASSERT_EQUAL_UINT16(0, host.counters.broken);
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
     assert_said("");
 }
 
@@ -167,14 +167,14 @@ void test_more_headers_than_two_are_headers(void)
         feed(ping, 1, 1);
     feed(ping, sizeof ping, 1);
     assert_ping_found(1);
-    TEST_ASSERT_EQUAL_UINT16(0, host.counters.broken);
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
 }
 
 void test_a_lone_header_byte_is_no_packet_and_the_text_behind_it_is_text(void)
 {
     type("\xFFping 1\r");
     assert_said("ping 1\r");
-    TEST_ASSERT_EQUAL_UINT16(0, host.counters.broken);
+    TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
 }
 
 void test_every_damaged_byte_costs_one_packet(void)
@@ -194,7 +194,7 @@ void test_every_damaged_byte_costs_one_packet(void)
             type("help\r");
         feed(ping, sizeof ping, 3);
         assert_ping_found(at == 3 ? 2 : 1);
-        TEST_ASSERT_EQUAL_UINT16(1, host.counters.broken);
+        TEST_ASSERT_EQUAL_UINT16(1, host.counters.malformed);
         if (at != 3)
             assert_said("help\r");
     }
@@ -209,8 +209,8 @@ void test_lengths_that_cannot_be_are_refused_at_once(void)
 
         setUp();
         feed(head, sizeof head, 1);
-        TEST_ASSERT_EQUAL(lengths[i] != 255, host_idle(&host)); // which may be a header again
-        TEST_ASSERT_EQUAL_UINT16(1, host.counters.broken);
+        TEST_ASSERT_EQUAL(lengths[i] != 255, host_demux_idle(&host)); // which may be a header again
+        TEST_ASSERT_EQUAL_UINT16(1, host.counters.malformed);
         type("help\r");
         assert_said("help\r");
     }
@@ -238,7 +238,7 @@ void test_a_packet_within_a_broken_one_is_found(void)
     TEST_ASSERT_EQUAL_UINT16(44, packets);
     TEST_ASSERT_EQUAL_UINT16(41 * 42 / 2, ids);
     TEST_ASSERT_EQUAL_UINT8(41, packet[2]);
-    TEST_ASSERT_EQUAL_UINT16(2, host.counters.broken);
+    TEST_ASSERT_EQUAL_UINT16(2, host.counters.malformed);
     assert_said("");
 }
 
@@ -251,7 +251,7 @@ void test_a_buffer_full_of_beginnings_ends_too(void)
     port_fake.now_us += HOST_SILENCE_US;
     for (uint8_t i = 0; i < 150; i++) // their ends are not looked for
         turn();
-    TEST_ASSERT_TRUE(host_idle(&host));
+    TEST_ASSERT_TRUE(host_demux_idle(&host));
     feed(ping, sizeof ping, 1);
     assert_ping_found(1);
 }
@@ -263,12 +263,12 @@ void test_packet_is_dropped_when_the_host_falls_silent(void)
         port_fake.now_us = 0xFFFFFFFF - 20000; // over the wrap of the clock
         feed(ping, cut, 1);
         pause_us(HOST_SILENCE_US - 1);
-        TEST_ASSERT_FALSE(host_idle(&host));
+        TEST_ASSERT_FALSE(host_demux_idle(&host));
         feed(&ping[cut], (uint16_t)(sizeof ping - cut), 1);
         assert_ping_found(1);
         feed(ping, cut, 1);
         pause_us(HOST_SILENCE_US);
-        TEST_ASSERT_TRUE(host_idle(&host));
+        TEST_ASSERT_TRUE(host_demux_idle(&host));
         TEST_ASSERT_EQUAL_UINT16(cut > 1, host.counters.silent);
         type("help\r");
         assert_said("help\r");
@@ -304,7 +304,7 @@ void test_packet_found_again_is_dropped_if_it_is_old(void)
         pause_us(HOST_SILENCE_US / 2);
         feed(ping, sizeof ping, 1);
     }
-    TEST_ASSERT_EQUAL_UINT16(1, host.counters.broken);
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.malformed);
     TEST_ASSERT_EQUAL_UINT16(0, packets);
     TEST_ASSERT_EQUAL_UINT16(3, host.counters.late);
     feed(ping, sizeof ping, 1);
@@ -372,13 +372,13 @@ void test_stop_behind_a_packet_that_waits_drops_the_packet(void)
     for (uint8_t i = 0; i < sizeof ping; i++)
         cds_ring_put(&input, ping[i]);
     for (uint8_t i = 0; i < 20; i++)
-        host_poll(&host);
+        host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
     cds_ring_put(&input, 'a');
-    host_poll(&host);
+    host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
     cds_ring_put(&input, 0x18);
-    host_poll(&host);
+    host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.stop);
     TEST_ASSERT_FALSE(host.whole);
     feed(ping, sizeof ping, 1);
@@ -402,7 +402,7 @@ void test_packet_in_a_cut_one_before_a_gap_is_dropped(void)
 
     feed(cut, sizeof cut, 1);
     feed(ping, sizeof ping, 1);
-    host_gap(&host);
+    host_demux_gap(&host);
     settle();
     TEST_ASSERT_EQUAL_UINT16(0, packets);
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.late);
@@ -413,7 +413,7 @@ void test_stop_in_bytes_before_a_gap_is_found(void)
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3, 0x18};
 
     feed(cut, sizeof cut, 1);
-    host_gap(&host);
+    host_demux_gap(&host);
     settle();
     TEST_ASSERT_TRUE(host.stop);
     TEST_ASSERT_TRUE(cds_ring_count(&text) == 0);
@@ -441,7 +441,7 @@ void test_a_silence_drops_one_packet_whatever_had_begun_within_it(void)
 
     feed(cut, sizeof cut, 1);
     pause_us(HOST_SILENCE_US);
-    TEST_ASSERT_TRUE(host_idle(&host));
+    TEST_ASSERT_TRUE(host_demux_idle(&host));
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.silent);
 }
 
@@ -450,7 +450,7 @@ void test_nothing_is_taken_while_a_packet_waits(void)
     for (uint8_t i = 0; i < 2 * sizeof ping; i++)
         cds_ring_put(&input, ping[i % sizeof ping]);
     for (uint8_t i = 0; i < 20; i++)
-        host_poll(&host);
+        host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
     TEST_ASSERT_EQUAL_UINT8(sizeof ping, cds_ring_count(&input));
     settle();
@@ -460,15 +460,15 @@ void test_nothing_is_taken_while_a_packet_waits(void)
 void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
 {
     type("ping ");
-    host_gap(&host);
+    host_demux_gap(&host);
     type("12\rping 2\r");
     assert_said("ping " MARK_LOST "ping 2\r");
     feed(ping, 4, 1);
-    host_gap(&host);
+    host_demux_gap(&host);
     feed(&ping[5], 1, 1); // must not be joined
     feed(ping, sizeof ping, 1);
     assert_ping_found(1);
-    host_gap(&host);
+    host_demux_gap(&host);
     type("abc");
     pause_us(HOST_SILENCE_US);
     type("ping 3\r");
@@ -480,7 +480,7 @@ void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
 void test_a_loss_is_told_when_the_next_line_is_taken(void)
 {
     type("ping 1");
-    host_gap(&host); // it was the end of the line
+    host_demux_gap(&host); // it was the end of the line
     settle();
     assert_said("ping 1");
     pause_us(HOST_SILENCE_US);
@@ -494,10 +494,10 @@ void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
     for (uint8_t i = 0; i < sizeof ping + 2; i++)
         cds_ring_put(&input, ping[i % sizeof ping]);
     for (uint8_t i = 0; i < 10; i++)
-        host_poll(&host);
+        host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
     input_drop(&input, 2);
-    host_gap(&host);
+    host_demux_gap(&host);
     settle();
     assert_ping_found(1);
     type("12\rping 2\r");
@@ -508,7 +508,7 @@ void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
 {
     for (uint8_t i = 0; i < 90; i++) { // the ring of text holds 64
         cds_ring_put(&input, 'x');
-        host_poll(&host);
+        host_demux_poll(&host);
     }
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.gaps);
     take_text();
@@ -522,12 +522,12 @@ void test_packets_pass_although_nobody_takes_the_text(void)
 {
     for (uint8_t i = 0; i < 90; i++) {
         cds_ring_put(&input, 'x');
-        host_poll(&host);
+        host_demux_poll(&host);
     }
     for (uint8_t i = 0; i < sizeof ping; i++)
         cds_ring_put(&input, ping[i]);
     for (uint8_t i = 0; i < sizeof ping; i++)
-        host_poll(&host);
+        host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
     take_packet();
     assert_ping_found(1);
@@ -538,10 +538,10 @@ void test_half_a_line_that_could_not_be_dropped_for_want_of_room_is_not_joined(v
 {
     for (uint8_t i = 0; i < 64; i++) {
         cds_ring_put(&input, 'x');
-        host_poll(&host);
+        host_demux_poll(&host);
     }
     cds_ring_put(&input, 0xFF);
-    host_poll(&host);
+    host_demux_poll(&host);
     take_text();
     said_size = 0;
     feed(&ping[1], sizeof ping - 1, 1);
@@ -556,7 +556,7 @@ void test_ctrl_x_is_seen_wherever_it_stands_outside_a_packet(void)
     feed(sent, make(sent, 1, 0x18, false), 1); // LENGTH, within a packet
     TEST_ASSERT_EQUAL_UINT16(1, packets);
     TEST_ASSERT_FALSE(host.stop);
-    host_gap(&host);
+    host_demux_gap(&host);
     type("abc\x18");
     TEST_ASSERT_TRUE(host.stop);
 }
@@ -575,7 +575,7 @@ void test_a_ctrl_x_behind_a_packet_that_waits_does_not(void)
     for (uint16_t i = 0; i < size; i++)
         cds_ring_put(&input, sent[i]);
     for (uint8_t i = 0; i < 20; i++)
-        host_poll(&host);
+        host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.stop);
     settle();
     TEST_ASSERT_EQUAL_UINT16(1, packets); // the one behind it
@@ -610,10 +610,10 @@ void test_it_is_told_while_a_packet_comes_in(void)
 
     for (uint8_t i = 0; i < sizeof ping; i++) {
         cds_ring_put(&input, ping[i]);
-        TEST_ASSERT_EQUAL(i == CDS_AT_LENGTH || i == CDS_AT_INSTRUCTION, host_poll(&host));
-        TEST_ASSERT_FALSE(host_poll(&host)); // nothing has come since
+        TEST_ASSERT_EQUAL(i == CDS_AT_LENGTH || i == CDS_AT_INSTRUCTION, host_demux_poll(&host));
+        TEST_ASSERT_FALSE(host_demux_poll(&host)); // nothing has come since
     }
     TEST_ASSERT_TRUE(host.whole);
     cds_ring_put(&input, 'x');
-    TEST_ASSERT_FALSE(host_poll(&host));
+    TEST_ASSERT_FALSE(host_demux_poll(&host));
 }

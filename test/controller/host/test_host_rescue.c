@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "console/input.h"
-#include "robot/failsafe.h" // KEEPER_RESET_...
+#include "robot/failsafe.h" // FAILSAFE_RESET_...
 #include "port_fake.h"
 #include "unity.h"
 
@@ -26,7 +26,7 @@ void setUp(void)
     memset(&rescue, 0, sizeof rescue);
     memset(&input, 0, sizeof input);
     stops = 0;
-    TEST_ASSERT_TRUE(host_rescue_begin(&rescue, KEEPER_RESET_POWER));
+    TEST_ASSERT_TRUE(host_rescue_begin(&rescue, FAILSAFE_RESET_POWER));
 }
 
 void tearDown(void)
@@ -76,25 +76,25 @@ static bool begins(uint8_t cause)
 
 void test_window_opens_after_power_on_and_external_reset(void)
 {
-    TEST_ASSERT_TRUE(begins(KEEPER_RESET_POWER));
+    TEST_ASSERT_TRUE(begins(FAILSAFE_RESET_POWER));
     TEST_ASSERT_TRUE(is_open());
-    TEST_ASSERT_TRUE(begins(KEEPER_RESET_EXTERNAL));
-    TEST_ASSERT_TRUE(begins(KEEPER_RESET_POWER | KEEPER_RESET_BROWN_OUT)); // as chips say it
-    TEST_ASSERT_TRUE(begins(KEEPER_RESET_EXTERNAL | KEEPER_RESET_WATCHDOG));
+    TEST_ASSERT_TRUE(begins(FAILSAFE_RESET_EXTERNAL));
+    TEST_ASSERT_TRUE(begins(FAILSAFE_RESET_POWER | FAILSAFE_RESET_BROWN_OUT)); // as chips say it
+    TEST_ASSERT_TRUE(begins(FAILSAFE_RESET_EXTERNAL | FAILSAFE_RESET_WATCHDOG));
 }
 
 void test_window_opens_if_the_cause_is_not_known(void)
 {
     TEST_ASSERT_TRUE(begins(0));
-    TEST_ASSERT_TRUE(begins(KEEPER_RESET_JTAG));
+    TEST_ASSERT_TRUE(begins(FAILSAFE_RESET_JTAG));
 }
 
 void test_window_stays_shut_after_watchdog_and_brown_out(void)
 {
-    TEST_ASSERT_FALSE(begins(KEEPER_RESET_WATCHDOG));
+    TEST_ASSERT_FALSE(begins(FAILSAFE_RESET_WATCHDOG));
     TEST_ASSERT_FALSE(is_open());
-    TEST_ASSERT_FALSE(begins(KEEPER_RESET_BROWN_OUT));
-    TEST_ASSERT_FALSE(begins(KEEPER_RESET_BROWN_OUT | KEEPER_RESET_WATCHDOG));
+    TEST_ASSERT_FALSE(begins(FAILSAFE_RESET_BROWN_OUT));
+    TEST_ASSERT_FALSE(begins(FAILSAFE_RESET_BROWN_OUT | FAILSAFE_RESET_WATCHDOG));
     hear_all("\r\r\r");
     TEST_ASSERT_FALSE(is_kept());
     TEST_ASSERT_EQUAL_UINT8(3, cds_ring_count(&input)); // the host's

@@ -199,7 +199,7 @@ static void settle(void)
     for (uint32_t i = 0; i < 150; i++) {
         type("\r");
         wait_us(20000);
-        if (console_idle(&console) && host_idle(&host) && !robot_is_stopping(&robot))
+        if (console_idle(&console) && host_demux_idle(&host) && !robot_is_stopping(&robot))
             return;
     }
 }
@@ -219,7 +219,7 @@ static void begin_inhibit(void)
     } else if (kind == 2) {
         say(cut, sizeof cut);
     } else {
-        settings.link_loss_action = kind == 3 ? KEEPER_HOLD : KEEPER_TORQUE_OFF;
+        settings.link_loss_action = kind == 3 ? FAILSAFE_HOLD : FAILSAFE_TORQUE_OFF;
         settings.link_loss_ms = 15;
     }
     wait_us(20000);

@@ -1,4 +1,5 @@
-/* The keeper of the robot: loss of the host link, torque off, alarms; and the crew it looks after.
+/* The failsafe of the robot: loss of the host link, torque off, alarms; and the crew it looks
+ * after.
  */
 #include "robot/failsafe.h"
 
@@ -14,7 +15,7 @@
 
 static struct cds_bus bus;
 static struct robot robot;
-static struct keeper keeper;
+static struct failsafe failsafe;
 static struct settings settings;
 static struct settings_store store;
 static uint8_t buffer[64], reply[CDS_REPLY_MAX];
@@ -34,8 +35,8 @@ void setUp(void)
     robot.servos.grows = CDS_GROWS_ALWAYS;
     settings_default(&settings);
     settings.link_loss_ms = LIMIT_MS;
-    keeper = (struct keeper){.settings = &settings, .store = &store, .robot = &robot};
-    keeper_begin(&keeper, KEEPER_RESET_WATCHDOG);
+    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    failsafe_begin(&failsafe, FAILSAFE_RESET_WATCHDOG);
     for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
         wire.servo[i].torque = 1;
 }
@@ -52,16 +53,16 @@ static void run(uint32_t us)
         torque_wire(&bus);
         cds_bus_poll(&bus);
         robot_poll(&robot);
-        keeper_poll(&keeper);
+        failsafe_poll(&failsafe);
     }
 }
 
 static void lose_link(uint8_t action)
 {
     settings.link_loss_action = action;
-    keeper_heard(&keeper);
+    failsafe_heard(&failsafe);
     run(LIMIT_MS * 1000ul + 1);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
 static enum cds_result goal(uint8_t id)
@@ -92,53 +93,53 @@ static const struct cds_servo_state *known(uint8_t id)
 void test_nothing_is_watched_before_the_host_was_heard(void)
 {
     run(3 * LIMIT_MS * 1000ul);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
 }
 
 void test_nothing_is_watched_if_the_time_is_0(void)
 {
     settings.link_loss_ms = 0;
-    keeper_heard(&keeper);
+    failsafe_heard(&failsafe);
     run(3 * LIMIT_MS * 1000ul);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
 }
 
 /* The byte that ends the line may be noted before the line is carried out. */
 void test_the_watch_begins_when_the_time_is_set(void)
 {
     settings.link_loss_ms = 0;
-    keeper_heard(&keeper);
+    failsafe_heard(&failsafe);
     run(10);
     settings.link_loss_ms = LIMIT_MS;
     run(LIMIT_MS * 1000ul - 11);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
     run(1);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
 void test_the_link_is_lost_when_its_time_is_over_and_not_before(void)
 {
-    keeper_heard(&keeper);
+    failsafe_heard(&failsafe);
     for (uint8_t i = 0; i < 3; i++) {
         run(LIMIT_MS * 1000ul - 1);
-        TEST_ASSERT_FALSE(keeper.link_lost);
-        keeper_heard(&keeper);
+        TEST_ASSERT_FALSE(failsafe.link_lost);
+        failsafe_heard(&failsafe);
     }
     run(LIMIT_MS * 1000ul - 1);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
     run(1);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
 void test_a_loss_stays_until_it_is_cleared_also_when_the_host_is_back(void)
 {
-    lose_link(KEEPER_HOLD);
-    keeper_heard(&keeper);
+    lose_link(FAILSAFE_HOLD);
+    failsafe_heard(&failsafe);
     run(10);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
-    TEST_ASSERT_TRUE(keeper_clear(&keeper));
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe_clear(&failsafe));
+    TEST_ASSERT_FALSE(failsafe.link_lost);
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
     run(1000);
     TEST_ASSERT_EQUAL(CDS_OK, goal(3)); // who is met now is held no more than the others
@@ -148,29 +149,29 @@ void test_a_host_that_falls_silent_again_is_lost_only_once(void)
 {
     uint8_t packets;
 
-    lose_link(KEEPER_TORQUE_OFF);
+    lose_link(FAILSAFE_TORQUE_OFF);
     run(3000);
     packets = wire.count;
-    keeper_heard(&keeper);
+    failsafe_heard(&failsafe);
     run(2 * LIMIT_MS * 1000ul);
     TEST_ASSERT_EQUAL_UINT8(packets, wire.count);
 }
 
 void test_after_a_clear_the_watch_begins_anew(void)
 {
-    lose_link(KEEPER_HOLD);
-    keeper_heard(&keeper); // it is the host who clears
-    keeper_clear(&keeper);
+    lose_link(FAILSAFE_HOLD);
+    failsafe_heard(&failsafe); // it is the host who clears
+    failsafe_clear(&failsafe);
     run(LIMIT_MS * 1000ul - 1);
-    TEST_ASSERT_FALSE(keeper.link_lost);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
     run(1);
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
 void test_a_loss_that_is_only_shown_holds_nobody_and_sends_nothing(void)
 {
     meet(1);
-    lose_link(KEEPER_SHOW);
+    lose_link(FAILSAFE_SHOW);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
     TEST_ASSERT_EQUAL(CDS_OK, goal(1));
 }
@@ -178,7 +179,7 @@ void test_a_loss_that_is_only_shown_holds_nobody_and_sends_nothing(void)
 void test_hold_sends_nothing_and_refuses_goals_to_whoever_was_met_or_not(void)
 {
     meet(1);
-    lose_link(KEEPER_HOLD);
+    lose_link(FAILSAFE_HOLD);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count);
     TEST_ASSERT_EQUAL(1, wire.servo[0].torque);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
@@ -194,7 +195,7 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
 {
     meet(1);
     meet(2);
-    lose_link(KEEPER_TORQUE_OFF);
+    lose_link(FAILSAFE_TORQUE_OFF);
     TEST_ASSERT_TRUE(robot_is_stopping(&robot));
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
     run(3000);
@@ -214,11 +215,11 @@ void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
 void test_nothing_is_cleared_while_torque_off_is_under_way(void)
 {
     meet(1);
-    lose_link(KEEPER_TORQUE_OFF);
-    TEST_ASSERT_FALSE(keeper_clear(&keeper));
-    TEST_ASSERT_TRUE(keeper.link_lost);
+    lose_link(FAILSAFE_TORQUE_OFF);
+    TEST_ASSERT_FALSE(failsafe_clear(&failsafe));
+    TEST_ASSERT_TRUE(failsafe.link_lost);
     run(3000);
-    TEST_ASSERT_TRUE(keeper_clear(&keeper));
+    TEST_ASSERT_TRUE(failsafe_clear(&failsafe));
     TEST_ASSERT_EQUAL(CDS_OK, goal(1));
 }
 
@@ -226,9 +227,9 @@ void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
 {
     meet(1);
     meet(2);
-    lose_link(KEEPER_HOLD);
+    lose_link(FAILSAFE_HOLD);
     cds_servos_inhibit(&robot.servos, cds_servos_find(&robot.servos, 1), CDS_INHIBIT_STATE_LOST);
-    keeper_clear(&keeper);
+    failsafe_clear(&failsafe);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
 }
@@ -237,7 +238,7 @@ void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
 {
     meet(1);
     port_fake.low = true;
-    lose_link(KEEPER_TORQUE_OFF);
+    lose_link(FAILSAFE_TORQUE_OFF);
     for (uint16_t i = 0; i < 3000; i++) { // CDS_TORQUE_OFF_TRIES and more
         port_fake.now_us += 3000;
         run(1);
@@ -317,15 +318,15 @@ void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_cle
     for (uint8_t bit = 1; bit < 0x80; bit = (uint8_t)(bit << 1)) {
         for (uint8_t again = 0; again < 2; again++) {
             says(3, bit);
-            TEST_ASSERT_EQUAL_HEX8(bit, keeper.alarm);
-            TEST_ASSERT_EQUAL_UINT8(3, keeper.alarm_id);
-            keeper.alarm = 0;
+            TEST_ASSERT_EQUAL_HEX8(bit, failsafe.alarm);
+            TEST_ASSERT_EQUAL_UINT8(3, failsafe.alarm_id);
+            failsafe.alarm = 0;
             says(3, bit);
             says(3, 0);
             run(10);
-            TEST_ASSERT_EQUAL_HEX8(0, keeper.alarm);
+            TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
             TEST_ASSERT_EQUAL_HEX8(bit, known(3)->alarms);
-            keeper_clear(&keeper);
+            failsafe_clear(&failsafe);
             TEST_ASSERT_EQUAL_HEX8(0, known(3)->alarms);
             TEST_ASSERT_EQUAL_HEX8(0, robot.servos.alarms);
             run(10);
@@ -337,9 +338,9 @@ void test_a_further_alarm_is_told_alone(void)
 {
     settings.alarm_report = 1;
     says(3, CDS_ERROR_VOLTAGE);
-    keeper.alarm = 0;
+    failsafe.alarm = 0;
     says(3, CDS_ERROR_OVERLOAD | CDS_ERROR_VOLTAGE);
-    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, keeper.alarm);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, failsafe.alarm);
 }
 
 void test_alarms_of_several_servos_wait_for_one_another(void)
@@ -348,17 +349,17 @@ void test_alarms_of_several_servos_wait_for_one_another(void)
     says(1, CDS_ERROR_OVERLOAD);
     says(2, CDS_ERROR_VOLTAGE);
     run(10);
-    TEST_ASSERT_EQUAL_UINT8(1, keeper.alarm_id);
-    keeper.alarm = 0;
+    TEST_ASSERT_EQUAL_UINT8(1, failsafe.alarm_id);
+    failsafe.alarm = 0;
     run(10);
-    TEST_ASSERT_EQUAL_UINT8(2, keeper.alarm_id);
-    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, keeper.alarm);
+    TEST_ASSERT_EQUAL_UINT8(2, failsafe.alarm_id);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, failsafe.alarm);
 }
 
 void test_alarms_are_latched_and_not_told_unless_asked(void)
 {
     says(3, CDS_ERROR_OVERLOAD);
     run(10);
-    TEST_ASSERT_EQUAL_HEX8(0, keeper.alarm);
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, known(3)->alarms);
 }

@@ -66,6 +66,24 @@ static enum cds_result torque_on(uint8_t id)
     return result;
 }
 
+static enum cds_result scan_begin(struct robot *of, const void *config)
+{
+    return cds_scan_begin(&of->work.scan.scan, config);
+}
+
+static enum cds_result scan_poll(struct robot *of)
+{
+    return cds_scan_poll(&of->work.scan.scan);
+}
+
+static void scan_abort(struct robot *of)
+{
+    cds_scan_abort(&of->work.scan.scan);
+}
+
+static const CDS_FLASH struct robot_operation scan = {
+    .begin = scan_begin, .poll = scan_poll, .abort = scan_abort, .changes_rate = true};
+
 /* At the rate *baud_reg, or at the listed ones if it is NULL. */
 static void begin_scan(const uint8_t *baud_reg)
 {
@@ -77,7 +95,7 @@ static void begin_scan(const uint8_t *baud_reg)
                                      .baud_regs = baud_reg,
                                      .baud_count = baud_reg ? 1 : 0};
 
-    TEST_ASSERT_EQUAL_UINT8(0, robot_begun(&robot, cds_scan_begin(&robot.work.scan.scan, &config)));
+    TEST_ASSERT_EQUAL_UINT8(0, robot_start(&robot, &scan, &config));
 }
 
 static const struct cds_servo_state *known(uint8_t id)
@@ -231,7 +249,6 @@ void test_a_stop_waits_until_a_scan_has_brought_the_bus_back_to_its_rate(void)
     static const uint8_t elsewhere = 34;
 
     wire.servo[0].torque = 1;
-    TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
     begin_scan(&elsewhere);
     run(3000);
     TEST_ASSERT_EQUAL_UINT8(elsewhere, bus.baud_reg);
@@ -335,7 +352,6 @@ void test_inhibit_holds_while_a_scan_runs(void)
     static uint8_t other_buffer[16];
     struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
 
-    TEST_ASSERT_EQUAL_UINT8(0, robot_claim(&robot, ROBOT_SCAN));
     begin_scan(NULL);
     run(3000);
     robot_inhibit(&robot);

@@ -88,9 +88,12 @@ void test_blocking_group_read_and_registered_move_end(void)
     static uint8_t data[2];
     static struct cds_group_answer answers[2];
     static struct cds_goal goals[1] = {{.id = ID, .position = 1}};
+    static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][1];
+    struct cds_request requests[2] = {CDS_REQUEST(packets[0], replies[0]),
+                                      CDS_REQUEST(packets[1], replies[1])};
     struct cds_group_read read;
     struct cds_group_read_config config = {.bus = &bus,
-                                           .request = &request,
+                                           .requests = requests,
                                            .ids = ids,
                                            .data = data,
                                            .answers = answers,

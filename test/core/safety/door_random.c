@@ -1,5 +1,6 @@
-/* Random packets through the door (docs/permit.md), on this machine under the sanitizers. A model
- * of three servos hears the packets on the wire and is the judge, not what the library says.
+/* Random packets through the door (docs/internals/permit.md), on this machine under the sanitizers.
+ * A model of three servos hears the packets on the wire and is the judge, not what the library
+ * says.
  *
  * usage: door_random STEPS [SEED]
  *

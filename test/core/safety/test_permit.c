@@ -1,4 +1,5 @@
-/* The table of docs/permit.md, row by row: the number of the row begins the name of its test. */
+/* The table of docs/internals/permit.md, row by row: the number of the row begins the name of its
+ * test. */
 #include <string.h>
 
 #include "bus/bus_internal.h" // cds_bus_submit_permitted()

@@ -144,15 +144,23 @@ void test_values_too_old_to_tell_are_no_longer_known(void)
 /* ---- many servos ---- */
 
 static struct cds_group_read group;
+static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][2];
+static struct cds_request requests[2];
 static struct cds_group_answer answers[3];
 static uint8_t data[3 * 2];
 static const uint8_t ids[3] = {5, 9, 1};
+
+static void open_requests(void)
+{
+    for (uint8_t i = 0; i < 2; i++)
+        requests[i] = (struct cds_request)CDS_REQUEST(packets[i], replies[i]);
+}
 
 static enum cds_result begin_again(const uint8_t *of, uint8_t count, uint8_t length)
 {
     struct cds_group_read_config config = {
         .bus = &bus,
-        .request = &request,
+        .requests = requests,
         .ids = of,
         .count = count,
         .address = CDS_REG_PRESENT_POSITION,
@@ -166,6 +174,7 @@ static enum cds_result begin_again(const uint8_t *of, uint8_t count, uint8_t len
 
 static void begin_group(const uint8_t *of, uint8_t length)
 {
+    open_requests();
     memset(answers, 0, sizeof answers);
     memset(data, 0xEE, sizeof data);
     TEST_ASSERT_EQUAL(CDS_OK, begin_again(of, 3, length));
@@ -182,7 +191,7 @@ void test_a_group_is_read_servo_by_servo(void)
 
         TEST_ASSERT_EQUAL(CDS_PENDING, cds_group_read_poll(&group));
         TEST_ASSERT_EQUAL(CDS_PENDING, answers[i].result);
-        TEST_ASSERT_NULL(request.next);
+        TEST_ASSERT_NULL(requests[i % 2].next);
         port_fake.now_us += 500;
         answer(ids[i], 0, value, 2);
     }
@@ -267,14 +276,17 @@ void test_nobody_to_read_is_refused(void)
 
 void test_group_read_without_room_or_with_a_busy_request_is_refused(void)
 {
-    request.reply_capacity = 1;
-    TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_again(ids, 3, 2));
-    request.reply_capacity = 2;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, 7));
-    TEST_ASSERT_EQUAL(CDS_BUSY, begin_again(ids, 3, 2));
-    stay_silent();
-    request.packet.capacity = CDS_PACKET_SIZE(2) - 1;
-    TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_again(ids, 3, 2));
+    for (uint8_t i = 0; i < 2; i++) {
+        open_requests();
+        requests[i].reply_capacity = 1;
+        TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_again(ids, 3, 2));
+        requests[i].reply_capacity = 2;
+        TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &requests[i], 7));
+        TEST_ASSERT_EQUAL(CDS_BUSY, begin_again(ids, 3, 2));
+        stay_silent();
+        requests[i].packet.capacity = CDS_PACKET_SIZE(2) - 1;
+        TEST_ASSERT_EQUAL(CDS_NO_ROOM, begin_again(ids, 3, 2));
+    }
     memset(&bus, 0, sizeof bus);
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, begin_again(ids, 3, 2));
 }

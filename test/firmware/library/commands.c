@@ -221,10 +221,13 @@ static void group_read(void)
     static uint8_t data[5 * 2];
     static struct cds_group_answer answers[5];
     static struct cds_group_read read;
+    static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][2];
+    static struct cds_request requests[2] = {CDS_REQUEST(packets[0], replies[0]),
+                                             CDS_REQUEST(packets[1], replies[1])};
 
     say("group", cds_blocking_group_read(&read, &(struct cds_group_read_config){
                                                     .bus = &bus,
-                                                    .request = &request,
+                                                    .requests = requests,
                                                     .ids = ids,
                                                     .data = data,
                                                     .answers = answers,

@@ -51,10 +51,13 @@ static void write_group(uint8_t count, uint16_t longest, uint16_t position)
 /* Who of the first `count` has the goal that write_group() wants? */
 static void read_group(uint8_t count, uint16_t position)
 {
+    static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][2];
+    static struct cds_request requests[2] = {CDS_REQUEST(packets[0], replies[0]),
+                                             CDS_REQUEST(packets[1], replies[1])};
     static struct cds_group_read read;
     static struct cds_group_answer answers[SERVOS];
     struct cds_group_read_config config = {.bus = &bus,
-                                           .request = &request,
+                                           .requests = requests,
                                            .ids = ids,
                                            .data = data,
                                            .answers = answers,
@@ -64,7 +67,8 @@ static void read_group(uint8_t count, uint16_t position)
     uint8_t there = 0;
     uint32_t oldest_us = 0;
 
-    cds_blocking_group_read(&read, &config);
+    enum cds_result result = cds_blocking_group_read(&read, &config);
+
     for (uint8_t i = 0; i < count; i++) {
         uint16_t goal = (uint16_t)(data[2 * i] | (uint16_t)data[2 * i + 1] << 8);
         uint32_t age_us = cds_group_read_age_us(&answers[i]);
@@ -74,7 +78,7 @@ static void read_group(uint8_t count, uint16_t position)
         if (age_us > oldest_us)
             oldest_us = age_us;
     }
-    say("read_result", read.steps.result);
+    say("read_result", result);
     say("there", there);
     say("oldest_us", oldest_us);
 }

@@ -43,6 +43,9 @@ static void group_write(void)
     static struct cds_group_read read;
     static struct cds_group_answer answers[SERVOS];
     static uint8_t data[SERVOS * GOAL];
+    static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][2];
+    static struct cds_request requests[2] = {CDS_REQUEST(packets[0], replies[0]),
+                                             CDS_REQUEST(packets[1], replies[1])};
 
     for (uint8_t i = 0; i < SERVOS; i++) {
         data[GOAL * i] = (uint8_t)(10 + i);
@@ -61,7 +64,7 @@ static void group_write(void)
     say("written", write.steps.result);
     say("packets", write.packets);
     cds_blocking_group_read(&read, &(struct cds_group_read_config){.bus = &bus,
-                                                                   .request = &request,
+                                                                   .requests = requests,
                                                                    .ids = ids,
                                                                    .data = data,
                                                                    .answers = answers,
