@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What the library costs, measured in the simulator (measure.py), beside the limits and goals of
-test/bench/rows.tsv. Exact cycle counts: two runs agree to the digit.
+test/benchmark/rows.tsv. Exact cycle counts: two runs agree to the digit.
 
 usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
        bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
@@ -9,7 +9,7 @@ usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
 
 Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
 wrong. --only runs what these rows need: isr_* then come of the program for them alone, of all programs
-otherwise. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
+otherwise. --program: another ELF in place of a program, as in benchmark/read=build/atmega128/x.elf.
 """
 import argparse
 import concurrent.futures
@@ -22,7 +22,7 @@ import sys
 import blocks
 from measure import JOBS, MHZ, ROOT, Run, Wrong, scaling_points, worst
 
-ROWS = ROOT / "test/bench/rows.tsv"
+ROWS = ROOT / "test/benchmark/rows.tsv"
 COLUMNS = "name board value unit sense limit wanted goal floor".split()
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks docs/internals/conformance.md: its registers are the 50 bytes of the simulator's table.c, its
+"""Checks docs/internals/conformance.md: its registers are the 50 bytes of the simulator, its
 rulings are those of docs/internals/rulings.md, every row names a test, and every test named there
 exists. Prints what does not hold."""
 import pathlib
@@ -15,7 +15,7 @@ def exists(where, name):
     if where == "scenario":
         return (ROOT / f"test/scenario/{name}.script").exists()
     for path, form in [(ROOT / f"test/sim/test_{where}.c", r"^void test_%s\(void\)$"),
-                       (ROOT / f"test/run/test_{where}.py", r"^    def test_%s\(self\):$")]:
+                       (ROOT / f"test/runs/test_{where}.py", r"^    def test_%s\(self\):$")]:
         if path.exists():
             return re.search(form % name, path.read_text(), re.M) is not None
     return False
@@ -33,9 +33,9 @@ def sections(text):
 
 def table_rows():
     """(address, bytes, name) of each row of the simulated servo's table."""
-    header = (ROOT / "sim/table.h").read_text()
+    header = (ROOT / "sim/servo/control_table.h").read_text()
     addresses = {name: int(value, 16) for name, value in re.findall(r"(TABLE_\w+) = (0x\w+)", header)}
-    rows = re.findall(r"^    \{(\w+),\s+(\d),.*\"(\w+)\"\}", (ROOT / "sim/table.c").read_text(), re.M)
+    rows = re.findall(r"^    \{(\w+),\s+(\d),.*\"(\w+)\"\}", (ROOT / "sim/servo/control_table.c").read_text(), re.M)
     return [(addresses[at] if at in addresses else int(at, 16), int(size), name)
             for at, size, name in rows]
 
@@ -43,7 +43,7 @@ def table_rows():
 def registers_wrong(rows):
     told = [(int(row[0], 16), int(row[1]), row[2].strip("`")) for row in rows]
     for row in sorted(set(told) ^ set(table_rows())):
-        yield f"register {row}: not the same here and in sim/table.c"
+        yield f"register {row}: not the same here and in sim/servo/control_table.c"
     covered = [at + i for at, size, _ in told for i in range(size)]
     if covered != list(range(REGISTERS)):
         yield f"the registers are not the {REGISTERS} bytes, each once and in order"

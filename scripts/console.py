@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
-"""docs/console.md from the table of commands in src/controller/console/commands.h, and from a first session
-with the firmware in the simulator (atmega128, built). Prints the document.
+"""docs/console.md from the rows of src/controller/console/commands/*.c, and from a first session with the firmware in the simulator (atmega128, built). Prints the document.
 
 usage: console.py [--session]    --session: only the session, shortened for docs/getting-started.md
 """
@@ -12,8 +11,8 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 STRING = r'"(?:[^"\\]|\\.)*"'
-ROW = re.compile(rf"X\((\w+), (\w+), ((?:{STRING}|[^\"()])*)\)")
-HEADING = re.compile(rf"X\((\w+), ({STRING})\)")
+FOLDER = ROOT / "src/controller/console/commands"
+PROFILE = ROOT / "src/controller/profiles/full.c"
 
 # What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
 SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
@@ -21,31 +20,21 @@ SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("i
            ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
 
 
-def table(path, name):
-    """The text of the table `name`, one line, without comments."""
-    text = (ROOT / path).read_text().replace("\\\n", " ")
-    text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
-    return re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", text))
-
-
-def texts(field):
-    """Adjacent string literals, as one."""
-    return "".join(part[1:-1] for part in re.findall(STRING, field))
+def text_of(field, row):
+    """The string of a field of a row: adjacent literals, as one."""
+    found = re.search(rf"\.{field} =\s*\w+\(((?:\s*{STRING})+)\s*\)", row)
+    return "".join(part[1:-1] for part in re.findall(STRING, found[1])) if found else None
 
 
 def commands():
-    """(group, name, arguments, what, details, example) of each row, in the table's order."""
-    for name, group, rest in ROW.findall(table("src/controller/console/commands.h", "COMMANDS")):
-        fields = re.findall(rf"(?:{STRING}\s*)+|[^,\"]+", rest)
-        strings = [texts(field) for field in fields if field.startswith('"')]
-        yield group, name, *strings[1:]  # the first is what it takes
-
-
-def numbered(path, name):
-    """(number, text, remedy) of each row of a table of numbered texts."""
-    row = re.compile(rf"X\(\w+, (\d+), ((?:{STRING}\s*)+), ((?:{STRING}\s*)+)\)")
-    for number, text, remedy in row.findall(table(path, name)):
-        yield int(number), texts(text), texts(remedy)
+    """(heading, usage, what, details, example) of each row, in the order of `help`."""
+    heading = None
+    for name in re.findall(r"&(\w+)_commands", PROFILE.read_text()):
+        text = (FOLDER / f"{name}.c").read_text()
+        heading = text_of("heading", text) or heading
+        for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
+            yield heading.rstrip(":"), *(text_of(field, row)
+                                         for field in ("usage", "what", "details", "example"))
 
 
 def program():
@@ -90,8 +79,6 @@ def main(arguments):
     if arguments == ["--session"]:
         print(shortened(session()), end="")
         return
-    headings = {name: texts(text) for name, text in
-                HEADING.findall(table("src/controller/console/command.h", "COMMAND_GROUPS"))}
     rows = list(commands())
     print(f"""# The console
 
@@ -152,15 +139,13 @@ The firmware on a simulated ATmega128 with three servos. Lines behind `>` are in
 {session()}```
 
 ## Commands""")
-    for group, heading in headings.items():
-        found = [row for row in rows if row[0] == group]
-        if not found:
-            continue
-        print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
-        print("|---|---|---|---|")
-        for _, name, arguments, what, details, example in found:
-            print(f"| `{escape(name + arguments)}` | {escape(what)} | {escape(details)} "
-                  f"| `{escape(example)}` |")
+    last = None
+    for heading, usage, what, details, example in rows:
+        if heading != last:
+            print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
+            print("|---|---|---|---|")
+            last = heading
+        print(f"| `{escape(usage)}` | {escape(what)} | {escape(details)} | `{escape(example)}` |")
 
 
 if __name__ == "__main__":

@@ -37,8 +37,8 @@ struct host_rescue {
 };
 
 /* Opens the window, unless the last reset was by watchdog or brown-out alone: the controller must
- * then be back at once. `reset_cause`: enum keeper_reset bits, 0 if the cause is not known. Returns
- * true if it has opened the window. */
+ * then be back at once. `reset_cause`: enum failsafe_reset bits, 0 if the cause is not known.
+ * Returns true if it has opened the window. */
 bool host_rescue_begin(struct host_rescue *rescue, uint8_t reset_cause);
 
 /* Takes a byte if there is one, and tells when the time is over: to be called often, at least every
