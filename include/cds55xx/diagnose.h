@@ -32,7 +32,7 @@ extern "C" {
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
       "unplug one servo after the other until the line is quiet: the last one is at fault")        \
     X(CDS_FINDING_ECHO, 4, "the line echoes, though the board file says it does not",              \
-      "check RX enable, or declare the echo in board.h")                                           \
+      "check RX enable, or declare the wiring as one with an echo")                                \
     X(CDS_FINDING_COLLISION, 5, "another device sends on this line",                               \
       "unplug the other controller, or the adapter to the PC")                                     \
     X(CDS_FINDING_NOISE, 6, "the line is disturbed",                                               \

@@ -204,7 +204,8 @@ static void open(void)
     controller.device.context = &controller.registers;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[1] + STATUS_PACKET_HEAD);
-    console_open(&controller.console, &controller.failsafe, &controller.text, &controller.serial.tx);
+    console_open(&controller.console, &controller.failsafe, &controller.text,
+                 &controller.serial.tx);
 }
 
 /* ---- bus and robot ---- */

@@ -52,9 +52,9 @@ static void open_all(void)
     robot_begin(&robot, &bus, 0);
     settings_default(&settings);
     failsafe = (struct failsafe){.settings = &settings,
-                             .store = &store,
-                             .robot = &robot,
-                             .damaged_stops = &host.counters.stops};
+                                 .store = &store,
+                                 .robot = &robot,
+                                 .damaged_stops = &host.counters.stops};
     device_registers_open(&registers, &failsafe, &host, &bridge, &lost);
     device.ops = &device_registers_ops;
     device.context = &registers;

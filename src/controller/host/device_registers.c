@@ -120,6 +120,6 @@ void device_registers_open(struct device_registers *registers, struct failsafe *
                            const struct host_demux *host, const struct bridge *bridge,
                            const volatile uint16_t *gaps)
 {
-    *registers =
-        (struct device_registers){.failsafe = failsafe, .host = host, .bridge = bridge, .gaps = gaps};
+    *registers = (struct device_registers){
+        .failsafe = failsafe, .host = host, .bridge = bridge, .gaps = gaps};
 }
