@@ -3,8 +3,8 @@
  *
  * A program that talks at the saved rate meanwhile is heard as damaged or random bytes. Each of
  * these starts the count of Enters again. Ctrl-X stops the robot after 20 ms of silence, which show
- * that a key was pressed. It does not stop the robot if any byte but Enter and Ctrl-X has come since
- * the reset: a byte of such a program may look like Ctrl-X.
+ * that a key was pressed. It does not stop the robot if any byte but Enter and Ctrl-X has come
+ * since the reset: a byte of such a program may look like Ctrl-X.
  *
  * Main context.
  */
@@ -38,8 +38,8 @@ struct host_rescue {
 };
 
 /* Opens the window unless the last reset was by watchdog or brown-out alone: after these the
- * controller must work at once. `reset_cause`: enum keeper_reset bits, 0 if the cause is not known. Returns
- * true if it has opened the window. */
+ * controller must work at once. `reset_cause`: enum keeper_reset bits, 0 if the cause is not known.
+ * Returns true if it has opened the window. */
 bool host_rescue_begin(struct host_rescue *rescue, uint8_t reset_cause);
 
 /* Takes a byte if there is one, and ends the window when its time is over. Call it at least every
