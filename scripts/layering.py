@@ -60,7 +60,7 @@ ALLOWED = [
     (["src/avr/*.[ch]"],
      re.compile(r"^(cds55xx/(port|link|ring)\.h|board(_check)?\.h|(usart|clock|timer|handlers)\.h)$"),
      "src/avr meets the core in port.h, link.h and ring.h only"),
-    (["sim/*.[ch]"],
+    (["sim/**/*.[ch]"],
      re.compile(r"^(?!cds55xx|src/|.*/include/).*$"),
      "the simulator includes nothing of include/ or src/"),
     *((["include/cds55xx/%s.h" % name for name in headers] + ["src/core/%s/*.[ch]" % storey],

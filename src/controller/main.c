@@ -26,7 +26,6 @@
 #include "avr/memory.h"
 #include "robot/robot.h"
 #include "avr/serial.h"
-#include "texts.h" // TEXT_HOST_RESCUED
 #include "host/device_registers.h"
 #include "avr/watchdog.h"
 
@@ -42,6 +41,8 @@
 
 /* While there is other work, alarms, settings and memory are looked after so often. */
 #define KEEP_US 1000
+
+static const CDS_FLASH char host_rescued[] = "host link at own rate of the board: save keeps it";
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's own rate
 
@@ -59,7 +60,7 @@ static struct {
     struct device_registers registers;
     struct settings settings;
     struct settings_store store;
-    struct keeper keeper;
+    struct failsafe failsafe;
     struct memory memory;
     struct robot robot;
     struct console console;
@@ -87,7 +88,7 @@ static bool busy(void)
     return !console_idle(&controller.console) || !host_demux_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
            controller.host_baud != controller.settings.host_baud ||
-           !robot_idle(&controller.robot) || controller.keeper.unsettled ||
+           !robot_idle(&controller.robot) || controller.failsafe.unsettled ||
            controller.store.result == SETTINGS_SAVING;
 }
 
@@ -168,17 +169,17 @@ static void follow_host_baud(void)
 
 /* ---- set-up ---- */
 
-static void begin_keeper(void)
+static void begin_failsafe(void)
 {
-    struct keeper *keeper = &controller.keeper;
+    struct failsafe *failsafe = &controller.failsafe;
 
-    keeper->settings = &controller.settings;
-    keeper->store = &controller.store;
-    keeper->robot = &controller.robot;
-    keeper->damaged_stops = &controller.host.counters.stops;
-    keeper->room_bytes = memory_room_bytes();
-    keeper_begin(keeper, avr_reset_cause);
-    keeper_follow(keeper);
+    failsafe->settings = &controller.settings;
+    failsafe->store = &controller.store;
+    failsafe->robot = &controller.robot;
+    failsafe->damaged_stops = &controller.host.counters.stops;
+    failsafe->room_bytes = memory_room_bytes();
+    failsafe_begin(failsafe, avr_reset_cause);
+    failsafe_follow(failsafe);
 }
 
 static void open(void)
@@ -193,17 +194,18 @@ static void open(void)
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
-    robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
-    begin_keeper();
+    robot_resume(&controller.robot, &kept, avr_reset_cause & FAILSAFE_RESET_POWER);
+    begin_failsafe();
     host_demux_open(&controller.host, &controller.serial.rx, &controller.text,
                     controller.packets[0] + STATUS_PACKET_HEAD);
-    device_registers_open(&controller.registers, &controller.keeper, &controller.host,
+    device_registers_open(&controller.registers, &controller.failsafe, &controller.host,
                           &controller.bridge, &controller.serial.gaps);
     controller.device.ops = &device_registers_ops;
     controller.device.context = &controller.registers;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
                 &controller.serial.tx, controller.packets[1] + STATUS_PACKET_HEAD);
-    console_open(&controller.console, &controller.keeper, &controller.text, &controller.serial.tx);
+    console_open(&controller.console, &controller.failsafe, &controller.text,
+                 &controller.serial.tx);
 }
 
 /* ---- bus and robot ---- */
@@ -317,13 +319,13 @@ static void poll_host(void)
 /* After three Enters the board's own rate becomes the setting, and the console says so. */
 static void keep_own_baud(void)
 {
-    struct writer *writer = &controller.console.writer;
+    struct printer *printer = &controller.console.printer;
 
-    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !writer_ready(writer))
+    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !printer_ready(printer))
         return;
     controller.rescue.enters = 0;
     controller.settings.host_baud = HOST_BAUD_OWN;
-    writer_line(writer, TEXT_HOST_RESCUED);
+    printer_line(printer, host_rescued);
 }
 
 static void poll_console(void)
@@ -339,18 +341,18 @@ static void poll_console(void)
 /* Looks after failsafe, settings and memory. Any byte of the host shows that the host is alive. */
 static void keep(void)
 {
-    struct keeper *keeper = &controller.keeper;
+    struct failsafe *failsafe = &controller.failsafe;
 
     controller.kept_ticks = cds_port_ticks();
     if (controller.heard != controller.serial.rx.head) {
         controller.heard = controller.serial.rx.head;
-        keeper_heard(keeper);
+        failsafe_heard(failsafe);
     }
-    keeper_poll(keeper);
+    failsafe_poll(failsafe);
     settings_save_poll(&controller.store);
-    if (keeper->counts_stack && memory_poll(&controller.memory)) {
-        keeper->spare_bytes = controller.memory.spare_bytes;
-        keeper->counts_stack = false;
+    if (failsafe->counts_stack && memory_poll(&controller.memory)) {
+        failsafe->spare_bytes = controller.memory.spare_bytes;
+        failsafe->counts_stack = false;
     }
 }
 

@@ -2,7 +2,7 @@
  *
  * Writing a byte takes 8.5 ms (ATmega128) or 3.4 ms (the other chips); until then no byte can be
  * read. The driver uses no interrupt: the caller polls avr_eeprom_ready(). This header names no
- * chip, so its callers also run on a PC, over eeprom_fake.c of the tests.
+ * chip, so its callers also run on a PC, over test/support/eeprom_fake.c.
  */
 #ifndef AVR_EEPROM_H
 #define AVR_EEPROM_H

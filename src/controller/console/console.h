@@ -17,12 +17,12 @@
 #include "cds55xx/bus.h"      // struct cds_bus
 #include "cds55xx/feedback.h" // struct cds_feedback
 #include "cds55xx/setup.h"    // struct cds_setup
-#include "console/command.h"  // struct command_line
+#include "console/parse.h"    // struct command_line
 #include "console/editor.h"   // struct editor
-#include "robot/failsafe.h"   // struct keeper
+#include "robot/failsafe.h"   // struct failsafe
 #include "robot/robot.h"      // struct robot
 #include "console/lexer.h"    // struct token
-#include "console/printer.h"  // struct writer
+#include "console/printer.h"  // struct printer
 
 #define CONSOLE_LINE_MAX 1400 // characters; 50 servos x 4 bytes in a SYNC WRITE, all hexadecimal
 #define CONSOLE_STOP     0x18 // Ctrl-X
@@ -61,17 +61,17 @@ union console_job {
 union console_buffer {
     uint8_t packet[CDS_LENGTH_MAX + 4]; // the longest
     struct {
-        uint8_t packet[2 * COMMAND_LIST_MAX]; // words of a list, too
+        uint8_t packet[2 * PARSE_LIST_MAX]; // words of a list, too
         union console_job job;
     } command;
 };
 
 /* What commands use is first: an AVR reaches 64 bytes of a struct easily. */
 struct console {
-    struct writer writer;
+    struct printer printer;
     struct cds_bus *bus;
     struct robot *robot;
-    struct keeper *keeper;
+    struct failsafe *failsafe;
     uint8_t step;        // calls of the command's poll so far, 255 at most
     uint8_t phase;       // the command's own, 0 when it begins
     uint8_t index;       // likewise: of a list that is being told
@@ -96,9 +96,9 @@ struct console {
     uint8_t reply[CDS_REPLY_MAX]; // of its reply
 };
 
-/* Zero *console first (static storage is). The robot of `keeper` has begun; it is on the bus that
+/* Zero *console first (static storage is). The robot of `failsafe` has begun; it is on the bus that
  * the console uses. */
-void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output);
 
 /* Moves on: takes some characters, or goes on with a command, or writes a piece of the reply. To be
@@ -133,9 +133,9 @@ bool console_waits(struct console *console);
  * due. */
 bool console_answered(const struct console *console);
 
-/* Is the robot's operation (enum robot_operation) still under way? A key ends it. If not, its
- * outcome is in console->error. */
-bool console_operates(struct console *console, uint8_t operation);
+/* True while the robot's operation is under way; a key ends it. Then its outcome is in
+ * console->error. */
+bool console_operates(struct console *console);
 
 /* The robot's servo line.id, or NULL. */
 struct cds_servo_state *console_servo(const struct console *console);

@@ -73,8 +73,8 @@ enum console_error {
 #undef CONSOLE_ERROR_ENUM_
 } __attribute__((packed));
 
-/* "text; remedy" of an error of either table, for the writer. */
-uint16_t error_text(uint8_t number);
+/* "text; remedy" of an error of either table, a message for the printer. */
+const CDS_FLASH char *error_text(uint8_t number);
 
 /* The console's error for the packet errors among the CDS_ERROR_* bits `bits` (the highest one, if
  * several are set), or 0 if none is; clears that bit in *bits. */

@@ -12,13 +12,13 @@ static void reset(void *context)
 {
     struct device_registers *registers = context;
 
-    settings_default(registers->keeper->settings);
+    settings_default(registers->failsafe->settings);
 }
 
 /* Counter registers have the order of the fields of their struct. */
 static uint16_t counter(const struct device_registers *registers, uint8_t reg)
 {
-    const struct cds_bus *bus = registers->keeper->robot->bus;
+    const struct cds_bus *bus = registers->failsafe->robot->bus;
     struct cds_stats stats;
     const void *counters = &stats;
     uint8_t first = DEVICE_BUS_SENT;
@@ -59,16 +59,16 @@ static uint16_t alarm_id(const struct cds_servos *servos)
 static uint16_t get(void *context, uint8_t reg)
 {
     const struct device_registers *registers = context;
-    const struct keeper *keeper = registers->keeper;
-    const struct robot *robot = keeper->robot;
+    const struct failsafe *failsafe = registers->failsafe;
+    const struct robot *robot = failsafe->robot;
 
     if (reg < DEVICE_KEPT)
-        return settings_get(keeper->settings, reg);
+        return settings_get(failsafe->settings, reg);
     switch (reg) {
-    case DEVICE_SAVE: return saving(keeper->store);
+    case DEVICE_SAVE: return saving(failsafe->store);
     case DEVICE_BUS_STATE: return cds_bus_line(robot->bus);
-    case DEVICE_RESET_CAUSE: return keeper->reset_cause;
-    case DEVICE_LINK_LOST: return keeper->link_lost;
+    case DEVICE_RESET_CAUSE: return failsafe->reset_cause;
+    case DEVICE_LINK_LOST: return failsafe->link_lost;
     case DEVICE_INHIBIT: return robot_is_inhibited(robot);
     case DEVICE_DELAYS_REFUSED: return robot->servos.too_early;
     case DEVICE_ALARMS: return robot->servos.alarms;
@@ -82,26 +82,26 @@ static void set(void *context, uint8_t reg, uint16_t value)
     struct device_registers *registers = context;
 
     if (reg < DEVICE_KEPT)
-        settings_set(registers->keeper->settings, reg, value);
+        settings_set(registers->failsafe->settings, reg, value);
     else if (reg == DEVICE_SAVE)
         registers->to_save = value;
     else if (reg == DEVICE_LINK_LOST)
-        keeper_clear(registers->keeper);
+        failsafe_clear(registers->failsafe);
     else if (reg == DEVICE_INHIBIT)
-        robot_release(registers->keeper->robot);
+        robot_release(registers->failsafe->robot);
     else if (reg == DEVICE_ALARMS)
-        cds_servos_acknowledge(&registers->keeper->robot->servos, NULL);
+        cds_servos_acknowledge(&registers->failsafe->robot->servos, NULL);
 }
 
 /* As at the console: torque off that is under way cannot be taken back, and LINK_LOST is cleared
  * before INHIBIT. */
 static bool allows(void *context, uint8_t reg)
 {
-    const struct keeper *keeper = ((const struct device_registers *)context)->keeper;
+    const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;
 
     if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
         return true;
-    return !robot_is_stopping(keeper->robot) && (reg == DEVICE_LINK_LOST || !keeper->link_lost);
+    return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);
 }
 
 /* Carries out what was set. The rate of the bus changes between two transactions, and a save waits
@@ -109,18 +109,18 @@ static bool allows(void *context, uint8_t reg)
 static bool settled(void *context)
 {
     struct device_registers *registers = context;
-    struct keeper *keeper = registers->keeper;
+    struct failsafe *failsafe = registers->failsafe;
 
-    registers->to_save = registers->to_save && !settings_save(keeper->store, keeper->settings);
-    return keeper_follow(keeper) && !registers->to_save;
+    registers->to_save = registers->to_save && !settings_save(failsafe->store, failsafe->settings);
+    return failsafe_follow(failsafe) && !registers->to_save;
 }
 
 const CDS_FLASH struct device_ops device_registers_ops = {get, set, allows, reset, settled};
 
-void device_registers_open(struct device_registers *registers, struct keeper *keeper,
+void device_registers_open(struct device_registers *registers, struct failsafe *failsafe,
                            const struct host_demux *host, const struct bridge *bridge,
                            const volatile uint16_t *gaps)
 {
-    *registers =
-        (struct device_registers){.keeper = keeper, .host = host, .bridge = bridge, .gaps = gaps};
+    *registers = (struct device_registers){
+        .failsafe = failsafe, .host = host, .bridge = bridge, .gaps = gaps};
 }

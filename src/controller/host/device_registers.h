@@ -9,10 +9,10 @@
 #include "host/bridge.h"     // struct bridge
 #include "host/device.h"     // struct device_ops
 #include "host/host_demux.h" // struct host_demux
-#include "robot/failsafe.h"  // struct keeper
+#include "robot/failsafe.h"  // struct failsafe
 
 struct device_registers {
-    struct keeper *keeper; // holds settings, robot and bus
+    struct failsafe *failsafe; // holds settings, robot and bus
     const struct host_demux *host;
     const struct bridge *bridge;
     const volatile uint16_t *gaps; // times that the receive handler of the host link lost bytes
@@ -22,8 +22,8 @@ struct device_registers {
 /* For a device whose context is a struct device_registers. */
 extern const CDS_FLASH struct device_ops device_registers_ops;
 
-/* `keeper` has begun. */
-void device_registers_open(struct device_registers *registers, struct keeper *keeper,
+/* `failsafe` has begun. */
+void device_registers_open(struct device_registers *registers, struct failsafe *failsafe,
                            const struct host_demux *host, const struct bridge *bridge,
                            const volatile uint16_t *gaps);
 

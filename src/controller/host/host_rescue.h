@@ -38,8 +38,8 @@ struct host_rescue {
 };
 
 /* Opens the window unless the last reset was by watchdog or brown-out alone: after these the
- * controller must work at once. `reset_cause`: enum keeper_reset bits, 0 if the cause is not known.
- * Returns true if it has opened the window. */
+ * controller must work at once. `reset_cause`: enum failsafe_reset bits, 0 if the cause is not
+ * known. Returns true if it has opened the window. */
 bool host_rescue_begin(struct host_rescue *rescue, uint8_t reset_cause);
 
 /* Takes a byte if there is one, and ends the window when its time is over. Call it at least every

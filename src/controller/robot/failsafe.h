@@ -3,12 +3,12 @@
  *
  * The link is watched from the first byte that the host sends, if settings.link_loss_ms is not 0:
  * before that nobody has moved anything, so after a reset nothing is sent and nothing moves by
- * itself. A loss stays until keeper_clear(), also when the host is back.
+ * itself. A loss stays until failsafe_clear(), also when the host is back.
  *
  * Main context.
  */
-#ifndef CONTROLLER_KEEPER_H
-#define CONTROLLER_KEEPER_H
+#ifndef CONTROLLER_FAILSAFE_H
+#define CONTROLLER_FAILSAFE_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,19 +17,19 @@
 #include "robot/settings.h" // struct settings
 
 /* Values of settings.link_loss_action. */
-enum keeper_action { KEEPER_SHOW, KEEPER_HOLD, KEEPER_TORQUE_OFF } __attribute__((packed));
+enum failsafe_action { FAILSAFE_SHOW, FAILSAFE_HOLD, FAILSAFE_TORQUE_OFF } __attribute__((packed));
 
 /* Bits of `reset_cause`: those of watchdog.h. */
-enum keeper_reset {
-    KEEPER_RESET_POWER = 1,
-    KEEPER_RESET_EXTERNAL = 2,
-    KEEPER_RESET_BROWN_OUT = 4,
-    KEEPER_RESET_WATCHDOG = 8,
-    KEEPER_RESET_JTAG = 16,
+enum failsafe_reset {
+    FAILSAFE_RESET_POWER = 1,
+    FAILSAFE_RESET_EXTERNAL = 2,
+    FAILSAFE_RESET_BROWN_OUT = 4,
+    FAILSAFE_RESET_WATCHDOG = 8,
+    FAILSAFE_RESET_JTAG = 16,
 } __attribute__((packed));
 
-/* What the keeper knows. Fields without a word about writing are to be read only. */
-struct keeper {
+/* What the failsafe knows. Fields without a word about writing are to be read only. */
+struct failsafe {
     struct settings *settings;    // may change at any time
     struct settings_store *store; // of them
     struct robot *robot;
@@ -37,36 +37,36 @@ struct keeper {
     const uint16_t *damaged_stops; // Ctrl-X found in damaged packets: host.h counts them
     uint16_t room_bytes;           // of RAM that the variables leave to the stack; main writes both
     uint16_t spare_bytes;          // ... of them, never used, as of the last count
-    uint8_t reset_cause;           // enum keeper_reset bits
+    uint8_t reset_cause;           // enum failsafe_reset bits
     uint8_t next;                  // servo of the robot whose alarms are looked at next
     uint8_t alarm_id;              // whose `alarm` it is
     uint8_t alarm;     // to be told now: CDS_ERROR_* bits, or 0; who has told them clears them
     bool watching;     // the host has been heard since the reset
-    bool link_lost;    // until keeper_clear()
+    bool link_lost;    // until failsafe_clear()
     bool unsettled;    // what the settings say of the bus is not in force yet
     bool counts_stack; // `status` asks for a count of `spare_bytes`; main clears it when done
     uint8_t told[ROBOT_SERVOS]; // alarms told, of each servo
 };
 
-/* Zero *keeper first (static storage is), and set its settings, store, damaged_stops and robot,
+/* Zero *failsafe first (static storage is), and set its settings, store, damaged_stops and robot,
  * which has begun.
- * `reset_cause`: enum keeper_reset bits. */
-void keeper_begin(struct keeper *keeper, uint8_t reset_cause);
+ * `reset_cause`: enum failsafe_reset bits. */
+void failsafe_begin(struct failsafe *failsafe, uint8_t reset_cause);
 
 /* Bytes came from the host. */
-void keeper_heard(struct keeper *keeper);
+void failsafe_heard(struct failsafe *failsafe);
 
-/* Often, after keeper_heard() and beside robot_poll(). Looks at the link and at the alarms of one
+/* Often, after failsafe_heard() and beside robot_poll(). Looks at the link and at the alarms of one
  * servo. A rate of the bus that somebody else has changed is the setting from then on. */
-void keeper_poll(struct keeper *keeper);
+void failsafe_poll(struct failsafe *failsafe);
 
 /* Brings what the settings say of the bus into force, to be called when they have been changed.
- * False: not yet, the bus is busy; keeper_poll() goes on with it. */
-bool keeper_follow(struct keeper *keeper);
+ * False: not yet, the bus is busy; failsafe_poll() goes on with it. */
+bool failsafe_follow(struct failsafe *failsafe);
 
 /* Alarms and the loss of the link are seen to; servos that were held for it or for a stop, and for
  * nothing else, may be driven again. Nothing is sent. The watch begins anew. False: torque off is
  * under way, nothing was done. */
-bool keeper_clear(struct keeper *keeper);
+bool failsafe_clear(struct failsafe *failsafe);
 
 #endif

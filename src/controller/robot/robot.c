@@ -73,66 +73,64 @@ uint8_t robot_strangers(const struct robot *robot)
 
 bool robot_is_exclusive(const struct robot *robot)
 {
-    return robot->operation > ROBOT_CYCLE;
+    return robot->operation && robot->cycle == NULL;
 }
 
 bool robot_idle(const struct robot *robot)
 {
-    return robot->operation == ROBOT_IDLE && !robot_is_stopping(robot);
+    return robot->operation == NULL && !robot_is_stopping(robot);
 }
 
 bool robot_cycles(const struct robot *robot, uint8_t id)
 {
-    return robot->operation == ROBOT_CYCLE &&
-           (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
+    return robot->cycle && (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
 }
 
-uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
+/* Goals that leave no time for the state check go before it. */
+static void check_beside_cycle(struct robot *robot)
 {
-    if (robot_is_stopping(robot))
-        return ERROR_STOPPED;
-    if (robot->operation != ROBOT_IDLE)
-        return ERROR_CYCLE;
-    robot->operation = (uint8_t)operation;
-    robot->result = CDS_PENDING;
-    robot->baud = robot->bus->baud_reg;
-    if (operation == ROBOT_SCAN || operation == ROBOT_DIAGNOSE)
-        robot->servos.is_paused = true; // a servo that is silent at another rate is not offline
-    return 0;
+    robot->watch_rests = cds_health_set_cycle(&robot->watch, robot->cycle) != CDS_OK;
 }
 
-NOINLINE static void let_go(struct robot *robot)
+void robot_share_bus(struct robot *robot, struct cds_cycle *cycle)
 {
-    if (robot->operation == ROBOT_CYCLE)
+    robot->cycle = cycle;
+    check_beside_cycle(robot);
+}
+
+NOINLINE static void end_operation(struct robot *robot)
+{
+    if (robot->cycle)
         cds_health_set_cycle(&robot->watch, NULL);
-    if (robot->operation == ROBOT_IDENTITY)
-        cds_servos_allow_reset(&robot->servos, false);
+    robot->cycle = NULL;
     robot->watch_rests = false;
-    robot->operation = ROBOT_IDLE;
+    robot->operation = NULL;
     robot->servos.is_paused = false;
 }
 
-uint8_t robot_begun(struct robot *robot, enum cds_result begun)
+uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
+                    const void *config)
 {
+    enum cds_result begun;
+
+    if (robot_is_stopping(robot))
+        return ERROR_STOPPED;
+    if (robot->operation)
+        return ERROR_CYCLE;
+    robot->operation = operation;
+    robot->result = CDS_PENDING;
+    robot->baud = robot->bus->baud_reg;
+    robot->servos.is_paused = operation->changes_rate;
+    begun = operation->begin(robot, config);
     if (begun != CDS_OK)
-        let_go(robot);
-    else if (robot->operation == ROBOT_CYCLE) // goals that leave no time for it go before it
-        robot->watch_rests =
-            cds_health_set_cycle(&robot->watch, &robot->work.cycle.cycle) != CDS_OK;
+        end_operation(robot);
     return (uint8_t)begun;
 }
 
 void robot_abort(struct robot *robot)
 {
-    switch (robot->operation) {
-    case ROBOT_CYCLE: cds_cycle_abort(&robot->work.cycle.cycle); break;
-    case ROBOT_SCAN: cds_scan_abort(&robot->work.scan.scan); break;
-    case ROBOT_DIAGNOSE:
-        if (ROBOT_DIAGNOSES)
-            cds_diagnose_abort(&robot->work.diagnose);
-        break;
-    default: break;
-    }
+    if (robot->operation && robot->operation->abort)
+        robot->operation->abort(robot);
 }
 
 NOINLINE static void begin_stop(struct robot *robot)
@@ -165,7 +163,7 @@ void robot_stop(struct robot *robot)
 
 static void poll_stop(struct robot *robot)
 {
-    if (robot->stop_waits && robot->operation == ROBOT_IDLE) {
+    if (robot->stop_waits && robot->operation == NULL) {
         robot->stop_waits = false;
         begin_stop(robot);
     } else if (robot->stop_waits && !robot->stop_told && is_at_own_rate(robot)) {
@@ -180,29 +178,15 @@ static void poll_stop(struct robot *robot)
     }
 }
 
-static enum cds_result poll_operation(struct robot *robot)
-{
-    switch (robot->operation) {
-    case ROBOT_CYCLE: return cds_cycle_poll(&robot->work.cycle.cycle);
-    case ROBOT_SCAN: return cds_scan_poll(&robot->work.scan.scan);
-    case ROBOT_DIAGNOSE:
-        if (ROBOT_DIAGNOSES)
-            return cds_diagnose_poll(&robot->work.diagnose);
-        return CDS_OK;
-    case ROBOT_IDENTITY: return cds_identity_poll(&robot->work.identity);
-    default: return cds_registered_move_poll(&robot->work.move.move);
-    }
-}
-
 /* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
 NOINLINE static void poll_work(struct robot *robot)
 {
     poll_stop(robot);
-    if (robot->operation == ROBOT_IDLE)
+    if (robot->operation == NULL)
         return;
-    robot->result = (uint8_t)poll_operation(robot);
+    robot->result = (uint8_t)robot->operation->poll(robot);
     if (robot->result != CDS_PENDING)
-        let_go(robot);
+        end_operation(robot);
 }
 
 /* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
@@ -216,8 +200,8 @@ static bool begin_watch(struct robot *robot)
         return false;
     watch->look_us += watch->step_us; // who has joined was heard just now
     robot->watched = robot->servos.count;
-    if (robot->operation == ROBOT_CYCLE)
-        robot->watch_rests = cds_health_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
+    if (robot->cycle)
+        check_beside_cycle(robot);
     return true;
 }
 

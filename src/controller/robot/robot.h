@@ -20,6 +20,7 @@
 #include "cds55xx/servos.h"          // struct cds_servos
 #include "cds55xx/torque_off.h"      // struct cds_torque_off
 #include "cds55xx/health.h"          // struct cds_health
+#include "flash.h"                   // CDS_FLASH
 #include "robot/inhibit.h"           // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
@@ -27,25 +28,19 @@
 #define ROBOT_SERVOS 18
 #endif
 
-/* OMIT of board.mk: the firmware of a board with little flash leaves `diagnose` out. */
-#ifdef OMIT_diagnose
-#define ROBOT_DIAGNOSES 0
-#else
-#define ROBOT_DIAGNOSES 1
-#endif
-
 /* The state check rests for so long when a program on the PC has spoken to the bus. */
 #define ROBOT_REST_US 1000000ul
 
-/* What `work` is used for. */
-enum robot_operation {
-    ROBOT_IDLE,
-    ROBOT_CYCLE, // the bus is shared with other requests; during all others it is not
-    ROBOT_SCAN,
-    ROBOT_DIAGNOSE,
-    ROBOT_IDENTITY,
-    ROBOT_MOVE,
-} __attribute__((packed));
+struct robot;
+
+/* A long operation, in flash beside the command that begins it: robot_start() takes it, so a
+ * command that is not linked takes its operation with it. */
+struct robot_operation {
+    enum cds_result (*begin)(struct robot *robot, const void *config); // in robot->work
+    enum cds_result (*poll)(struct robot *robot);                      // CDS_PENDING: goes on
+    void (*abort)(struct robot *robot); // ends it soon; NULL: goes on to its end
+    bool changes_rate;                  // of the bus: a silent servo is not offline meanwhile
+};
 
 /* Storage of the operation. */
 union robot_work {
@@ -68,15 +63,16 @@ union robot_work {
 
 #define ROBOT_NOT_SCANNED UINT8_MAX // in `strangers`
 
-/* The robot. Fields are to be read only but for `work`, by whoever has claimed it, and for
- * `strangers`, by the scan. */
+/* The robot. Fields are read only, but for `work`, which belongs to the operation, and `strangers`,
+ * which belongs to the scan. */
 struct robot {
     struct cds_bus *bus;
     struct inhibit_copy *kept; // what a reset leaves of the drive inhibit; NULL: nothing
-    uint8_t operation;         // enum robot_operation
-    uint8_t result;            // enum cds_result of it: CDS_PENDING while it goes on
-    uint8_t baud;              // register value of the bus's rate when it began
-    bool stop_waits : 1;       // for the end of an operation: then all are told, or told again
+    const CDS_FLASH struct robot_operation *operation; // under way, or NULL
+    struct cds_cycle *cycle; // of the operation that shares the bus with other requests, or NULL
+    uint8_t result;          // enum cds_result of the operation: CDS_PENDING while it goes on
+    uint8_t baud;            // register value of the bus's rate when it began
+    bool stop_waits : 1;     // for the end of an operation: then all are told, or told again
     bool
         stop_told : 1; // a stop has begun since it was asked for, and driving was not allowed since
     bool stopping : 1; // a stop is under way
@@ -150,13 +146,13 @@ bool robot_idle(const struct robot *robot);
  * CDS_BROADCAST_ID? */
 bool robot_cycles(const struct robot *robot, uint8_t id);
 
-/* Prepares `work` for an operation that is then begun in it. 0; ERROR_CYCLE, ERROR_STOPPED: a cycle
- * or a stop is under way. */
-uint8_t robot_claim(struct robot *robot, enum robot_operation operation);
+/* Begins `operation` with `config`. 0: robot_poll() goes on with it; else the enum cds_result of
+ * its begin function; ERROR_CYCLE, ERROR_STOPPED: another operation or a stop is under way. */
+uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
+                    const void *config);
 
-/* What the begin function of the operation returned: as it is, and if it is not CDS_OK, the claim
- * is given up. */
-uint8_t robot_begun(struct robot *robot, enum cds_result begun);
+/* An operation that shares the bus with other requests says so when it has begun. */
+void robot_share_bus(struct robot *robot, struct cds_cycle *cycle);
 
 /* Ends the operation as soon as it can be; a change of ID or rate goes on to its end. */
 void robot_abort(struct robot *robot);

@@ -5,8 +5,11 @@
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
+#include "console/number_format.h"
+
+static const CDS_FLASH char message_lines[] = "%u lines, %u answers missing";
 
 #define PERIOD_MS     100
 #define PERIOD_MIN_MS 10
@@ -20,7 +23,7 @@ enum monitor_phase {
     SUM_UP,
 } __attribute__((packed));
 
-uint8_t monitor_begin(struct console *console)
+static uint8_t monitor_begin(struct console *console)
 {
     struct monitor *monitor = &console_job(console)->monitor;
     const struct command_line *line = &console->line;
@@ -61,17 +64,17 @@ static const CDS_FLASH struct {
 static void tell(struct console *console, uint8_t value)
 {
     struct monitor *monitor = &console_job(console)->monitor;
-    struct writer *writer = &console->writer;
+    struct printer *printer = &console->printer;
     uint16_t raw = 0;
 
     if (monitor->begun)
-        writer_char(writer, ',');
+        printer_char(printer, ',');
     monitor->begun = true;
-    writer_decimal(writer, monitor->ids[monitor->index]);
-    writer_flash(writer, values[value].label);
+    printer_decimal(printer, monitor->ids[monitor->index]);
+    printer_flash(printer, values[value].label);
     memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
            values[value].bytes); // low byte first, on an AVR and on the host
-    number_write_bare(writer, (enum cds_unit)values[value].unit, raw);
+    number_write_bare(printer, (enum cds_unit)values[value].unit, raw);
 }
 
 static void end_of_line(struct console *console)
@@ -80,7 +83,7 @@ static void end_of_line(struct console *console)
     uint32_t now_us = cds_port_now_us();
 
     if (monitor->begun)
-        writer_end_of_line(&console->writer);
+        printer_end_of_line(&console->printer);
     if (monitor->lines < UINT16_MAX)
         monitor->lines++;
     monitor->next_us += monitor->period_us;
@@ -127,13 +130,13 @@ static bool sum_up(struct console *console)
 {
     struct monitor *monitor = &console_job(console)->monitor;
 
-    if (console->writer.within) {
-        writer_end_of_line(&console->writer);
+    if (console->printer.within) {
+        printer_end_of_line(&console->printer);
         return true;
     }
-    console->writer.values[0] = monitor->lines;
-    console->writer.values[1] = monitor->failed;
-    writer_line(&console->writer, TEXT_LINES);
+    console->printer.values[0].number = monitor->lines;
+    console->printer.values[1].number = monitor->failed;
+    printer_line(&console->printer, message_lines);
     return false;
 }
 
@@ -147,7 +150,7 @@ static void ask(struct console *console)
     console->phase = result == CDS_OK ? TAKE : SUM_UP;
 }
 
-bool monitor_poll(struct console *console)
+static bool monitor_poll(struct console *console)
 {
     struct monitor *monitor = &console_job(console)->monitor;
     bool asked = console->phase == TAKE;
@@ -171,3 +174,20 @@ bool monitor_poll(struct console *console)
     default: return sum_up(console);
     }
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("monitor ID... [every MS]"),
+        .what = FLASH_TEXT("draw what servos do, until a key"),
+        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. A line a "
+                                   "period, for serial plotters"),
+        .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
+        .begin = monitor_begin,
+        .poll = monitor_poll,
+    },
+};
+
+const CDS_FLASH struct command_group monitor_commands = {
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};
