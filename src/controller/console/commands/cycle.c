@@ -229,9 +229,10 @@ static bool cycle_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("cycle [every|off [MS]]"),
-        .what = FLASH_TEXT("exchange goals and feedback at a fixed rate, or show how it goes"),
-        .details = COMMAND_DETAILS("Of the group; MS: 2 to 65ms, else cycle_us of the settings. "
-                                   "Goals are where the servos are, until pose gives others"),
+        .what = FLASH_TEXT("send goals and read feedback at a fixed rate, or show the counters"),
+        .details =
+            COMMAND_DETAILS("For the group; MS: 2 to 65ms, only with every; default: the setting "
+                            "cycle_us. Goals are the present positions until pose sets others"),
         .example = COMMAND_DETAILS("cycle every 4ms"),
         .begin = cycle_begin,
         .poll = cycle_poll,

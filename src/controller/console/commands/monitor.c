@@ -178,9 +178,9 @@ static bool monitor_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS]"),
-        .what = FLASH_TEXT("draw what servos do, until a key"),
-        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. A line a "
-                                   "period, for serial plotters"),
+        .what = FLASH_TEXT("print feedback of servos until a key"),
+        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. One line "
+                                   "each period, for serial plotters"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
         .begin = monitor_begin,
         .poll = monitor_poll,
