@@ -86,10 +86,12 @@ bool robot_cycles(const struct robot *robot, uint8_t id)
     return robot->cycle && (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
 }
 
-/* Goals that leave no time for the state check go before it. */
+/* The state check, once it has begun, sends between the goals of the cycle; if they leave no time,
+ * it pauses. */
 static void check_beside_cycle(struct robot *robot)
 {
-    robot->watch_rests = cds_health_set_cycle(&robot->watch, robot->cycle) != CDS_OK;
+    robot->watch_rests =
+        robot->watched && cds_health_set_cycle(&robot->watch, robot->cycle) != CDS_OK;
 }
 
 void robot_share_bus(struct robot *robot, struct cds_cycle *cycle)
@@ -100,10 +102,8 @@ void robot_share_bus(struct robot *robot, struct cds_cycle *cycle)
 
 NOINLINE static void end_operation(struct robot *robot)
 {
-    if (robot->cycle)
-        cds_health_set_cycle(&robot->watch, NULL);
     robot->cycle = NULL;
-    robot->watch_rests = false;
+    check_beside_cycle(robot);
     robot->operation = NULL;
     robot->servos.is_paused = false;
 }
