@@ -240,7 +240,7 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     robot.states[17].torque_off = CDS_TORQUE_OFF_SILENT;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off; "
                                                     "up to 236 more were not checked\r\n"));
-    robot.strangers = 0; // a whole scan found no more
+    robot.unlisted = 0; // a whole scan found no more
     robot.servos.is_full = false;
     TEST_ASSERT_NOT_NULL(
         strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off\r\n"));

@@ -30,7 +30,7 @@ bool failsafe_follow(struct failsafe *failsafe)
     cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
     cds_queue_set_retries(&failsafe->robot->queue, settings->repeats);
     if (!is_at_its_rate(failsafe))
-        failsafe->robot->strangers = ROBOT_NOT_SCANNED;
+        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
     failsafe->unsettled =
         !is_at_its_rate(failsafe) && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
     return !failsafe->unsettled;
@@ -43,7 +43,7 @@ static void watch_rate(struct failsafe *failsafe)
         failsafe_follow(failsafe);
     else if (!robot_is_exclusive(failsafe->robot) && !is_at_its_rate(failsafe)) {
         failsafe->settings->bus_baud = failsafe->robot->bus->baud_reg;
-        failsafe->robot->strangers = ROBOT_NOT_SCANNED;
+        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
     }
 }
 

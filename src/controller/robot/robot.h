@@ -61,9 +61,9 @@ union robot_work {
     } move;
 };
 
-#define ROBOT_NOT_SCANNED UINT8_MAX // in `strangers`
+#define ROBOT_NOT_SCANNED UINT8_MAX // in `unlisted`
 
-/* The robot. Fields are read only, but for `work`, which belongs to the operation, and `strangers`,
+/* The robot. Fields are read only, but for `work`, which belongs to the operation, and `unlisted`,
  * which belongs to the scan. */
 struct robot {
     struct cds_bus *bus;
@@ -76,17 +76,17 @@ struct robot {
     bool
         stop_told : 1; // a stop has begun since it was asked for, and driving was not allowed since
     bool stopping : 1; // a stop is under way
-    bool watch_rests : 1; // the cycle leaves no time for the state check
-    bool group_acts : 1;  // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
-    bool chosen : 1;      // somebody has said which servos they are: the state check looks at them
+    bool health_pauses : 1; // the cycle leaves no time for the state check
+    bool group_acts : 1;    // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    bool chosen : 1; // somebody has said which servos they are: the state check looks at them
     uint8_t group_count;
-    uint8_t watched;   // servos that the state check was begun for
-    uint8_t strangers; // servos that the last whole scan found beyond those of the robot
+    uint8_t health_servos; // servos that the state check was begun for
+    uint8_t unlisted;      // servos that the last whole scan found beyond those of the robot
     struct cds_servos servos;
     struct cds_queue queue;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_torque_off stop;
-    struct cds_health watch;
+    struct cds_health health;
     union robot_work work;
     struct cds_servo_state states[ROBOT_SERVOS];
 };
@@ -124,7 +124,7 @@ static inline bool robot_is_inhibited(const struct robot *robot)
 /* How many servos there may be that the robot does not look at: 0 to 254. After a whole scan, those
  * that the scan found beyond the robot's room, at least 1 if another one was met since; else all
  * IDs that are not of the robot. */
-uint8_t robot_strangers(const struct robot *robot);
+uint8_t robot_unlisted(const struct robot *robot);
 
 /* Torque off everywhere, ahead of everything: driving is inhibited from now on, a cycle or an
  * operation under way is ended. robot->stop says what came of it, when `stopping` is false. */

@@ -112,7 +112,7 @@ static bool sum_up(struct console *console)
     const struct cds_scan *state = &robot->work.scan.scan;
 
     if (console->error == 0 && console->line.choice == SCAN_HERE)
-        robot->strangers = (uint8_t)(state->count - console->part);
+        robot->unlisted = (uint8_t)(state->count - console->part);
     console->printer.values[0].number = state->count;
     console->printer.values[1].number = state->asked;
     printer_line(&console->printer, message_found_in_all);

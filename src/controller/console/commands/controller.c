@@ -18,7 +18,7 @@ static const CDS_FLASH char message_torque_never[] = "last stop: none";
 static const CDS_FLASH char message_torque_some_on[] =
     "last stop: %u of %u servos read back as off, some are on%s";
 static const CDS_FLASH char message_torque_read[] = "last stop: %u of %u servos read back as off%s";
-static const CDS_FLASH char message_strangers[] = "; up to %u more were not checked";
+static const CDS_FLASH char message_unlisted[] = "; up to %u more were not checked";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
@@ -234,15 +234,15 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
 static void tell_torque(struct printer *printer, const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
-    uint8_t strangers = robot_strangers(robot), off = 0;
+    uint8_t unlisted = robot_unlisted(robot), off = 0;
 
     for (uint8_t left = robot->servos.count; left; left--, servo++)
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             off++;
     printer->values[0].number = off;
     printer->values[1].number = robot->servos.count;
-    printer->values[2].text = strangers ? message_strangers : message_nothing;
-    printer->values[3].number = strangers;
+    printer->values[2].text = unlisted ? message_unlisted : message_nothing;
+    printer->values[3].number = unlisted;
     printer_line(printer, stop_text(robot));
 }
 

@@ -10,7 +10,7 @@
 #include "console/reply.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_stop_strangers[] =
+static const CDS_FLASH char message_stop_unlisted[] =
     "up to %u more servos were told and not checked";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
@@ -53,10 +53,10 @@ static bool stop_poll(struct console *console)
         printer_line(&console->printer, stop_outcomes[servo->torque_off]);
         return true;
     }
-    console->printer.values[0].number = robot_strangers(robot);
+    console->printer.values[0].number = robot_unlisted(robot);
     if (console->printer.values[0].number &&
         console->error != CDS_LINE_BUSY) // else nothing was sent
-        printer_line(&console->printer, message_stop_strangers);
+        printer_line(&console->printer, message_stop_unlisted);
     return false;
 }
 
