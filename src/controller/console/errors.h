@@ -39,12 +39,12 @@
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
       "the output so far is valid; start the command again")                                       \
-    X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",                \
-      "give that servo another ID first, or choose another")                                         \
+    X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",             \
+      "give that servo another ID first, or choose another")                                       \
     X(ERROR_LOST, 51, "the servo answers neither where it was nor where it should be",             \
       "wait a second and 'scan all'; it may have lost its power")                                  \
-    X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                                              \
-      "two servos had one ID: connect one of them alone")                                       \
+    X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                             \
+      "two servos had one ID: connect one of them alone")                                          \
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
       "all servos would have ID 1; to do so: 'factory 254 force'")                                 \
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \

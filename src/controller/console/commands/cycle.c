@@ -79,7 +79,7 @@ static uint8_t start(struct console *console)
     if (robot->group_count == 0)
         return ERROR_NO_GROUP;
     console->phase = CYCLE_LOOK;
-    console_job(console)->since_us = cds_port_now_us();
+    *(uint32_t *)console_job(console) = cds_port_now_us(); // when it began
     return robot_start(robot, &cycle_operation, &console->raw);
 }
 
@@ -115,7 +115,7 @@ static bool look_poll(struct console *console)
     for (uint8_t left = robot->group_count; left; left--, feedback++) {
         if (feedback->known)
             continue;
-        if (cds_port_now_us() - console_job(console)->since_us > KNOWN_US) {
+        if (cds_port_now_us() - *(const uint32_t *)console_job(console) > KNOWN_US) {
             console->error = feedback->result;
             robot_abort(robot);
             console->phase = CYCLE_END;

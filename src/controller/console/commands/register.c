@@ -70,7 +70,7 @@ static bool get_poll(struct console *console)
 static uint8_t set_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint8_t *data = console_job(console)->set.data;
+    uint8_t *data = set_job(console)->data;
     struct cds_register at;
     uint16_t raw = 0;
     uint8_t error;

@@ -119,7 +119,7 @@ static uint8_t begin(struct console *console, struct cds_setup_config *config)
     config->bus = console->bus;
     config->request = console->line.request;
     config->id = console->line.id;
-    return (uint8_t)cds_setup_begin(&console_job(console)->set.setup, config);
+    return (uint8_t)cds_setup_begin(&set_job(console)->setup, config);
 }
 
 static uint8_t lock_begin(struct console *console)
@@ -137,7 +137,7 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
 
 bool setup_waits(struct console *console)
 {
-    struct cds_setup *setup = &console_job(console)->set.setup;
+    struct cds_setup *setup = &set_job(console)->setup;
 
     if (cds_setup_poll(setup) == CDS_PENDING)
         return true;
@@ -151,9 +151,8 @@ bool setup_poll(struct console *console)
     if (setup_waits(console))
         return true;
     if (console->error == 0)
-        printer_line(&console->printer, console_job(console)->set.setup.is_written
-                                            ? message_written
-                                            : message_unchanged);
+        printer_line(&console->printer,
+                     set_job(console)->setup.is_written ? message_written : message_unchanged);
     return false;
 }
 
