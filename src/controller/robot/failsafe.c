@@ -1,4 +1,4 @@
-/* The watch over host link and alarms; see failsafe.h. */
+/* Host link, alarms and repeated stops; see failsafe.h. */
 #include "robot/failsafe.h"
 
 #include <stddef.h>
@@ -36,7 +36,8 @@ bool failsafe_follow(struct failsafe *failsafe)
     return !failsafe->unsettled;
 }
 
-/* An operation may be at another rate for a while, but not for good unless it says so. */
+/* A rate that an operation has left becomes the setting; a running operation may use other rates.
+ */
 static void watch_rate(struct failsafe *failsafe)
 {
     if (failsafe->unsettled)
@@ -47,7 +48,7 @@ static void watch_rate(struct failsafe *failsafe)
     }
 }
 
-/* Torque off comes with a hold: or the next goal would switch torque on again. */
+/* Torque off also inhibits driving: the next goal would switch torque on again. */
 static void lose_link(struct failsafe *failsafe)
 {
     failsafe->link_lost = true;
@@ -66,8 +67,8 @@ static void watch_link(struct failsafe *failsafe)
         lose_link(failsafe);
 }
 
-/* A servo whose torque was read as on behind the stop. A servo that the stop itself read as on does
- * not let go: it is told no more. */
+/* True if the torque of a servo was read as on after the stop. A servo whose torque the stop itself
+ * read as on cannot be switched off: it is not counted. */
 static bool has_torque(const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
@@ -78,8 +79,8 @@ static bool has_torque(const struct robot *robot)
     return false;
 }
 
-/* A stop begins anew when the line is quiet again after the stop gave up, or if a servo did not
- * hear the stop. */
+/* A stop begins again when the line is quiet after the stop gave up, or if a servo did not receive
+ * the stop. */
 static void insist_on_stop(struct failsafe *failsafe)
 {
     struct robot *robot = failsafe->robot;
@@ -90,7 +91,7 @@ static void insist_on_stop(struct failsafe *failsafe)
         robot_stop(robot);
 }
 
-/* Alarms that were acknowledged in the meantime are told again when they come again. */
+/* An alarm that was acknowledged is reported again when it comes again. */
 static void watch_alarms(struct failsafe *failsafe)
 {
     const struct cds_servos *servos = &failsafe->robot->servos;
@@ -126,6 +127,6 @@ bool failsafe_clear(struct failsafe *failsafe)
         return false;
     cds_servos_acknowledge(&failsafe->robot->servos, NULL);
     failsafe->link_lost = false;
-    failsafe_heard(failsafe); // who has asked for this is there
+    failsafe_heard(failsafe); // the request came from the host
     return true;
 }

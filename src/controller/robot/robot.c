@@ -198,7 +198,7 @@ static bool begin_health(struct robot *robot)
                                                              .period_us = CDS_HEALTH_PERIOD_US}) !=
         CDS_OK)
         return false;
-    health->look_us += health->step_us; // who has joined was heard just now
+    health->look_us += health->step_us; // a servo that has joined was heard just now
     robot->health_servos = robot->servos.count;
     if (robot->cycle)
         check_beside_cycle(robot);

@@ -119,7 +119,7 @@ static bool sum_up(struct console *console)
     return false;
 }
 
-/* Progress is told at each new rate, and whenever somebody was found. */
+/* Prints progress at each new rate, and each servo found. */
 static bool scan_poll(struct console *console)
 {
     struct robot *robot = console->robot;

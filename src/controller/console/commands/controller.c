@@ -144,7 +144,7 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
     return bits;
 }
 
-/* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
+/* The alarms of the robot's servo `index`; behind the last servo: alarms of unknown servos. */
 static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -266,22 +266,22 @@ static void tell_stops(struct printer *printer, const struct failsafe *failsafe)
     printer_line(printer, message_stops);
 }
 
-/* "servos: 18, held 0, away 1" */
+/* "servos: 18, inhibited 0, offline 1" */
 static void tell_servos(struct printer *printer, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
-    uint8_t held = 0, away = 0;
+    uint8_t inhibited = 0, offline = 0;
 
     for (uint8_t left = servos->count; left; left--, servo++) {
         if (cds_servos_inhibits(servos, servo))
-            held++;
+            inhibited++;
         if (servo->presence == CDS_PRESENCE_OFFLINE)
-            away++;
+            offline++;
     }
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
-    printer->values[2].number = held;
-    printer->values[3].number = away;
+    printer->values[2].number = inhibited;
+    printer->values[3].number = offline;
     printer_line(printer, message_servos);
 }
 

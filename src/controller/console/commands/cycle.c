@@ -9,7 +9,7 @@
 #include "console/commands/shared.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_held[] = " held";
+static const CDS_FLASH char message_inhibited[] = " inhibited";
 static const CDS_FLASH char message_cycle_servo[] = "servo %u: %s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
@@ -147,11 +147,11 @@ static void tell_servo(struct console *console, uint8_t index)
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
     struct printer *printer = &console->printer;
-    const CDS_FLASH char *held =
-        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_held : message_nothing;
+    const CDS_FLASH char *inhibited =
+        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_inhibited : message_nothing;
 
     printer->values[0].number = robot->group[index];
-    printer->values[1].text = held;
+    printer->values[1].text = inhibited;
     if (!feedback->known) {
         printer_line(printer, message_cycle_servo);
         return;
@@ -160,7 +160,7 @@ static void tell_servo(struct console *console, uint8_t index)
     printer->values[2].number = feedback->speed;
     printer->values[3].number = feedback->voltage;
     printer->values[4].number = feedback->temperature;
-    printer->values[5].text = held;
+    printer->values[5].text = inhibited;
     printer_line(printer, message_cycle_servo_known);
 }
 

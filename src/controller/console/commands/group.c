@@ -14,7 +14,7 @@ static const CDS_FLASH char message_group[] = "group %u";
 static const CDS_FLASH char message_armed[] = ", may still be registered";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
-/* 20 RPM, if nobody says how fast: gentle. */
+/* 20 RPM, the default speed. */
 #define POSE_SPEED 330
 
 /* Is there room for those that are not known yet? All of them, or none, are taken in. */

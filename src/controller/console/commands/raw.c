@@ -15,7 +15,7 @@ static uint8_t raw_begin(struct console *console)
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
-/* A broadcast PING tells who answered. */
+/* After a broadcast PING: prints the ID that answered. */
 static bool ping_poll(struct console *console)
 {
     if (console_waits(console))

@@ -1,4 +1,4 @@
-/* stop, release, limits, servos: who is held, and why. */
+/* stop, release, limits, servos: torque off, and which servos may be driven. */
 #include <stddef.h>
 #include <string.h>
 
@@ -16,8 +16,8 @@ static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
-static const CDS_FLASH char message_held_lost[] = ", inhibited: lost its state, torque went off";
-static const CDS_FLASH char message_held_stopped[] = ", inhibited: stopped";
+static const CDS_FLASH char message_lost[] = ", inhibited: lost its state, torque went off";
+static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
 static const CDS_FLASH char message_nobody[] = "no servo is known: 'scan' finds servos";
 
 /* ---- stop ---- */
@@ -35,7 +35,7 @@ static uint8_t stop_begin(struct console *console)
     return 0;
 }
 
-/* Waits until it is over, whoever began it, then tells of those that are not known to be off. */
+/* Waits until the stop is over, then prints the servos whose torque was not read as off. */
 static bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -148,7 +148,7 @@ static void tell_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
     printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
 }
 
-/* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
+/* "servo 1: online, torque on, inhibited: stopped", one part at a time. */
 NOINLINE static void servo_part(struct printer *printer, const struct cds_servos *servos,
                                 const struct cds_servo_state *servo, uint8_t part)
 {
@@ -160,11 +160,11 @@ NOINLINE static void servo_part(struct printer *printer, const struct cds_servos
         break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
-            printer_text(printer, message_held_lost);
+            printer_text(printer, message_lost);
         break;
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
-            printer_text(printer, message_held_stopped);
+            printer_text(printer, message_stopped);
         break;
     case PART_END: printer_end_of_line(printer); break;
     default:
