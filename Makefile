@@ -22,7 +22,7 @@ say = @printf '  %-8s %s\n' $(1) $(2)
 
 PARTS := mk/avr.mk sim/sim.mk mk/benchmark.mk test/test.mk mk/check.mk
 
-WARNINGS := -Wall -Wextra -Wconversion -Werror
+WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP
 INCLUDES := -Iinclude -Isrc/core
 

@@ -90,19 +90,19 @@ build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # Programs of the tests that link the library as a robot's firmware does.
-build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.a
+build/$(1)/firmware/%.elf: build/$(1)/obj/test/firmware/library/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # Those of the bench likewise.
-build/$(1)/bench/%.elf: build/$(1)/obj/test/bench/%.o build/$(1)/libcds55xx.a
+build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # The firmware with something beside it: it includes main.c.
-build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
+build/$(1)/firmware/flood.elf: build/$(1)/obj/test/firmware/library/flood.o \
 		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)

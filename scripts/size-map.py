@@ -55,18 +55,19 @@ def symbols(elf):
 
 
 def lines_of_code(elf):
-    """(address, file) of each row of the line table, by address. What the linker has thrown away stands
-    there at address 0, and addr2line takes all up to the next row for it. A row has the file's name;
-    its path, a heading somewhere."""
-    rows, paths = [], {}
+    """(address, file) of each row of the line table, by address. A row has the file's name; the latest
+    heading of that name has its path. What the linker has thrown away stands there at address 0."""
+    rows, path, paths = [], "", {}
     for text in output("avr-objdump", "--dwarf=decodedline", elf).splitlines():
         heading, row = HEADING.match(text), ROW.match(text)
         if heading:
-            paths[pathlib.PurePath(heading[1]).name] = file_of(heading[1])
-        elif row:
-            rows.append((int(row[2], 16), row[1]))
-    return sorted(((address, paths.get(name)) for address, name in rows if address),
-                  key=lambda row: row[0])
+            path = heading[1]
+            paths[pathlib.PurePath(path).name] = path
+        elif row and int(row[2], 16):
+            if pathlib.PurePath(path).name != row[1]:
+                path = paths.get(row[1], "")
+            rows.append((int(row[2], 16), file_of(path)))
+    return sorted(rows, key=lambda row: row[0])
 
 
 def files_of_code(elf, functions):

@@ -9,13 +9,13 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#define VALUE_ROOM  64
-#define LINE_ROOM   256
-#define BOARDS_ROOM 512
+#define VALUE_SIZE  64
+#define LINE_SIZE   256
+#define BOARDS_SIZE 512
 
 /* Text of one data file and where it came from, for messages. */
 struct source {
-    char path[BOARD_PATH_ROOM];
+    char path[BOARD_PATH_SIZE];
     FILE *file;
     unsigned line; // of the latest word that was found
     bool good;     // nothing was missing so far
@@ -26,18 +26,18 @@ static bool is_own(const char *name)
     return strpbrk(name, "./") != 0;
 }
 
-void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_ROOM],
-                 char chip[BOARD_PATH_ROOM])
+void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SIZE],
+                 char chip[BOARD_PATH_SIZE])
 {
     struct stat what;
     if (!is_own(name)) {
-        snprintf(wiring, BOARD_PATH_ROOM, "%s/%s/board.h", folder, name);
+        snprintf(wiring, BOARD_PATH_SIZE, "%s/%s/board.h", folder, name);
     } else {
         bool is_folder = stat(name, &what) == 0 && S_ISDIR(what.st_mode);
-        snprintf(wiring, BOARD_PATH_ROOM, "%s%s", name, is_folder ? "/board.h" : "");
+        snprintf(wiring, BOARD_PATH_SIZE, "%s%s", name, is_folder ? "/board.h" : "");
     }
     const char *slash = strrchr(wiring, '/');
-    snprintf(chip, BOARD_PATH_ROOM, "%.*sboard.mk", (int)(slash ? slash - wiring + 1 : 0), wiring);
+    snprintf(chip, BOARD_PATH_SIZE, "%.*sboard.mk", (int)(slash ? slash - wiring + 1 : 0), wiring);
 }
 
 /* 0, or what is wrong. The type is checked before fopen(), which would wait at a pipe. */
@@ -61,8 +61,8 @@ static const char *open_path(struct source *source)
 /* The word behind `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
 static bool has_word(struct source *source, const char *key, char *word)
 {
-    char line[LINE_ROOM];
-    char name[LINE_ROOM];
+    char line[LINE_SIZE];
+    char name[LINE_SIZE];
     rewind(source->file);
     for (source->line = 1; fgets(line, sizeof(line), source->file); source->line++) {
         bool found = sscanf(line, " #define %255s %63s", name, word) == 2 ||
@@ -114,8 +114,8 @@ static bool parse_number(const char *word, uint32_t min, uint32_t max, uint32_t 
  * of its arrays; source->good is false then. */
 static uint32_t number(struct source *source, const char *key, uint32_t min, uint32_t max)
 {
-    char word[VALUE_ROOM];
-    char wanted[VALUE_ROOM];
+    char word[VALUE_SIZE];
+    char wanted[VALUE_SIZE];
     uint32_t value = min;
     if (find_word(source, key, word) && !parse_number(word, min, max, &value)) {
         snprintf(wanted, sizeof(wanted), "a whole number from %" PRIu32 " to %" PRIu32, min, max);
@@ -126,8 +126,8 @@ static uint32_t number(struct source *source, const char *key, uint32_t min, uin
 
 static struct board_pin pin(struct source *source, unsigned bus, const char *name)
 {
-    char key[VALUE_ROOM];
-    char word[VALUE_ROOM];
+    char key[VALUE_SIZE];
+    char word[VALUE_SIZE];
     struct board_pin pin = {0};
     snprintf(key, sizeof(key), "BOARD_BUS%u_%s_PORT", bus, name);
     if (find_word(source, key, word)) {
@@ -145,8 +145,8 @@ static enum board_wiring read_circuit(struct source *source, unsigned index)
 {
     static const char *const names[BOARD_WIRINGS] = {"TWO_ENABLES", "ONE_ENABLE", "TIED", "ADAPTER",
                                                      "ADAPTER_ECHO"};
-    char key[VALUE_ROOM];
-    char word[VALUE_ROOM];
+    char key[VALUE_SIZE];
+    char word[VALUE_SIZE];
     snprintf(key, sizeof(key), "BOARD_BUS%u_WIRING", index);
     if (!has_word(source, key, word)) {
         return BOARD_TWO_ENABLES;
@@ -162,7 +162,7 @@ static enum board_wiring read_circuit(struct source *source, unsigned index)
 
 static void read_bus(struct board_bus *bus, struct source *source, unsigned index)
 {
-    char key[VALUE_ROOM];
+    char key[VALUE_SIZE];
     snprintf(key, sizeof(key), "BOARD_BUS%u_USART", index);
     bus->usart = number(source, key, 0, 3);
     bus->wiring = read_circuit(source, index);
@@ -179,7 +179,7 @@ static void read_bus(struct board_bus *bus, struct source *source, unsigned inde
 /* Each USART has one job. */
 static void take_usart(struct source *source, const char *key, unsigned usart, unsigned *used)
 {
-    char word[VALUE_ROOM];
+    char word[VALUE_SIZE];
     if (source->good && (*used & 1u << usart)) {
         has_word(source, key, word); // for its line
         fprintf(stderr, "%s:%u: %s: USART%u has another job already\n", source->path, source->line,
@@ -191,7 +191,7 @@ static void take_usart(struct source *source, const char *key, unsigned usart, u
 
 static void check_usarts(const struct board *board, struct source *source)
 {
-    char key[VALUE_ROOM];
+    char key[VALUE_SIZE];
     unsigned used = 0;
     for (unsigned i = 0; i < board->bus_count; i++) {
         snprintf(key, sizeof(key), "BOARD_BUS%u_USART", i);
@@ -208,7 +208,7 @@ static bool read_wiring(struct board *board, struct source *source)
     for (unsigned i = 0; i < board->bus_count && source->good; i++) {
         read_bus(&board->bus[i], source, i);
     }
-    char word[VALUE_ROOM];
+    char word[VALUE_SIZE];
     board->has_host = has_word(source, "BOARD_HOST_USART", word);
     if (board->has_host) {
         board->host_usart = number(source, "BOARD_HOST_USART", 0, 3);
@@ -244,12 +244,12 @@ static void list_boards(const char *folder, const char *name)
     struct dirent **entries = 0;
     int count = scandir(folder, &entries, is_board, 0);
     fprintf(stderr, "there is no board \"%s\" in %s; there are:", name, folder);
-    char *names[BOARDS_ROOM];
+    char *names[BOARDS_SIZE];
     unsigned known = 0;
     for (int i = 0; i < count; i++) {
         struct source source;
         snprintf(source.path, sizeof(source.path), "%s/%s/board.h", folder, entries[i]->d_name);
-        if (known < BOARDS_ROOM && !open_path(&source)) {
+        if (known < BOARDS_SIZE && !open_path(&source)) {
             fclose(source.file);
             names[known++] = entries[i]->d_name;
         }
@@ -268,7 +268,7 @@ static void list_boards(const char *folder, const char *name)
 /* `wiring` is open. */
 static bool read_files(struct board *board, struct source *wiring, struct source *chip)
 {
-    char word[VALUE_ROOM];
+    char word[VALUE_SIZE];
     if (!read_wiring(board, wiring)) {
         return false;
     }

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #define BOARD_BUSES_MAX 3
-#define BOARD_PATH_ROOM 1024
+#define BOARD_PATH_SIZE 1024
 #define BOARD_FILE_KIB  256 // the longest board.h or board.mk that is read
 
 /* How a bus hangs on its USART. */
@@ -45,8 +45,8 @@ struct board {
 };
 
 /* The paths of the two files that board_read() reads; they need not exist. */
-void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_ROOM],
-                 char chip[BOARD_PATH_ROOM]);
+void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SIZE],
+                 char chip[BOARD_PATH_SIZE]);
 
 /* Reads FOLDER/NAME/board.h and board.mk. A name with `.` or `/` in it is the path of a board.h, or
  * of the folder it is in; its chip and clock are BOARD_MCU and BOARD_F_CPU in it, or MCU and F_CPU

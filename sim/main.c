@@ -8,10 +8,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "bench.h"
-#include "bus.h"
-#include "files.h"
-#include "named_files.h"
+#include "testbench.h"
+#include "output/files.h"
+#include "output/named_files.h"
 
 #ifndef SIM_BOARDS_DIR
 #define SIM_BOARDS_DIR "boards"
@@ -22,9 +21,8 @@
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 1, EXIT_USAGE = 2 };
 
-/* SIGINT ends their run; they are also too big for the stack. */
-static struct bench bench;
-static struct bus bus;
+/* File scope: a signal handler ends its run, and it is too big for the stack. */
+static struct testbench bench;
 
 static const char help[] =
     "cds55xx-sim firmware ELF --board NAME [options]\n"
@@ -32,7 +30,8 @@ static const char help[] =
     "\n"
     "cds55xx-sim bus --servos LIST --pty [options]\n"
     "the servos alone, behind a pty as through a USB2Dynamixel, in real time; its path is the\n"
-    "first line printed: docs/bus.md. Without --pty: --script or --seconds, as fast as it goes.\n"
+    "first line printed: docs/simulated-bus.md. Without --pty: --script or --seconds, as fast\n"
+    "as it goes.\n"
     "\n"
     "  --board NAME       a folder below " SIM_BOARDS_DIR "\n"
     "  --board FILE       or a board.h of yours, with a board.mk beside it\n"
@@ -77,17 +76,17 @@ static bool usage(const char *what, const char *word)
     return false;
 }
 
-static bool parse_host(struct bench_options *options, const char *value)
+static bool parse_host(struct testbench_options *options, const char *value)
 {
-    if (options->host != BENCH_HOST_NONE) {
+    if (options->host != TESTBENCH_HOST_NONE) {
         return usage("one of --script and --host, and only once", 0);
     }
     if (strcmp(value, "pty") == 0) {
-        options->host = BENCH_HOST_PTY;
+        options->host = TESTBENCH_HOST_PTY;
     } else if (strcmp(value, "stdout") == 0) {
-        options->host = BENCH_HOST_STDOUT;
+        options->host = TESTBENCH_HOST_STDOUT;
     } else if (strpbrk(value, "./")) {
-        options->host = BENCH_HOST_PC;
+        options->host = TESTBENCH_HOST_PC;
         options->pc = value;
     } else {
         return usage("--host is pty, stdout or a file, not", value);
@@ -95,19 +94,19 @@ static bool parse_host(struct bench_options *options, const char *value)
     return true;
 }
 
-static bool parse_host_baud(struct bench_options *options, const char *value)
+static bool parse_host_baud(struct testbench_options *options, const char *value)
 {
     options->client_baud = strcmp(value, "client") == 0;
     return options->client_baud || strcmp(value, "board") == 0 ||
            usage("--host-baud is board or client, not", value);
 }
 
-static bool parse_script(struct bench_options *options, const char *value)
+static bool parse_script(struct testbench_options *options, const char *value)
 {
-    if (options->host != BENCH_HOST_NONE) {
+    if (options->host != TESTBENCH_HOST_NONE) {
         return usage("one of --script and --host, and only once", 0);
     }
-    options->host = BENCH_HOST_SCRIPT;
+    options->host = TESTBENCH_HOST_SCRIPT;
     options->script = value;
     return true;
 }
@@ -121,7 +120,7 @@ static bool parse_whole(const char *value, unsigned long max, unsigned long *num
     return end && !*end && errno == 0 && *number <= max;
 }
 
-static bool parse_seconds(struct bench_options *options, const char *value)
+static bool parse_seconds(struct testbench_options *options, const char *value)
 {
     char *end = 0;
     bool decimal =
@@ -132,7 +131,7 @@ static bool parse_seconds(struct bench_options *options, const char *value)
            usage("--seconds wants a positive number, 0.000001 to 1000000, not", value);
 }
 
-static bool parse_servos(struct bench_options *options, const char *value)
+static bool parse_servos(struct testbench_options *options, const char *value)
 {
     if (strcmp(value, "none") == 0) {
         return true;
@@ -146,25 +145,25 @@ static bool parse_servos(struct bench_options *options, const char *value)
     if (bus >= BOARD_BUSES_MAX) {
         return usage("buses are 0 to 2", value);
     }
-    struct bench_servos *servos = &options->servos[bus];
+    struct testbench_servos *servos = &options->servos[bus];
     const char *wrong = ids_parse(list, true, servos->ids, &servos->count);
     return !wrong || usage(wrong, value);
 }
 
-static bool parse_fault(struct bench_options *options, const char *value)
+static bool parse_fault(struct testbench_options *options, const char *value)
 {
     const char *wrong = faults_check(value);
     if (wrong) {
         return usage("--fault", wrong);
     }
-    if (options->fault_count == BENCH_FAULTS_MAX) {
+    if (options->fault_count == TESTBENCH_FAULTS_MAX) {
         return usage("more than 64 times --fault", 0);
     }
     options->faults[options->fault_count++] = value;
     return true;
 }
 
-static bool parse_seed(struct bench_options *options, const char *value)
+static bool parse_seed(struct testbench_options *options, const char *value)
 {
     unsigned long seed = 0;
     bool good = parse_whole(value, UINT32_MAX, &seed);
@@ -172,14 +171,14 @@ static bool parse_seed(struct bench_options *options, const char *value)
     return good || usage("--seed wants 0 to 4294967295, not", value);
 }
 
-static bool parse_rules(struct bench_options *options, const char *value)
+static bool parse_rules(struct testbench_options *options, const char *value)
 {
     options->rules_warn = strcmp(value, "warn") == 0;
     return options->rules_warn || strcmp(value, "fail") == 0 ||
            usage("--rules is fail or warn, not", value);
 }
 
-static bool parse_gdb(struct bench_options *options, const char *value)
+static bool parse_gdb(struct testbench_options *options, const char *value)
 {
     unsigned long port = 0;
     bool good = parse_whole(value, UINT16_MAX, &port);
@@ -188,31 +187,41 @@ static bool parse_gdb(struct bench_options *options, const char *value)
     return good || usage("--gdb wants a port, 0 (any) to 65535, not", value);
 }
 
-static bool parse_usart(struct bench_options *options, const char *value)
+static bool parse_usart(struct testbench_options *options, const char *value)
 {
     options->exact = strcmp(value, "exact") == 0;
     return options->exact || strcmp(value, "stock") == 0 ||
            usage("--usart is exact or stock, not", value);
 }
 
-static bool parse_option(struct bench_options *options, const char *name, const char *value)
+static bool parse_option(struct testbench_options *options, const char *name, const char *value)
 {
     const struct {
         const char *name;
         const char **text; // keep the value as it is
-        bool (*parse)(struct bench_options *options, const char *value);
+        bool (*parse)(struct testbench_options *options, const char *value);
     } known[] = {
-        {"--board", &options->board, 0},     {"--servos", 0, parse_servos},
-        {"--script", 0, parse_script},       {"--host", 0, parse_host},
-        {"--host-baud", 0, parse_host_baud}, {"--transcript", &options->transcript, 0},
-        {"--vcd", &options->vcd, 0},         {"--csv", &options->csv, 0},
-        {"--plot", &options->plot, 0},       {"--eeprom", &options->eeprom, 0},
-        {"--mark", &options->mark, 0},       {"--times", &options->times, 0},
-        {"--stamp", &options->stamp, 0},     {"--gdb", 0, parse_gdb},
-        {"--rules", 0, parse_rules},         {"--state", &options->state, 0},
-        {"--seconds", 0, parse_seconds},     {"--fault", 0, parse_fault},
-        {"--seed", 0, parse_seed},           {"--usart", 0, parse_usart},
-        {"--steps", &options->steps, 0},
+        {"--board", &options->board, 0},
+        {"--servos", 0, parse_servos},
+        {"--script", 0, parse_script},
+        {"--host", 0, parse_host},
+        {"--host-baud", 0, parse_host_baud},
+        {"--transcript", &options->transcript, 0},
+        {"--vcd", &options->vcd, 0},
+        {"--csv", &options->csv, 0},
+        {"--plot", &options->plot, 0},
+        {"--eeprom", &options->eeprom, 0},
+        {"--mark", &options->cycles.mark, 0},
+        {"--times", &options->cycles.times, 0},
+        {"--stamp", &options->cycles.stamp, 0},
+        {"--gdb", 0, parse_gdb},
+        {"--rules", 0, parse_rules},
+        {"--state", &options->state, 0},
+        {"--seconds", 0, parse_seconds},
+        {"--fault", 0, parse_fault},
+        {"--seed", 0, parse_seed},
+        {"--usart", 0, parse_usart},
+        {"--steps", &options->cycles.steps, 0},
     };
     for (size_t i = 0; i < sizeof(known) / sizeof(known[0]); i++) {
         if (strcmp(name, known[i].name) != 0) {
@@ -230,7 +239,7 @@ static bool parse_option(struct bench_options *options, const char *name, const 
     return usage("unknown option", name);
 }
 
-static bool *find_switch(struct bench_options *options, const char *name)
+static bool *find_switch(struct testbench_options *options, const char *name)
 {
     return strcmp(name, "--echo") == 0               ? &options->echo
            : strcmp(name, "--follow") == 0           ? &options->follow
@@ -239,7 +248,7 @@ static bool *find_switch(struct bench_options *options, const char *name)
                                                      : 0;
 }
 
-static bool check_firmware(const struct bench_options *options)
+static bool check_firmware(const struct testbench_options *options)
 {
     if (!options->elf || !options->board) {
         return usage("an ELF file and --board are wanted", 0);
@@ -247,14 +256,14 @@ static bool check_firmware(const struct bench_options *options)
     if (options->pty) {
         return usage("with a firmware it is --host pty", 0);
     }
-    return options->host != BENCH_HOST_NONE || options->seconds > 0 ||
+    return options->host != TESTBENCH_HOST_NONE || options->seconds > 0 ||
            usage("without --script and --host, --seconds is wanted", 0);
 }
 
-static bool check_ids(const struct bench_options *options)
+static bool check_ids(const struct testbench_options *options)
 {
     for (unsigned bus = 0; bus < BOARD_BUSES_MAX; bus++) {
-        const struct bench_servos *servos = &options->servos[bus];
+        const struct testbench_servos *servos = &options->servos[bus];
         bool seen[IDS_MAX] = {false};
         for (unsigned i = 0; i < servos->count; i++) {
             if (seen[servos->ids[i]] && !options->allow_duplicates) {
@@ -266,11 +275,11 @@ static bool check_ids(const struct bench_options *options)
     return true;
 }
 
-static bool check_bus(const struct bench_options *options)
+static bool check_bus(const struct testbench_options *options)
 {
     if (options->elf || options->board || !options->exact || options->gdb || options->eeprom ||
-        options->mark || options->times || options->stamp || options->steps ||
-        (options->host != BENCH_HOST_NONE && !options->script)) {
+        options->cycles.mark || options->cycles.times || options->cycles.stamp ||
+        options->cycles.steps || (options->host != TESTBENCH_HOST_NONE && !options->script)) {
         return usage("a bus has no firmware: no ELF, no --board, --host, --usart, --gdb, --eeprom, "
                      "--mark, --times, --stamp, --steps",
                      0);
@@ -282,7 +291,7 @@ static bool check_bus(const struct bench_options *options)
            usage("without --pty and --script, --seconds is wanted", 0);
 }
 
-static bool parse(struct bench_options *options, int argc, char **argv)
+static bool parse(struct testbench_options *options, int argc, char **argv)
 {
     options->bus = argc >= 2 && strcmp(argv[1], "bus") == 0;
     if (argc < 2 || (!options->bus && strcmp(argv[1], "firmware") != 0)) {
@@ -309,8 +318,7 @@ static bool parse(struct bench_options *options, int argc, char **argv)
 static void interrupted(int signal_number)
 {
     (void)signal_number;
-    machine_stop(&bench.machine);
-    bus.stop = 1;
+    testbench_stop(&bench);
 }
 
 /* The run ends and all its files are written: also when the terminal is closed (SIGHUP), unless
@@ -332,42 +340,27 @@ static double real_seconds(void)
     return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
 }
 
-static bool run_bench(double *simulated)
+static int run(const struct testbench_options *options)
 {
-    bool good = bench_run(&bench);
-    *simulated = (double)bench.end / bench.board.clock_Hz;
-    bench_report(&bench, stdout);
-    return good;
-}
-
-static bool run_bus(double *simulated)
-{
-    bool good = bus_run(&bus);
-    *simulated = (double)bus.schedule.now / BUS_CLOCK_HZ;
-    bus_report(&bus, stdout);
-    return good;
-}
-
-static int run(const struct bench_options *options)
-{
-    bool ready = options->bus ? bus_init(&bus, options) : bench_init(&bench, options);
+    bool ready = testbench_init(&bench, options);
     bool good = false;
     if (ready) {
         end_on_signals();
-        double simulated = 0;
         double start = real_seconds();
-        good = options->bus ? run_bus(&simulated) : run_bench(&simulated);
+        good = testbench_run(&bench);
+        testbench_report(&bench, stdout);
         double took = real_seconds() - start;
+        double simulated = (double)bench.end / bench.clock_Hz;
         fprintf(stderr, "speed: %.1f x real time\n", took > 0 ? simulated / took : 0.0);
     }
-    bool written = options->bus ? bus_free(&bus) : bench_free(&bench);
+    bool written = testbench_free(&bench);
     written = files_flush_stdout() && written;
     return !ready || !written ? EXIT_USAGE : good ? EXIT_GOOD : EXIT_FAILED;
 }
 
 int main(int argc, char **argv)
 {
-    struct bench_options options = {.boards = SIM_BOARDS_DIR, .exact = true};
+    struct testbench_options options = {.boards = SIM_BOARDS_DIR, .exact = true};
     setvbuf(stdout, 0, _IOLBF, 0); // progress is to be seen when it happens, in a pipe too
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) {

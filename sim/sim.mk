@@ -6,7 +6,7 @@ SANITIZE := -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit
 SIM_FLAGS := $(HOST_COMMON) -Isim -DSIM_BOARDS_DIR='"$(CURDIR)/boards"'
 SIM_FLAGS += -DSIM_SCRIPTS_DIR='"$(CURDIR)/scripts"'
 SIM_LIBS := -lsimavr -lm
-SIM_SRC := $(wildcard sim/*.c)
+SIM_SRC := $(wildcard sim/*.c sim/*/*.c)
 
 build/host/flags: force
 	$(call stamp,$(CC) $(SIM_FLAGS) $(SANITIZE))
@@ -47,6 +47,6 @@ run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed
-sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
+sim-speed: build/host/cds55xx-sim build/atmega128/firmware/busy.elf
 	@scripts/sim-speed.py $^
 

@@ -189,11 +189,11 @@ static void hear(struct check *check, uint64_t until)
     }
 }
 
-static void widen(struct check_sums *least, struct check_sums *most, const struct verdict *verdict,
+static void widen(struct check_sums *least, struct check_sums *most, const struct result *result,
                   bool first)
 {
-    const unsigned is[] = {verdict->refuted, verdict->stray, verdict->late, verdict->extra,
-                           verdict->foreign};
+    const unsigned is[] = {result->refuted, result->stray, result->late, result->extra,
+                           result->foreign};
     unsigned *low[] = {&least->refuted, &least->stray, &least->late, &least->extra,
                        &least->foreign};
     unsigned *high[] = {&most->refuted, &most->stray, &most->late, &most->extra, &most->foreign};
@@ -203,19 +203,19 @@ static void widen(struct check_sums *least, struct check_sums *most, const struc
     }
 }
 
-static bool fits(const struct check_span *span, const struct verdict *verdict)
+static bool fits(const struct check_span *span, const struct result *result)
 {
     if (!span->asks || span->good) {
-        return verdict->result == CDS_OK;
+        return result->result == CDS_OK;
     }
-    return verdict->result != CDS_OK &&
-           (span->result < 0 || verdict->result == (unsigned)span->result);
+    return result->result != CDS_OK &&
+           (span->result < 0 || result->result == (unsigned)span->result);
 }
 
 /* Of the first `count` bytes of the span, over all that may have been in time. True: the oracle
  * comes to the result that the library came to; then `verdict` says so. */
 static bool judge_part(const struct check_span *span, unsigned count, struct check_sums *least,
-                       struct check_sums *most, struct verdict *verdict)
+                       struct check_sums *most, struct result *result)
 {
     struct oracle_span part = {.asked = span->asks ? &span->asked : 0,
                                .bytes = span->bytes,
@@ -225,15 +225,15 @@ static bool judge_part(const struct check_span *span, unsigned count, struct che
     bool fitted = false;
     unsigned from = span->asks ? span->in_time_least : 0, to = span->asks ? span->in_time_most : 0;
     for (unsigned in_time = to + 1; in_time-- > from;) {
-        struct verdict one;
+        struct result one;
         part.in_time = in_time;
         oracle_judge(&part, &one);
         if (fits(span, &one)) {
             widen(least, most, &one, !fitted);
-            *verdict = fitted ? *verdict : one;
+            *result = fitted ? *result : one;
             fitted = true;
         } else if (in_time == to) {
-            *verdict = one;
+            *result = one;
         }
     }
     return fitted;
@@ -241,21 +241,21 @@ static bool judge_part(const struct check_span *span, unsigned count, struct che
 
 /* Bytes that ended just before the next packet `until` may have been thrown away. */
 static bool judge_span(const struct check_span *span, uint64_t until, struct check_sums *least,
-                       struct check_sums *most, struct verdict *verdict)
+                       struct check_sums *most, struct result *result)
 {
     unsigned count = span->count, bad = 0;
-    bool fitted = judge_part(span, count, least, most, verdict);
+    bool fitted = judge_part(span, count, least, most, result);
     while (fitted && count > 0 && span->times[count - 1] + RACE > until) {
         struct check_sums low, high;
-        struct verdict without;
+        struct result without;
         if (!judge_part(span, --count, &low, &high, &without)) {
             break;
         }
-        struct verdict lowest = {.refuted = low.refuted,
-                                 .stray = low.stray,
-                                 .late = low.late,
-                                 .extra = low.extra,
-                                 .foreign = low.foreign};
+        struct result lowest = {.refuted = low.refuted,
+                                .stray = low.stray,
+                                .late = low.late,
+                                .extra = low.extra,
+                                .foreign = low.foreign};
         widen(least, most, &lowest, false);
     }
     for (unsigned i = 0; i < span->count; i++) {
@@ -281,8 +281,8 @@ static void add(struct check_sums *to, const struct check_sums *more)
 static void close_span(struct check *check, uint64_t until)
 {
     struct check_sums least, most;
-    struct verdict verdict;
-    if (!judge_span(&check->span, until, &least, &most, &verdict)) {
+    struct result result;
+    if (!judge_span(&check->span, until, &least, &most, &result)) {
         check_fail(check, "what was heard does not fit how it ended");
         return;
     }
@@ -384,11 +384,11 @@ static uint64_t last_use(const struct check *check, uint64_t until, uint64_t nea
     const struct check_span *span = &check->span;
     uint64_t last = check->corrupt_at;
     struct check_sums least, most;
-    struct verdict verdict;
+    struct result result;
     unsigned first = 0;
     *bytes = 0;
-    if (span->asks && judge_part(span, span->count, &least, &most, &verdict)) {
-        first = verdict.taken ? verdict.taken : span->in_time_least;
+    if (span->asks && judge_part(span, span->count, &least, &most, &result)) {
+        first = result.taken ? result.taken : span->in_time_least;
     }
     for (unsigned i = first; i < span->count; i++) {
         last = span->times[i] > last ? span->times[i] : last;
@@ -534,7 +534,7 @@ static void between(struct check *check, const char *what, unsigned least, unsig
 static void check_counts(struct check *check)
 {
     struct check_sums least, most;
-    struct verdict verdict;
+    struct result result;
     const struct cds_stats *all = &check->all;
     expect(check, "framing errors", check->bad, all->framing_errors);
     expect(check, "echo errors", check->echo_errors, all->echo_errors);
@@ -545,7 +545,7 @@ static void check_counts(struct check *check)
     if (check->failed) {
         return;
     }
-    if (!judge_span(&check->span, UINT64_MAX, &least, &most, &verdict)) {
+    if (!judge_span(&check->span, UINT64_MAX, &least, &most, &result)) {
         check_fail(check, "what was heard does not fit how it ended");
         return;
     }
@@ -579,16 +579,16 @@ static void check_value(struct check *check)
 {
     const struct job_outcome *outcome = &check->outcome;
     struct check_sums least, most;
-    struct verdict one, *verdict = &one;
-    judge_part(&check->span, check->span.count, &least, &most, verdict);
-    expect(check, "result", verdict->result, outcome->result);
-    if (outcome->result != CDS_OK || verdict->result != CDS_OK) {
+    struct result one, *result = &one;
+    judge_part(&check->span, check->span.count, &least, &most, result);
+    expect(check, "result", result->result, outcome->result);
+    if (outcome->result != CDS_OK || result->result != CDS_OK) {
         return;
     }
-    expect(check, "id", verdict->id, outcome->id);
-    expect(check, "error", verdict->error, outcome->error);
-    expect(check, "length", verdict->length, outcome->length);
-    if (memcmp(verdict->data, outcome->data, verdict->length) != 0) {
+    expect(check, "id", result->id, outcome->id);
+    expect(check, "error", result->error, outcome->error);
+    expect(check, "length", result->length, outcome->length);
+    if (memcmp(result->data, outcome->data, result->length) != 0) {
         check_fail(check, "other values than came over the wire");
     }
 }
@@ -734,10 +734,10 @@ static void restore(struct check *check)
         servo_node_power(node, rig_now(rig), true);
         uint8_t baud = node->baud;
         node->servo = check->servos[i];
-        node->late_us = 0;
+        node->extra_delay_us = 0;
         if (baud != node->servo.registers[TABLE_BAUD]) {
             servo_node_baud(node, node->servo.registers[TABLE_BAUD]);
-            node->misled = false;
+            node->has_wrong_baud = false;
         }
     }
 }

@@ -24,7 +24,7 @@ static bool answers(const struct oracle_asked *asked, const uint8_t *packet, int
 
 struct search {
     const struct oracle_span *span;
-    struct verdict *verdict;
+    struct result *result;
     unsigned examined; // index of the newest byte that was looked at
     bool replied, damaged;
 };
@@ -53,22 +53,22 @@ static void undue(struct search *search, uint8_t id)
     uint8_t last_id = over ? span->asked->packet[2] : span->last_id;
     bool answered = over ? search->replied : span->last_ok;
     if (last_id != id && last_id != ALL) {
-        search->verdict->foreign++;
+        search->result->foreign++;
     } else if (answered) {
-        search->verdict->extra++;
+        search->result->extra++;
     } else {
-        search->verdict->late++;
+        search->result->late++;
     }
 }
 
 static void take(struct search *search, const uint8_t *packet, unsigned length)
 {
-    struct verdict *verdict = search->verdict;
-    verdict->id = packet[2];
-    verdict->error = packet[4];
-    verdict->length = length - 2;
-    memcpy(verdict->data, packet + 5, length - 2);
-    verdict->taken = search->examined + 1;
+    struct result *result = search->result;
+    result->id = packet[2];
+    result->error = packet[4];
+    result->length = length - 2;
+    memcpy(result->data, packet + 5, length - 2);
+    result->taken = search->examined + 1;
     search->replied = true;
 }
 
@@ -89,7 +89,7 @@ static void judge_whole(struct search *search, const uint8_t *bytes, unsigned co
         const uint8_t *packet = bytes + at;
         unsigned begun = header(packet, count - at);
         if (begun < 2 && at + begun < count) {
-            search->verdict->stray++;
+            search->result->stray++;
             at += begun + 1;
             continue;
         }
@@ -111,7 +111,7 @@ static void judge_whole(struct search *search, const uint8_t *bytes, unsigned co
             examine(search, first + at + size - 1);
         }
         if (!possible || !sum_is_right(packet, size)) {
-            search->verdict->refuted++;
+            search->result->refuted++;
             search->damaged |= waits(search);
             at++;
             continue;
@@ -125,12 +125,12 @@ static void judge_whole(struct search *search, const uint8_t *bytes, unsigned co
     }
 }
 
-void oracle_judge(const struct oracle_span *span, struct verdict *verdict)
+void oracle_judge(const struct oracle_span *span, struct result *result)
 {
     static uint8_t whole[65536];
-    struct search search = {.span = span, .verdict = verdict};
+    struct search search = {.span = span, .result = result};
     unsigned first = 0;
-    *verdict = (struct verdict){.id = span->asked ? span->asked->packet[2] : 0};
+    *result = (struct result){.id = span->asked ? span->asked->packet[2] : 0};
     for (unsigned i = 0; i <= span->count; i++) {
         if (i < span->count && !span->bytes[i].bad) {
             whole[i - first] = span->bytes[i].byte;
@@ -141,17 +141,17 @@ void oracle_judge(const struct oracle_span *span, struct verdict *verdict)
         search.damaged |= i < span->count && waits(&search);
         first = i + 1;
     }
-    verdict->result = search.replied || !due(span) ? CDS_OK
-                      : search.damaged             ? CDS_CORRUPT
-                                                   : CDS_TIMEOUT;
+    result->result = search.replied || !due(span) ? CDS_OK
+                     : search.damaged             ? CDS_CORRUPT
+                                                  : CDS_TIMEOUT;
 }
 
 void oracle_reply(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
-                  struct verdict *verdict)
+                  struct result *result)
 {
     struct oracle_span span = {
         .asked = asked, .bytes = bytes, .count = count, .in_time = count, .last_id = HEADER};
-    oracle_judge(&span, verdict);
+    oracle_judge(&span, result);
 }
 
 static bool changes_a_servo(uint8_t instruction)

@@ -31,7 +31,7 @@ struct oracle_span {
     bool last_ok;     // and whether it did
 };
 
-struct verdict {
+struct result {
     enum cds_result result;
     uint8_t id, error;
     unsigned length; // of the data
@@ -40,11 +40,11 @@ struct verdict {
     unsigned refuted, stray, late, extra, foreign;
 };
 
-void oracle_judge(const struct oracle_span *span, struct verdict *verdict);
+void oracle_judge(const struct oracle_span *span, struct result *result);
 
 /* Of one attempt to get a reply, when all these bytes were in time and there was nothing before. */
 void oracle_reply(const struct oracle_asked *asked, const struct oracle_byte *bytes, unsigned count,
-                  struct verdict *verdict);
+                  struct result *result);
 
 /* Is there a packet among these bytes, right by its checksum, that changes a servo and is not the
  * one asked for? */

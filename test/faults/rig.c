@@ -48,13 +48,13 @@ static void *in_ram(struct rig *rig, size_t offset)
 /* --- taps ----------------------------------------------------------------------------------------
  */
 
-static struct rig *the_rig; // its hooks have the simulator's owners, not ours
-static void (*to_usart)(void *owner, uint64_t now, const struct heard *heard);
-static void (*to_servos)(void *owner, uint64_t now, const struct heard *heard);
-static void (*to_trace)(void *owner, uint64_t now);
-static void (*to_faults)(void *owner, uint64_t now);
-static void (*to_due)(void *meddler, struct servo_node *node);
-static void (*to_wire)(void *owner, enum usart_notice notice, uint64_t now);
+static struct rig *the_rig; // the hooks get the contexts of the simulator, not this one
+static void (*to_usart)(void *context, uint64_t now, const struct uart_frame *frame);
+static void (*to_servos)(void *context, uint64_t now, const struct uart_frame *frame);
+static void (*to_trace)(void *context, uint64_t now);
+static void (*to_faults)(void *context, uint64_t now);
+static void (*to_due)(void *fault_context, struct servo_node *node);
+static void (*to_circuit)(void *context, enum usart_event event, uint64_t now);
 
 static void write_down(struct tap *tap, uint64_t time, uint8_t byte, bool bad)
 {
@@ -64,48 +64,48 @@ static void write_down(struct tap *tap, uint64_t time, uint8_t byte, bool bad)
     tap->count++;
 }
 
-static void usart_hears(void *owner, uint64_t now, const struct heard *heard)
+static void usart_hears(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    write_down(&the_rig->heard, now, heard->byte, heard->framing_error);
-    to_usart(owner, now, heard);
+    write_down(&the_rig->heard, now, frame->byte, frame->framing_error);
+    to_usart(context, now, frame);
 }
 
-static void servos_hear(void *owner, uint64_t now, const struct heard *heard)
+static void servos_hear(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    write_down(&the_rig->servos_heard, now, heard->byte, heard->framing_error);
-    to_servos(owner, now, heard);
+    write_down(&the_rig->servos_heard, now, frame->byte, frame->framing_error);
+    to_servos(context, now, frame);
 }
 
-static void controller_says(void *owner, uint64_t now)
+static void controller_says(void *context, uint64_t now)
 {
     struct rig *rig = the_rig;
-    const struct talker *talker = &rig->bench.bus[0].wire.usart.talker;
-    write_down(&rig->said, now, (uint8_t)(talker->frame >> 1), false);
+    const struct uart_tx *tx = &rig->bench.bus[0].circuit.usart.tx;
+    write_down(&rig->said, now, (uint8_t)(tx->frame >> 1), false);
     if (rig->hold_after != INT64_MIN) {
         schedule_at(&rig->bench.schedule, &rig->hold, now + (uint64_t)rig->hold_after);
         rig->hold_after = INT64_MIN;
     }
-    to_faults(owner, now);
+    to_faults(context, now);
 }
 
-static void wire_changed(void *owner, uint64_t now)
+static void circuit_changed(void *context, uint64_t now)
 {
     static bool drove;
-    bool drives = the_rig->bench.bus[0].wire.tx_enable;
+    bool drives = the_rig->bench.bus[0].circuit.tx_enable;
     if (drove && !drives) {
         the_rig->released = now;
     }
     drove = drives;
-    to_trace(owner, now);
+    to_trace(context, now);
 }
 
-static void usart_notices(void *owner, enum usart_notice notice, uint64_t now)
+static void usart_has_event(void *context, enum usart_event event, uint64_t now)
 {
-    the_rig->overruns += notice == USART_OVERRUN;
-    to_wire(owner, notice, now);
+    the_rig->overruns += event == USART_OVERRUN;
+    to_circuit(context, event, now);
 }
 
-static void reply_due(void *meddler, struct servo_node *node)
+static void reply_due(void *fault_context, struct servo_node *node)
 {
     struct rig *rig = the_rig;
     const struct servo_reply *reply = &node->servo.reply;
@@ -115,25 +115,25 @@ static void reply_due(void *meddler, struct servo_node *node)
         memcpy(answer->bytes, reply->bytes, reply->size);
     }
     rig->answer_count++;
-    to_due(meddler, node);
+    to_due(fault_context, node);
 }
 
 static void tap_in(struct rig *rig)
 {
-    struct bench_bus *bus = &rig->bench.bus[0];
-    struct servo_ear *ear = bus->servos.ears[SERVO_RESET_BAUD];
-    to_usart = bus->wire.usart.ear.on_byte;
-    bus->wire.usart.ear.on_byte = usart_hears;
-    to_servos = ear->ear.on_byte;
-    ear->ear.on_byte = servos_hear;
-    to_trace = bus->wire.on_change;
-    bus->wire.on_change = wire_changed;
-    to_faults = bus->wire.on_byte;
-    bus->wire.on_byte = controller_says;
-    to_due = bus->servos.on_due;
-    bus->servos.on_due = reply_due;
-    to_wire = bus->wire.usart.notice;
-    bus->wire.usart.notice = usart_notices;
+    struct testbench_bus *bus = &rig->bench.bus[0];
+    struct servo_receiver *receiver = bus->servos.receivers[SERVO_RESET_BAUD];
+    to_usart = bus->circuit.usart.rx.on_byte;
+    bus->circuit.usart.rx.on_byte = usart_hears;
+    to_servos = receiver->rx.on_byte;
+    receiver->rx.on_byte = servos_hear;
+    to_trace = bus->circuit.on_change;
+    bus->circuit.on_change = circuit_changed;
+    to_faults = bus->circuit.on_byte;
+    bus->circuit.on_byte = controller_says;
+    to_due = bus->servos.fault_on_reply;
+    bus->servos.fault_on_reply = reply_due;
+    to_circuit = bus->circuit.usart.on_event;
+    bus->circuit.usart.on_event = usart_has_event;
 }
 
 /* --- the machine ---------------------------------------------------------------------------------
@@ -155,17 +155,17 @@ static void marked(struct avr_irq_t *irq, uint32_t value, void *param)
     }
 }
 
-static void over(void *owner, uint64_t now)
+static void over(void *context, uint64_t now)
 {
-    struct rig *rig = owner;
+    struct rig *rig = context;
     (void)now;
     rig->late = true;
     machine_stop(&rig->bench.machine);
 }
 
-static void raise_hold(void *owner, uint64_t now)
+static void raise_hold(void *context, uint64_t now)
 {
-    struct rig *rig = owner;
+    struct rig *rig = context;
     avr_t *avr = rig->bench.machine.avr;
     (void)now;
     uint8_t number = *(uint8_t *)in_ram(rig, offsetof(struct job_board, hold_vector));
@@ -176,9 +176,9 @@ static void raise_hold(void *owner, uint64_t now)
     }
 }
 
-static void handler_runs(void *owner, uint64_t now, uint8_t vector)
+static void handler_runs(void *context, uint64_t now, uint8_t vector)
 {
-    struct rig *rig = owner;
+    struct rig *rig = context;
     static uint8_t before;
     if (before == *(uint8_t *)in_ram(rig, offsetof(struct job_board, hold_vector)) &&
         vector != before) {
@@ -216,21 +216,21 @@ bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *
               const char *servos, bool console)
 {
     *rig = (struct rig){.hold_after = INT64_MIN};
-    rig->options = (struct bench_options){
+    rig->options = (struct testbench_options){
         .elf = elf, .boards = boards, .board = board, .allow_duplicates = true, .exact = true};
-    struct bench_servos *list = &rig->options.servos[0];
+    struct testbench_servos *list = &rig->options.servos[0];
     const char *wrong = ids_parse(servos, true, list->ids, &list->count);
     if (wrong) {
         die(wrong, servos);
     }
     the_rig = rig;
-    if (!bench_init(&rig->bench, &rig->options)) {
+    if (!testbench_init(&rig->bench, &rig->options)) {
         return false;
     }
     rig->bench.rules.out = 0;
     event_init(&rig->limit, over, rig);
     event_init(&rig->hold, raise_hold, rig);
-    rig->bench.machine.cpu.owner = rig;
+    rig->bench.machine.cpu.context = rig;
     tap_in(rig);
     if (!console) {
         rig->job_at = symbol(&rig->bench.machine.image, "job_board");
@@ -243,7 +243,7 @@ bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *
 
 void rig_close(struct rig *rig)
 {
-    bench_free(&rig->bench);
+    testbench_free(&rig->bench);
 }
 
 uint64_t rig_now(const struct rig *rig)
@@ -258,7 +258,7 @@ struct servo_node *rig_node(struct rig *rig, unsigned index)
 
 bool rig_tied(const struct rig *rig)
 {
-    return rig->bench.bus[0].wire.wiring == BOARD_TIED;
+    return rig->bench.bus[0].circuit.wiring == BOARD_TIED;
 }
 
 void rig_forget(struct rig *rig)
@@ -294,9 +294,9 @@ void rig_order(struct rig *rig, const char *format, ...)
     give(rig, rig_now(rig), text);
 }
 
-static void its_time(void *owner, uint64_t now)
+static void its_time(void *context, uint64_t now)
 {
-    const struct timed_order *timed = owner;
+    const struct timed_order *timed = context;
     give(timed->rig, now, timed->text);
 }
 
@@ -318,14 +318,14 @@ void rig_order_in(struct rig *rig, uint64_t cycles, const char *format, ...)
 
 static bool quiet(const struct rig *rig)
 {
-    const struct bench_bus *bus = &rig->bench.bus[0];
+    const struct testbench_bus *bus = &rig->bench.bus[0];
     for (unsigned i = 0; i < bus->servos.count; i++) {
         const struct servo_node *node = &bus->servos.node[i];
-        if (node->driver.enabled || event_armed(&node->answer)) {
+        if (node->driver.enabled || event_armed(&node->reply_delay)) {
             return false;
         }
     }
-    return !bus->wire.usart.talker.busy && !bus->faults.babble.busy;
+    return !bus->circuit.usart.tx.busy && !bus->faults.babble.busy;
 }
 
 bool rig_settle(struct rig *rig)
@@ -360,7 +360,7 @@ void rig_hold(struct rig *rig, int64_t after, uint16_t loops)
 
 bool rig_listens(const struct rig *rig)
 {
-    const struct wire *wire = &rig->bench.bus[0].wire;
-    bool holds = rig_tied(rig) ? usart_transmits(&wire->usart) : wire->tx_enable;
-    return !holds && wire->listening;
+    const struct bus_circuit *circuit = &rig->bench.bus[0].circuit;
+    bool holds = rig_tied(rig) ? usart_is_transmitting(&circuit->usart) : circuit->tx_enable;
+    return !holds && circuit->listening;
 }

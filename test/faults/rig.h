@@ -1,13 +1,13 @@
-/* The rig of `make faults`: a board that runs test/program/exchanges.c, servos on its bus, and taps
- * that write down what was said and heard. The machine is started once and does one job after the
- * other. All time is in CPU cycles. */
+/* The rig of `make faults`: a board that runs test/firmware/library/exchanges.c, servos on its bus,
+ * and taps that write down what was said and heard. The machine is started once and does one job
+ * after the other. All time is in CPU cycles. */
 #ifndef RIG_H
 #define RIG_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "bench.h"
+#include "testbench.h"
 #include "job.h"
 
 #define RIG_US      16u  // cycles
@@ -39,8 +39,8 @@ struct timed_order {
 };
 
 struct rig {
-    struct bench bench;
-    struct bench_options options;
+    struct testbench bench;
+    struct testbench_options options;
     uint32_t job_at; // address of job_board
     struct event limit;
     bool late;                    // the limit was met

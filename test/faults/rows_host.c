@@ -12,9 +12,9 @@
 static char text[TEXT_ROOM]; // what the console said
 static unsigned text_size;
 
-static void console_says(void *owner, uint64_t now, uint8_t byte)
+static void console_says(void *context, uint64_t now, uint8_t byte)
 {
-    (void)owner, (void)now;
+    (void)context, (void)now;
     if (text_size + 1 < TEXT_ROOM) {
         text[text_size++] = (char)byte;
         text[text_size] = 0;
@@ -23,9 +23,9 @@ static void console_says(void *owner, uint64_t now, uint8_t byte)
 
 static void say(struct check *check, const char *bytes, unsigned size)
 {
-    struct bench *bench = &check->rig->bench;
-    bench->host.pc.on_byte = console_says;
-    host_say(&bench->host, rig_now(check->rig), bytes, size);
+    struct testbench *bench = &check->rig->bench;
+    bench->host_link.adapter.on_byte = console_says;
+    host_link_send(&bench->host_link, rig_now(check->rig), bytes, size);
 }
 
 /* Until all is said and answered: a byte takes 87 us. */

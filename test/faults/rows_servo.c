@@ -34,7 +34,7 @@ static unsigned foresee_both(struct check *check, const struct job *job, unsigne
     static bool level[SERVO_PACKET_MAX * BITS * 2 + TWINS_us], second[SERVO_PACKET_MAX * BITS];
     static struct oracle_byte heard[SERVO_PACKET_MAX * 2 + TWINS_us / BITS];
     struct oracle_asked asked;
-    struct verdict verdict;
+    struct result result;
     uint8_t reply[2][SERVO_PACKET_MAX];
     unsigned bits = 0;
     for (unsigned i = 0; i < 2; i++) {
@@ -49,14 +49,14 @@ static unsigned foresee_both(struct check *check, const struct job *job, unsigne
         level[i + us] = level[i + us] && second[i];
     }
     check_asked(job, &asked);
-    oracle_reply(&asked, heard, oracle_hear(level, bits + us, heard), &verdict);
+    oracle_reply(&asked, heard, oracle_hear(level, bits + us, heard), &result);
     bool given = false;
     for (unsigned i = 0; i < 2; i++) {
-        given |= verdict.error == 0 && verdict.length == bits / BITS - 6 &&
-                 memcmp(verdict.data, reply[i] + 5, verdict.length) == 0;
+        given |= result.error == 0 && result.length == bits / BITS - 6 &&
+                 memcmp(result.data, reply[i] + 5, result.length) == 0;
     }
-    check->foreseen = verdict.result == CDS_OK && !given;
-    return OUTCOME(verdict.result);
+    check->foreseen = result.result == CDS_OK && !given;
+    return OUTCOME(result.result);
 }
 
 /* The first reply is whole and was taken, and never silently so, but for two replies that are the

@@ -39,14 +39,14 @@ static unsigned foresee(struct check *check, const struct job *job, const bool *
     uint8_t truth[SERVO_PACKET_MAX];
     struct oracle_byte heard[SERVO_PACKET_MAX];
     struct oracle_asked asked;
-    struct verdict verdict;
+    struct result result;
     unsigned size = check_reply(check, job, truth);
     check_asked(job, &asked);
-    oracle_reply(&asked, heard, oracle_hear(level, bits, heard), &verdict);
-    bool same = verdict.error == truth[4] && verdict.length == size - 6 &&
-                memcmp(verdict.data, truth + 5, verdict.length) == 0;
-    check->foreseen = verdict.result == CDS_OK && !same;
-    return OUTCOME(verdict.result);
+    oracle_reply(&asked, heard, oracle_hear(level, bits, heard), &result);
+    bool same = result.error == truth[4] && result.length == size - 6 &&
+                memcmp(result.data, truth + 5, result.length) == 0;
+    check->foreseen = result.result == CDS_OK && !same;
+    return OUTCOME(result.result);
 }
 
 /* The same of a reply in which two bits, counted from its first start bit, are inverted. */

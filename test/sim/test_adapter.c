@@ -1,6 +1,6 @@
 /* The serial adapter, alone on a wire and with servos. */
-#include "adapter.h"
-#include "servos.h"
+#include "host/adapter.h"
+#include "servo/servos.h"
 #include "unity.h"
 
 #include <string.h>
@@ -12,7 +12,7 @@ static struct schedule schedule;
 static struct net net;
 static struct adapter adapter;
 static struct servos servos;
-static struct ear onlooker; // at 1 Mbps
+static struct uart_rx onlooker; // at 1 Mbps
 static uint8_t seen[ROOM];
 static unsigned seen_count;
 static uint8_t heard[ROOM]; // by the adapter
@@ -20,23 +20,23 @@ static unsigned heard_count;
 static uint64_t driving_until;
 static unsigned times_driving;
 
-static void saw(void *owner, uint64_t now, const struct heard *byte)
+static void saw(void *context, uint64_t now, const struct uart_frame *byte)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     seen[seen_count++] = byte->byte;
 }
 
-static void hears(void *owner, uint64_t now, uint8_t byte)
+static void hears(void *context, uint64_t now, uint8_t byte)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     heard[heard_count++] = byte;
 }
 
-static void talks(void *owner, uint64_t now, bool talking)
+static void talks(void *context, uint64_t now, bool talking)
 {
-    (void)owner;
+    (void)context;
     times_driving += talking;
     driving_until = now;
 }
@@ -47,11 +47,11 @@ void setUp(void)
     net_init(&net);
     adapter_init(&adapter, &schedule, &net, &net, CLOCK, 1000000);
     adapter.on_byte = hears;
-    adapter.on_talk = talks;
-    ear_init(&onlooker, &schedule, &net, 0);
+    adapter.on_drive = talks;
+    uart_rx_init(&onlooker, &schedule, &net, 0);
     onlooker.bit_256 = 16 * 256;
     onlooker.on_byte = saw;
-    ear_enable(&onlooker, true);
+    uart_rx_enable(&onlooker, true);
     servos_init(&servos, &schedule, &net, CLOCK);
     seen_count = heard_count = times_driving = 0;
     driving_until = 0;
@@ -69,14 +69,14 @@ static void put_servo(uint8_t baud)
 {
     static const uint8_t id = 1;
     servos_replace(&servos, schedule.now, &id, 1);
-    servos_eeprom_set(&servos, 0, servos.node[0].servo.registers);
+    servos_set_eeprom(&servos, 0, servos.node[0].servo.registers);
     servo_node_baud(&servos.node[0], baud);
 }
 
 void test_bytes_go_out_back_to_back_and_the_driver_is_released_after_the_last_stop_bit(void)
 {
     schedule_run_until(&schedule, 1000);
-    adapter_say(&adapter, 1000, ping, sizeof(ping));
+    adapter_send(&adapter, 1000, ping, sizeof(ping));
     TEST_ASSERT_EQUAL_UINT64(1000 + 6 * 160, adapter_end(&adapter));
     schedule_run_until(&schedule, 10000);
     TEST_ASSERT_EQUAL_UINT(sizeof(ping), seen_count);
@@ -89,7 +89,7 @@ void test_bytes_go_out_back_to_back_and_the_driver_is_released_after_the_last_st
 void test_it_does_not_hear_itself_and_hears_the_servo(void)
 {
     put_servo(1);
-    adapter_say(&adapter, 0, ping, sizeof(ping));
+    adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, 10000);
     TEST_ASSERT_EQUAL_UINT(6, heard_count);
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
@@ -100,7 +100,7 @@ void test_a_servo_without_return_delay_is_heard_whole(void)
 {
     put_servo(1);
     servos.node[0].servo.registers[TABLE_RETURN_DELAY] = 0;
-    adapter_say(&adapter, 0, ping, sizeof(ping));
+    adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, 10000);
     TEST_ASSERT_EQUAL_UINT(6, heard_count);
     TEST_ASSERT_EQUAL_HEX8(0xFF, heard[0]);
@@ -110,7 +110,7 @@ void test_who_talks_while_it_drives_is_not_heard(void)
 {
     struct driver other;
     driver_init(&other, &net);
-    adapter_say(&adapter, 0, ping, sizeof(ping));
+    adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, 200);
     driver_set(&other, 200, true, false);
     schedule_run_until(&schedule, 800);
@@ -130,7 +130,7 @@ void test_every_rate_of_the_servos_as_a_client_sets_it(void)
         put_servo(rates[i].baud);
         adapter_baud(&adapter, rates[i].rate);
         heard_count = 0;
-        adapter_say(&adapter, schedule.now, ping, sizeof(ping));
+        adapter_send(&adapter, schedule.now, ping, sizeof(ping));
         schedule_run_until(&schedule, schedule.now + CLOCK / 10);
         TEST_ASSERT_EQUAL_UINT_MESSAGE(6, heard_count, "rate");
         TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
@@ -142,7 +142,7 @@ void test_at_another_rate_there_is_no_answer(void)
 {
     put_servo(1);
     adapter_baud(&adapter, 500000);
-    adapter_say(&adapter, 0, ping, sizeof(ping));
+    adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, CLOCK / 10);
     TEST_ASSERT_EQUAL_UINT(0, heard_count);
     TEST_ASSERT_NOT_EQUAL(0, memcmp(seen, ping, sizeof(ping)));
@@ -151,7 +151,7 @@ void test_at_another_rate_there_is_no_answer(void)
 void test_an_answer_at_another_rate_is_garbage(void)
 {
     put_servo(1);
-    adapter_say(&adapter, 0, ping, sizeof(ping));
+    adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, 6 * 160);
     adapter_baud(&adapter, 400000); // before the answer
     schedule_run_until(&schedule, CLOCK / 10);
@@ -161,9 +161,9 @@ void test_an_answer_at_another_rate_is_garbage(void)
 
 void test_bytes_keep_the_rate_that_held_when_they_were_given(void)
 {
-    adapter_say(&adapter, 0, ping, sizeof(ping));
+    adapter_send(&adapter, 0, ping, sizeof(ping));
     adapter_baud(&adapter, 500000);
-    adapter_say(&adapter, 0, ping, 1);
+    adapter_send(&adapter, 0, ping, 1);
     TEST_ASSERT_EQUAL_UINT64(6 * 160 + 320, adapter_end(&adapter));
     schedule_run_until(&schedule, 6 * 160);
     TEST_ASSERT_EQUAL_MEMORY(ping, seen, sizeof(ping));
@@ -174,19 +174,19 @@ void test_bytes_keep_the_rate_that_held_when_they_were_given(void)
 void test_a_line_that_was_hung_up_keeps_its_rate(void)
 {
     adapter_baud(&adapter, 0);
-    adapter_say(&adapter, 0, ping, 1);
+    adapter_send(&adapter, 0, ping, 1);
     TEST_ASSERT_EQUAL_UINT64(160, adapter_end(&adapter));
 }
 
 void test_there_is_room_for_4096_bytes_and_no_more(void)
 {
     static const uint8_t much[5000] = {0x55};
-    TEST_ASSERT_EQUAL_UINT(ADAPTER_ROOM, adapter_room(&adapter));
-    adapter_say(&adapter, 0, much, sizeof(much));
-    TEST_ASSERT_EQUAL_UINT(1, adapter_room(&adapter)); // one is on its way
+    TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, adapter_space(&adapter));
+    adapter_send(&adapter, 0, much, sizeof(much));
+    TEST_ASSERT_EQUAL_UINT(1, adapter_space(&adapter)); // one is on its way
     schedule_run_until(&schedule, 10 * CLOCK);
-    TEST_ASSERT_EQUAL_UINT(ADAPTER_ROOM, seen_count);
-    TEST_ASSERT_EQUAL_UINT(ADAPTER_ROOM, adapter_room(&adapter));
+    TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, seen_count);
+    TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, adapter_space(&adapter));
     TEST_ASSERT_EQUAL_UINT(1, times_driving);
 }
 
@@ -195,16 +195,16 @@ void test_on_two_wires_it_hears_while_it_talks(void)
     struct net in;
     struct adapter two;
     struct driver driver;
-    struct talker talker;
+    struct uart_tx tx;
     net_init(&in);
     adapter_init(&two, &schedule, &net, &in, CLOCK, 1000000);
     two.on_byte = hears;
     driver_init(&driver, &in);
     driver_enable(&driver, 0, true);
-    talker_init(&talker, &schedule, &driver, 0);
+    uart_tx_init(&tx, &schedule, &driver, 0);
     adapter.on_byte = 0; // it hears the other one
-    adapter_say(&two, 0, ping, sizeof(ping));
-    talker_say(&talker, 80, 16 * 256, 0xA5);
+    adapter_send(&two, 0, ping, sizeof(ping));
+    uart_tx_send(&tx, 80, 16 * 256, 0xA5);
     schedule_run_until(&schedule, 235);
     TEST_ASSERT_EQUAL_UINT(1, heard_count);
     TEST_ASSERT_EQUAL_HEX8(0xA5, heard[0]);

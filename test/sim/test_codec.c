@@ -4,7 +4,7 @@
 
 #include "unity.h"
 
-#include "codec.h"
+#include "wire/codec.h"
 
 static struct codec codec;
 static struct codec_packet found;

@@ -1,6 +1,6 @@
 /* Every fault on a wire without an AVR: what it does to levels, bytes, framing and time, against a
  * model of its own: an array of levels, one for each microsecond, which is a bit at 1 Mbps. */
-#include "faults.h"
+#include "script/faults.h"
 #include "unity.h"
 
 #include <string.h>
@@ -14,15 +14,15 @@
 static struct schedule schedule;
 static struct net sig, rxd;
 static struct driver driver, rx_buffer;
-static struct talker talker;
+static struct uart_tx tx;
 static struct servos servos;
 static struct faults faults;
 static struct listener on_sig;
 
 struct log {
-    struct ear ear;
+    struct uart_rx rx;
     unsigned count;
-    struct heard heard[ROOM];
+    struct uart_frame heard[ROOM];
 };
 static struct log wire, receiver;
 
@@ -40,35 +40,35 @@ static const uint8_t *speech;
 static unsigned left;
 static uint32_t speed;
 
-static void say_next(void *owner, uint64_t now)
+static void say_next(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     if (left) {
         left--;
-        talker_say(&talker, now, speed, *speech++);
+        uart_tx_send(&tx, now, speed, *speech++);
     } else {
         driver_enable(&driver, now, false);
     }
 }
 
-static void says(void *owner, uint64_t now)
+static void says(void *context, uint64_t now)
 {
-    (void)owner;
-    faults_controller_byte(&faults, now, &talker);
+    (void)context;
+    faults_controller_byte(&faults, now, &tx);
 }
 
-static void on_byte(void *owner, uint64_t now, const struct heard *heard)
+static void on_byte(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    struct log *log = owner;
+    struct log *log = context;
     (void)now;
     TEST_ASSERT_LESS_THAN_UINT(ROOM, log->count);
-    log->heard[log->count++] = *heard;
+    log->heard[log->count++] = *frame;
 }
 
 /* Pulses of no length are counted, and not kept. */
-static void on_level(void *owner, uint64_t time, bool level)
+static void on_level(void *context, uint64_t time, bool level)
 {
-    (void)owner;
+    (void)context;
     if (edge_count && edges[edge_count - 1].time == time) {
         edge_count--;
         glitches++;
@@ -78,9 +78,9 @@ static void on_level(void *owner, uint64_t time, bool level)
     edges[edge_count++] = (struct edge){time, level};
 }
 
-static void on_driver(void *owner, uint64_t time, struct driver *who)
+static void on_driver(void *context, uint64_t time, struct driver *who)
 {
-    (void)owner;
+    (void)context;
     if (who == &driver) {
         return;
     }
@@ -95,10 +95,10 @@ static void on_driver(void *owner, uint64_t time, struct driver *who)
 
 static void listen(struct log *log, struct net *net)
 {
-    ear_init(&log->ear, &schedule, net, log);
-    log->ear.bit_256 = FAST;
-    log->ear.on_byte = on_byte;
-    ear_enable(&log->ear, true);
+    uart_rx_init(&log->rx, &schedule, net, log);
+    log->rx.bit_256 = FAST;
+    log->rx.on_byte = on_byte;
+    uart_rx_enable(&log->rx, true);
 }
 
 static void set_up(uint32_t seed)
@@ -108,15 +108,15 @@ static void set_up(uint32_t seed)
     net_init(&rxd);
     driver_init(&driver, &sig);
     driver_init(&rx_buffer, &rxd);
-    talker_init(&talker, &schedule, &driver, 0);
-    talker.on_start = says;
-    talker.on_end = say_next;
+    uart_tx_init(&tx, &schedule, &driver, 0);
+    tx.on_start = says;
+    tx.on_end = say_next;
     on_sig = (struct listener){.on_level = on_level, .on_driver = on_driver};
     net_listen(&sig, &on_sig);
     servos_init(&servos, &schedule, &sig, CLOCK);
     servos.seed = seed;
     faults_init(&faults, &schedule, &servos, seed);
-    faults_join_receiver(&faults, &rxd);
+    faults_connect_receiver(&faults, &rxd);
     wire.count = receiver.count = edge_count = glitches = 0;
     began = ended = collided = parted = 0;
     listen(&wire, &sig);
@@ -173,8 +173,8 @@ static uint64_t say_at(uint32_t bit_256, const uint8_t *bytes, unsigned size)
     left = size;
     speed = bit_256;
     say_next(0, schedule.now);
-    while (talker.busy) {
-        schedule_run_until(&schedule, talker_end(&talker));
+    while (tx.busy) {
+        schedule_run_until(&schedule, uart_tx_end(&tx));
     }
     return schedule.now;
 }
@@ -230,7 +230,7 @@ static void assert_ping_is_answered(void)
 {
     exchange(ping, 3);
     assert_heard(&wire, pong, 6);
-    TEST_ASSERT_FALSE(servos.node[0].driver.excused);
+    TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
 /* --- the model -----------------------------------------------------------------------------------
@@ -323,7 +323,7 @@ void test_F1_every_bit_of_a_reply_can_be_flipped(void)
         model_goal();
         model[1 + bit] ^= true;
         assert_reply_is_model(end);
-        TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+        TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
         assert_ping_is_answered();
     }
 }
@@ -368,7 +368,7 @@ void test_F1_every_bit_of_an_instruction_packet_can_be_flipped(void)
         TEST_ASSERT_EQUAL_UINT8(0, servos.node[0].servo.registers[TABLE_TORQUE_ENABLE]);
         if (began) { // the servo has seen that its checksum is wrong
             TEST_ASSERT_EQUAL_HEX8(0x10, wire.heard[wire.count - 2].byte);
-            TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+            TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
             answers++;
         }
     }
@@ -522,14 +522,14 @@ void test_F6_twins_are_excused_only_where_they_are_allowed(void)
 {
     put_twins(false);
     exchange(ping_7, 3);
-    TEST_ASSERT_FALSE(servos.node[0].driver.excused || servos.node[1].driver.excused);
+    TEST_ASSERT_FALSE(servos.node[0].driver.exempt || servos.node[1].driver.exempt);
     put_twins(true);
     exchange(ping_7, 3);
-    TEST_ASSERT_TRUE(servos.node[0].driver.excused && servos.node[1].driver.excused);
+    TEST_ASSERT_TRUE(servos.node[0].driver.exempt && servos.node[1].driver.exempt);
     static const uint8_t other_id[] = {7, 4, 3, 3, 8};
     servos.node[1].servo.registers[TABLE_ID] = 9;
     exchange(other_id, 5);
-    TEST_ASSERT_FALSE(servos.node[0].driver.excused);
+    TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
 /* --- F7, F8: a servo that dies -------------------------------------------------------------------
@@ -629,7 +629,7 @@ void test_F9_a_babbler_never_stops(void)
 {
     order("babble 0xA5");
     TEST_ASSERT_EQUAL_UINT(1, sig.enabled);
-    TEST_ASSERT_EQUAL_UINT(1, sig.excused);
+    TEST_ASSERT_EQUAL_UINT(1, sig.exempt);
     pass(1000 * 160);
     TEST_ASSERT_EQUAL_UINT(1000, wire.count);
     for (unsigned i = 0; i < 1000; i++) {
@@ -733,7 +733,7 @@ void test_F10_on_a_line_stuck_high_nothing_is_heard(void)
     pass(1000 * US);
     TEST_ASSERT_EQUAL_UINT(0, edge_count);
     TEST_ASSERT_EQUAL_UINT64(end + 2 * US, began); // the servo has talked
-    TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+    TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     exchange(ping, 3);
     TEST_ASSERT_EQUAL_UINT64(0, began); // and hears nothing now
     order("stuck off");
@@ -791,13 +791,13 @@ void test_F12_a_servo_at_another_rate_hears_nothing_of_use(void)
         pass(CLOCK / 10); // longer than a byte
         uint32_t bit_256 = (registers[i] + 1u) * 8 * 256;
         uint8_t packet[8];
-        wire.ear.bit_256 = bit_256;
+        wire.rx.bit_256 = bit_256;
         uint64_t end = say_at(bit_256, packet, build(packet, ping, 3));
         forget();
         pass(CLOCK / 10);
         assert_heard(&wire, pong, 6); // it is there, at its own rate
         TEST_ASSERT_EQUAL_UINT64(end + 2 * US, began);
-        TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+        TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     }
 }
 
@@ -812,7 +812,7 @@ void test_F12_a_power_cycle_brings_the_saved_rate_back(void)
 }
 
 /* Cycle by cycle: what a UART of one rate makes of bytes of another one. */
-static unsigned hear(const bool *level, unsigned cycles, unsigned bit, struct heard *out)
+static unsigned hear(const bool *level, unsigned cycles, unsigned bit, struct uart_frame *out)
 {
     unsigned count = 0;
     for (unsigned t = 1; t < cycles; t++) {
@@ -829,7 +829,7 @@ static unsigned hear(const bool *level, unsigned cycles, unsigned bit, struct he
             frame |= (unsigned)(sample >= cycles || level[sample]) << i;
         }
         out[count++] =
-            (struct heard){.byte = (uint8_t)(frame >> 1), .framing_error = !(frame >> 9)};
+            (struct uart_frame){.byte = (uint8_t)(frame >> 1), .framing_error = !(frame >> 9)};
         t += 9 * bit + bit / 2 - 1;
     }
     return count;
@@ -840,23 +840,23 @@ void test_F12_bytes_at_another_rate_are_what_a_uart_makes_of_them(void)
 {
     static const unsigned registers[] = {1, 3, 7, 16, 34, 103};
     static bool level[40000];
-    static struct heard expected[400];
+    static struct uart_frame expected[400];
     for (unsigned pair = 0; pair < 36; pair++) {
-        unsigned talk = (registers[pair / 6] + 1) * 8, ear = (registers[pair % 6] + 1) * 8;
-        for (unsigned byte = 0; byte<256; byte += talk + ear> 400 ? 15 : 1) {
+        unsigned talk = (registers[pair / 6] + 1) * 8, rx = (registers[pair % 6] + 1) * 8;
+        for (unsigned byte = 0; byte<256; byte += talk + rx> 400 ? 15 : 1) {
             uint8_t bytes[3] = {(uint8_t)byte, (uint8_t)(byte * 7 + 1), (uint8_t)~byte};
             again();
             pass(1);
-            wire.ear.bit_256 = ear * 256;
+            wire.rx.bit_256 = rx * 256;
             say_at(talk * 256, bytes, 3);
-            pass(12 * ear);
-            unsigned cycles = 1 + 30 * talk + 12 * ear;
+            pass(12 * rx);
+            unsigned cycles = 1 + 30 * talk + 12 * rx;
             memset(level, 1, cycles);
             for (unsigned t = 0; t < 30 * talk; t++) {
                 unsigned frame = 0x200u | bytes[t / talk / 10] * 2u;
                 level[1 + t] = frame >> (t / talk % 10) & 1;
             }
-            unsigned count = hear(level, cycles, ear, expected);
+            unsigned count = hear(level, cycles, rx, expected);
             TEST_ASSERT_EQUAL_UINT(count, wire.count);
             for (unsigned i = 0; i < count; i++) {
                 TEST_ASSERT_EQUAL_HEX8(expected[i].byte, wire.heard[i].byte);
@@ -883,7 +883,7 @@ void test_F12_bytes_at_half_and_at_twice_the_rate(void)
     };
     for (unsigned i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
         again();
-        wire.ear.bit_256 = rows[i].bit * 256;
+        wire.rx.bit_256 = rows[i].bit * 256;
         say_at(FAST, &rows[i].byte, 1);
         pass(1000);
         TEST_ASSERT_EQUAL_UINT(rows[i].count, wire.count);
@@ -906,7 +906,7 @@ static const char *as_text(const struct log *log)
     return text;
 }
 
-/* The table of docs/faults.md, from another program than this one. */
+/* The table of docs/internals/faults.md, from another program than this one. */
 void test_F12_a_ping_at_other_rates(void)
 {
     static const struct {
@@ -925,13 +925,13 @@ void test_F12_a_ping_at_other_rates(void)
     for (unsigned i = 0; i < sizeof(rows) / sizeof(rows[0]); i++) {
         uint32_t bit_256 = (rows[i].reg + 1) * 8 * 256;
         again();
-        wire.ear.bit_256 = bit_256;
+        wire.rx.bit_256 = bit_256;
         servos_power(&servos, schedule.now, false);
         say_at(FAST, packet, size);
         pass(20000);
         TEST_ASSERT_EQUAL_STRING(rows[i].heard, as_text(&wire));
         forget();
-        wire.ear.bit_256 = FAST;
+        wire.rx.bit_256 = FAST;
         say_at(bit_256, packet, size);
         pass(20000);
         TEST_ASSERT_EQUAL_STRING(rows[i].heard_fast, as_text(&wire));
@@ -951,7 +951,7 @@ void test_F15_a_reply_can_be_late_to_the_microsecond(void)
         pass(10000 * US);
         assert_heard(&wire, pong, 6);
         TEST_ASSERT_EQUAL_UINT64(end + (2 + us[i]) * US, began);
-        TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+        TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
         assert_ping_is_answered();
     }
 }
@@ -963,7 +963,7 @@ void test_F15_turnaround_makes_every_reply_late(void)
         uint64_t end = exchange(ping, 3);
         assert_heard(&wire, pong, 6);
         TEST_ASSERT_EQUAL_UINT64(end + 302 * US, began);
-        TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+        TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     }
     order("turnaround 1 0");
     assert_ping_is_answered();
@@ -1094,7 +1094,7 @@ void test_a_servo_that_holds_part_of_a_damaged_packet_is_excused(void)
     uint64_t start = schedule.now;
     say_at(FAST, packet, size); // 6 + 5 * 6 bytes, and two of this one
     TEST_ASSERT_EQUAL_UINT64(start + 20 * BIT + 2 * US, began);
-    TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+    TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     pass(1000 * US);
     exchange(ping, 3);
     assert_ping_is_answered();
@@ -1108,7 +1108,7 @@ void test_a_servo_that_answers_a_packet_that_is_not_for_it_is_excused(void)
     exchange(ping, 3);
     exchange(all, 5);
     TEST_ASSERT_EQUAL_HEX8(0x10, wire.heard[4].byte);
-    TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+    TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     assert_ping_is_answered();
 }
 
@@ -1122,7 +1122,7 @@ void test_a_fault_shortly_before_a_packet_excuses_too(void)
         uint8_t packet[8];
         say_at(FAST, packet, build(packet, ping, 3));
         pass(1000 * US);
-        TEST_ASSERT_EQUAL(gap == 159, servos.node[0].driver.excused);
+        TEST_ASSERT_EQUAL(gap == 159, servos.node[0].driver.exempt);
     }
 }
 
@@ -1131,16 +1131,16 @@ void test_who_waits_or_talks_when_a_fault_acts_is_excused(void)
     say(ping, 3);
     pass(1 * US); // it waits
     order("stuck high 0");
-    TEST_ASSERT_TRUE(servos.node[0].driver.excused);
+    TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     pass(1000 * US);
     say(ping, 3);
     pass(20 * US); // it talks
     TEST_ASSERT_EQUAL_UINT(1, sig.enabled);
-    TEST_ASSERT_EQUAL_UINT(0, sig.excused);
+    TEST_ASSERT_EQUAL_UINT(0, sig.exempt);
     order("stuck high 0");
-    TEST_ASSERT_EQUAL_UINT(1, sig.excused);
+    TEST_ASSERT_EQUAL_UINT(1, sig.exempt);
     pass(1000 * US);
-    TEST_ASSERT_EQUAL_UINT(0, sig.excused);
+    TEST_ASSERT_EQUAL_UINT(0, sig.exempt);
     assert_ping_is_answered();
 }
 
@@ -1154,7 +1154,7 @@ void test_a_fault_of_one_servo_excuses_no_other(void)
     uint64_t end = exchange(ping, 3);
     assert_heard(&wire, pong, 6);
     TEST_ASSERT_EQUAL_UINT64(end + 52 * US, began);
-    TEST_ASSERT_FALSE(servos.node[0].driver.excused);
+    TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
 /* --- orders --------------------------------------------------------------------------------------
@@ -1230,8 +1230,8 @@ void test_bad_orders_are_refused_with_what_is_wanted(void)
 
 void test_an_order_may_name_a_bus(void)
 {
-    TEST_ASSERT_EQUAL_UINT(2, fault_bus("2:echo on"));
-    TEST_ASSERT_EQUAL_UINT(0, fault_bus("echo on"));
+    TEST_ASSERT_EQUAL_UINT(2, fault_order_bus("2:echo on"));
+    TEST_ASSERT_EQUAL_UINT(0, fault_order_bus("echo on"));
     TEST_ASSERT_NULL(faults_check("2:echo on"));
     TEST_ASSERT_NOT_NULL(faults_check("x:echo on"));
 }

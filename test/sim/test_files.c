@@ -1,5 +1,5 @@
 /* Files of the user: read whole, written whole, or one line on stderr. */
-#include "files.h"
+#include "output/files.h"
 #include "unity.h"
 
 #include <dirent.h>

@@ -1,6 +1,6 @@
 /* Resets of the simulated chip and what they leave; a firmware that writes 5A to byte 0 of the
  * EEPROM, and then A5, from 8.5 ms on. */
-#include "machine.h"
+#include "avr/machine.h"
 #include "unity.h"
 
 #include <sanitizer/lsan_interface.h>
@@ -23,9 +23,9 @@ static struct event event, end;
 static enum machine_reset cause;
 static unsigned resets;
 
-static void set_off(void *owner, uint64_t now)
+static void set_off(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     machine.avr->data[RAM] = 0x77;
     if (cause != NO_CAUSE) {
@@ -33,16 +33,16 @@ static void set_off(void *owner, uint64_t now)
     }
 }
 
-static void over(void *owner, uint64_t now)
+static void over(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     machine_stop(&machine);
 }
 
-static void was_reset(void *owner, uint64_t now)
+static void was_reset(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     resets++;
 }
@@ -171,9 +171,9 @@ void test_power_lost_shortly_before_the_end_leaves_a_byte_half_written(void)
 static uint64_t write_start[3];
 static unsigned writes;
 
-static void write_begins(void *owner, uint64_t start, uint64_t cycles)
+static void write_begins(void *context, uint64_t start, uint64_t cycles)
 {
-    (void)owner;
+    (void)context;
     TEST_ASSERT_EQUAL_UINT64(17 * MS / 2, cycles);
     write_start[writes++ % 3] = start;
 }
@@ -189,9 +189,9 @@ void test_every_write_to_the_eeprom_is_told_when_it_begins(void)
 
 static bool interrupts_on; // which this firmware does without
 
-static void hang(void *owner, uint64_t now)
+static void hang(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     machine.avr->sreg[S_I] = interrupts_on;
     machine_hang(&machine);

@@ -1,6 +1,6 @@
 /* What the exact USART mends: each small firmware sees simavr's fault with `--usart stock` and the
  * data sheet's behaviour with `--usart exact`. Figures are cycles, with what it takes to look. */
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run exact;
 static struct run stock;

@@ -1,16 +1,16 @@
 /* The motor model: speeds, ramps, position loop, loads and temperature. */
 #include "unity.h"
 
-#include "motor.h"
+#include "servo/motor.h"
 
 static struct motor motor;
-static struct motor_order order;
-static struct servo_world world;
+static struct motor_command command;
+static struct servo_environment environment;
 
 void setUp(void)
 {
-    world = (struct servo_world){.supply_dV = 120, .ambient_C = 32};
-    order = (struct motor_order){
+    environment = (struct servo_environment){.supply_dV = 120, .ambient_C = 32};
+    command = (struct motor_command){
         .torque = true,
         .goal = 512,
         .torque_limit = 1023,
@@ -22,7 +22,7 @@ void setUp(void)
         .cw_proportion = 32,
         .ccw_proportion = 32,
     };
-    motor_init(&motor, 512, &world);
+    motor_init(&motor, 512, &environment);
 }
 
 void tearDown(void)
@@ -32,7 +32,7 @@ void tearDown(void)
 static void steps(int count)
 {
     while (count-- > 0) {
-        motor_step(&motor, &order, &world);
+        motor_step(&motor, &command, &environment);
     }
 }
 
@@ -64,7 +64,7 @@ void test_the_output_arrives_within_the_margin_from_both_sides(void)
 {
     static const uint16_t goals[] = {0, 1023, 512, 515, 509, 0, 1, 1022};
     for (unsigned i = 0; i < sizeof goals / sizeof goals[0]; i++) {
-        order.goal = goals[i];
+        command.goal = goals[i];
         TEST_ASSERT_LESS_THAN(400, steps_until_rest());
         TEST_ASSERT_INT_WITHIN(2, goals[i], position());
     }
@@ -72,11 +72,11 @@ void test_the_output_arrives_within_the_margin_from_both_sides(void)
 
 void test_with_margin_0_the_output_arrives_exactly(void)
 {
-    order.cw_margin = order.ccw_margin = 0;
+    command.cw_margin = command.ccw_margin = 0;
     for (unsigned dcc = 0; dcc <= 255; dcc += 15) {
         for (int goal = 100; goal <= 900; goal += 400) {
-            order.goal = (uint16_t)goal;
-            order.acc = order.dcc = (uint8_t)dcc;
+            command.goal = (uint16_t)goal;
+            command.acc = command.dcc = (uint8_t)dcc;
             steps_until_rest();
             TEST_ASSERT_EQUAL(goal, position());
         }
@@ -85,11 +85,11 @@ void test_with_margin_0_the_output_arrives_exactly(void)
 
 void test_it_does_not_run_past_the_goal(void)
 {
-    order.cw_margin = order.ccw_margin = 0;
-    order.goal = 900;
+    command.cw_margin = command.ccw_margin = 0;
+    command.goal = 900;
     for (unsigned dcc = 1; dcc <= 255; dcc++) {
-        motor_init(&motor, 200, &world);
-        order.dcc = (uint8_t)dcc;
+        motor_init(&motor, 200, &environment);
+        command.dcc = (uint8_t)dcc;
         for (int i = 0; i < 2500; i++) {
             steps(1);
             TEST_ASSERT_LESS_OR_EQUAL(900 * MOTOR_UNIT + MOTOR_UNIT / 2, motor.position);
@@ -99,8 +99,8 @@ void test_it_does_not_run_past_the_goal(void)
 
 void test_R10_speed_0x3FF_is_62_rpm(void)
 {
-    order.endless = true;
-    order.speed = 0x3FF;
+    command.endless = true;
+    command.speed = 0x3FF;
     steps(100);
     int32_t start = motor.position;
     steps(25); // 0.1 s: 37.2 degrees are 126.852 units
@@ -110,9 +110,9 @@ void test_R10_speed_0x3FF_is_62_rpm(void)
 
 void test_R10_every_speed_is_kept(void)
 {
-    order.endless = true;
+    command.endless = true;
     for (int speed = 1; speed <= 1023; speed++) {
-        order.speed = (uint16_t)speed;
+        command.speed = (uint16_t)speed;
         steps(40);
         TEST_ASSERT_EQUAL(speed, motor_present_speed(&motor));
         TEST_ASSERT_EQUAL(speed * MOTOR_SPEED_UNIT, motor.speed);
@@ -121,17 +121,17 @@ void test_R10_every_speed_is_kept(void)
 
 void test_R10_speed_limits_the_way_to_the_goal(void)
 {
-    order.goal = 1000;
-    order.speed = 100;
+    command.goal = 1000;
+    command.speed = 100;
     steps(200);
     TEST_ASSERT_EQUAL(100, motor_present_speed(&motor));
 }
 
 static int32_t top_speed(uint8_t supply_dV)
 {
-    world.supply_dV = supply_dV;
-    motor_init(&motor, 0, &world);
-    order.goal = 1023;
+    environment.supply_dV = supply_dV;
+    motor_init(&motor, 0, &environment);
+    command.goal = 1023;
     int32_t top = 0;
     for (int i = 0; i < 250; i++) {
         steps(1);
@@ -149,15 +149,15 @@ void test_R10_speed_0_is_as_fast_as_the_supply_allows(void)
 
 void test_R10_a_low_supply_does_not_reach_0x3FF(void)
 {
-    order.speed = 0x3FF;
+    command.speed = 0x3FF;
     TEST_ASSERT_LESS_THAN(800 * MOTOR_SPEED_UNIT, top_speed(90));
 }
 
 void test_a_load_slows_the_output_down(void)
 {
-    order.endless = true;
-    order.speed = 0x3FF;
-    world.load = 500; // against CCW
+    command.endless = true;
+    command.speed = 0x3FF;
+    environment.load = 500; // against CCW
     steps(100);
     TEST_ASSERT_INT_WITHIN(5, (1023 - 500 - MOTOR_FRICTION) * 1100 / 1023,
                            motor_present_speed(&motor));
@@ -165,9 +165,9 @@ void test_a_load_slows_the_output_down(void)
 
 void test_R40_acc_is_the_speed_gained_in_each_step(void)
 {
-    order.endless = true;
-    order.speed = 0x3FF;
-    order.acc = 10;
+    command.endless = true;
+    command.speed = 0x3FF;
+    command.acc = 10;
     for (int i = 1; i <= 100; i++) {
         steps(1);
         TEST_ASSERT_EQUAL(10 * i, motor_present_speed(&motor));
@@ -176,8 +176,8 @@ void test_R40_acc_is_the_speed_gained_in_each_step(void)
 
 void test_R40_dcc_is_the_speed_lost_in_each_step(void)
 {
-    order.goal = 1000;
-    order.dcc = 5;
+    command.goal = 1000;
+    command.dcc = 5;
     int32_t before = 0;
     for (int i = 0; i < 1000; i++) {
         steps(1);
@@ -191,32 +191,32 @@ void test_R40_dcc_is_the_speed_lost_in_each_step(void)
 
 void test_R40_a_slower_dcc_takes_longer(void)
 {
-    order.goal = 1000;
+    command.goal = 1000;
     int fast = steps_until_rest();
-    motor_init(&motor, 512, &world);
-    order.dcc = 4;
+    motor_init(&motor, 512, &environment);
+    command.dcc = 4;
     TEST_ASSERT_GREATER_THAN(fast + 20, steps_until_rest());
 }
 
 void test_R40_acc_and_dcc_0_mean_no_ramp(void)
 {
-    order.endless = true;
-    order.speed = 300;
-    order.acc = order.dcc = 0;
+    command.endless = true;
+    command.speed = 300;
+    command.acc = command.dcc = 0;
     steps(1);
     TEST_ASSERT_EQUAL(300, motor_present_speed(&motor));
-    order.clockwise = true;
+    command.clockwise = true;
     steps(1);
     TEST_ASSERT_EQUAL(0x400 | 300, motor_present_speed(&motor));
 }
 
 void test_a_new_goal_behind_it_makes_it_brake_and_turn(void)
 {
-    order.goal = 1000;
+    command.goal = 1000;
     steps(30);
     TEST_ASSERT_GREATER_THAN(0, motor.speed);
     int32_t speed = motor.speed;
-    order.goal = 300;
+    command.goal = 300;
     steps(1);
     TEST_ASSERT_EQUAL(speed - 32 * MOTOR_SPEED_UNIT, motor.speed);
     steps_until_rest();
@@ -225,29 +225,29 @@ void test_a_new_goal_behind_it_makes_it_brake_and_turn(void)
 
 void test_R32_within_the_margin_it_is_insensitive(void)
 {
-    order.ccw_margin = 20;
-    order.cw_margin = 5;
-    order.goal = 532;
+    command.ccw_margin = 20;
+    command.cw_margin = 5;
+    command.goal = 532;
     steps(100);
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
     TEST_ASSERT_FALSE(motor.moving);
-    order.goal = 533;
+    command.goal = 533;
     steps(1);
     TEST_ASSERT_TRUE(motor.moving);
 
-    motor_init(&motor, 512, &world);
-    order.goal = 507;
+    motor_init(&motor, 512, &environment);
+    command.goal = 507;
     steps(100);
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
-    order.goal = 506;
+    command.goal = 506;
     steps(1);
     TEST_ASSERT_TRUE(motor.moving);
 }
 
 static int32_t sag_under(int16_t load)
 {
-    motor_init(&motor, 512, &world);
-    world.load = load;
+    motor_init(&motor, 512, &environment);
+    environment.load = load;
     steps(1000);
     TEST_ASSERT_FALSE(motor.overload);
     return motor.position - 512 * MOTOR_UNIT;
@@ -256,27 +256,27 @@ static int32_t sag_under(int16_t load)
 void test_proportion_is_stiffness(void)
 {
     int32_t soft = sag_under(400); // pushes CW, the loop pulls CCW
-    order.cw_proportion = 200;
+    command.cw_proportion = 200;
     TEST_ASSERT_EQUAL(soft, sag_under(400));
-    order.ccw_proportion = 100;
+    command.ccw_proportion = 100;
     int32_t stiff = sag_under(400);
     TEST_ASSERT_LESS_THAN(0, soft);
     TEST_ASSERT_LESS_THAN(0, stiff);
     TEST_ASSERT_GREATER_THAN(2 * soft / 3, stiff);
-    order.cw_proportion = 32;
+    command.cw_proportion = 32;
     TEST_ASSERT_GREATER_THAN(3 * MOTOR_UNIT, sag_under(-400));
 }
 
 void test_without_punch_friction_keeps_it_from_the_goal(void)
 {
-    order.punch = 0;
-    order.ccw_proportion = 4;
-    order.ccw_margin = 0;
-    order.goal = 600;
+    command.punch = 0;
+    command.ccw_proportion = 4;
+    command.ccw_margin = 0;
+    command.goal = 600;
     steps(2000);
     TEST_ASSERT_LESS_THAN(595, position());
     TEST_ASSERT_TRUE(motor.moving);
-    order.punch = 90;
+    command.punch = 90;
     steps(500);
     TEST_ASSERT_EQUAL(600, position());
 }
@@ -293,11 +293,11 @@ void test_R35_present_load_has_the_direction_of_the_load(void)
 
 void test_R35_speed_has_bit_10_for_CW(void)
 {
-    order.endless = true;
-    order.speed = 200;
+    command.endless = true;
+    command.speed = 200;
     steps(50);
     TEST_ASSERT_EQUAL(200, motor_present_speed(&motor));
-    order.clockwise = true;
+    command.clockwise = true;
     steps(50);
     TEST_ASSERT_EQUAL(0x400 | 200, motor_present_speed(&motor));
 }
@@ -330,27 +330,27 @@ void test_R35_values_in_registers_are_rounded_and_end_at_1023(void)
 
 void test_load_while_turning_is_load_and_friction(void)
 {
-    order.endless = true;
-    order.speed = 200;
+    command.endless = true;
+    command.speed = 200;
     steps(50);
     TEST_ASSERT_EQUAL(0x400 | MOTOR_FRICTION, motor_present_load(&motor));
-    world.load = 100;
+    environment.load = 100;
     steps(50);
     TEST_ASSERT_EQUAL(0x400 | (100 + MOTOR_FRICTION), motor_present_load(&motor));
 }
 
 void test_without_torque_friction_holds_a_small_load_only(void)
 {
-    order.torque = false;
-    world.load = MOTOR_FRICTION;
+    command.torque = false;
+    environment.load = MOTOR_FRICTION;
     steps(100);
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
-    world.load = MOTOR_FRICTION + 10;
+    environment.load = MOTOR_FRICTION + 10;
     steps(100);
     int32_t pushed = motor.position - 512 * MOTOR_UNIT;
     TEST_ASSERT_LESS_THAN(0, pushed);
-    motor_init(&motor, 512, &world);
-    world.load = -(MOTOR_FRICTION + 10);
+    motor_init(&motor, 512, &environment);
+    environment.load = -(MOTOR_FRICTION + 10);
     steps(100);
     TEST_ASSERT_EQUAL(-pushed, motor.position - 512 * MOTOR_UNIT);
     TEST_ASSERT_FALSE(motor.moving);
@@ -358,10 +358,10 @@ void test_without_torque_friction_holds_a_small_load_only(void)
 
 void test_without_torque_the_output_coasts_to_rest(void)
 {
-    order.goal = 1000;
+    command.goal = 1000;
     steps(40);
     int32_t start = motor.position, speed = motor.speed;
-    order.torque = false;
+    command.torque = false;
     steps(1);
     TEST_ASSERT_EQUAL(start + speed / 2, motor.position);
     steps(1);
@@ -372,12 +372,12 @@ void test_without_torque_the_output_coasts_to_rest(void)
 
 void test_R36_max_torque_0_is_free_run(void)
 {
-    order.torque_limit = 0;
-    order.goal = 900;
+    command.torque_limit = 0;
+    command.goal = 900;
     steps(250);
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
     TEST_ASSERT_FALSE(motor.moving);
-    world.load = -100;
+    environment.load = -100;
     steps(250);
     TEST_ASSERT_GREATER_THAN(520, position());
     TEST_ASSERT_FALSE(motor.overload);
@@ -385,18 +385,18 @@ void test_R36_max_torque_0_is_free_run(void)
 
 void test_R36_a_load_beyond_the_torque_limit_is_overload(void)
 {
-    order.torque_limit = 511;
-    world.load = 511;
+    command.torque_limit = 511;
+    environment.load = 511;
     steps(500);
     TEST_ASSERT_FALSE(motor.overload);
-    world.load = 512;
+    environment.load = 512;
     steps(500);
     TEST_ASSERT_TRUE(motor.overload);
 }
 
 void test_R36_overload_lowers_torque_to_20_percent(void)
 {
-    world.load = 1100;
+    environment.load = 1100;
     steps(200);
     TEST_ASSERT_TRUE(motor.overload);
     TEST_ASSERT_EQUAL(0x400 | 204, motor_present_load(&motor));
@@ -404,9 +404,9 @@ void test_R36_overload_lowers_torque_to_20_percent(void)
 
 void test_R36_torque_returns_when_the_load_falls(void)
 {
-    world.load = 1100;
+    environment.load = 1100;
     steps(200);
-    world.load = 900; // more than the lowered torque, less than the limit
+    environment.load = 900; // more than the lowered torque, less than the limit
     steps(1);
     TEST_ASSERT_FALSE(motor.overload);
     steps(2000);
@@ -416,11 +416,11 @@ void test_R36_torque_returns_when_the_load_falls(void)
 
 void test_a_short_jerk_is_no_overload(void)
 {
-    world.load = 1100;
+    environment.load = 1100;
     steps(20);
-    world.load = 0;
+    environment.load = 0;
     steps(20);
-    world.load = 1100;
+    environment.load = 1100;
     steps(20);
     TEST_ASSERT_FALSE(motor.overload);
 }
@@ -428,8 +428,8 @@ void test_a_short_jerk_is_no_overload(void)
 void test_a_blocked_output_is_overload_and_stands(void)
 {
     steps(10);
-    world.blocked = true;
-    order.goal = 900;
+    environment.blocked = true;
+    command.goal = 900;
     steps(24);
     TEST_ASSERT_FALSE(motor.overload);
     TEST_ASSERT_EQUAL(0x400 | 1023, motor_present_load(&motor));
@@ -437,7 +437,7 @@ void test_a_blocked_output_is_overload_and_stands(void)
     TEST_ASSERT_TRUE(motor.overload);
     TEST_ASSERT_EQUAL(512 * MOTOR_UNIT, motor.position);
     TEST_ASSERT_EQUAL(0, motor_present_speed(&motor));
-    world.blocked = false;
+    environment.blocked = false;
     steps_until_rest();
     TEST_ASSERT_FALSE(motor.overload);
     TEST_ASSERT_INT_WITHIN(2, 900, position());
@@ -445,30 +445,30 @@ void test_a_blocked_output_is_overload_and_stands(void)
 
 void test_a_blocked_output_that_is_where_it_should_be_is_no_overload(void)
 {
-    world.blocked = true;
+    environment.blocked = true;
     steps(100);
     TEST_ASSERT_FALSE(motor.overload);
 }
 
 void test_a_low_supply_has_less_torque(void)
 {
-    world.load = 600;
+    environment.load = 600;
     steps(500);
     TEST_ASSERT_FALSE(motor.overload);
-    world.supply_dV = 60;
+    environment.supply_dV = 60;
     steps(500);
     TEST_ASSERT_TRUE(motor.overload);
 }
 
 void test_a_joint_has_stops_15_degrees_beyond_the_range(void)
 {
-    order.torque = false;
-    world.load = 900;
+    command.torque = false;
+    environment.load = 900;
     steps(1000);
     TEST_ASSERT_EQUAL(-51150000, motor.position);
     TEST_ASSERT_EQUAL(0, motor_present_speed(&motor));
     TEST_ASSERT_EQUAL(0, position());
-    world.load = -900;
+    environment.load = -900;
     steps(1000);
     TEST_ASSERT_EQUAL(1074150000, motor.position);
     TEST_ASSERT_EQUAL(1023, position());
@@ -476,8 +476,8 @@ void test_a_joint_has_stops_15_degrees_beyond_the_range(void)
 
 void test_R16_endless_turn_goes_round(void)
 {
-    order.endless = true;
-    order.speed = 1000;
+    command.endless = true;
+    command.speed = 1000;
     int highest = 0, wraps = 0, last = 512;
     for (int i = 0; i < 1000; i++) {
         steps(1);
@@ -487,7 +487,7 @@ void test_R16_endless_turn_goes_round(void)
     }
     TEST_ASSERT_EQUAL(1023, highest);
     TEST_ASSERT_EQUAL(4, wraps); // 4 s at 60.6 RPM from the middle
-    order.clockwise = true;
+    command.clockwise = true;
     wraps = 0;
     for (int i = 0; i < 1000; i++) {
         steps(1);
@@ -500,13 +500,13 @@ void test_R16_endless_turn_goes_round(void)
 
 void test_R40_moving_in_endless_turn_while_the_speed_is_not_0(void)
 {
-    order.endless = true;
+    command.endless = true;
     steps(1);
     TEST_ASSERT_FALSE(motor.moving);
-    order.speed = 1;
+    command.speed = 1;
     steps(1);
     TEST_ASSERT_TRUE(motor.moving);
-    order.speed = 0;
+    command.speed = 0;
     steps(50);
     TEST_ASSERT_FALSE(motor.moving);
     TEST_ASSERT_EQUAL(0, motor.speed);
@@ -515,9 +515,9 @@ void test_R40_moving_in_endless_turn_while_the_speed_is_not_0(void)
 void test_from_the_gap_of_the_sensor_it_finds_back(void)
 {
     for (int32_t start = -100; start <= 1120; start += 20) {
-        motor_init(&motor, 0, &world);
+        motor_init(&motor, 0, &environment);
         motor.position = start * MOTOR_UNIT;
-        order.goal = 300;
+        command.goal = 300;
         steps(1);
         TEST_ASSERT_INT32_WITHIN(MOTOR_UNIT, start * MOTOR_UNIT, motor.position); // no jump
         steps_until_rest();
@@ -533,7 +533,7 @@ void test_temperature_starts_at_the_ambient(void)
 
 void test_temperature_follows_the_ambient_first_order(void)
 {
-    world.ambient_C = 132;
+    environment.ambient_C = 132;
     steps(4096); // one time constant: 63 %
     TEST_ASSERT_EQUAL(32 + 63, motor_present_temperature(&motor));
     steps(60000);
@@ -554,10 +554,10 @@ void test_temperature_rises_with_torque(void)
 
 void test_temperature_register_ends_at_255(void)
 {
-    world.ambient_C = 255;
-    order.goal = 1023;
-    world.supply_dV = 255;
-    world.load = 2000;
+    environment.ambient_C = 255;
+    command.goal = 1023;
+    environment.supply_dV = 255;
+    environment.load = 2000;
     steps(60000);
     TEST_ASSERT_EQUAL(255, motor_present_temperature(&motor));
 }
@@ -568,8 +568,8 @@ void test_the_same_steps_give_the_same_values(void)
     for (int run = 0; run < 2; run++) {
         setUp();
         for (int i = 0; i < 1000; i++) {
-            order.goal = (uint16_t)(i * 37 % 1024);
-            world.load = (int16_t)(i * 71 % 800 - 400);
+            command.goal = (uint16_t)(i * 37 % 1024);
+            environment.load = (int16_t)(i * 71 % 800 - 400);
             steps(3);
         }
         if (run == 0) {

@@ -1,4 +1,4 @@
-#include "net.h"
+#include "wire/net.h"
 #include "unity.h"
 
 static struct net net;
@@ -9,17 +9,17 @@ static uint64_t when;
 static bool level;
 static struct driver *who;
 
-static void on_level(void *owner, uint64_t time, bool now)
+static void on_level(void *context, uint64_t time, bool now)
 {
-    TEST_ASSERT_EQUAL_PTR(&net, owner);
+    TEST_ASSERT_EQUAL_PTR(&net, context);
     levels++;
     when = time;
     level = now;
 }
 
-static void on_driver(void *owner, uint64_t time, struct driver *driver)
+static void on_driver(void *context, uint64_t time, struct driver *driver)
 {
-    TEST_ASSERT_EQUAL_PTR(&net, owner);
+    TEST_ASSERT_EQUAL_PTR(&net, context);
     (void)time;
     drivers++;
     who = driver;
@@ -31,7 +31,7 @@ void setUp(void)
     net_init(&net);
     driver_init(&a, &net);
     driver_init(&b, &net);
-    listener = (struct listener){.owner = &net, .on_level = on_level, .on_driver = on_driver};
+    listener = (struct listener){.context = &net, .on_level = on_level, .on_driver = on_driver};
     net_listen(&net, &listener);
 }
 
@@ -89,19 +89,19 @@ void test_listeners_hear_of_drivers_that_come_and_go(void)
 static enum net_override present;
 static uint64_t asked;
 
-static enum net_override ask(void *owner, uint64_t time)
+static enum net_override ask(void *context, uint64_t time)
 {
-    TEST_ASSERT_EQUAL_PTR(&net, owner);
+    TEST_ASSERT_EQUAL_PTR(&net, context);
     asked = time;
     return present;
 }
 
 static void override(uint64_t time, enum net_override what)
 {
-    net.owner = &net;
-    net.ask_override = ask;
+    net.context = &net;
+    net.get_override = ask;
     present = what;
-    net_settle(&net, time);
+    net_update(&net, time);
 }
 
 void test_an_override_stands_above_the_drivers(void)
@@ -146,17 +146,17 @@ void test_listeners_hear_of_an_override_when_it_changes_the_level(void)
 
 void test_the_net_knows_how_many_drivers_are_excused(void)
 {
-    driver_excuse(&a, true);
-    TEST_ASSERT_EQUAL_UINT(0, net.excused);
+    driver_exempt(&a, true);
+    TEST_ASSERT_EQUAL_UINT(0, net.exempt);
     driver_enable(&a, 1, true);
     driver_enable(&b, 1, true);
-    TEST_ASSERT_EQUAL_UINT(1, net.excused);
-    driver_excuse(&b, true);
-    driver_excuse(&b, true);
-    TEST_ASSERT_EQUAL_UINT(2, net.excused);
-    driver_excuse(&a, false);
+    TEST_ASSERT_EQUAL_UINT(1, net.exempt);
+    driver_exempt(&b, true);
+    driver_exempt(&b, true);
+    TEST_ASSERT_EQUAL_UINT(2, net.exempt);
+    driver_exempt(&a, false);
     driver_enable(&a, 2, false);
-    TEST_ASSERT_EQUAL_UINT(1, net.excused);
+    TEST_ASSERT_EQUAL_UINT(1, net.exempt);
     driver_enable(&b, 2, false);
-    TEST_ASSERT_EQUAL_UINT(0, net.excused);
+    TEST_ASSERT_EQUAL_UINT(0, net.exempt);
 }

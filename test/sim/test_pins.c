@@ -1,7 +1,7 @@
 /* What the CPU reads of a pin that hangs on a net: every instruction that can read PINx, on ports
  * low and high of several chips. */
-#include "machine.h" // machine_free(): all that simavr forgets
-#include "pins.h"
+#include "avr/machine.h" // machine_free(): all that simavr forgets
+#include "avr/pins.h"
 #include "unity.h"
 
 #include <simavr/sim_io.h>
@@ -69,7 +69,7 @@ static void start(const char *chip, char port, unsigned bit)
     avr_init(avr);
     avr->frequency = 16000000;
     TEST_ASSERT_TRUE_MESSAGE(pin_find(&pin, avr, port, bit), chip);
-    pin_join(&input, &pin, &net);
+    pin_connect_input(&input, &pin, &net);
     write_program(pin.port->r_pin, bit);
 }
 
@@ -144,7 +144,7 @@ void test_two_pins_of_one_port_each_have_their_net(void)
 {
     start("atmega128", 'D', 2);
     TEST_ASSERT_TRUE(pin_find(&other_pin, avr, 'D', 7));
-    pin_join(&other_input, &other_pin, &other_net);
+    pin_connect_input(&other_input, &other_pin, &other_net);
     driver_set(&driver, 1, true, false);
     run();
     TEST_ASSERT_EQUAL_HEX8(0x80, avr->data[BY_IN] & 0x84);

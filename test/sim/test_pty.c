@@ -1,6 +1,6 @@
 /* The pseudo terminal, seen from both ends, and the pace of real time. */
-#include "pace.h"
-#include "pty.h"
+#include "host/realtime.h"
+#include "host/pty.h"
 #include "unity.h"
 
 #include <fcntl.h>
@@ -72,12 +72,12 @@ static void set_line(uint32_t baud, tcflag_t local)
 }
 
 /* What the client can read now. */
-static size_t take(uint8_t *into, size_t room)
+static size_t take(uint8_t *into, size_t capacity)
 {
     size_t size = 0;
     struct pollfd ready = {.fd = line, .events = POLLIN};
-    while (size < room && poll(&ready, 1, 50) > 0) {
-        ssize_t got = read(line, into + size, room - size);
+    while (size < capacity && poll(&ready, 1, 50) > 0) {
+        ssize_t got = read(line, into + size, capacity - size);
         if (got <= 0) {
             break;
         }
@@ -112,7 +112,7 @@ void test_all_256_bytes_pass_unchanged_both_ways(void)
     TEST_ASSERT_EQUAL_INT(256, write(line, all, 256));
     TEST_ASSERT_EQUAL_UINT(256, pty_read(&pty, got, sizeof(got)));
     TEST_ASSERT_EQUAL_MEMORY(all, got, 256);
-    pty_say(&pty, all, 256);
+    pty_send(&pty, all, 256);
     pty_flush(&pty);
     TEST_ASSERT_EQUAL_UINT(256, take(got, sizeof(got)));
     TEST_ASSERT_EQUAL_MEMORY(all, got, 256);
@@ -175,7 +175,7 @@ void test_client_that_writes_or_leaves_wakes_the_simulator(void)
 
 void test_without_a_client_bytes_are_gone(void)
 {
-    pty_say(&pty, (const uint8_t *)"early", 5);
+    pty_send(&pty, (const uint8_t *)"early", 5);
     come();
     pty_flush(&pty);
     TEST_ASSERT_EQUAL_UINT(0, take(bytes, 10));
@@ -185,9 +185,9 @@ void test_without_a_client_bytes_are_gone(void)
 void test_what_a_client_has_not_read_is_not_for_the_next_one(void)
 {
     come();
-    pty_say(&pty, (const uint8_t *)"given", 5);
+    pty_send(&pty, (const uint8_t *)"given", 5);
     pty_flush(&pty);
-    pty_say(&pty, (const uint8_t *)"kept", 4);
+    pty_send(&pty, (const uint8_t *)"kept", 4);
     leave();
     come();
     pty_flush(&pty);
@@ -295,14 +295,14 @@ void test_bytes_that_can_be_read_outlive_a_flush(void)
 
 void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
 {
-    static uint8_t much[PTY_ROOM];
+    static uint8_t much[PTY_SIZE];
     for (unsigned i = 0; i < sizeof(much); i++) {
         much[i] = (uint8_t)(i * 7 + i / 256);
     }
     come();
-    pty_say(&pty, much, sizeof(much));
+    pty_send(&pty, much, sizeof(much));
     pty_flush(&pty);
-    pty_say(&pty, much, 10000); // the system has taken more than that
+    pty_send(&pty, much, 10000); // the system has taken more than that
     TEST_ASSERT_EQUAL_UINT64(0, pty.lost);
     TEST_ASSERT_EQUAL_UINT(sizeof(much) + 10000, take(bytes, sizeof(bytes)));
     TEST_ASSERT_EQUAL_MEMORY(much, bytes, sizeof(much));
@@ -312,35 +312,35 @@ void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
 void test_bytes_without_room_are_counted(void)
 {
     come();
-    pty_say(&pty, bytes, PTY_ROOM);
-    pty_say(&pty, bytes, 3);
+    pty_send(&pty, bytes, PTY_SIZE);
+    pty_send(&pty, bytes, 3);
     TEST_ASSERT_EQUAL_UINT64(3, pty.lost);
-    TEST_ASSERT_EQUAL_UINT64(PTY_ROOM + 3, pty.said);
+    TEST_ASSERT_EQUAL_UINT64(PTY_SIZE + 3, pty.bytes_out);
 }
 
 void test_a_wait_lasts_until_its_cycle_or_a_word_of_the_client(void)
 {
-    struct pace pace;
-    pace_start(&pace, 1000000);
-    pace_wait(&pace, 20000, -1);
-    TEST_ASSERT_TRUE(pace_cycle(&pace) >= 20000);
+    struct realtime realtime;
+    realtime_start(&realtime, 1000000);
+    realtime_wait(&realtime, 20000, -1);
+    TEST_ASSERT_TRUE(realtime_cycle(&realtime) >= 20000);
     come();
     TEST_ASSERT_EQUAL_INT(1, write(line, "x", 1));
-    uint64_t before = pace_cycle(&pace);
-    pace_wait(&pace, before + 5000000, pty_fd(&pty));
-    TEST_ASSERT_TRUE(pace_cycle(&pace) < before + 2000000);
+    uint64_t before = realtime_cycle(&realtime);
+    realtime_wait(&realtime, before + 5000000, pty_fd(&pty));
+    TEST_ASSERT_TRUE(realtime_cycle(&realtime) < before + 2000000);
 }
 
 void test_a_run_that_is_late_does_not_hurry_but_says_so(void)
 {
-    struct pace pace;
-    pace_start(&pace, 1000000);
-    pace.origin_ns -= 5000000000u; // 5 s ago
-    pace_wait(&pace, 1000000, -1); // a second is done
-    TEST_ASSERT_TRUE(pace.lost_ns >= 4000000000u);
-    TEST_ASSERT_TRUE(pace_cycle(&pace) < 2000000);
-    pace_start(&pace, 1000000);
-    pace.origin_ns -= 50000000; // 50 ms are made up for
-    pace_wait(&pace, 0, -1);
-    TEST_ASSERT_EQUAL_UINT64(0, pace.lost_ns);
+    struct realtime realtime;
+    realtime_start(&realtime, 1000000);
+    realtime.origin_ns -= 5000000000u;     // 5 s ago
+    realtime_wait(&realtime, 1000000, -1); // a second is done
+    TEST_ASSERT_TRUE(realtime.lost_ns >= 4000000000u);
+    TEST_ASSERT_TRUE(realtime_cycle(&realtime) < 2000000);
+    realtime_start(&realtime, 1000000);
+    realtime.origin_ns -= 50000000; // 50 ms are made up for
+    realtime_wait(&realtime, 0, -1);
+    TEST_ASSERT_EQUAL_UINT64(0, realtime.lost_ns);
 }

@@ -1,7 +1,7 @@
 /* Whole runs of the simulator that must fail, and say why: rules of the wire, crashes, bad input.
  */
-#include "rules.h"
-#include "sim/simulator.h"
+#include "wire/rules.h"
+#include "simulator.h"
 
 static struct run run;
 
@@ -304,7 +304,7 @@ void test_a_breach_tells_its_bus_and_counts_in_the_run(void)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     rules_init(&all, 16000000, out);
-    rules_join(&bus, &all, "bus 1: ");
+    rules_init_bus(&bus, &all, "bus 1: ");
     rules_break(&bus, RULE_OVERRUN, 16000, "three bytes");
     fclose(out);
     TEST_ASSERT_EQUAL_STRING("rule broken at 16000 (1.000 ms): bus 1: overrun: three bytes\n",

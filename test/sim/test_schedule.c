@@ -1,4 +1,4 @@
-#include "schedule.h"
+#include "wire/schedule.h"
 #include "unity.h"
 
 #include <stdlib.h>
@@ -20,9 +20,9 @@ static unsigned ran;
 static uint64_t earliest; // as on_earlier had it last
 static unsigned told;
 
-static void probe_run(void *owner, uint64_t now)
+static void probe_run(void *context, uint64_t now)
 {
-    struct probe *probe = owner;
+    struct probe *probe = context;
     order[ran++] = probe->name;
     order[ran] = 0;
     probe->runs++;
@@ -38,9 +38,9 @@ static void probe_init(struct probe *probe, char name)
     event_init(&probe->event, probe_run, probe);
 }
 
-static void moved(void *owner, uint64_t time)
+static void moved(void *context, uint64_t time)
 {
-    TEST_ASSERT_EQUAL_PTR(&schedule, owner);
+    TEST_ASSERT_EQUAL_PTR(&schedule, context);
     earliest = time;
     told++;
 }
@@ -144,7 +144,7 @@ void test_the_owner_is_told_when_the_next_event_is_earlier(void)
 {
     struct probe a, b, c;
     schedule.on_earlier = moved;
-    schedule.owner = &schedule;
+    schedule.context = &schedule;
     probe_init(&a, 'a');
     probe_init(&b, 'b');
     probe_init(&c, 'c');
@@ -236,9 +236,9 @@ static void check_that_it_was_the_next(const struct member *member)
     }
 }
 
-static void meddle(void *owner, uint64_t now)
+static void meddle(void *context, uint64_t now)
 {
-    struct member *member = owner;
+    struct member *member = context;
     TEST_ASSERT_EQUAL_UINT64(member->due, now);
     TEST_ASSERT_FALSE(event_armed(&member->event));
     check_that_it_was_the_next(member);

@@ -1,7 +1,7 @@
 /* Scenarios, read and run against a firmware that is four lines of C and servos on a wire; and
  * lists of IDs. */
-#include "adapter.h"
-#include "script.h"
+#include "host/adapter.h"
+#include "script/script.h"
 #include "unity.h"
 
 #include <stdarg.h>
@@ -19,7 +19,7 @@ static struct servos servos;
 static struct transcript transcript;
 static struct adapter adapter; // the controller
 static struct rules rules;
-static struct script_world world;
+static struct script_ops ops;
 static char path[64];
 static char log_text[1024]; // what happened, one word or line after the other
 static char said[256];
@@ -39,15 +39,15 @@ static void note(const char *format, ...)
     va_end(arguments);
 }
 
-static bool is_ready(void *owner)
+static bool is_ready(void *context)
 {
-    (void)owner;
+    (void)context;
     return ready;
 }
 
-static void say(void *owner, uint64_t now, const char *bytes, size_t size)
+static void say(void *context, uint64_t now, const char *bytes, size_t size)
 {
-    (void)owner;
+    (void)context;
     strncat(said, bytes, size);
     if (strchr(said, '\n')) {
         note("%s", said);
@@ -55,19 +55,19 @@ static void say(void *owner, uint64_t now, const char *bytes, size_t size)
         if (dies) {
             dies = false;
             ready = !for_good;
-            script_hear(&script, now, '?'); // half a byte
+            script_receive(&script, now, '?'); // half a byte
             script_was_reset(&script, now);
             return;
         }
         for (const char *c = answer; c && *c; c++) {
-            script_hear(&script, now, (uint8_t)*c);
+            script_receive(&script, now, (uint8_t)*c);
         }
     }
 }
 
-static void put_servos(void *owner, uint64_t now, const uint8_t *ids, unsigned count)
+static void put_servos(void *context, uint64_t now, const uint8_t *ids, unsigned count)
 {
-    (void)owner;
+    (void)context;
     servos_replace(&servos, now, ids, count);
     note("servos %u:", count);
     for (unsigned i = 0; i < count; i++) {
@@ -76,55 +76,55 @@ static void put_servos(void *owner, uint64_t now, const uint8_t *ids, unsigned c
     note("\n");
 }
 
-static struct servos *bus(void *owner, unsigned index)
+static struct servos *bus(void *context, unsigned index)
 {
-    (void)owner;
+    (void)context;
     return index == 0 ? &servos : 0;
 }
 
-static uint64_t send(void *owner, uint64_t now, const uint8_t *bytes, size_t size)
+static uint64_t send(void *context, uint64_t now, const uint8_t *bytes, size_t size)
 {
-    (void)owner;
-    adapter_say(&adapter, now, bytes, size);
+    (void)context;
+    adapter_send(&adapter, now, bytes, size);
     return adapter_end(&adapter);
 }
 
-static void baud(void *owner, uint32_t value)
+static void baud(void *context, uint32_t value)
 {
-    (void)owner;
+    (void)context;
     adapter_baud(&adapter, value);
 }
 
-static const char *fault(void *owner, uint64_t now, const char *text)
+static const char *fault(void *context, uint64_t now, const char *text)
 {
-    (void)owner;
+    (void)context;
     note("fault %s at %u ms\n", text, (unsigned)(now / MS));
     return strcmp(text, "baud 9 1") == 0 ? "no servo has that ID" : 0;
 }
 
-static void upset(void *owner, uint64_t now, const struct upset_order *order)
+static void reset_controller(void *context, uint64_t now, const struct reset_order *order)
 {
-    (void)owner;
+    (void)context;
     note("%s %d in %u us, write %u at %u %%, at %u ms\n", order->hang ? "hang" : "reset",
          (int)order->cause, order->us, order->writes, order->percent, (unsigned)(now / MS));
 }
 
-static void echo(void *owner, bool on)
+static void echo(void *context, bool on)
 {
-    (void)owner;
+    (void)context;
     note("echo %d\n", on);
 }
 
-static void outcome(void *owner, uint64_t now, enum script_outcome what, const char *text)
+static void outcome(void *context, uint64_t now, enum script_outcome what, const char *text)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     note("outcome %d %s\n", what, text);
 }
 
-static void finished(void *owner, uint64_t now)
+static void finished(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     note("finished %u ms\n", (unsigned)(now / MS));
 }
 
@@ -140,14 +140,14 @@ static bool read_script(const char *text)
 static void run(const char *text)
 {
     TEST_ASSERT_TRUE(read_script(text));
-    TEST_ASSERT_TRUE(script_start(&script, &schedule, CLOCK, &world, out));
+    TEST_ASSERT_TRUE(script_start(&script, &schedule, CLOCK, &ops, out));
     schedule_run_until(&schedule, (uint64_t)CLOCK * 60);
 }
 
-static void line_seen(void *owner, const struct transcript *line)
+static void line_seen(void *context, const struct transcript *line)
 {
-    (void)owner;
-    script_packet(&script, line);
+    (void)context;
+    script_record_packet(&script, line);
 }
 
 void setUp(void)
@@ -164,18 +164,18 @@ void setUp(void)
     transcript.on_line = line_seen;
     servos_init(&servos, &schedule, &net, CLOCK);
     servos_replace(&servos, 0, ids, sizeof(ids));
-    world = (struct script_world){.ready = is_ready,
-                                  .say = say,
-                                  .send = send,
-                                  .baud = baud,
-                                  .bus = bus,
-                                  .servos = put_servos,
-                                  .fault = fault,
-                                  .upset = upset,
-                                  .echo = echo,
-                                  .rules = &rules,
-                                  .outcome = outcome,
-                                  .finished = finished};
+    ops = (struct script_ops){.ready = is_ready,
+                              .say = say,
+                              .send = send,
+                              .baud = baud,
+                              .bus = bus,
+                              .servos = put_servos,
+                              .fault = fault,
+                              .reset = reset_controller,
+                              .echo = echo,
+                              .rules = &rules,
+                              .outcome = outcome,
+                              .finished = finished};
     log_text[0] = said[0] = 0;
     answer = "ok\n";
     ready = true;
@@ -290,22 +290,22 @@ void test_print_and_echo_go_to_the_output(void)
 
 /* --- causes --- */
 
-static const struct servo_world *world_of(unsigned servo)
+static const struct servo_environment *environment_of(unsigned servo)
 {
-    return &servos.node[servo - 1].servo.world;
+    return &servos.node[servo - 1].servo.environment;
 }
 
 void test_causes_are_set_for_all_or_for_some(void)
 {
     run("@supply 9.5\n@supply 2-3 7.4\n@ambient 1,3 60\n@load -300\n@load 2 450\n@block 3 on\n"
         "@power 2 off\n");
-    static const struct servo_world expected[] = {
+    static const struct servo_environment expected[] = {
         {95, 60, -300, false}, {74, 32, 450, false}, {74, 60, -300, true}};
     for (unsigned i = 0; i < 3; i++) {
-        TEST_ASSERT_EQUAL(expected[i].supply_dV, world_of(i + 1)->supply_dV);
-        TEST_ASSERT_EQUAL(expected[i].ambient_C, world_of(i + 1)->ambient_C);
-        TEST_ASSERT_EQUAL(expected[i].load, world_of(i + 1)->load);
-        TEST_ASSERT_EQUAL(expected[i].blocked, world_of(i + 1)->blocked);
+        TEST_ASSERT_EQUAL(expected[i].supply_dV, environment_of(i + 1)->supply_dV);
+        TEST_ASSERT_EQUAL(expected[i].ambient_C, environment_of(i + 1)->ambient_C);
+        TEST_ASSERT_EQUAL(expected[i].load, environment_of(i + 1)->load);
+        TEST_ASSERT_EQUAL(expected[i].blocked, environment_of(i + 1)->blocked);
         TEST_ASSERT_EQUAL(i != 1, servos.node[i].servo.powered);
     }
 }
@@ -315,8 +315,8 @@ void test_power_and_block_return(void)
     run("@power off\n@block on\n@wait 10\n@power 1 on\n@block 2-3 off\n");
     TEST_ASSERT_TRUE(servos.node[0].servo.powered);
     TEST_ASSERT_FALSE(servos.node[1].servo.powered);
-    TEST_ASSERT_TRUE(world_of(1)->blocked);
-    TEST_ASSERT_FALSE(world_of(3)->blocked);
+    TEST_ASSERT_TRUE(environment_of(1)->blocked);
+    TEST_ASSERT_FALSE(environment_of(3)->blocked);
 }
 
 void test_a_cause_can_take_time_while_the_scenario_goes_on(void)
@@ -324,29 +324,29 @@ void test_a_cause_can_take_time_while_the_scenario_goes_on(void)
     run("@supply 2 8.0 over 100\n@load 2 -1000 over 200\n@wait 50\n"
         "@expect servo 2 PRESENT_VOLTAGE 99..101 within 4\n"
         "@expect servo 1 PRESENT_VOLTAGE 120 within 0\n@load 2 77\n@wait 500\n");
-    TEST_ASSERT_EQUAL(80, world_of(2)->supply_dV);
-    TEST_ASSERT_EQUAL(77, world_of(2)->load); // the later line ended the ramp
-    TEST_ASSERT_EQUAL(120, world_of(1)->supply_dV);
+    TEST_ASSERT_EQUAL(80, environment_of(2)->supply_dV);
+    TEST_ASSERT_EQUAL(77, environment_of(2)->load); // the later line ended the ramp
+    TEST_ASSERT_EQUAL(120, environment_of(1)->supply_dV);
 }
 
 void test_a_ramp_is_even_and_ends_in_time(void)
 {
     run("@at 10\n@load 1 100 over 100\n@at 60\n@expect servo 1 torque off\n");
-    TEST_ASSERT_EQUAL(100, world_of(1)->load);
+    TEST_ASSERT_EQUAL(100, environment_of(1)->load);
     tearDown();
     setUp();
     TEST_ASSERT_TRUE(read_script("@at 10\n@load 1 100 over 100\n@at 200\n"));
-    TEST_ASSERT_TRUE(script_start(&script, &schedule, CLOCK, &world, out));
+    TEST_ASSERT_TRUE(script_start(&script, &schedule, CLOCK, &ops, out));
     for (unsigned ms = 10; ms <= 120; ms += 10) {
         schedule_run_until(&schedule, ms * MS);
-        TEST_ASSERT_EQUAL(ms < 110 ? ms - 10 : 100, world_of(1)->load);
+        TEST_ASSERT_EQUAL(ms < 110 ? ms - 10 : 100, environment_of(1)->load);
     }
 }
 
 void test_new_servos_know_nothing_of_ramps(void)
 {
     run("@supply 5 over 100\n@wait 10\n@servos 1-3\n@wait 200\n");
-    TEST_ASSERT_EQUAL(120, world_of(1)->supply_dV);
+    TEST_ASSERT_EQUAL(120, environment_of(1)->supply_dV);
 }
 
 /* --- time --- */
@@ -618,7 +618,7 @@ void test_bad_lines_are_refused_before_anything_runs(void)
 static bool starts(const char *text)
 {
     TEST_ASSERT_TRUE_MESSAGE(read_script(text), text);
-    bool good = script_start(&script, &schedule, CLOCK, &world, out);
+    bool good = script_start(&script, &schedule, CLOCK, &ops, out);
     tearDown();
     setUp();
     return good;
@@ -660,18 +660,18 @@ void test_an_id_stands_twice_only_where_that_is_allowed(void)
 
 void test_what_a_run_has_not_is_noticed_before_anything_runs(void)
 {
-    world.say = 0;
-    world.ready = 0;
+    ops.say = 0;
+    ops.ready = 0;
     TEST_ASSERT_FALSE(starts("ping 1\n"));
-    world.send = 0;
+    ops.send = 0;
     TEST_ASSERT_FALSE(starts("@send FF\n"));
-    world.send = 0;
+    ops.send = 0;
     TEST_ASSERT_FALSE(starts("@baud 9600\n"));
-    world.fault = 0;
+    ops.fault = 0;
     TEST_ASSERT_FALSE(starts("@fault noise 0\n"));
-    world.upset = 0;
+    ops.reset = 0;
     TEST_ASSERT_FALSE(starts("@reset power\n"));
-    world.upset = 0;
+    ops.reset = 0;
     TEST_ASSERT_FALSE(starts("@hang\n"));
 }
 
@@ -728,8 +728,8 @@ void test_a_firmware_that_no_longer_listens_after_a_reset_ends_the_script(void)
 
 void test_without_a_console_it_begins_at_once(void)
 {
-    world.say = 0;
-    world.ready = 0;
+    ops.say = 0;
+    ops.ready = 0;
     run("@send FF\n@echo on\n");
     TEST_ASSERT_EQUAL_STRING("echo 1\nfinished 0 ms\n", log_text);
 }

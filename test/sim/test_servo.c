@@ -4,7 +4,7 @@
 
 #include "unity.h"
 
-#include "servo.h"
+#include "servo/servo.h"
 
 enum {
     PING = 0x01,
@@ -558,7 +558,7 @@ void test_a_write_inside_a_damaged_packet_expires_in_2_ms(void)
     TEST_ASSERT_EQUAL(1, led_of_a_write_before_silence(0));
     TEST_ASSERT_EQUAL(1, led_of_a_write_before_silence(SERVO_PAUSE_US - 1));
     TEST_ASSERT_EQUAL(0, led_of_a_write_before_silence(SERVO_PAUSE_US));
-    TEST_ASSERT_EQUAL(0, led_of_a_write_before_silence(SERVO_GIVES_UP_US));
+    TEST_ASSERT_EQUAL(0, led_of_a_write_before_silence(SERVO_PACKET_TIMEOUT_US));
 }
 
 void test_a_packet_that_pauses_for_100_ms_is_dropped(void)
@@ -567,10 +567,10 @@ void test_a_packet_that_pauses_for_100_ms_is_dropped(void)
     size_t size = build(packet, 1, PING, NULL, 0);
     for (size_t heard = 1; heard < size; heard++) {
         TEST_ASSERT_FALSE(hear(packet, heard));
-        servo_silence(&servo, SERVO_GIVES_UP_US - 1);
+        servo_silence(&servo, SERVO_PACKET_TIMEOUT_US - 1);
         TEST_ASSERT_TRUE(hear(packet + heard, size - heard));
         TEST_ASSERT_FALSE(hear(packet, heard));
-        servo_silence(&servo, SERVO_GIVES_UP_US);
+        servo_silence(&servo, SERVO_PACKET_TIMEOUT_US);
         TEST_ASSERT_FALSE(hear(packet + heard, size - heard));
     }
     OK(SEND0(1, PING));
@@ -859,7 +859,7 @@ void test_R24_an_unlisted_baud_rate_works_until_power_off(void)
 
 void test_example_12_max_torque_acts_after_the_next_power_up(void)
 {
-    servo.world.load = 700;
+    servo.environment.load = 700;
     DO(TABLE_TORQUE_ENABLE, 1);
     OK(DO(TABLE_MAX_TORQUE, 0xFF, 0x01));
     ticks(250);
@@ -876,11 +876,11 @@ void test_eeprom_comes_back_as_it_was_saved(void)
     OK(DO(TABLE_ID, 42, 34, 9));
     SEND(42, WRITE, TABLE_BAUD, 50); // unlisted
     SEND(42, WRITE, TABLE_MAX_TORQUE, 0, 1);
-    servo_eeprom_get(&servo, saved);
+    servo_get_eeprom(&servo, saved);
     TEST_ASSERT_EQUAL(34, saved[TABLE_BAUD]);
     servo_init(&servo, 5);
-    TEST_ASSERT_TRUE(servo_eeprom_set(&servo, saved));
-    servo_eeprom_get(&servo, again);
+    TEST_ASSERT_TRUE(servo_set_eeprom(&servo, saved));
+    servo_get_eeprom(&servo, again);
     TEST_ASSERT_EQUAL_HEX8_ARRAY(saved, again, sizeof saved);
     OK(SEND0(42, PING));
     TEST_ASSERT_EQUAL(34, servo.reply.baud);
@@ -895,10 +895,10 @@ void test_eeprom_that_no_servo_can_hold_is_refused(void)
                                      {TABLE_RETURN_LEVEL, 3}, {TABLE_ALARM_LED, 0x80}};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         uint8_t bytes[SERVO_EEPROM_SIZE];
-        servo_eeprom_get(&servo, bytes);
+        servo_get_eeprom(&servo, bytes);
         bytes[TABLE_RETURN_DELAY] = 100;
         bytes[bad[i][0]] = bad[i][1];
-        TEST_ASSERT_FALSE(servo_eeprom_set(&servo, bytes));
+        TEST_ASSERT_FALSE(servo_set_eeprom(&servo, bytes));
         expect_initial_values();
     }
 }
@@ -906,19 +906,19 @@ void test_eeprom_that_no_servo_can_hold_is_refused(void)
 void test_eeprom_does_not_change_read_only_registers(void)
 {
     uint8_t bytes[SERVO_EEPROM_SIZE];
-    servo_eeprom_get(&servo, bytes);
+    servo_get_eeprom(&servo, bytes);
     bytes[TABLE_MODEL] = 55;
-    TEST_ASSERT_TRUE(servo_eeprom_set(&servo, bytes));
+    TEST_ASSERT_TRUE(servo_set_eeprom(&servo, bytes));
     expect_initial_values();
 }
 
 void test_eeprom_of_a_servo_without_power(void)
 {
     uint8_t bytes[SERVO_EEPROM_SIZE];
-    servo_eeprom_get(&servo, bytes);
+    servo_get_eeprom(&servo, bytes);
     bytes[TABLE_ID] = 8;
     servo_power(&servo, false);
-    TEST_ASSERT_TRUE(servo_eeprom_set(&servo, bytes));
+    TEST_ASSERT_TRUE(servo_set_eeprom(&servo, bytes));
     EXPECT(SILENCE, SEND0(8, PING));
     servo_power(&servo, true);
     OK(SEND0(8, PING));
@@ -1114,7 +1114,7 @@ void test_R29_goals_and_present_values_change_with_the_tick(void)
 {
     OK(DO(TABLE_TORQUE_ENABLE, 1));
     OK(DO(TABLE_GOAL_POSITION, 0, 0));
-    servo.world.supply_dV = 100;
+    servo.environment.supply_dV = 100;
     TEST_ASSERT_EQUAL(0, get(TABLE_MOVING));
     TEST_ASSERT_EQUAL(120, get(TABLE_PRESENT_VOLTAGE));
     servo_tick(&servo);
@@ -1206,7 +1206,7 @@ void test_every_motor_register_reaches_the_motor(void)
 
 static void heat(uint8_t ambient_C)
 {
-    servo.world.ambient_C = ambient_C;
+    servo.environment.ambient_C = ambient_C;
     ticks(60000);
 }
 
@@ -1217,7 +1217,7 @@ void test_R18_voltage_out_of_the_limits(void)
         int error;
     } rows[] = {{60, 0}, {59, SERVO_ERROR_VOLTAGE}, {160, 0}, {161, SERVO_ERROR_VOLTAGE}, {120, 0}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        servo.world.supply_dV = rows[i].supply_dV;
+        servo.environment.supply_dV = rows[i].supply_dV;
         servo_tick(&servo);
         EXPECT(rows[i].error, SEND0(1, PING));
         EXPECT(rows[i].error, SEND(1, READ, TABLE_PRESENT_VOLTAGE, 1));
@@ -1247,7 +1247,7 @@ void test_R18_overheating(void)
 void test_R18_overheating_by_its_own_torque(void)
 {
     OK(DO(TABLE_TORQUE_ENABLE, 1));
-    servo.world.load = 900;
+    servo.environment.load = 900;
     ticks(60000);
     TEST_ASSERT_FALSE(servo_torque(&servo)); // shut down by the factory mask
     TEST_ASSERT_EQUAL(0, get(TABLE_TORQUE_ENABLE));
@@ -1256,17 +1256,17 @@ void test_R18_overheating_by_its_own_torque(void)
 void test_R18_overload(void)
 {
     OK(DO(TABLE_TORQUE_ENABLE, 1));
-    servo.world.load = 1100;
+    servo.environment.load = 1100;
     ticks(100);
     EXPECT(SERVO_ERROR_OVERLOAD, SEND0(1, PING));
-    servo.world.load = 0;
+    servo.environment.load = 0;
     ticks(1);
     OK(SEND0(1, PING));
 }
 
 void test_R18_conditions_and_packet_errors_are_reported_together(void)
 {
-    servo.world.supply_dV = 50;
+    servo.environment.supply_dV = 50;
     ticks(1);
     EXPECT(SERVO_ERROR_VOLTAGE | SERVO_ERROR_RANGE, DO(TABLE_LED, 2));
     EXPECT(SERVO_ERROR_VOLTAGE | SERVO_ERROR_INSTRUCTION, SEND0(1, 0x77));
@@ -1287,7 +1287,7 @@ static int provoke(uint8_t bit)
     DO(TABLE_TORQUE_ENABLE, 1);
     switch (bit) {
     case SERVO_ERROR_VOLTAGE:
-        servo.world.supply_dV = 200;
+        servo.environment.supply_dV = 200;
         ticks(1);
         break;
     case SERVO_ERROR_ANGLE:
@@ -1298,7 +1298,7 @@ static int provoke(uint8_t bit)
     case SERVO_ERROR_RANGE: DO(TABLE_LED, 2); break;
     case SERVO_ERROR_CHECKSUM: hear_damaged(1, PING); break;
     case SERVO_ERROR_OVERLOAD:
-        servo.world.load = 1100;
+        servo.environment.load = 1100;
         ticks(100);
         break;
     default: SEND0(1, 0x77); break;
@@ -1337,7 +1337,7 @@ void test_R17_the_led_blinks_as_long_as_the_condition_lasts(void)
     TEST_ASSERT_TRUE(servo_led(&servo));
     provoke(SERVO_ERROR_VOLTAGE);
     TEST_ASSERT_TRUE(blinks());
-    servo.world.supply_dV = 120;
+    servo.environment.supply_dV = 120;
     ticks(1);
     TEST_ASSERT_FALSE(blinks());
     TEST_ASSERT_TRUE(servo_led(&servo));
@@ -1362,7 +1362,7 @@ void test_R17_torque_stays_off_until_it_is_enabled_again(void)
 {
     OK(DO(TABLE_ALARM_SHUTDOWN, SERVO_ERROR_VOLTAGE));
     provoke(SERVO_ERROR_VOLTAGE);
-    servo.world.supply_dV = 120;
+    servo.environment.supply_dV = 120;
     ticks(10);
     OK(SEND0(1, PING));
     TEST_ASSERT_FALSE(servo_torque(&servo));

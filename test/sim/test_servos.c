@@ -1,5 +1,5 @@
 /* Servos on a wire without an AVR: when they answer, what they hear, and their rates. */
-#include "servos.h"
+#include "servo/servos.h"
 #include "unity.h"
 
 #include <string.h>
@@ -11,40 +11,40 @@
 static struct schedule schedule;
 static struct net net;
 static struct driver driver;
-static struct talker talker;
+static struct uart_tx tx;
 static struct servos servos;
-static struct ear ear; // at 1 Mbps
+static struct uart_rx rx; // at 1 Mbps
 static uint8_t heard[ROOM];
 static unsigned count;
 static uint64_t began; // first byte of a servo
 static unsigned most;  // servos that drove at once
 static struct listener listener;
 
-static void ended(void *owner, uint64_t now)
+static void ended(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     (void)now;
 }
 
-static void on_byte(void *owner, uint64_t now, const struct heard *byte)
+static void on_byte(void *context, uint64_t now, const struct uart_frame *byte)
 {
-    (void)owner;
+    (void)context;
     (void)now;
     heard[count++] = byte->byte;
 }
 
-static void servo_byte(void *owner, uint64_t now, const struct servo_node *node)
+static void servo_byte(void *context, uint64_t now, const struct servo_node *node)
 {
-    (void)owner;
-    TEST_ASSERT_TRUE(talker_end(&node->talker) > now);
+    (void)context;
+    TEST_ASSERT_TRUE(uart_tx_end(&node->tx) > now);
     if (!began) {
         began = now;
     }
 }
 
-static void on_driver(void *owner, uint64_t time, struct driver *who)
+static void on_driver(void *context, uint64_t time, struct driver *who)
 {
-    (void)owner;
+    (void)context;
     (void)time;
     (void)who;
     most = net.enabled > most ? net.enabled : most;
@@ -55,16 +55,16 @@ void setUp(void)
     schedule_init(&schedule);
     net_init(&net);
     driver_init(&driver, &net);
-    talker_init(&talker, &schedule, &driver, 0);
-    talker.on_end = ended;
+    uart_tx_init(&tx, &schedule, &driver, 0);
+    tx.on_end = ended;
     listener = (struct listener){.on_driver = on_driver};
     net_listen(&net, &listener);
     servos_init(&servos, &schedule, &net, CLOCK);
     servos.on_byte = servo_byte;
-    ear_init(&ear, &schedule, &net, 0);
-    ear.bit_256 = FAST;
-    ear.on_byte = on_byte;
-    ear_enable(&ear, true);
+    uart_rx_init(&rx, &schedule, &net, 0);
+    rx.bit_256 = FAST;
+    rx.on_byte = on_byte;
+    uart_rx_enable(&rx, true);
     count = most = 0;
     began = 0;
 }
@@ -86,8 +86,8 @@ static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
     uint64_t time = schedule.now + 100;
     driver_enable(&driver, time, true);
     for (unsigned i = 0; i < size; i++) {
-        talker_say(&talker, time, bit_256, bytes[i]);
-        time = talker_end(&talker);
+        uart_tx_send(&tx, time, bit_256, bytes[i]);
+        time = uart_tx_end(&tx);
         schedule_run_until(&schedule, time);
     }
     driver_enable(&driver, time, false);
@@ -163,7 +163,7 @@ void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
     TEST_ASSERT_EQUAL_UINT(0, count);
     TEST_ASSERT_EQUAL_UINT64(0, began);
     schedule_run_until(&schedule, schedule.now + 20000);
-    ear.bit_256 = slow;
+    rx.bit_256 = slow;
     schedule_run_until(&schedule, say(slow, ping, 3) + 20000);
     TEST_ASSERT_EQUAL_UINT(6, count);
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
@@ -182,8 +182,8 @@ static unsigned answer_after_silence_in_ping(uint32_t us)
 
 void test_a_packet_may_pause_for_less_than_100_ms(void)
 {
-    TEST_ASSERT_EQUAL_UINT(6, answer_after_silence_in_ping(SERVO_GIVES_UP_US - 1));
-    TEST_ASSERT_EQUAL_UINT(0, answer_after_silence_in_ping(SERVO_GIVES_UP_US));
+    TEST_ASSERT_EQUAL_UINT(6, answer_after_silence_in_ping(SERVO_PACKET_TIMEOUT_US - 1));
+    TEST_ASSERT_EQUAL_UINT(0, answer_after_silence_in_ping(SERVO_PACKET_TIMEOUT_US));
 }
 
 void test_a_fast_sender_pauses_nowhere(void)

@@ -1,5 +1,5 @@
 /* The transcript of a wire with two talkers; what it must say is the manual's notation. */
-#include "transcript.h"
+#include "output/transcript.h"
 #include "unity.h"
 
 #include <stdlib.h>
@@ -10,14 +10,14 @@
 static struct schedule schedule;
 static struct net net;
 static struct driver controller, servo;
-static struct talker talkers[2];
+static struct uart_tx talkers[2];
 static struct transcript transcript;
 static char *text;
 static size_t size;
 
-static void ended(void *owner, uint64_t now)
+static void ended(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     (void)now;
 }
 
@@ -27,8 +27,8 @@ void setUp(void)
     net_init(&net);
     driver_init(&controller, &net);
     driver_init(&servo, &net);
-    talker_init(&talkers[0], &schedule, &controller, 0);
-    talker_init(&talkers[1], &schedule, &servo, 0);
+    uart_tx_init(&talkers[0], &schedule, &controller, 0);
+    uart_tx_init(&talkers[1], &schedule, &servo, 0);
     talkers[0].on_end = talkers[1].on_end = ended;
     transcript_init(&transcript, &schedule, &net, &controller);
     transcript.file = open_memstream(&text, &size);
@@ -42,17 +42,17 @@ void tearDown(void)
 }
 
 /* Sends a packet from `start` on and returns when it has ended. */
-static uint64_t send(struct talker *talker, uint64_t start, uint32_t bit_256, const char *bytes,
+static uint64_t send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, const char *bytes,
                      unsigned count)
 {
     schedule_run_until(&schedule, start);
-    driver_enable(talker->driver, start, true);
+    driver_enable(tx->driver, start, true);
     for (unsigned i = 0; i < count; i++) {
-        talker_say(talker, start, bit_256, (uint8_t)bytes[i]);
-        start = talker_end(talker);
+        uart_tx_send(tx, start, bit_256, (uint8_t)bytes[i]);
+        start = uart_tx_end(tx);
         schedule_run_until(&schedule, start);
     }
-    driver_enable(talker->driver, start, false);
+    driver_enable(tx->driver, start, false);
     return start;
 }
 

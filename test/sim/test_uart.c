@@ -1,5 +1,5 @@
 /* Talker and ear on one net: bit times, mismatch, breaks, collisions. Cycles are of 16 MHz. */
-#include "uart.h"
+#include "wire/uart.h"
 #include "unity.h"
 
 #include <string.h>
@@ -10,7 +10,7 @@
 
 struct line {
     struct driver driver;
-    struct talker talker;
+    struct uart_tx tx;
     const char *text; // still to be said
     uint32_t bit_256;
     uint64_t ended;
@@ -18,10 +18,10 @@ struct line {
 
 static struct schedule schedule;
 static struct net net;
-static struct ear ear;
+static struct uart_rx rx;
 static struct listener listener;
 static struct line one, two;
-static struct heard heard[ROOM];
+static struct uart_frame heard[ROOM];
 static uint64_t delivered[ROOM];
 static unsigned count;
 static uint64_t edges[ROOM];
@@ -29,35 +29,35 @@ static unsigned edge_count;
 static uint64_t started[ROOM];
 static unsigned start_count;
 
-static void on_edge(void *owner, uint64_t time, bool level)
+static void on_edge(void *context, uint64_t time, bool level)
 {
-    (void)owner;
+    (void)context;
     (void)level;
     if (edge_count < ROOM) {
         edges[edge_count++] = time;
     }
 }
 
-static void on_byte(void *owner, uint64_t now, const struct heard *byte)
+static void on_byte(void *context, uint64_t now, const struct uart_frame *byte)
 {
-    (void)owner;
+    (void)context;
     TEST_ASSERT_TRUE(count < ROOM);
     delivered[count] = now;
     heard[count++] = *byte;
 }
 
-static void on_start(void *owner, uint64_t now)
+static void on_start(void *context, uint64_t now)
 {
-    (void)owner;
+    (void)context;
     started[start_count++] = now;
 }
 
-static void on_end(void *owner, uint64_t now)
+static void on_end(void *context, uint64_t now)
 {
-    struct line *line = owner;
+    struct line *line = context;
     line->ended = now;
     if (line->text && *++line->text) {
-        talker_say(&line->talker, now, line->bit_256, (uint8_t)*line->text);
+        uart_tx_send(&line->tx, now, line->bit_256, (uint8_t)*line->text);
     }
 }
 
@@ -66,15 +66,15 @@ static void line_init(struct line *line)
     memset(line, 0, sizeof(*line));
     driver_init(&line->driver, &net);
     driver_enable(&line->driver, 0, true);
-    talker_init(&line->talker, &schedule, &line->driver, line);
-    line->talker.on_end = on_end;
+    uart_tx_init(&line->tx, &schedule, &line->driver, line);
+    line->tx.on_end = on_end;
 }
 
 static void say(struct line *line, uint64_t start, uint32_t bit_256, const char *text)
 {
     line->text = text;
     line->bit_256 = bit_256;
-    talker_say(&line->talker, start, bit_256, (uint8_t)*text);
+    uart_tx_send(&line->tx, start, bit_256, (uint8_t)*text);
 }
 
 void setUp(void)
@@ -85,10 +85,10 @@ void setUp(void)
     line_init(&two);
     listener = (struct listener){.on_level = on_edge};
     net_listen(&net, &listener);
-    ear_init(&ear, &schedule, &net, 0);
-    ear.on_byte = on_byte;
-    ear.bit_256 = FAST;
-    ear_enable(&ear, true);
+    uart_rx_init(&rx, &schedule, &net, 0);
+    rx.on_byte = on_byte;
+    rx.bit_256 = FAST;
+    uart_rx_enable(&rx, true);
     count = edge_count = start_count = 0;
 }
 
@@ -112,7 +112,7 @@ void test_a_frame_is_a_start_bit_eight_bits_and_a_stop_bit(void)
     TEST_ASSERT_EQUAL_UINT(10, edge_count);
     TEST_ASSERT_EQUAL_UINT64_ARRAY(expected, edges, 10);
     TEST_ASSERT_EQUAL_UINT64(260, one.ended);
-    TEST_ASSERT_FALSE(one.talker.busy);
+    TEST_ASSERT_FALSE(one.tx.busy);
 }
 
 void test_edges_at_115200_fall_on_the_nearest_cycle(void)
@@ -150,7 +150,7 @@ void test_the_ear_delivers_in_the_middle_of_the_stop_bit(void)
 void test_all_256_bytes_pass(void)
 {
     for (unsigned byte = 0; byte < 256; byte++) {
-        talker_say(&one.talker, byte * 200, FAST, (uint8_t)byte);
+        uart_tx_send(&one.tx, byte * 200, FAST, (uint8_t)byte);
         schedule_run_until(&schedule, byte * 200 + 199);
         TEST_ASSERT_EQUAL_UINT(byte + 1, count);
         TEST_ASSERT_EQUAL_UINT8(byte, heard[byte].byte);
@@ -160,7 +160,7 @@ void test_all_256_bytes_pass(void)
 
 void test_two_percent_off_is_still_understood(void)
 {
-    ear.bit_256 = uart_bit_256(MHZ16, 115200);
+    rx.bit_256 = uart_bit_256(MHZ16, 115200);
     say(&one, 0, uart_bit_256(MHZ16, 117647), "kangaroo");
     schedule_run_until(&schedule, 20000);
     TEST_ASSERT_EQUAL_UINT(8, count);
@@ -171,8 +171,8 @@ void test_two_percent_off_is_still_understood(void)
 
 void test_an_ear_at_twice_the_rate_hears_other_bytes(void)
 {
-    ear.bit_256 = FAST / 2; // 2 Mbps
-    talker_say(&one.talker, 0, FAST, 0xF0);
+    rx.bit_256 = FAST / 2; // 2 Mbps
+    uart_tx_send(&one.tx, 0, FAST, 0xF0);
     schedule_run_until(&schedule, 1000);
     /* at double speed the low start bit and four zeros are ten low bits: 0x00 without a stop bit */
     TEST_ASSERT_EQUAL_UINT(1, count);
@@ -182,8 +182,8 @@ void test_an_ear_at_twice_the_rate_hears_other_bytes(void)
 
 void test_an_ear_at_half_the_rate_hears_other_bytes(void)
 {
-    ear.bit_256 = FAST * 2; // 500 kbps
-    talker_say(&one.talker, 0, FAST, 0xAA);
+    rx.bit_256 = FAST * 2; // 500 kbps
+    uart_tx_send(&one.tx, 0, FAST, 0xAA);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(1, count);
     TEST_ASSERT_NOT_EQUAL(0xAA, heard[0].byte);
@@ -191,9 +191,9 @@ void test_an_ear_at_half_the_rate_hears_other_bytes(void)
 
 void test_a_slow_ear_survives_any_number_of_fast_edges(void)
 {
-    ear.bit_256 = uart_bit_256(MHZ16, 7843); // register 254
+    rx.bit_256 = uart_bit_256(MHZ16, 7843); // register 254
     for (unsigned i = 0; i < 60; i++) {
-        talker_say(&one.talker, i * 160, FAST, 0x55);
+        uart_tx_send(&one.tx, i * 160, FAST, 0x55);
         schedule_run_until(&schedule, i * 160 + 160);
     }
     schedule_run_until(&schedule, 100000);
@@ -217,7 +217,7 @@ void test_a_break_is_one_framing_error(void)
 
 void test_a_glitch_shorter_than_half_a_bit_is_no_start_bit(void)
 {
-    ear.on_start = on_start;
+    rx.on_start = on_start;
     driver_level(&one.driver, 100, false);
     schedule_run_until(&schedule, 105);
     driver_level(&one.driver, 105, true);
@@ -244,7 +244,7 @@ void test_a_frame_right_behind_a_glitch_is_heard(void)
 
 void test_the_start_bit_is_verified_in_its_middle(void)
 {
-    ear.on_start = on_start;
+    rx.on_start = on_start;
     say(&one, 100, FAST, "xy");
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(2, start_count);
@@ -254,10 +254,10 @@ void test_the_start_bit_is_verified_in_its_middle(void)
 
 void test_a_frame_that_began_while_the_ear_was_off_is_not_heard(void)
 {
-    ear_enable(&ear, false);
+    uart_rx_enable(&rx, false);
     say(&one, 100, FAST, "\x80"); // its only high bit is the last
     schedule_run_until(&schedule, 150);
-    ear_enable(&ear, true);
+    uart_rx_enable(&rx, true);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(0, count);
     say(&one, 1000, FAST, "D");
@@ -269,15 +269,15 @@ void test_an_ear_that_is_turned_off_drops_its_frame(void)
 {
     say(&one, 100, FAST, "E");
     schedule_run_until(&schedule, 240);
-    ear_enable(&ear, false);
+    uart_rx_enable(&rx, false);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(0, count);
 }
 
 void test_two_talkers_at_once_are_anded(void)
 {
-    talker_say(&one.talker, 100, FAST, 0x3C);
-    talker_say(&two.talker, 100, FAST, 0x66);
+    uart_tx_send(&one.tx, 100, FAST, 0x3C);
+    uart_tx_send(&two.tx, 100, FAST, 0x66);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(1, count);
     TEST_ASSERT_EQUAL_HEX8(0x3C & 0x66, heard[0].byte);
@@ -285,8 +285,8 @@ void test_two_talkers_at_once_are_anded(void)
 
 void test_a_late_second_talker_spoils_the_frame(void)
 {
-    talker_say(&one.talker, 100, FAST, 0xFF);
-    talker_say(&two.talker, 180, FAST, 0x00);
+    uart_tx_send(&one.tx, 100, FAST, 0xFF);
+    uart_tx_send(&two.tx, 180, FAST, 0x00);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_TRUE(count >= 1);
     TEST_ASSERT_NOT_EQUAL(0xFF, heard[0].byte);
@@ -295,9 +295,9 @@ void test_a_late_second_talker_spoils_the_frame(void)
 
 void test_a_talker_that_loses_power_leaves_the_line_high(void)
 {
-    talker_say(&one.talker, 100, FAST, 0x00);
+    uart_tx_send(&one.tx, 100, FAST, 0x00);
     schedule_run_until(&schedule, 150);
-    talker_stop(&one.talker, 150);
+    uart_tx_stop(&one.tx, 150);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_TRUE(net.level);
     TEST_ASSERT_EQUAL_UINT64(0, one.ended);
@@ -330,14 +330,14 @@ void test_a_pulse_of_no_length_starts_no_frame(void)
 /* The stop bit is sampled at 100 + 152, where the other one pulls low. */
 void test_a_sample_on_an_edge_sees_what_comes_after_it(void)
 {
-    talker_say(&two.talker, 100 + 152, FAST, 0xFF);
-    talker_say(&one.talker, 100, FAST, 0x55);
+    uart_tx_send(&two.tx, 100 + 152, FAST, 0xFF);
+    uart_tx_send(&one.tx, 100, FAST, 0x55);
     schedule_run_until(&schedule, 300);
     TEST_ASSERT_TRUE(heard[0].framing_error);
     schedule_run_until(&schedule, 1000);
     count = 0;
-    talker_say(&one.talker, 1100, FAST, 0x55);
-    talker_say(&two.talker, 1100 + 152, FAST, 0xFF);
+    uart_tx_send(&one.tx, 1100, FAST, 0x55);
+    uart_tx_send(&two.tx, 1100 + 152, FAST, 0xFF);
     schedule_run_until(&schedule, 1300);
     TEST_ASSERT_TRUE(heard[0].framing_error);
 }

@@ -1,5 +1,5 @@
 #include "unity.h"
-#include "vcd.h"
+#include "output/vcd.h"
 
 #include <signal.h>
 #include <stdlib.h>

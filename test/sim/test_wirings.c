@@ -1,6 +1,6 @@
 /* The same bus on fewer pins: what the simulator makes of one enable, of TXD and RXD tied to the
  * wire, and of adapters; and what the firmware reads of RXD. */
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 

@@ -3,8 +3,8 @@
  *
  * A byte takes 8.5 ms to write (ATmega128) or 3.4 ms (the others), and until then nothing can be
  * read. There is no interrupt: whoever writes asks avr_eeprom_ready() in its turn. This header
- * knows no chip, so that what is built on it also runs on a host; test/eeprom_fake.c is the other
- * port.
+ * knows no chip, so that what is built on it also runs on a host;
+ * test/support/eeprom_fake.c is the other port.
  */
 #ifndef AVR_EEPROM_H
 #define AVR_EEPROM_H

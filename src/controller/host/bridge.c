@@ -4,24 +4,24 @@
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "compiler.h"     // NOINLINE
 
-void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
+void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
 {
     OPTIMIZER_BARRIER(bridge);
     *bridge = (struct bridge){.host = host};
     bridge->request.packet.bytes = bytes;
     bridge->request.packet.capacity = HOST_PACKET_MAX;
-    bridge->request.reply = bridge->reply + ANSWER_BEFORE;
+    bridge->request.reply = bridge->reply + STATUS_PACKET_HEAD;
     bridge->request.reply_capacity = CDS_REPLY_ANY;
     bridge->request.any_length = true;
     bridge->request.no_retry = true;
-    gather_open(&bridge->gather, bus, device, output);
+    bulk_read_open(&bridge->bulk_read, bus, device, output);
 }
 
 NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *parameters,
                             uint8_t length)
 {
-    answer_begin(&bridge->answer, bridge->request.id, error, parameters, length);
+    status_packet_begin(&bridge->status, bridge->request.id, error, parameters, length);
     bridge->state = BRIDGE_ANSWERING;
 }
 
@@ -41,8 +41,8 @@ static void pass(struct bridge *bridge)
     struct cds_request *request = &bridge->request;
     enum cds_result result;
 
-    request->reply_parameters = gather_reply_due(request->packet.bytes);
-    result = cds_bus_submit(bridge->gather.bus, request);
+    request->reply_parameters = status_packet_due(request->packet.bytes);
+    result = cds_bus_submit(bridge->bulk_read.bus, request);
     if (result != CDS_OK) {
         refuse(bridge, (uint8_t)result);
         return;
@@ -55,7 +55,7 @@ static void pass(struct bridge *bridge)
 static void give_up_late(struct bridge *bridge)
 {
     if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
-        cds_bus_cancel(bridge->gather.bus, &bridge->request) != CDS_OK)
+        cds_bus_cancel(bridge->bulk_read.bus, &bridge->request) != CDS_OK)
         return;
     bridge->host->counters.late++;
     bridge->state = BRIDGE_IDLE;
@@ -89,29 +89,30 @@ static void await_reply(struct bridge *bridge)
 
 static void ask_device(struct bridge *bridge)
 {
-    struct device *device = bridge->gather.device;
+    struct device *device = bridge->bulk_read.device;
 
     bridge->state = BRIDGE_DEVICE;
     if (device_obey(device, bridge->request.packet.bytes))
         answer(bridge, device->error, bridge->request.packet.bytes, device->length);
 }
 
-static void gather(struct bridge *bridge)
+static void poll_bulk_read(struct bridge *bridge)
 {
-    switch (gather_poll(&bridge->gather)) {
-    case GATHER_MORE: break;
-    case GATHER_DONE: bridge->state = BRIDGE_IDLE; break;
-    case GATHER_ANSWER:
-        bridge->request.id = bridge->gather.device_id;
-        answer(bridge, bridge->gather.error, bridge->request.packet.bytes, bridge->gather.length);
+    switch (bulk_read_poll(&bridge->bulk_read)) {
+    case BULK_READ_MORE: break;
+    case BULK_READ_DONE: bridge->state = BRIDGE_IDLE; break;
+    case BULK_READ_ANSWER:
+        bridge->request.id = bridge->bulk_read.device_id;
+        answer(bridge, bridge->bulk_read.error, bridge->request.packet.bytes,
+               bridge->bulk_read.data_length);
         break;
     }
 }
 
-static void begin_gathering(struct bridge *bridge, uint8_t own)
+static void begin_bulk_read(struct bridge *bridge, uint8_t own)
 {
-    if (gather_begin(&bridge->gather, own, bridge->request.packet.bytes))
-        bridge->state = BRIDGE_GATHERING;
+    if (bulk_read_begin(&bridge->bulk_read, own, bridge->request.packet.bytes))
+        bridge->state = BRIDGE_BULK_READ;
     else
         bridge->counters.refused++;
 }
@@ -120,17 +121,17 @@ static void begin_gathering(struct bridge *bridge, uint8_t own)
 NOINLINE static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
-    uint8_t own = device_id(bridge->gather.device);
+    uint8_t own = device_id(bridge->bulk_read.device);
     uint8_t id, instruction;
 
-    packet->bytes = host_take(bridge->host, packet->bytes);
+    packet->bytes = host_demux_take(bridge->host, packet->bytes);
     bridge->taken_us = bridge->host->whole_us;
     packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
     id = packet->bytes[CDS_AT_ID];
     bridge->request.id = id; // the answer to a packet that changes it has the old one (R2)
     instruction = packet->bytes[CDS_AT_INSTRUCTION];
-    if (own <= CDS_ID_MAX && gather_knows(own, id, instruction))
-        begin_gathering(bridge, own);
+    if (own <= CDS_ID_MAX && bulk_read_handles(own, id, instruction))
+        begin_bulk_read(bridge, own);
     else if (own <= CDS_ID_MAX && id == own)
         ask_device(bridge);
     else
@@ -147,17 +148,18 @@ void bridge_poll(struct bridge *bridge)
         break;
     case BRIDGE_WAITING: await_reply(bridge); break;
     case BRIDGE_DEVICE: ask_device(bridge); break;
-    case BRIDGE_GATHERING: gather(bridge); break;
+    case BRIDGE_BULK_READ: poll_bulk_read(bridge); break;
     default: break;
     }
-    if (bridge->state == BRIDGE_ANSWERING && answer_put(&bridge->answer, bridge->gather.output))
+    if (bridge->state == BRIDGE_ANSWERING &&
+        status_packet_put(&bridge->status, bridge->bulk_read.output))
         bridge->state = BRIDGE_IDLE;
 }
 
 bool bridge_talks(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_ANSWERING ||
-           (bridge->state == BRIDGE_GATHERING && gather_talks(&bridge->gather));
+           (bridge->state == BRIDGE_BULK_READ && bulk_read_talks(&bridge->bulk_read));
 }
 
 bool bridge_idle(const struct bridge *bridge)

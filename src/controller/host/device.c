@@ -27,7 +27,7 @@ static const CDS_FLASH struct row rows[DEVICE_REGISTER_COUNT] = {
 
 uint8_t device_id(const struct device *device)
 {
-    return (uint8_t)device->world->get(device->owner, DEVICE_ID);
+    return (uint8_t)device->ops->get(device->context, DEVICE_ID);
 }
 
 void device_forget_failures(struct device *device)
@@ -51,7 +51,7 @@ static uint16_t value_of(const struct device *device, uint8_t reg)
     case DEVICE_MODEL: return DEVICE_MODEL_NUMBER;
     case DEVICE_VERSION: return (uint16_t)((version[0] - '0') << 4 | (version[2] - '0'));
     case DEVICE_FAILED: return device->failed;
-    default: return device->world->get(device->owner, reg);
+    default: return device->ops->get(device->context, reg);
     }
 }
 
@@ -150,7 +150,7 @@ static bool may_be(uint8_t reg, uint16_t value)
 
 static uint8_t write(struct device *device, const uint8_t *packet)
 {
-    const CDS_FLASH struct device_world *world = device->world;
+    const CDS_FLASH struct device_ops *ops = device->ops;
     uint8_t due = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     uint16_t value = 0;
 
@@ -159,7 +159,7 @@ static uint8_t write(struct device *device, const uint8_t *packet)
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++) {
         uint8_t hits = written(device, packet, reg, &value);
 
-        if (hits && (!may_be(reg, value) || !world->allows(device->owner, reg)))
+        if (hits && (!may_be(reg, value) || !ops->allows(device->context, reg)))
             return CDS_ERROR_RANGE;
         due = (uint8_t)(due - hits);
     }
@@ -167,7 +167,7 @@ static uint8_t write(struct device *device, const uint8_t *packet)
         return CDS_ERROR_RANGE;
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
         if (written(device, packet, reg, &value))
-            world->set(device->owner, reg, value);
+            ops->set(device->context, reg, value);
     device->unsettled = true;
     return 0;
 }
@@ -182,7 +182,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
     uint8_t error = without_parameters(packet);
 
     if (error == 0) {
-        device->world->reset(device->owner);
+        device->ops->reset(device->context);
         device->unsettled = true;
     }
     return error;
@@ -190,7 +190,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
 
 bool device_obey(struct device *device, uint8_t *packet)
 {
-    if (!device->unsettled && !device->left) {
+    if (!device_is_busy(device)) {
         device->length = 0;
         switch (packet[CDS_AT_INSTRUCTION]) {
         case CDS_PING: device->error = without_parameters(packet); break;
@@ -201,6 +201,6 @@ bool device_obey(struct device *device, uint8_t *packet)
         }
     }
     if (device->unsettled)
-        device->unsettled = !device->world->settled(device->owner);
+        device->unsettled = !device->ops->settled(device->context);
     return !device->unsettled && read_on(device, packet);
 }

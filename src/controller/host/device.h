@@ -54,22 +54,23 @@
     X(DELAYS_REFUSED, 0x4A, 2, RD, 0, 65535, "packets",                                            \
       "not sent: they set a RETURN_DELAY that this board cannot bear")                             \
     X(BUS_SENT, 0x18, 2, RD, 0, 65535, "packets", "sent on the bus, repeated ones too")            \
-    X(BUS_REPEATED, 0x1A, 2, RD, 0, 65535, "packets", "... of them, sent again")                   \
+    X(BUS_RETRIED, 0x1A, 2, RD, 0, 65535, "packets", "... of them, sent again")                    \
     X(BUS_OK, 0x1C, 2, RD, 0, 65535, "exchanges", "ended well")                                    \
     X(BUS_TIMEOUTS, 0x1E, 2, RD, 0, 65535, "exchanges", "without a reply by the deadline")         \
     X(BUS_CORRUPT, 0x20, 2, RD, 0, 65535, "exchanges", "with nothing but damage by the deadline")  \
-    X(BUS_UNSENT, 0x22, 2, RD, 0, 65535, "requests", "not sent: the line was not quiet")           \
-    X(BUS_REFUTED, 0x24, 2, RD, 0, 65535, "packets", "heard with a bad LENGTH or checksum")        \
-    X(BUS_STRAY, 0x46, 2, RD, 0, 65535, "bytes", "heard that began no packet")                     \
-    X(BUS_LATE, 0x26, 2, RD, 0, 65535, "packets", "replies too late")                              \
-    X(BUS_EXTRA, 0x28, 2, RD, 0, 65535, "packets", "second replies: two servos have that ID")      \
-    X(BUS_FOREIGN, 0x2A, 2, RD, 0, 65535, "packets", "of a servo that was not asked")              \
-    X(BUS_FRAMING, 0x2C, 2, RD, 0, 65535, "bytes", "damaged")                                      \
+    X(BUS_LINE_BUSY, 0x22, 2, RD, 0, 65535, "requests", "not sent: the line was not quiet")        \
+    X(BUS_MALFORMED, 0x24, 2, RD, 0, 65535, "packets", "heard with a bad LENGTH or checksum")      \
+    X(BUS_NOISE_BYTES, 0x46, 2, RD, 0, 65535, "bytes", "heard that began no packet")               \
+    X(BUS_STALE_REPLIES, 0x26, 2, RD, 0, 65535, "packets", "replies too late")                     \
+    X(BUS_DUPLICATE_REPLIES, 0x28, 2, RD, 0, 65535, "packets",                                     \
+      "second replies: two servos have that ID")                                                   \
+    X(BUS_UNEXPECTED_PACKETS, 0x2A, 2, RD, 0, 65535, "packets", "of a servo that was not asked")   \
+    X(BUS_FRAMING_ERRORS, 0x2C, 2, RD, 0, 65535, "bytes", "damaged")                               \
     X(BUS_OVERRUNS, 0x2E, 2, RD, 0, 65535, "bytes", "lost in the receiver")                        \
-    X(BUS_OVERFLOWS, 0x30, 2, RD, 0, 65535, "bytes", "lost because nobody took them")              \
-    X(BUS_ECHOES, 0x32, 2, RD, 0, 65535, "bytes", "own ones that came back changed")               \
+    X(BUS_RING_OVERFLOWS, 0x30, 2, RD, 0, 65535, "bytes", "lost because nobody took them")         \
+    X(BUS_ECHO_ERRORS, 0x32, 2, RD, 0, 65535, "bytes", "own ones that came back changed")          \
     X(HOST_PACKETS, 0x34, 2, RD, 0, 65535, "packets", "whole ones of the host")                    \
-    X(HOST_BROKEN, 0x36, 2, RD, 0, 65535, "packets", "dropped: LENGTH or checksum")                \
+    X(HOST_MALFORMED, 0x36, 2, RD, 0, 65535, "packets", "dropped: LENGTH or checksum")             \
     X(HOST_SILENT, 0x38, 2, RD, 0, 65535, "packets", "dropped: the host fell silent for 15 ms")    \
     X(HOST_GAPS, 0x3A, 2, RD, 0, 65535, "-", "times that something of the host's was lost")        \
     X(HOST_LATE, 0x4C, 2, RD, 0, 65535, "packets", "dropped: 15 ms old when their turn came")      \
@@ -96,19 +97,19 @@ enum device_register {
 
 /* What stands behind the registers; `reg`: enum device_register. Not asked for MODEL, VERSION,
  * FAILED and FAILED_IDS. */
-struct device_world {
-    uint16_t (*get)(void *owner, uint8_t reg);
-    void (*set)(void *owner, uint8_t reg, uint16_t value); // within its range
-    bool (*allows)(void *owner, uint8_t reg);              // may `reg` be written now?
-    void (*reset)(void *owner);                            // factory values
-    bool (*settled)(void *owner); // after set and reset: has it all come into force?
+struct device_ops {
+    uint16_t (*get)(void *context, uint8_t reg);
+    void (*set)(void *context, uint8_t reg, uint16_t value); // within its range
+    bool (*allows)(void *context, uint8_t reg);              // may `reg` be written now?
+    void (*reset)(void *context);                            // factory values
+    bool (*settled)(void *context); // after set and reset: has it all come into force?
 };
 
 struct device {
-    const CDS_FLASH struct device_world *world;
-    void *owner;           // of its values
+    const CDS_FLASH struct device_ops *ops;
+    void *context;         // of its values
     uint8_t error, length; // of the answer: CDS_ERROR_* bits, parameters
-    bool unsettled;        // what was asked is done but for world->settled()
+    bool unsettled;        // what was asked is done but for ops->settled()
     uint8_t left, from;    // of a READ: registers to be looked at, its first address
     uint8_t failed;        // servos, of
     uint8_t failed_ids[32];
@@ -120,6 +121,12 @@ uint8_t device_id(const struct device *device);
 /* Does what the whole packet at `packet` asks. True: device->error and `length` are those of the
  * answer, whose parameters are at `packet` now. False: it cannot be answered yet, call again. */
 bool device_obey(struct device *device, uint8_t *packet);
+
+/* True while device_obey() has to be called again for the same packet. */
+static inline bool device_is_busy(const struct device *device)
+{
+    return device->unsettled || device->left;
+}
 
 /* For FAILED and FAILED_IDS. */
 void device_forget_failures(struct device *device);

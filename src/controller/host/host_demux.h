@@ -11,8 +11,8 @@
  * A Ctrl-X (0x18) in a damaged packet is a stop. A Ctrl-X inside a good packet is none, also if the
  * packet is dropped as late. A packet that waits for the bridge is dropped too when a Ctrl-X comes
  * behind it. docs/bridge.md has the rules for text. Manual: 2.2; ruling R27. Main context. */
-#ifndef CONTROLLER_HOST_H
-#define CONTROLLER_HOST_H
+#ifndef CONTROLLER_HOST_DEMUX_H
+#define CONTROLLER_HOST_DEMUX_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -30,17 +30,17 @@
 enum host_mark { HOST_MARK_DROPPED = 0xF8, HOST_MARK_LOST = 0xF9 } __attribute__((packed));
 
 /* Counted modulo 65536. */
-struct host_counters {
-    uint16_t packets; // whole ones
-    uint16_t broken;  // dropped: LENGTH or checksum
-    uint16_t silent;  // dropped: the host was silent before the end
-    uint16_t gaps;    // where something was lost, before or behind the rings
-    uint16_t late;    // good packets dropped: the client has given up waiting
-    uint16_t stops;   // Ctrl-X found in damaged packets and behind them in the line
+struct host_demux_counters {
+    uint16_t packets;   // whole ones
+    uint16_t malformed; // dropped: LENGTH or checksum
+    uint16_t silent;    // dropped: the host was silent before the end
+    uint16_t gaps;      // where something was lost, before or behind the rings
+    uint16_t late;      // good packets dropped: the client has given up waiting
+    uint16_t stops;     // Ctrl-X found in damaged packets and behind them in the line
 };
 
-/* All state of the link. Zero it (static storage is), then host_open(). */
-struct host {
+/* All state of the link. Zero it (static storage is), then host_demux_open(). */
+struct host_demux {
     struct cds_ring *input; // from the host
     struct cds_ring *text;  // for the console
     uint8_t *bytes;         // HOST_PACKET_MAX of them
@@ -56,30 +56,31 @@ struct host {
     bool stale;             // the host was silent since: packets in the bytes are dropped
     bool late;              // the first of the bytes was among the old ones: likewise
     bool searched_again;    // the bytes stand behind the beginning of a damaged packet
-    bool whole;             // a packet stands there; only text is taken until host_take()
+    bool whole;             // a packet stands there; only text is taken until host_demux_take()
     bool typing;            // the text so far ends within a line
     bool suspect;           // ... which may be the rest of a packet that was broken
     bool lost;              // a gap was met; HOST_MARK_LOST is due
     bool skipping;          // ... and what follows is dropped
     bool stop;              // Ctrl-X came, wherever the text is now; the caller clears it
-    struct host_counters counters;
+    struct host_demux_counters counters;
 };
 
 /* `bytes`: HOST_PACKET_MAX of them. */
-void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes);
+void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cds_ring *text,
+                     uint8_t *bytes);
 
-/* Looks at what came, some bytes at a time; host->whole says whether there is a packet. True: one
+/* Looks at what came, some bytes at a time; demux->whole says whether there is a packet. True: one
  * is coming in, without a pause so far. */
-bool host_poll(struct host *host);
+bool host_demux_poll(struct host_demux *demux);
 
 /* There is a gap behind all that was taken. */
-void host_gap(struct host *host);
+void host_demux_gap(struct host_demux *demux);
 
-/* Hands over the packet, only while host->whole: it is the first bytes of the buffer returned, of
+/* Hands over the packet, only while demux->whole: it is the first bytes of the buffer returned, of
  * the size that its LENGTH says. `other`, a buffer of HOST_PACKET_MAX, takes the place of it. */
-uint8_t *host_take(struct host *host, uint8_t *other);
+uint8_t *host_demux_take(struct host_demux *demux, uint8_t *other);
 
 /* Nothing to do before more comes? Then no packet has begun either. */
-bool host_idle(const struct host *host);
+bool host_demux_idle(const struct host_demux *demux);
 
 #endif

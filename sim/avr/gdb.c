@@ -1,0 +1,567 @@
+#include "avr/gdb.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#define LOOK_EVERY  1024 // instructions
+#define DATA_SPACE  0x800000u
+#define EEPROM_BASE 0x810000u
+#define CTRL_C      3
+
+/* gdb's numbers for signals and, in its order, the registers of an AVR. */
+enum { SIGNAL_INT = 2, SIGNAL_TRAP = 5, SIGNAL_SEGV = 11 };
+enum { REGISTER_SREG = 32, REGISTER_SP = 33, REGISTER_PC = 34, REGISTERS = 35 };
+
+/* --- the machine as the debugger sees it ---------------------------------------------------------
+ */
+
+static uint8_t sreg(const avr_t *avr)
+{
+    unsigned value = 0;
+    for (unsigned bit = 0; bit < 8; bit++) {
+        value |= (unsigned)(avr->sreg[bit] != 0) << bit;
+    }
+    return (uint8_t)value;
+}
+
+static void store_data(struct gdb *gdb, uint32_t address, uint8_t byte)
+{
+    avr_t *avr = gdb->avr;
+    uint32_t io = AVR_DATA_TO_IO(address);
+    if (address == R_SREG) {
+        for (unsigned bit = 0; bit < 8; bit++) {
+            avr->sreg[bit] = byte >> bit & 1;
+        }
+    } else if (address > 31 && address <= avr->ioend && io < MAX_IOs && avr->io[io].w.c) {
+        avr->io[io].w.c(avr, (avr_io_addr_t)address, byte, avr->io[io].w.param);
+        return;
+    }
+    avr->data[address] = byte;
+}
+
+/* gdb's address: flash from 0, data space from 0x800000, EEPROM from 0x810000. Registers of
+ * peripherals are read as they stand, without what a read by the CPU would do to them. */
+static bool load(const struct gdb *gdb, uint32_t address, uint8_t *byte)
+{
+    const avr_t *avr = gdb->avr;
+    const avr_eeprom_t *eeprom = gdb->eeprom->registers;
+    if (address <= avr->flashend) {
+        *byte = avr->flash[address];
+    } else if (address >= EEPROM_BASE && eeprom && address - EEPROM_BASE < eeprom->size) {
+        *byte = eeprom->eeprom[address - EEPROM_BASE];
+    } else if (address >= DATA_SPACE && address - DATA_SPACE <= avr->ramend + 2u) {
+        address -= DATA_SPACE; // a return address is looked for behind an empty stack, too
+        *byte = address == R_SREG ? sreg(avr) : avr->data[address];
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static bool store(struct gdb *gdb, uint32_t address, uint8_t byte)
+{
+    const avr_eeprom_t *eeprom = gdb->eeprom->registers;
+    if (address <= gdb->avr->flashend) {
+        gdb->avr->flash[address] = byte;
+    } else if (address >= EEPROM_BASE && eeprom && address - EEPROM_BASE < eeprom->size) {
+        eeprom->eeprom[address - EEPROM_BASE] = byte;
+    } else if (address >= DATA_SPACE && address - DATA_SPACE <= gdb->avr->ramend) {
+        store_data(gdb, address - DATA_SPACE, byte);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+static unsigned load_register(const struct gdb *gdb, unsigned number, uint8_t bytes[4])
+{
+    const avr_t *avr = gdb->avr;
+    switch (number) {
+    case REGISTER_SREG: bytes[0] = sreg(avr); return 1;
+    case REGISTER_SP: memcpy(bytes, &avr->data[R_SPL], 2); return 2;
+    case REGISTER_PC:
+        for (unsigned i = 0; i < 4; i++) {
+            bytes[i] = (uint8_t)(avr->pc >> 8 * i);
+        }
+        return 4;
+    default: bytes[0] = avr->data[number]; return 1;
+    }
+}
+
+static unsigned store_register(struct gdb *gdb, unsigned number, const uint8_t bytes[4])
+{
+    avr_t *avr = gdb->avr;
+    switch (number) {
+    case REGISTER_SREG: store_data(gdb, R_SREG, bytes[0]); return 1;
+    case REGISTER_SP: memcpy(&avr->data[R_SPL], bytes, 2); return 2;
+    case REGISTER_PC:
+        avr->pc = (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16;
+        return 4;
+    default: avr->data[number] = bytes[0]; return 1;
+    }
+}
+
+/* --- packets -------------------------------------------------------------------------------------
+ */
+
+static void send_all(const struct gdb *gdb, const char *bytes, size_t size)
+{
+    while (size > 0) {
+        ssize_t sent = send(gdb->client, bytes, size, MSG_NOSIGNAL);
+        if (sent <= 0) {
+            return; // the next look at the socket sees that the client has gone
+        }
+        bytes += sent;
+        size -= (size_t)sent;
+    }
+}
+
+static void reply(struct gdb *gdb, const char *text)
+{
+    if (gdb->client < 0) {
+        return;
+    }
+    unsigned sum = 0;
+    for (const char *c = text; *c; c++) {
+        sum += (uint8_t)*c;
+    }
+    int size = snprintf(gdb->out, sizeof(gdb->out), "$%s#%02x", text, sum & 0xFF);
+    send_all(gdb, gdb->out, (size_t)size);
+}
+
+static void reply_stopped(struct gdb *gdb)
+{
+    char text[40];
+    if (gdb->hit) {
+        snprintf(text, sizeof(text), "T%02xwatch:%x;", SIGNAL_TRAP, DATA_SPACE + gdb->hit->address);
+    } else {
+        snprintf(text, sizeof(text), "S%02x", gdb->signal);
+    }
+    reply(gdb, text);
+}
+
+static void put_hex(char *text, const uint8_t *bytes, unsigned size)
+{
+    for (unsigned i = 0; i < size; i++) {
+        sprintf(text + 2 * i, "%02x", bytes[i]);
+    }
+}
+
+static unsigned get_hex(const char *text, uint8_t *bytes, unsigned capacity)
+{
+    unsigned size = 0;
+    unsigned byte = 0;
+    while (size < capacity && sscanf(text + 2 * size, "%2x", &byte) == 1) {
+        bytes[size++] = (uint8_t)byte;
+    }
+    return size;
+}
+
+/* --- commands ------------------------------------------------------------------------------------
+ */
+
+static void why_stopped(struct gdb *gdb, const char *arguments)
+{
+    (void)arguments;
+    reply_stopped(gdb);
+}
+
+static void read_registers(struct gdb *gdb, const char *arguments)
+{
+    (void)arguments;
+    char text[4 * 2 * REGISTERS + 1];
+    unsigned used = 0;
+    for (unsigned i = 0; i < REGISTERS; i++) {
+        uint8_t bytes[4];
+        unsigned size = load_register(gdb, i, bytes);
+        put_hex(text + 2 * used, bytes, size);
+        used += size;
+    }
+    reply(gdb, text);
+}
+
+static void write_registers(struct gdb *gdb, const char *arguments)
+{
+    uint8_t bytes[4 * REGISTERS] = {0};
+    unsigned size = get_hex(arguments, bytes, sizeof(bytes));
+    for (unsigned i = 0, used = 0; i < REGISTERS && used < size; i++) {
+        used += store_register(gdb, i, bytes + used);
+    }
+    reply(gdb, "OK");
+}
+
+static void read_register(struct gdb *gdb, const char *arguments)
+{
+    unsigned long number = strtoul(arguments, 0, 16);
+    char text[2 * 4 + 1];
+    uint8_t bytes[4];
+    if (number >= REGISTERS) {
+        reply(gdb, "E01");
+        return;
+    }
+    put_hex(text, bytes, load_register(gdb, (unsigned)number, bytes));
+    reply(gdb, text);
+}
+
+static void write_register(struct gdb *gdb, const char *arguments)
+{
+    unsigned number = REGISTERS;
+    char hex[9];
+    uint8_t bytes[4] = {0};
+    bool good = sscanf(arguments, "%x=%8s", &number, hex) == 2 && number < REGISTERS;
+    if (good) {
+        get_hex(hex, bytes, sizeof(bytes));
+        store_register(gdb, number, bytes);
+    }
+    reply(gdb, good ? "OK" : "E01");
+}
+
+static void read_memory(struct gdb *gdb, const char *arguments)
+{
+    unsigned address = 0;
+    unsigned size = 0;
+    char text[GDB_SIZE] = "";
+    bool good = sscanf(arguments, "%x,%x", &address, &size) == 2;
+    for (unsigned i = 0; good && i < size && 2 * i + 2 < sizeof(text); i++) {
+        uint8_t byte;
+        if (!load(gdb, address + i, &byte)) {
+            good = i > 0; // what there is
+            break;
+        }
+        put_hex(text + 2 * i, &byte, 1);
+    }
+    reply(gdb, good ? text : "E01");
+}
+
+static void write_memory(struct gdb *gdb, const char *arguments)
+{
+    unsigned address = 0;
+    unsigned size = 0;
+    int start = 0;
+    bool good = sscanf(arguments, "%x,%x:%n", &address, &size, &start) == 2 && start;
+    for (unsigned i = 0; good && i < size; i++) {
+        uint8_t byte;
+        good = get_hex(arguments + start + 2 * i, &byte, 1) && store(gdb, address + i, byte);
+    }
+    reply(gdb, good ? "OK" : "E01");
+}
+
+static bool set_watch(struct gdb *gdb, unsigned address, unsigned size, bool on)
+{
+    address -= DATA_SPACE;
+    if (address > gdb->avr->ramend || !size || size > GDB_WATCHED_SIZE) {
+        return false;
+    }
+    for (unsigned i = 0; i < GDB_WATCHES; i++) {
+        struct gdb_watch *watch = &gdb->watches[i];
+        bool same = watch->address == address && watch->size == size;
+        if (on ? watch->size == 0 : same) {
+            watch->address = (uint16_t)address;
+            watch->size = (uint16_t)(on ? size : 0);
+            memcpy(watch->bytes, &gdb->avr->data[address], size);
+            gdb->watching += on ? 1u : -1u;
+            return true;
+        }
+    }
+    return !on;
+}
+
+/* Breakpoints of both kinds and watchpoints on writes; others are not offered. */
+static void change_point(struct gdb *gdb, const char *arguments, bool on)
+{
+    unsigned kind = 0;
+    unsigned address = 0;
+    unsigned size = 0;
+    if (sscanf(arguments, "%u,%x,%x", &kind, &address, &size) != 3 || kind > 2) {
+        reply(gdb, "");
+    } else if (kind == 2) {
+        reply(gdb, set_watch(gdb, address, size, on) ? "OK" : "E01");
+    } else if (address > gdb->avr->flashend) {
+        reply(gdb, "E01");
+    } else {
+        gdb->breakpoints[address / 2] = on;
+        reply(gdb, "OK");
+    }
+}
+
+static void set_point(struct gdb *gdb, const char *arguments)
+{
+    change_point(gdb, arguments, true);
+}
+
+static void clear_point(struct gdb *gdb, const char *arguments)
+{
+    change_point(gdb, arguments, false);
+}
+
+static void resume(struct gdb *gdb, const char *arguments, enum gdb_state state)
+{
+    if (*arguments) {
+        gdb->avr->pc = (avr_flashaddr_t)strtoul(arguments, 0, 16);
+    }
+    gdb->state = state;
+    gdb->depth = gdb->cpu->depth;
+    gdb->hit = 0;
+    for (unsigned i = 0; i < GDB_WATCHES; i++) {
+        struct gdb_watch *watch = &gdb->watches[i];
+        memcpy(watch->bytes, &gdb->avr->data[watch->address], watch->size);
+    }
+}
+
+static void resume_run(struct gdb *gdb, const char *arguments)
+{
+    resume(gdb, arguments, GDB_RUNNING);
+}
+
+static void step(struct gdb *gdb, const char *arguments)
+{
+    resume(gdb, arguments, GDB_STEPPING);
+}
+
+static void drop_client(struct gdb *gdb)
+{
+    if (gdb->client >= 0) {
+        close(gdb->client);
+    }
+    gdb->client = -1;
+    gdb->in_size = 0;
+    gdb->watching = 0;
+    memset(gdb->watches, 0, sizeof(gdb->watches));
+    memset(gdb->breakpoints, 0, gdb->avr->flashend / 2 + 1u);
+    gdb->state = GDB_RUNNING;
+}
+
+static void detach(struct gdb *gdb, const char *arguments)
+{
+    (void)arguments;
+    reply(gdb, "OK");
+    drop_client(gdb);
+}
+
+static void end(struct gdb *gdb, const char *arguments)
+{
+    (void)arguments;
+    drop_client(gdb);
+    gdb->killed = true;
+}
+
+static void choose_thread(struct gdb *gdb, const char *arguments)
+{
+    (void)arguments;
+    reply(gdb, "OK");
+}
+
+static void query(struct gdb *gdb, const char *arguments)
+{
+    char text[40] = "";
+    if (strncmp(arguments, "Supported", 9) == 0) {
+        snprintf(text, sizeof(text), "PacketSize=%x", GDB_SIZE - 16);
+    } else if (strncmp(arguments, "Attached", 8) == 0) {
+        strcpy(text, "1");
+    }
+    reply(gdb, text);
+}
+
+static void execute(struct gdb *gdb, const char *packet)
+{
+    static const struct {
+        char letter;
+        void (*run)(struct gdb *gdb, const char *arguments);
+    } commands[] = {
+        {'?', why_stopped},   {'g', read_registers}, {'G', write_registers},
+        {'p', read_register}, {'P', write_register}, {'m', read_memory},
+        {'M', write_memory},  {'Z', set_point},      {'z', clear_point},
+        {'c', resume_run},    {'s', step},           {'D', detach},
+        {'k', end},           {'H', choose_thread},  {'q', query},
+    };
+    for (size_t i = 0; i < sizeof(commands) / sizeof(commands[0]); i++) {
+        if (packet[0] == commands[i].letter) {
+            commands[i].run(gdb, packet + 1);
+            return;
+        }
+    }
+    reply(gdb, ""); // what gdb takes for: not offered
+}
+
+/* --- the socket ----------------------------------------------------------------------------------
+ */
+
+static void stop_here(struct gdb *gdb, uint8_t signal_number)
+{
+    gdb->state = GDB_STOPPED;
+    gdb->signal = signal_number;
+    reply_stopped(gdb);
+}
+
+/* Takes the first whole packet, or Ctrl-C, out of what has come. False: there is none. */
+static bool take_packet(struct gdb *gdb)
+{
+    char packet[GDB_SIZE];
+    unsigned from = 0;
+    while (from < gdb->in_size && gdb->in[from] != '$' && gdb->in[from] != CTRL_C) {
+        from++; // acknowledgements
+    }
+    const char *start = gdb->in + from;
+    const char *hash = memchr(start, '#', gdb->in_size - from);
+    bool interrupt = from < gdb->in_size && *start == CTRL_C;
+    bool whole = hash && hash + 2 < gdb->in + gdb->in_size;
+    unsigned used = interrupt ? 1 : whole ? (unsigned)(hash + 3 - start) : 0;
+    if (whole && !interrupt) {
+        size_t size = (size_t)(hash - start - 1);
+        memcpy(packet, start + 1, size);
+        packet[size] = 0;
+    }
+    gdb->in_size -= from + used;
+    memmove(gdb->in, start + used, gdb->in_size);
+    if (interrupt) {
+        if (gdb->state != GDB_STOPPED) {
+            stop_here(gdb, SIGNAL_INT);
+        }
+    } else if (whole) {
+        send_all(gdb, "+", 1);
+        execute(gdb, packet);
+    }
+    return used > 0;
+}
+
+static void receive(struct gdb *gdb)
+{
+    size_t capacity = sizeof(gdb->in) - gdb->in_size;
+    ssize_t got = capacity ? recv(gdb->client, gdb->in + gdb->in_size, capacity, 0) : 0;
+    if (got <= 0) {
+        drop_client(gdb); // it left without a word, or talks nonsense
+        return;
+    }
+    gdb->in_size += (unsigned)got;
+    while (gdb->client >= 0 && take_packet(gdb)) {
+    }
+}
+
+static void accept_client(struct gdb *gdb)
+{
+    int on = 1;
+    gdb->client = accept(gdb->listener, 0, 0);
+    if (gdb->client >= 0) {
+        setsockopt(gdb->client, IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+        gdb->state = GDB_STOPPED;
+        gdb->signal = SIGNAL_TRAP;
+        gdb->hit = 0;
+    }
+}
+
+/* timeout_ms -1: until something comes. False: a signal came. */
+static bool poll_socket(struct gdb *gdb, int timeout_ms)
+{
+    struct pollfd fd = {.fd = gdb->client >= 0 ? gdb->client : gdb->listener, .events = POLLIN};
+    int ready = poll(&fd, 1, timeout_ms);
+    if (ready > 0 && gdb->client >= 0) {
+        receive(gdb);
+    } else if (ready > 0) {
+        accept_client(gdb);
+    }
+    return ready >= 0;
+}
+
+static void serve(struct gdb *gdb)
+{
+    while (gdb->state == GDB_STOPPED && !*gdb->stop && poll_socket(gdb, -1)) {
+    }
+}
+
+/* --- interface -----------------------------------------------------------------------------------
+ */
+
+bool gdb_open(struct gdb *gdb, uint16_t port)
+{
+    *gdb = (struct gdb){.listener = -1, .client = -1, .signal = SIGNAL_TRAP};
+    struct sockaddr_in address = {
+        .sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {htonl(INADDR_LOOPBACK)}};
+    socklen_t size = sizeof(address);
+    int on = 1;
+    gdb->listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (gdb->listener < 0 || setsockopt(gdb->listener, SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) ||
+        bind(gdb->listener, (struct sockaddr *)&address, size) || listen(gdb->listener, 1) ||
+        getsockname(gdb->listener, (struct sockaddr *)&address, &size)) {
+        fprintf(stderr, "--gdb %u: %s\n", port, strerror(errno));
+        return false;
+    }
+    fprintf(stderr, "gdb: waiting; in avr-gdb: target remote 127.0.0.1:%u\n",
+            ntohs(address.sin_port));
+    return true;
+}
+
+void gdb_close(struct gdb *gdb)
+{
+    if (gdb->client >= 0) {
+        close(gdb->client);
+    }
+    if (gdb->listener >= 0) {
+        close(gdb->listener);
+    }
+    free(gdb->breakpoints);
+    gdb->breakpoints = 0;
+}
+
+void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu,
+                const struct eeprom_model *eeprom, const volatile sig_atomic_t *stop)
+{
+    gdb->avr = avr;
+    gdb->cpu = cpu;
+    gdb->eeprom = eeprom;
+    gdb->stop = stop;
+    gdb->breakpoints = calloc(avr->flashend / 2 + 1u, sizeof(*gdb->breakpoints));
+    if (!gdb->breakpoints) {
+        fputs("out of memory\n", stderr);
+        abort();
+    }
+}
+
+static bool watch_changed(struct gdb *gdb)
+{
+    for (unsigned i = 0; i < GDB_WATCHES && gdb->watching; i++) {
+        const struct gdb_watch *watch = &gdb->watches[i];
+        if (memcmp(watch->bytes, &gdb->avr->data[watch->address], watch->size) != 0) {
+            gdb->hit = watch;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool gdb_may_run(struct gdb *gdb)
+{
+    const avr_t *avr = gdb->avr;
+    if (gdb->state != GDB_STOPPED) {
+        bool stepped = gdb->state == GDB_STEPPING && gdb->runs && gdb->cpu->depth <= gdb->depth;
+        bool met =
+            avr->state == cpu_Running && avr->pc <= avr->flashend && gdb->breakpoints[avr->pc / 2];
+        if (watch_changed(gdb) || stepped || met) {
+            stop_here(gdb, SIGNAL_TRAP);
+        } else if (gdb->runs % LOOK_EVERY == LOOK_EVERY - 1) {
+            poll_socket(gdb, 0);
+        }
+    }
+    if (gdb->state == GDB_STOPPED) {
+        serve(gdb);
+        gdb->runs = 0;
+    }
+    gdb->runs++;
+    return !gdb->killed;
+}
+
+void gdb_ended(struct gdb *gdb, bool crashed)
+{
+    if (crashed && gdb->client >= 0) {
+        stop_here(gdb, SIGNAL_SEGV);
+        while (gdb->state == GDB_STOPPED && poll_socket(gdb, -1)) {
+        }
+    }
+    reply(gdb, crashed ? "X0b" : "W00"); // gdb's words for: killed by a signal, exited
+}

@@ -1,0 +1,134 @@
+#include "output/live_view.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "host/realtime.h"
+
+#define LOOKS_A_SECOND 50
+#define TERMINAL_NS    100000000ull
+#define PLAIN_NS       1000000000ull
+#define CW             0x400 // bit 10 of speed and load
+#define DEGREES        (300.0 / 1023.0)
+
+static unsigned word(const struct servo *servo, uint8_t address)
+{
+    return table_get(servo->registers, address, 2);
+}
+
+static int with_sign(unsigned value)
+{
+    return value & CW ? -(int)(value & 0x3FF) : (int)(value & 0x3FF);
+}
+
+static const char *errors(const struct servo *servo, char text[64])
+{
+    static const char *const name[] = {"voltage",  "angle",    "heat",       "range",
+                                       "checksum", "overload", "instruction"};
+    size_t size = 0;
+    text[0] = 0;
+    for (unsigned bit = 0; bit < sizeof(name) / sizeof(name[0]); bit++) {
+        if (servo_errors(servo) >> bit & 1) {
+            size += (size_t)snprintf(text + size, 64 - size, "%s%s", size ? " " : "", name[bit]);
+        }
+    }
+    return text;
+}
+
+/* Lines end so that nothing is left of what stood there before. */
+static void end_line(struct live_view *view)
+{
+    fputs(view->terminal ? "\033[K\n" : "\n", view->out);
+    view->lines++;
+}
+
+static void draw_servo(struct live_view *view, unsigned bus, const struct servo *servo)
+{
+    char text[64];
+    const uint8_t *now = servo->registers;
+    fprintf(view->out, "%3u %3u %6.1f %7.1f %6d %5d %5.1f %3u  %-3s %-3s  %s", bus, now[TABLE_ID],
+            servo_goal_position(servo) * DEGREES, servo_present_position(servo) * DEGREES,
+            with_sign(word(servo, TABLE_PRESENT_SPEED)), with_sign(word(servo, TABLE_PRESENT_LOAD)),
+            now[TABLE_PRESENT_VOLTAGE] / 10.0, now[TABLE_PRESENT_TEMPERATURE],
+            !servo->powered       ? "-"
+            : servo_torque(servo) ? "on"
+                                  : "off",
+            servo_led(servo) ? "*" : "", servo->powered ? errors(servo, text) : "no power");
+    end_line(view);
+}
+
+/* Servos for which there is room: a picture higher than the screen could not be drawn over. */
+static unsigned visible_rows(const struct live_view *view)
+{
+    struct winsize size;
+    bool known = view->terminal && ioctl(fileno(view->out), TIOCGWINSZ, &size) == 0;
+    return !known || size.ws_row == 0 ? IDS_MAX * BOARD_BUSES_MAX
+           : size.ws_row > 5          ? size.ws_row - 4u
+                                      : 1;
+}
+
+/* The cursor stays above the picture, so that what others print pushes it down. */
+void live_view_draw(struct live_view *view, uint64_t now)
+{
+    if (!view->out) {
+        return;
+    }
+    unsigned rows_left = visible_rows(view);
+    unsigned hidden = 0;
+    view->lines = 0;
+    fprintf(view->out, "%s%.2f s", view->terminal ? "\r\033[J" : "", (double)now / view->clock_Hz);
+    end_line(view);
+    fputs("bus  ID   goal present  speed  load     V   C  torque LED  errors", view->out);
+    end_line(view);
+    for (unsigned bus = 0; bus < view->buses; bus++) {
+        for (unsigned i = 0; i < view->bus[bus]->count; i++) {
+            if (rows_left) {
+                rows_left--;
+                draw_servo(view, bus, &view->bus[bus]->node[i].servo);
+            } else {
+                hidden++;
+            }
+        }
+    }
+    if (hidden) {
+        fprintf(view->out, "and %u more: the terminal is too low", hidden);
+        end_line(view);
+    }
+    if (view->terminal) {
+        fprintf(view->out, "\033[%uA", view->lines);
+    }
+    fflush(view->out);
+    view->drawn_ns = realtime_now_ns();
+}
+
+static void refresh(void *context, uint64_t now)
+{
+    struct live_view *view = context;
+    if (realtime_now_ns() - view->drawn_ns >= (view->terminal ? TERMINAL_NS : PLAIN_NS)) {
+        live_view_draw(view, now);
+    }
+    schedule_at(view->schedule, &view->refresh, now + view->clock_Hz / LOOKS_A_SECOND);
+}
+
+void live_view_init(struct live_view *view, FILE *out, struct schedule *schedule, uint32_t clock_Hz)
+{
+    *view = (struct live_view){.out = out, .schedule = schedule, .clock_Hz = clock_Hz};
+    view->terminal = isatty(fileno(out));
+    event_init(&view->refresh, refresh, view);
+    schedule_at(schedule, &view->refresh, schedule->now);
+}
+
+void live_view_add_bus(struct live_view *view, const struct servos *servos)
+{
+    if (view->out) {
+        view->bus[view->buses++] = servos;
+    }
+}
+
+void live_view_end(struct live_view *view, uint64_t now)
+{
+    live_view_draw(view, now);
+    if (view->out && view->terminal) {
+        fprintf(view->out, "\033[%uB\n", view->lines);
+    }
+}

@@ -1,0 +1,609 @@
+#include "output/plot.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#ifndef SIM_SCRIPTS_DIR
+#define SIM_SCRIPTS_DIR "scripts"
+#endif
+
+#define PLOT_WIDTH    1000 // pixels of the panes, as in plot.gp
+#define FEW_PACKETS   200  // are drawn one by one, however thin
+#define THIN_PIXELS   1.5  // the thinnest bar
+#define PLOT_ABSENT   UINT16_MAX
+#define FIRST_BIN_US  5
+#define FIRST_LOOK_US 1000
+#define OVERLAID_MAX  6 // servos whose positions share one pair of axes
+
+extern char **environ;
+
+/* --- keeping -------------------------------------------------------------------------------------
+ */
+
+static void *grow(void *memory, size_t size)
+{
+    void *bigger = realloc(memory, size);
+    if (!bigger) {
+        fputs("out of memory\n", stderr);
+        abort();
+    }
+    return bigger;
+}
+
+static struct plot_lane *lane_of(struct plot *plot, enum plot_sender sender, unsigned bus,
+                                 unsigned id, unsigned duplicate)
+{
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        struct plot_lane *lane = plot->lane[i];
+        if (lane->sender == sender && lane->bus == bus && lane->id == id &&
+            lane->duplicate == duplicate) {
+            return lane;
+        }
+    }
+    struct plot_lane *lane = grow(0, sizeof(*lane));
+    *lane = (struct plot_lane){.sender = sender, .bus = bus, .id = id, .duplicate = duplicate};
+    memset(lane->position, 0xFF, sizeof(lane->position));
+    plot->lane = grow(plot->lane, (plot->lanes + 1) * sizeof(*plot->lane));
+    plot->lane[plot->lanes++] = lane;
+    return lane;
+}
+
+static struct plot_lane *servo_lane(struct plot *plot, unsigned bus, const struct servo_node *node)
+{
+    unsigned duplicate = 0;
+    for (const struct servo_node *n = node->servos->node; n < node; n++) {
+        duplicate += n->id == node->id;
+    }
+    return lane_of(plot, PLOT_SERVO, bus, node->id, duplicate);
+}
+
+static void widen_bins(struct plot *plot)
+{
+    plot->bin *= 2;
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        struct plot_lane *lane = plot->lane[i];
+        for (unsigned b = 0; b < PLOT_BINS; b++) {
+            bool lower = b < PLOT_BINS / 2;
+            lane->busy[b] = lower ? lane->busy[2 * b] + lane->busy[2 * b + 1] : 0;
+            for (unsigned m = 0; m < PLOT_MARKS; m++) {
+                bool *mark = lane->mark[m];
+                mark[b] = lower && (mark[2 * b] || mark[2 * b + 1]);
+            }
+        }
+    }
+}
+
+static unsigned bin_of(struct plot *plot, uint64_t now)
+{
+    while (now / plot->bin >= PLOT_BINS) {
+        widen_bins(plot);
+    }
+    return (unsigned)(now / plot->bin);
+}
+
+static void keep_packet(struct plot *plot, struct plot_lane *lane, uint64_t until)
+{
+    if (plot->packets == PLOT_PACKETS_MAX) {
+        return;
+    }
+    struct plot_packet *last = lane->packets ? &lane->packet[lane->packets - 1] : 0;
+    if (last && lane->since <= last->until + (until - lane->since)) {
+        last->until = until; // a byte time or less behind it: the same packet
+        return;
+    }
+    if (lane->packets == lane->capacity) {
+        lane->capacity = lane->capacity ? 2 * lane->capacity : 16;
+        lane->packet = grow(lane->packet, lane->capacity * sizeof(*lane->packet));
+    }
+    lane->packet[lane->packets++] = (struct plot_packet){lane->since, until};
+    plot->packets++;
+}
+
+static bool bus_is_busy(const struct plot *plot, unsigned bus)
+{
+    bool sends = false;
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        sends = sends || (plot->lane[i]->bus == bus && plot->lane[i]->sending);
+    }
+    return sends;
+}
+
+static void set_sending(struct plot *plot, struct plot_lane *lane, uint64_t now, bool sends)
+{
+    if (lane->sending && !sends) {
+        keep_packet(plot, lane, now);
+        unsigned last = bin_of(plot, now);
+        for (unsigned b = bin_of(plot, lane->since); b <= last; b++) {
+            uint64_t from = b * plot->bin > lane->since ? b * plot->bin : lane->since;
+            uint64_t until = (b + 1) * plot->bin < now ? (b + 1) * plot->bin : now;
+            lane->busy[b] += until - from;
+        }
+    } else if (!lane->sending && sends) {
+        lane->since = now;
+        if (bus_is_busy(plot, lane->bus)) {
+            plot_mark(plot, lane->bus, PLOT_COLLISION, now);
+        }
+    }
+    lane->sending = sends;
+}
+
+void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool sends)
+{
+    if (plot->path) {
+        set_sending(plot, lane_of(plot, PLOT_CONTROLLER, bus, 0, 0), now, sends);
+    }
+}
+
+void plot_servo(struct plot *plot, unsigned bus, uint64_t now, const struct servo_node *node)
+{
+    if (plot->path) {
+        set_sending(plot, servo_lane(plot, bus, node), now, node->driver.enabled);
+    }
+}
+
+void plot_mark(struct plot *plot, unsigned bus, enum plot_mark mark, uint64_t now)
+{
+    if (plot->path) {
+        unsigned bin = bin_of(plot, now);
+        lane_of(plot, PLOT_WIRE, bus, 0, 0)->mark[mark][bin] = true;
+    }
+}
+
+static void widen_samples(struct plot *plot)
+{
+    plot->period *= 2;
+    plot->samples /= 2;
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        struct plot_position *position = plot->lane[i]->position;
+        for (unsigned s = 0; s < PLOT_SAMPLES; s++) {
+            position[s] = s < PLOT_SAMPLES / 2 ? position[2 * s]
+                                               : (struct plot_position){PLOT_ABSENT, PLOT_ABSENT};
+        }
+    }
+}
+
+static void take_sample(struct plot *plot)
+{
+    for (unsigned bus = 0; bus < plot->buses; bus++) {
+        const struct servos *servos = plot->set[bus];
+        for (unsigned i = 0; i < servos->count; i++) {
+            const struct servo *servo = &servos->node[i].servo;
+            servo_lane(plot, bus, &servos->node[i])->position[plot->samples] =
+                (struct plot_position){servo_goal_position(servo), servo_present_position(servo)};
+        }
+    }
+}
+
+static void sample_event(void *context, uint64_t now)
+{
+    struct plot *plot = context;
+    if (plot->samples == PLOT_SAMPLES - 1) { // one is left for the end of the run
+        widen_samples(plot);
+    }
+    if (now >= plot->samples * plot->period) {
+        take_sample(plot);
+        plot->samples++;
+    }
+    schedule_at(plot->schedule, &plot->sample_event, plot->samples * plot->period);
+}
+
+void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos)
+{
+    if (plot->path && bus < PLOT_SETS_MAX) {
+        plot->set[bus] = servos;
+        plot->buses = bus + 1;
+        lane_of(plot, PLOT_WIRE, bus, 0, 0);
+        lane_of(plot, PLOT_CONTROLLER, bus, 0, 0);
+    }
+}
+
+void plot_servos(struct plot *plot, unsigned bus)
+{
+    for (unsigned i = 0; plot->path && i < plot->set[bus]->count; i++) {
+        servo_lane(plot, bus, &plot->set[bus]->node[i]);
+    }
+}
+
+/* --- gnuplot -------------------------------------------------------------------------------------
+ */
+
+/* Its exit status; 127: it is not there. */
+static int run_gnuplot(char *const arguments[], bool quiet)
+{
+    posix_spawn_file_actions_t files;
+    pid_t pid = 0;
+    int status = 0;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    if (quiet) {
+        posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    }
+    int wrong = posix_spawnp(&pid, "gnuplot", &files, 0, arguments, environ);
+    posix_spawn_file_actions_destroy(&files);
+    if (wrong || waitpid(pid, &status, 0) != pid || !WIFEXITED(status)) {
+        return 127;
+    }
+    return WEXITSTATUS(status);
+}
+
+bool plot_open(struct plot *plot, const char *path, const char *title, const char *controller,
+               struct schedule *schedule, uint32_t clock_Hz)
+{
+    char *arguments[] = {"gnuplot", "--version", 0};
+    *plot = (struct plot){.path = path,
+                          .title = title,
+                          .script = SIM_SCRIPTS_DIR "/plot.gp",
+                          .schedule = schedule,
+                          .clock_Hz = clock_Hz,
+                          .controller = controller,
+                          .bin = (uint64_t)clock_Hz * FIRST_BIN_US / 1000000u,
+                          .period = (uint64_t)clock_Hz * FIRST_LOOK_US / 1000000u};
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        fprintf(stderr, "%s: %s\n", path, strerror(errno));
+        return false;
+    }
+    fclose(file);
+    if (run_gnuplot(arguments, true) != 0) {
+        fprintf(stderr, "%s: --plot needs gnuplot (Debian: gnuplot-nox), which does not run\n",
+                path);
+        return false;
+    }
+    event_init(&plot->sample_event, sample_event, plot);
+    schedule_at(schedule, &plot->sample_event, 0);
+    return true;
+}
+
+/* --- drawing: one data file for each kind of thing, parameters in params.gp ----------------------
+ */
+
+/* What is drawn in the upper pane, in the order of the legend. Names are those in plot.gp. */
+enum layer {
+    LAYER_CONTROLLER,
+    LAYER_SERVO,
+    LAYER_1_PERCENT,
+    LAYER_10_PERCENT,
+    LAYER_50_PERCENT,
+    LAYER_100_PERCENT,
+    LAYER_FAULT,
+    LAYER_COLLISION,
+    LAYER_BREACH,
+    LAYER_DAMAGED,
+    LAYERS
+};
+
+static const char *const layer_names[LAYERS] = {
+    "controller", "servo", "bin1",      "bin10",  "bin50",
+    "bin100",     "fault", "collision", "breach", "damaged",
+};
+
+/* One drawing. */
+struct drawing {
+    const struct plot *plot;
+    char folder[64];
+    uint64_t end;
+    double unit_s; // of the time axis
+    const char *unit;
+    FILE *layer[LAYERS]; // opened when first needed
+    bool failed;
+};
+
+static FILE *open_data(struct drawing *drawing, const char *name)
+{
+    char path[128];
+    snprintf(path, sizeof(path), "%s/%s", drawing->folder, name);
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        drawing->failed = true;
+        return fopen("/dev/null", "w");
+    }
+    return file;
+}
+
+/* gnuplot would draw what is there of a file that a full disk has cut. */
+static void close_data(struct drawing *drawing, FILE *file)
+{
+    drawing->failed |= ferror(file) != 0;
+    drawing->failed |= fclose(file) != 0;
+}
+
+static FILE *layer_file(struct drawing *drawing, enum layer layer)
+{
+    if (!drawing->layer[layer]) {
+        drawing->layer[layer] = open_data(drawing, layer_names[layer]);
+    }
+    return drawing->layer[layer];
+}
+
+static double time_on_axis(const struct drawing *drawing, uint64_t cycle)
+{
+    return (double)cycle / drawing->plot->clock_Hz / drawing->unit_s;
+}
+
+static void draw_bar(struct drawing *drawing, enum layer layer, unsigned row, uint64_t from,
+                     uint64_t until)
+{
+    uint64_t thinnest = (uint64_t)(THIN_PIXELS * (double)drawing->end / PLOT_WIDTH);
+    if (until - from < thinnest) {
+        until = from + thinnest;
+    }
+    if (until > drawing->end) {
+        until = drawing->end;
+    }
+    fprintf(layer_file(drawing, layer), "%.9g %.9g %u\n", time_on_axis(drawing, from),
+            time_on_axis(drawing, until), row);
+}
+
+static void draw_packets(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
+{
+    enum layer layer = lane->sender == PLOT_SERVO ? LAYER_SERVO : LAYER_CONTROLLER;
+    for (unsigned i = 0; i < lane->packets; i++) {
+        draw_bar(drawing, layer, row, lane->packet[i].from, lane->packet[i].until);
+    }
+}
+
+static enum layer bin_layer(uint64_t busy, uint64_t bin)
+{
+    static const unsigned percent[] = {1, 10, 50};
+    unsigned layer = 0;
+    while (layer < 3 && busy * 100 > bin * percent[layer]) {
+        layer++;
+    }
+    return LAYER_1_PERCENT + layer;
+}
+
+/* Bins of one shade that follow each other make one bar. */
+static void draw_bins(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
+{
+    uint64_t bin = drawing->plot->bin;
+    for (unsigned b = 0; b < PLOT_BINS;) {
+        if (!lane->busy[b]) {
+            b++;
+            continue;
+        }
+        enum layer layer = bin_layer(lane->busy[b], bin);
+        unsigned first = b++;
+        while (b < PLOT_BINS && lane->busy[b] && bin_layer(lane->busy[b], bin) == layer) {
+            b++;
+        }
+        draw_bar(drawing, layer, row, first * bin, b * bin);
+    }
+}
+
+static void draw_marks(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
+{
+    for (unsigned m = 0; m < PLOT_MARKS; m++) {
+        for (unsigned b = 0; b < PLOT_BINS; b++) {
+            uint64_t middle = b * drawing->plot->bin + drawing->plot->bin / 2;
+            if (lane->mark[m][b]) {
+                fprintf(layer_file(drawing, LAYER_FAULT + m), "%.9g %u\n",
+                        time_on_axis(drawing, middle < drawing->end ? middle : drawing->end), row);
+            }
+        }
+    }
+}
+
+/* Packets as bars, unless they are too many and too thin. */
+static bool bars_will_do(const struct plot *plot, uint64_t end)
+{
+    uint64_t length = 0;
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        for (unsigned p = 0; p < plot->lane[i]->packets; p++) {
+            length += plot->lane[i]->packet[p].until - plot->lane[i]->packet[p].from;
+        }
+    }
+    bool wide = length * PLOT_WIDTH >= plot->packets * end;
+    return plot->packets < PLOT_PACKETS_MAX && (wide || plot->packets <= FEW_PACKETS);
+}
+
+static double degrees(uint16_t position)
+{
+    return position * 300.0 / 1023.0;
+}
+
+/* A block of lines `time goal present` for each servo; an empty line where there was none. */
+static void draw_positions(struct drawing *drawing)
+{
+    const struct plot *plot = drawing->plot;
+    FILE *file = open_data(drawing, "positions");
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        const struct plot_lane *lane = plot->lane[i];
+        if (lane->sender != PLOT_SERVO) {
+            continue;
+        }
+        for (unsigned s = 0; s <= plot->samples; s++) {
+            uint64_t time = s < plot->samples ? s * plot->period : drawing->end;
+            if (lane->position[s].goal == PLOT_ABSENT) {
+                fprintf(file, "%.9g NaN NaN\n", time_on_axis(drawing, time));
+            } else {
+                fprintf(file, "%.9g %.5g %.5g\n", time_on_axis(drawing, time),
+                        degrees(lane->position[s].goal), degrees(lane->position[s].present));
+            }
+        }
+        fputs("\n\n", file);
+    }
+    close_data(drawing, file);
+}
+
+static void write_name(const struct plot *plot, const struct plot_lane *lane, FILE *file)
+{
+    if (plot->buses > 1) {
+        fprintf(file, "bus %u ", lane->bus);
+    }
+    switch (lane->sender) {
+    case PLOT_WIRE: fputs("wire", file); break;
+    case PLOT_CONTROLLER: fputs(plot->controller, file); break;
+    case PLOT_SERVO:
+        fprintf(file, lane->duplicate ? "servo %u (%u)" : "servo %u", lane->id,
+                lane->duplicate + 1);
+        break;
+    }
+}
+
+/* An array of gnuplot with the names of lanes, all or only those of servos. */
+static void write_names(const struct plot *plot, const char *what, bool servos, FILE *file)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        count += !servos || plot->lane[i]->sender == PLOT_SERVO;
+    }
+    fprintf(file, "%ss = %u\narray %s[%u]\n", what, count, what, count ? count : 1);
+    for (unsigned i = 0, row = 1; i < plot->lanes; i++) {
+        if (!servos || plot->lane[i]->sender == PLOT_SERVO) {
+            fprintf(file, "%s[%u] = '", what, row++);
+            write_name(plot, plot->lane[i], file);
+            fputs("'\n", file);
+        }
+    }
+}
+
+static void write_text(FILE *file, const char *name, const char *text)
+{
+    fprintf(file, "%s = '", name);
+    for (const char *c = text; *c; c++) {
+        fprintf(file, *c == '\'' ? "''" : "%c", *c);
+    }
+    fputs("'\n", file);
+}
+
+static void write_parameters(struct drawing *drawing)
+{
+    const struct plot *plot = drawing->plot;
+    FILE *file = open_data(drawing, "params.gp");
+    write_text(file, "svg", plot->path);
+    write_text(file, "name", plot->title);
+    write_text(file, "talker", plot->controller);
+    write_text(file, "unit", drawing->unit);
+    fprintf(file, "end = %.9g\nwidth = %d\noverlaid = %d\n", time_on_axis(drawing, drawing->end),
+            PLOT_WIDTH, OVERLAID_MAX);
+    fprintf(file, "bin = '%.3g ms'\n", (double)plot->bin * 1000.0 / plot->clock_Hz);
+    fprintf(file, "layers = '");
+    for (unsigned i = 0; i < LAYERS; i++) {
+        if (drawing->layer[i]) {
+            fprintf(file, "%s ", layer_names[i]);
+        }
+    }
+    fputs("'\n", file);
+    write_names(plot, "lane", false, file);
+    write_names(plot, "servo", true, file);
+    close_data(drawing, file);
+}
+
+static void write_sheet(struct drawing *drawing)
+{
+    const struct plot *plot = drawing->plot;
+    bool bars = bars_will_do(plot, drawing->end);
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        const struct plot_lane *lane = plot->lane[i];
+        unsigned row = plot->lanes - i;
+        if (bars) {
+            draw_packets(drawing, lane, row);
+        } else {
+            draw_bins(drawing, lane, row);
+        }
+        draw_marks(drawing, lane, row);
+    }
+    draw_positions(drawing);
+    write_parameters(drawing);
+    for (unsigned i = 0; i < LAYERS; i++) {
+        if (drawing->layer[i]) {
+            close_data(drawing, drawing->layer[i]);
+        }
+    }
+}
+
+static void remove_folder(const char *folder)
+{
+    static const char *const others[] = {"positions", "params.gp"};
+    char path[128];
+    for (unsigned i = 0; i < LAYERS + 2; i++) {
+        snprintf(path, sizeof(path), "%s/%s", folder,
+                 i < LAYERS ? layer_names[i] : others[i - LAYERS]);
+        unlink(path);
+    }
+    rmdir(folder);
+}
+
+static void choose_unit(struct drawing *drawing)
+{
+    double seconds = (double)drawing->end / drawing->plot->clock_Hz;
+    drawing->unit = seconds < 0.002 ? "us" : seconds < 2 ? "ms" : "s";
+    drawing->unit_s = seconds < 0.002 ? 1e-6 : seconds < 2 ? 1e-3 : 1;
+}
+
+/* Buses one below the other; on each its wire, its controller, its servos as they came. */
+static void sort_lanes(struct plot *plot)
+{
+    for (unsigned i = 1; i < plot->lanes; i++) {
+        struct plot_lane *lane = plot->lane[i];
+        unsigned to = i;
+        for (; to > 0; to--) {
+            const struct plot_lane *above = plot->lane[to - 1];
+            if (above->bus < lane->bus ||
+                (above->bus == lane->bus && above->sender <= lane->sender)) {
+                break;
+            }
+            plot->lane[to] = plot->lane[to - 1];
+        }
+        plot->lane[to] = lane;
+    }
+}
+
+/* gnuplot does not tell of a full disk: is the picture whole? */
+static bool is_whole(const char *path)
+{
+    char tail[16] = "";
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        return false;
+    }
+    fseek(file, -(long)(sizeof(tail) - 1), SEEK_END);
+    size_t got = fread(tail, 1, sizeof(tail) - 1, file);
+    fclose(file);
+    return got == sizeof(tail) - 1 && strstr(tail, "</svg>");
+}
+
+bool plot_draw(struct plot *plot, uint64_t end)
+{
+    if (!plot->path || !end) {
+        return true;
+    }
+    struct drawing drawing = {.plot = plot, .end = end};
+    char set_folder[128];
+    char *arguments[] = {"gnuplot", "-e", set_folder, (char *)plot->script, 0};
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        set_sending(plot, plot->lane[i], end, false);
+    }
+    take_sample(plot);
+    sort_lanes(plot);
+    choose_unit(&drawing);
+    snprintf(drawing.folder, sizeof(drawing.folder), "/tmp/cds55xx-plot.XXXXXX");
+    if (!mkdtemp(drawing.folder)) {
+        fprintf(stderr, "%s: %s\n", drawing.folder, strerror(errno));
+        return false;
+    }
+    write_sheet(&drawing);
+    snprintf(set_folder, sizeof(set_folder), "folder = '%s'", drawing.folder);
+    bool good = !drawing.failed && run_gnuplot(arguments, false) == 0 && is_whole(plot->path);
+    remove_folder(drawing.folder);
+    if (!good) {
+        fprintf(stderr, "%s: gnuplot could not draw it: is the disk full?\n", plot->path);
+    }
+    return good;
+}
+
+void plot_free(struct plot *plot)
+{
+    for (unsigned i = 0; i < plot->lanes; i++) {
+        free(plot->lane[i]->packet);
+        free(plot->lane[i]);
+    }
+    free(plot->lane);
+    *plot = (struct plot){0};
+}

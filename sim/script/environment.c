@@ -1,0 +1,148 @@
+#include "script/environment.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "script/lexer.h"
+
+static const struct property_row {
+    const char *word;
+    int32_t scale; // 0: on or off
+    int32_t lowest, highest;
+    const char *wanted;
+} rows[ENVIRONMENT_COUNT] = {
+    [ENVIRONMENT_POWER] = {"power", 0, 0, 1, "on or off is wanted"},
+    [ENVIRONMENT_SUPPLY] = {"supply", 10, 0, 255, "volts are wanted, 0 to 25.5"},
+    [ENVIRONMENT_AMBIENT] = {"ambient", 1, 0, 255, "degrees Celsius are wanted, 0 to 255"},
+    [ENVIRONMENT_LOAD] = {"load", 1, -2046, 2046, "a load is wanted, -2046 to 2046 (1023: stall)"},
+    [ENVIRONMENT_BLOCK] = {"block", 0, 0, 1, "on or off is wanted"},
+};
+
+enum environment_property environment_find(const char *word)
+{
+    enum environment_property property = 0;
+    while (property < ENVIRONMENT_COUNT && strcmp(rows[property].word, word) != 0) {
+        property++;
+    }
+    return property;
+}
+
+bool environment_is_quantity(enum environment_property property)
+{
+    return rows[property].scale != 0;
+}
+
+const char *environment_parse(enum environment_property property, const char *text, int32_t *value)
+{
+    const struct property_row *row = &rows[property];
+    bool on = false;
+    bool good = row->scale ? lexer_decimal(text, row->scale, row->lowest, row->highest, value)
+                           : lexer_switch(text, &on);
+    if (good && !row->scale) {
+        *value = on;
+    }
+    return good ? 0 : row->wanted;
+}
+
+static int32_t value_of(const struct servo_node *node, enum environment_property property)
+{
+    const struct servo_environment *surroundings = &node->servo.environment;
+    switch (property) {
+    case ENVIRONMENT_SUPPLY: return surroundings->supply_dV;
+    case ENVIRONMENT_AMBIENT: return surroundings->ambient_C;
+    default: return surroundings->load; // what is no quantity has no ramp
+    }
+}
+
+static void set(struct servo_node *node, uint64_t now, enum environment_property property,
+                int32_t value)
+{
+    struct servo_environment *surroundings = &node->servo.environment;
+    switch (property) {
+    case ENVIRONMENT_POWER: servo_node_power(node, now, value != 0); break;
+    case ENVIRONMENT_SUPPLY: surroundings->supply_dV = (uint8_t)value; break;
+    case ENVIRONMENT_AMBIENT: surroundings->ambient_C = (uint8_t)value; break;
+    case ENVIRONMENT_LOAD: surroundings->load = (int16_t)value; break;
+    default: surroundings->blocked = value != 0; break;
+    }
+}
+
+static void step(void *context, uint64_t now)
+{
+    struct environment *environment = context;
+    unsigned kept = 0;
+    for (unsigned i = 0; i < environment->count; i++) {
+        struct ramp ramp = environment->ramp[i];
+        bool over = now >= ramp.end;
+        int64_t way = over ? ramp.to - ramp.from
+                           : (ramp.to - ramp.from) * (int64_t)(now - ramp.start) /
+                                 (int64_t)(ramp.end - ramp.start);
+        set(ramp.node, now, ramp.property, ramp.from + (int32_t)way);
+        environment->ramp[kept] = ramp;
+        kept += !over;
+    }
+    environment->count = kept;
+    if (kept) {
+        schedule_at(environment->schedule, &environment->step, now + environment->period);
+    }
+}
+
+static void end_ramp(struct environment *environment, const struct servo_node *node,
+                     enum environment_property property)
+{
+    unsigned kept = 0;
+    for (unsigned i = 0; i < environment->count; i++) {
+        struct ramp ramp = environment->ramp[i];
+        environment->ramp[kept] = ramp;
+        kept += ramp.node != node || ramp.property != property;
+    }
+    environment->count = kept;
+}
+
+static void add_ramp(struct environment *environment, const struct ramp *ramp)
+{
+    if (environment->count == environment->capacity) {
+        environment->capacity = environment->capacity ? environment->capacity * 2 : 32;
+        struct ramp *bigger = realloc(environment->ramp, environment->capacity * sizeof(*bigger));
+        if (!bigger) {
+            fputs("out of memory\n", stderr);
+            abort();
+        }
+        environment->ramp = bigger;
+    }
+    environment->ramp[environment->count++] = *ramp;
+}
+
+void environment_set(struct environment *environment, uint64_t now, struct servo_node *node,
+                     enum environment_property property, int32_t value, uint64_t over)
+{
+    end_ramp(environment, node, property);
+    if (over == 0) {
+        set(node, now, property, value);
+        return;
+    }
+    struct ramp ramp = {node, property, value_of(node, property), value, now, now + over};
+    add_ramp(environment, &ramp);
+    if (!event_armed(&environment->step)) {
+        schedule_at(environment->schedule, &environment->step, now + environment->period);
+    }
+}
+
+void environment_stop_ramps(struct environment *environment)
+{
+    environment->count = 0;
+}
+
+void environment_init(struct environment *environment, struct schedule *schedule, uint32_t clock_Hz)
+{
+    *environment = (struct environment){.schedule = schedule, .period = clock_Hz / 1000};
+    event_init(&environment->step, step, environment);
+}
+
+void environment_free(struct environment *environment)
+{
+    free(environment->ramp);
+    environment->ramp = 0;
+    environment->count = environment->capacity = 0;
+}

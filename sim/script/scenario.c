@@ -1,0 +1,244 @@
+#include "script/scenario.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "script/faults.h"
+#include "output/files.h"
+#include "script/lexer.h"
+
+bool scenario_complain(const struct scenario *scenario, unsigned line, const char *what)
+{
+    fprintf(stderr, "%s:%u: %s\n", scenario->path, line, what);
+    return false;
+}
+
+/* --- one line ------------------------------------------------------------------------------------
+ */
+
+static const char *parse_ids(bool set[IDS_MAX], const char *text)
+{
+    uint8_t ids[IDS_MAX];
+    unsigned count = 0;
+    const char *wrong = ids_parse(text, true, ids, &count);
+    for (unsigned i = 0; i < count; i++) {
+        set[ids[i]] = true;
+    }
+    return wrong;
+}
+
+static const char *parse_servos(struct scenario_line *line, char *rest)
+{
+    return parse_ids(line->ids, rest);
+}
+
+static const char *parse_switch(struct scenario_line *line, char *rest)
+{
+    return lexer_switch(rest, &line->flag) ? 0 : "on or off is wanted";
+}
+
+static const char *parse_ms(struct scenario_line *line, char *rest)
+{
+    int32_t ms = 0;
+    bool good = lexer_number(rest, 0, SCENARIO_MS_MAX, &ms);
+    line->ms = (uint32_t)ms;
+    return good ? 0 : "milliseconds are wanted, an hour at most";
+}
+
+static const char *parse_print(struct scenario_line *line, char *rest)
+{
+    (void)line, (void)rest;
+    return 0;
+}
+
+static const char *parse_send(struct scenario_line *line, char *rest)
+{
+    (void)line;
+    const char *at = rest;
+    struct lexer_byte byte;
+    unsigned size = 0;
+    while (lexer_byte(&at, &byte) && !byte.any && !byte.framing_error) {
+        size++;
+    }
+    if (size > SCENARIO_SEND_MAX) {
+        return "1024 bytes at most in one line";
+    }
+    return *rest && !*at && !byte.any && !byte.framing_error
+               ? 0
+               : "bytes in hexadecimal are wanted, as in FF FF 01 02 01 FB";
+}
+
+static const char *parse_baud(struct scenario_line *line, char *rest)
+{
+    return lexer_number(rest, 300, 2000000, &line->value) ? 0 : "wanted: 300 to 2000000 baud";
+}
+
+static const char *parse_fault(struct scenario_line *line, char *rest)
+{
+    (void)line;
+    return faults_check(rest);
+}
+
+static const char *parse_expect(struct scenario_line *line, char *rest)
+{
+    return expect_parse(&line->expectation, rest);
+}
+
+static const char *parse_show(struct scenario_line *line, char *rest)
+{
+    return expect_parse_show(&line->expectation, rest);
+}
+
+static const char *parse_reset(struct scenario_line *line, char *rest)
+{
+    return reset_order_parse(&line->reset, rest);
+}
+
+static const char *parse_hang(struct scenario_line *line, char *rest)
+{
+    return hang_order_parse(&line->reset, rest);
+}
+
+/* [IDS] VALUE [over MS] */
+static const char *parse_environment(struct scenario_line *line, char *rest)
+{
+    char *word[4];
+    unsigned count = lexer_split(rest, word, 4);
+    if (count >= 3 && count <= 4 && strcmp(word[count - 2], "over") == 0) {
+        if (!environment_is_quantity(line->property)) {
+            return "what is on or off cannot take time";
+        }
+        const char *wrong = parse_ms(line, word[count - 1]);
+        if (wrong) {
+            return wrong;
+        }
+        count -= 2;
+    }
+    if (count < 1 || count > 2) {
+        return "wanted: [IDS] VALUE [over MS]";
+    }
+    line->all = count == 1;
+    const char *wrong = line->all ? 0 : parse_ids(line->ids, word[0]);
+    return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
+}
+
+/* A line that begins with `@`, without it. Returns 0, or what is wrong. */
+static const char *parse_action(struct scenario_line *line, char *text)
+{
+    static const struct {
+        const char *word;
+        enum scenario_verb verb;
+        const char *(*parse)(struct scenario_line *line, char *rest);
+    } verbs[] = {
+        {"servos", SCENARIO_SERVOS, parse_servos},
+        {"wait", SCENARIO_WAIT, parse_ms},
+        {"at", SCENARIO_AT, parse_ms},
+        {"print", SCENARIO_PRINT, parse_print},
+        {"echo", SCENARIO_ECHO, parse_switch},
+        {"send", SCENARIO_SEND, parse_send},
+        {"fault", SCENARIO_FAULT, parse_fault},
+        {"expect", SCENARIO_EXPECT, parse_expect},
+        {"baud", SCENARIO_BAUD, parse_baud},
+        {"show", SCENARIO_SHOW, parse_show},
+        {"reset", SCENARIO_RESET, parse_reset},
+        {"hang", SCENARIO_RESET, parse_hang},
+    };
+    char *rest = lexer_rest(text);
+    line->text = rest;
+    for (size_t i = 0; i < sizeof(verbs) / sizeof(verbs[0]); i++) {
+        if (strcmp(verbs[i].word, text) == 0) {
+            line->verb = verbs[i].verb;
+            return verbs[i].parse(line, rest);
+        }
+    }
+    line->verb = SCENARIO_ENVIRONMENT;
+    line->property = environment_find(text);
+    return line->property < ENVIRONMENT_COUNT
+               ? parse_environment(line, rest)
+               : "unknown @ command; there are @servos @power @supply @ambient @load @block @fault "
+                 "@reset @hang @wait @at @send @baud @expect @show @print @echo";
+}
+
+static const char *parse_line(struct scenario_line *line, char *text)
+{
+    if (text[0] == '@') {
+        return parse_action(line, text + 1);
+    }
+    line->verb = SCENARIO_COMMAND;
+    line->flag = text[0] == '!';
+    line->text = line->flag ? lexer_trim(text + 1) : text;
+    return line->text[0] ? 0 : "a command is wanted behind the !";
+}
+
+int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX])
+{
+    if (line->verb == SCENARIO_SERVOS) {
+        memcpy(there, line->ids, sizeof(line->ids));
+        return -1;
+    }
+    bool looks = line->expectation.kind == EXPECT_SERVO &&
+                 (line->verb == SCENARIO_EXPECT || line->verb == SCENARIO_SHOW);
+    const bool *named = looks ? line->expectation.ids : line->ids;
+    for (int id = 0; id < IDS_MAX; id++) {
+        if (named[id] && !there[id]) {
+            return id;
+        }
+    }
+    return -1;
+}
+
+/* --- the file ------------------------------------------------------------------------------------
+ */
+
+static bool read_lines(struct scenario *scenario)
+{
+    unsigned number = 0;
+    for (char *next = scenario->text; next;) {
+        char *text = next;
+        next = strchr(text, '\n');
+        if (next) {
+            *next++ = 0;
+        }
+        number++;
+        text = lexer_trim(text);
+        if (text[0] == 0 || text[0] == '#') {
+            continue;
+        }
+        struct scenario_line *line = &scenario->line[scenario->count++];
+        line->number = number;
+        line->source = strcpy(scenario->source + (text - scenario->text), text);
+        const char *wrong = parse_line(line, text);
+        if (wrong) {
+            return scenario_complain(scenario, number, wrong);
+        }
+    }
+    return true;
+}
+
+bool scenario_read(struct scenario *scenario, const char *path)
+{
+    *scenario = (struct scenario){.path = path, .text = files_read_text(path)};
+    if (!scenario->text) {
+        return false;
+    }
+    size_t lines = 1;
+    for (const char *c = scenario->text; *c; c++) {
+        lines += *c == '\n';
+    }
+    scenario->source = strdup(scenario->text);
+    scenario->line = calloc(lines, sizeof(*scenario->line));
+    if (!scenario->source || !scenario->line) {
+        return scenario_complain(scenario, 0, "out of memory");
+    }
+    return read_lines(scenario);
+}
+
+void scenario_free(struct scenario *scenario)
+{
+    free(scenario->line);
+    free(scenario->source);
+    free(scenario->text);
+    *scenario = (struct scenario){0};
+}

@@ -1,0 +1,440 @@
+#include "script/script.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "script/lexer.h"
+
+#define POLL_US        100   // for the firmware to listen, and for what is expected
+#define PACKET_US      100   // after one that was expected
+#define READY_AFTER_US 1000  // a PC is not that fast either
+#define RESET_AFTER_US 10000 // the rest of a line is answered meanwhile
+
+static uint64_t cycles(const struct script *script, uint64_t us)
+{
+    return us * script->clock_Hz / 1000000;
+}
+
+static const struct scenario_line *current(const struct script *script)
+{
+    return &script->scenario.line[script->next - 1];
+}
+
+unsigned script_line_number(const struct script *script)
+{
+    return script->next ? current(script)->number : 0;
+}
+
+static void step_at(struct script *script, uint64_t time)
+{
+    schedule_at(script->schedule, &script->step, time);
+}
+
+static void finish(struct script *script, uint64_t now)
+{
+    script->done = true;
+    script->ops->finished(script->ops->context, now);
+}
+
+static void fail_expectation(struct script *script, uint64_t now, const char *what)
+{
+    script->ops->outcome(script->ops->context, now, SCRIPT_UNMET, what);
+    finish(script, now);
+}
+
+/* --- the lines -----------------------------------------------------------------------------------
+ */
+
+/* Each returns true when the next line may follow at once; else the step was put off, or the
+ * scenario is over. */
+
+static bool do_command(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    if (script->echo) {
+        fprintf(script->out, "> %s\n", line->text);
+    }
+    script->awaits_reply = true;
+    script->ops->say(script->ops->context, now, line->text, strlen(line->text));
+    script->ops->say(script->ops->context, now, "\n", 1);
+    uint64_t reply_timeout = cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull);
+    schedule_at(script->schedule, &script->reply_timeout, now + reply_timeout);
+    return false;
+}
+
+static bool do_servos(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    uint8_t ids[IDS_MAX];
+    unsigned count = 0;
+    ids_parse(line->text, true, ids, &count);
+    environment_stop_ramps(&script->environment);
+    script->ops->servos(script->ops->context, now, ids, count);
+    return true;
+}
+
+static bool do_wait(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    step_at(script, now + cycles(script, line->ms * 1000ull));
+    return false;
+}
+
+static bool do_at(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    uint64_t time = cycles(script, line->ms * 1000ull);
+    if (time < now) {
+        char what[80];
+        snprintf(what, sizeof(what), "@at %u: it is %.3f ms already", line->ms,
+                 (double)now * 1000.0 / script->clock_Hz);
+        fail_expectation(script, now, what);
+    } else {
+        step_at(script, time);
+    }
+    return false;
+}
+
+static bool do_print(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    fprintf(script->out, "%s\n", line->text);
+    return true;
+}
+
+static bool do_echo(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    script->echo = line->flag;
+    script->ops->echo(script->ops->context, line->flag);
+    return true;
+}
+
+static bool do_baud(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    script->ops->baud(script->ops->context, (uint32_t)line->value);
+    return true;
+}
+
+static bool do_send(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    uint8_t bytes[SCENARIO_SEND_MAX];
+    size_t size = 0;
+    struct lexer_byte byte;
+    for (const char *at = line->text; size < SCENARIO_SEND_MAX && lexer_byte(&at, &byte); size++) {
+        bytes[size] = byte.byte;
+    }
+    step_at(script, script->ops->send(script->ops->context, now, bytes, size));
+    return false;
+}
+
+static bool do_fault(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    const char *wrong = script->ops->fault(script->ops->context, now, line->text);
+    if (wrong) {
+        char what[200];
+        snprintf(what, sizeof(what), "%.80s: %s", line->source, wrong);
+        fail_expectation(script, now, what);
+    }
+    return !wrong;
+}
+
+static bool do_reset(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    script->ops->reset(script->ops->context, now, &line->reset);
+    step_at(script, now + 1); // what happens now happens before the next line
+    return false;
+}
+
+static bool do_environment(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    const struct script_ops *ops = script->ops;
+    uint64_t over = cycles(script, line->ms * 1000ull);
+    struct servos *servos;
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
+        for (unsigned i = 0; i < servos->count; i++) {
+            struct servo_node *node = &servos->node[i];
+            if (line->all || line->ids[node->id]) {
+                environment_set(&script->environment, now, node, line->property, line->value, over);
+            }
+        }
+    }
+    return true;
+}
+
+static bool do_expect(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    struct expect_sources *sources = &script->sources;
+    if (!script->expecting) {
+        sources->edges = script->recorder.edges;
+        sources->end = now + cycles(script, line->expectation.ms * 1000ull);
+    }
+    char seen[400] = "";
+    enum expect_result result = expect_check(&line->expectation, sources, now, seen, sizeof(seen));
+    script->expecting = result == EXPECT_PENDING && now < sources->end;
+    if (script->expecting) {
+        uint64_t poll = now + cycles(script, POLL_US);
+        step_at(script, poll < sources->end ? poll : sources->end);
+    } else if (result != EXPECT_MET) {
+        char what[800];
+        snprintf(what, sizeof(what), "%.300s: not met; seen: %s", line->source, seen);
+        fail_expectation(script, now, what);
+    }
+    if (result == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
+        step_at(script, now + cycles(script, PACKET_US)); // it is told in its last stop bit
+        return false;
+    }
+    return result == EXPECT_MET;
+}
+
+static bool do_show(struct script *script, uint64_t now, const struct scenario_line *line)
+{
+    (void)now;
+    expect_show(&line->expectation, &script->sources, script->out);
+    return true;
+}
+
+/* What is forgotten of what was seen. */
+enum clearing { CLEAR_NEVER, CLEAR_BEFORE, CLEAR_AFTER };
+
+static const struct {
+    bool (*run)(struct script *script, uint64_t now, const struct scenario_line *line);
+    enum clearing clearing;
+} verbs[] = {
+    [SCENARIO_COMMAND] = {do_command, CLEAR_BEFORE},
+    [SCENARIO_SERVOS] = {do_servos, CLEAR_NEVER},
+    [SCENARIO_WAIT] = {do_wait, CLEAR_AFTER},
+    [SCENARIO_AT] = {do_at, CLEAR_AFTER},
+    [SCENARIO_PRINT] = {do_print, CLEAR_NEVER},
+    [SCENARIO_ECHO] = {do_echo, CLEAR_NEVER},
+    [SCENARIO_BAUD] = {do_baud, CLEAR_NEVER},
+    [SCENARIO_SEND] = {do_send, CLEAR_BEFORE},
+    [SCENARIO_FAULT] = {do_fault, CLEAR_NEVER},
+    [SCENARIO_ENVIRONMENT] = {do_environment, CLEAR_NEVER},
+    [SCENARIO_RESET] = {do_reset, CLEAR_NEVER},
+    [SCENARIO_EXPECT] = {do_expect, CLEAR_NEVER},
+    [SCENARIO_SHOW] = {do_show, CLEAR_NEVER},
+};
+
+/* --- line after line -----------------------------------------------------------------------------
+ */
+
+/* Does the console listen? If not, the command waits until it does. */
+static bool listens(struct script *script, uint64_t now)
+{
+    if (!script->started && !script->command_waits) {
+        script->command_waits = true;
+        schedule_at(script->schedule, &script->reply_timeout,
+                    now + cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull));
+    }
+    return script->started;
+}
+
+static void clear_records(struct script *script, enum clearing clearing)
+{
+    if (script->next && verbs[current(script)->verb].clearing == clearing) {
+        recorder_clear(&script->recorder);
+    }
+}
+
+static void step(void *context, uint64_t now)
+{
+    struct script *script = context;
+    if (script->started) {
+        schedule_cancel(script->schedule, &script->reply_timeout);
+    }
+    clear_records(script, CLEAR_AFTER);
+    bool go_on = !script->expecting || do_expect(script, now, current(script));
+    while (go_on && script->next < script->scenario.count) {
+        const struct scenario_line *line = &script->scenario.line[script->next];
+        if (line->verb == SCENARIO_COMMAND && !listens(script, now)) {
+            return;
+        }
+        script->next++;
+        clear_records(script, CLEAR_BEFORE);
+        go_on = verbs[line->verb].run(script, now, line);
+    }
+    if (go_on) {
+        finish(script, now);
+    }
+}
+
+/* Whatever the scenario does meanwhile. */
+static void probe(void *context, uint64_t now)
+{
+    struct script *script = context;
+    if (!script->ready) {
+        script->ready = script->ops->ready(script->ops->context);
+        schedule_at(script->schedule, &script->probe,
+                    now + cycles(script, script->ready ? script->quiet_us : POLL_US));
+        return;
+    }
+    if (script->quiet_us == RESET_AFTER_US) {
+        script->reply_size = 0; // half a byte of before the reset
+    }
+    script->started = true;
+    if (script->command_waits) {
+        script->command_waits = false;
+        step(script, now);
+    }
+}
+
+static void reply_timed_out(void *context, uint64_t now)
+{
+    struct script *script = context;
+    const char *what = "the firmware never listened";
+    if (script->started) {
+        what = current(script)->text;
+    } else {
+        script->next++; // to the line that nobody listened to
+        schedule_cancel(script->schedule, &script->probe);
+    }
+    script->ops->outcome(script->ops->context, now, SCRIPT_SILENCE, what);
+    finish(script, now);
+}
+
+/* --- what comes back -----------------------------------------------------------------------------
+ */
+
+static void reply_line(struct script *script, uint64_t now)
+{
+    const char *reply = script->reply;
+    if (script->echo) {
+        fprintf(script->out, "%s\n", reply);
+    }
+    recorder_add_line(&script->recorder, reply);
+    bool error = strncmp(reply, "error ", 6) == 0;
+    if (!script->awaits_reply || (!error && strcmp(reply, "ok") != 0)) {
+        return;
+    }
+    script->awaits_reply = false;
+    const struct scenario_line *line = current(script);
+    char what[SCRIPT_REPLY_SIZE * 2];
+    snprintf(what, sizeof(what), "%.180s: %s", line->text, reply);
+    enum script_outcome outcome = error == line->flag ? SCRIPT_GOOD
+                                  : error             ? SCRIPT_UNEXPECTED_ERROR
+                                                      : SCRIPT_UNEXPECTED_OK;
+    script->ops->outcome(script->ops->context, now, outcome, what);
+    step_at(script, now);
+}
+
+void script_receive(struct script *script, uint64_t now, uint8_t byte)
+{
+    if (byte == '\n') {
+        script->reply[script->reply_size] = 0;
+        script->reply_size = 0;
+        reply_line(script, now);
+    } else if (byte != '\r' && script->reply_size < SCRIPT_REPLY_SIZE - 1) {
+        script->reply[script->reply_size++] = (char)byte;
+    }
+}
+
+void script_record_packet(struct script *script, const struct transcript *transcript)
+{
+    recorder_add_packet(&script->recorder, transcript);
+}
+
+void script_was_reset(struct script *script, uint64_t now)
+{
+    script->ready = script->started = false;
+    script->quiet_us = RESET_AFTER_US;
+    if (script->ops->ready && !script->done) {
+        schedule_at(script->schedule, &script->probe, now);
+    }
+    if (script->awaits_reply) {
+        script->awaits_reply = false;
+        schedule_cancel(script->schedule, &script->reply_timeout);
+        step_at(script, now);
+    }
+}
+
+/* --- begin and end -------------------------------------------------------------------------------
+ */
+
+static const char *missing_part(const struct script_ops *ops, enum scenario_verb verb)
+{
+    switch (verb) {
+    case SCENARIO_COMMAND:
+        return ops->say    ? 0
+               : ops->send ? "there is no console here: use @send"
+                           : "there is no console here: only lines that begin with @";
+    case SCENARIO_SEND:
+    case SCENARIO_BAUD: return ops->send ? 0 : "only without firmware: cds55xx-sim bus";
+    case SCENARIO_RESET: return ops->reset ? 0 : "there is no controller here";
+    case SCENARIO_FAULT: return ops->fault ? 0 : "no faults can be ordered here";
+    default: return 0;
+    }
+}
+
+/* An ID stands twice, and the bus is not one that may have that. */
+static const char *reset_conflict(const struct script_ops *ops, const struct scenario_line *line)
+{
+    uint8_t ids[IDS_MAX];
+    unsigned count = 0;
+    const struct servos *servos = ops->bus(ops->context, 0);
+    bool allowed = line->verb != SCENARIO_SERVOS || !servos || servos->duplicates;
+    return allowed || !ids_parse(line->text, false, ids, &count)
+               ? 0
+               : "an ID occurs twice, and there is no --allow-duplicates";
+}
+
+static bool check(const struct script *script)
+{
+    const struct script_ops *ops = script->ops;
+    bool there[IDS_MAX] = {false};
+    const struct servos *servos;
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
+        for (unsigned i = 0; i < servos->count; i++) {
+            there[servos->node[i].id] = true;
+        }
+    }
+    for (unsigned i = 0; i < script->scenario.count; i++) {
+        const struct scenario_line *line = &script->scenario.line[i];
+        char what[80];
+        int absent = scenario_absent(line, there);
+        snprintf(what, sizeof(what), "there is no servo %d at this line", absent);
+        const char *wrong = absent >= 0 ? what : missing_part(ops, line->verb);
+        wrong = wrong ? wrong : reset_conflict(ops, line);
+        if (wrong) {
+            return scenario_complain(&script->scenario, line->number, wrong);
+        }
+    }
+    return true;
+}
+
+bool script_read(struct script *script, const char *path)
+{
+    *script = (struct script){0};
+    return scenario_read(&script->scenario, path);
+}
+
+bool script_start(struct script *script, struct schedule *schedule, uint32_t clock_Hz,
+                  const struct script_ops *ops, FILE *out)
+{
+    script->schedule = schedule;
+    script->clock_Hz = clock_Hz;
+    script->ops = ops;
+    script->out = out;
+    script->quiet_us = READY_AFTER_US;
+    environment_init(&script->environment, schedule, clock_Hz);
+    recorder_init(&script->recorder);
+    struct servos *servos;
+    for (unsigned bus = 0; (servos = ops->bus(ops->context, bus)) != 0; bus++) {
+        recorder_watch(&script->recorder, servos->net);
+    }
+    script->sources = (struct expect_sources){.recorder = &script->recorder,
+                                              .rules = ops->rules,
+                                              .bus = ops->bus,
+                                              .context = ops->context};
+    event_init(&script->step, step, script);
+    event_init(&script->reply_timeout, reply_timed_out, script);
+    event_init(&script->probe, probe, script);
+    if (ops->ready) {
+        schedule_at(schedule, &script->probe, schedule->now);
+    }
+    step_at(script, schedule->now + (ops->ready ? cycles(script, READY_AFTER_US) : 0));
+    return check(script);
+}
+
+void script_free(struct script *script)
+{
+    environment_free(&script->environment);
+    scenario_free(&script->scenario);
+}

@@ -1,0 +1,49 @@
+#include "servo/ids.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+
+#define HIGHEST_ID 253
+
+static bool parse_number(const char **text, unsigned *value)
+{
+    if (!isdigit((unsigned char)**text)) {
+        return false;
+    }
+    char *end = 0;
+    unsigned long number = strtoul(*text, &end, 10);
+    *text = end;
+    *value = number > HIGHEST_ID ? HIGHEST_ID + 1 : (unsigned)number;
+    return true;
+}
+
+const char *ids_parse(const char *text, bool allow_duplicates, uint8_t ids[IDS_MAX],
+                      unsigned *count)
+{
+    bool seen[IDS_MAX] = {false};
+    *count = 0;
+    do {
+        unsigned first = 0;
+        if (!parse_number(&text, &first)) {
+            return "a list of IDs is wanted, as in 1-18 or 0,1,5-7";
+        }
+        unsigned last = first;
+        if (*text == '-' && (text++, !parse_number(&text, &last))) {
+            return "a list of IDs is wanted, as in 1-18 or 0,1,5-7";
+        }
+        if (first > HIGHEST_ID || last > HIGHEST_ID || first > last) {
+            return "IDs are 0 to 253, the lower one first";
+        }
+        for (unsigned id = first; id <= last; id++) {
+            if (seen[id] && !allow_duplicates) {
+                return "an ID occurs twice";
+            }
+            if (*count == IDS_MAX) {
+                return "more than 254 servos";
+            }
+            seen[id] = true;
+            ids[(*count)++] = (uint8_t)id;
+        }
+    } while (*text == ',' && *text++);
+    return *text == 0 ? 0 : "a list of IDs is wanted, as in 1-18 or 0,1,5-7";
+}

@@ -1,0 +1,177 @@
+/* The testbench at work: the run, its report, and its end. testbench.c sets it up. */
+#include "testbench.h"
+
+#include <inttypes.h>
+
+#include "output/files.h"
+
+/* --- run -----------------------------------------------------------------------------------------
+ */
+
+void testbench_stop(struct testbench *bench)
+{
+    bench->stop = 1;
+    machine_stop(&bench->machine);
+}
+
+static void print_pty(const struct testbench *bench)
+{
+    const char *path = bench->pty.path;
+    printf("%s\n", path);
+    if (!bench->options->bus) {
+        printf("open it with: picocom -q --echo %s (apt-get install picocom; or tio, screen); "
+               "Ctrl-C here ends the run\n",
+               path);
+    }
+    fflush(stdout);
+}
+
+/* Returns false if the firmware has crashed. */
+static bool run_controller(struct testbench *bench)
+{
+    enum machine_end end = machine_run(&bench->machine);
+    bench->end = bench->machine.avr->cycle;
+    bench->cpu_done = end == MACHINE_DONE;
+    if (end == MACHINE_CRASHED) {
+        rules_break(&bench->rules, RULE_CRASH, bench->end, "%s", bench->machine.crash);
+    }
+    return end != MACHINE_CRASHED;
+}
+
+static void run_adapter(struct testbench *bench)
+{
+    if (bench->options->pty) {
+        testbench_run_adapter_in_realtime(bench);
+    }
+    while (!bench->stop && schedule_next(&bench->schedule) != SCHEDULE_NEVER) {
+        schedule_run_until(&bench->schedule, schedule_next(&bench->schedule));
+    }
+    bench->end = bench->schedule.now;
+}
+
+static const char *why_unfinished(const struct testbench *bench)
+{
+    if (bench->options->bus) {
+        return "";
+    }
+    if (bench->cpu_done) {
+        return ": the firmware sleeps with interrupts off";
+    }
+    bool over = bench->options->seconds > 0 && !event_armed(&bench->time_limit);
+    return over ? ": --seconds were over" : ": interrupted";
+}
+
+bool testbench_run(struct testbench *bench)
+{
+    const struct testbench_options *options = bench->options;
+    bool crashed = false;
+    if (bench->pty.master >= 0) {
+        print_pty(bench); // from here on a signal ends the run cleanly
+    }
+    bench->ran = true;
+    if (options->bus) {
+        run_adapter(bench);
+    } else {
+        crashed = !run_controller(bench);
+    }
+    if (options->script && !bench->script.done && !crashed) {
+        rules_break(&bench->rules, RULE_SCRIPT_UNFINISHED, bench->end, "%s:%u%s", options->script,
+                    script_line_number(&bench->script), why_unfinished(bench));
+    }
+    live_view_end(&bench->live_view, bench->end);
+    if (!options->bus) {
+        pty_flush(&bench->pty);
+    }
+    for (unsigned i = 0; i < bench->bus_count; i++) {
+        transcript_end(&bench->bus[i].transcript);
+        servo_eeprom_save(&bench->bus[i].eeprom);
+    }
+    return !rules_failed(&bench->rules);
+}
+
+/* --- report --------------------------------------------------------------------------------------
+ */
+
+static double percent(uint64_t part, uint64_t whole)
+{
+    return whole ? 100.0 * (double)part / (double)whole : 0.0;
+}
+
+static void report_cpu(struct testbench *bench, FILE *out)
+{
+    const struct cpu *cpu = &bench->machine.cpu;
+    fprintf(out, "cpu:     %.1f %% in interrupt handlers, awake %.1f %%\n",
+            percent(cpu->in_handlers, bench->end), 100.0 - percent(cpu->asleep, bench->end));
+    cycle_log_report(&bench->cycle_log, bench->end, out);
+    if (bench->host_link.adapter.framing_errors) {
+        fprintf(out, "host:    %" PRIu32 " bytes of the firmware with framing errors: baud rate?\n",
+                bench->host_link.adapter.framing_errors);
+    }
+}
+
+void testbench_report(struct testbench *bench, FILE *out)
+{
+    fprintf(out, "time:    %.6f s simulated%s\n", (double)bench->end / bench->clock_Hz,
+            bench->cpu_done ? ", ended by the firmware" : "");
+    for (unsigned i = 0; i < bench->bus_count; i++) {
+        const struct transcript *t = &bench->bus[i].transcript;
+        fprintf(out,
+                "bus %u:   %" PRIu32 " packets in, %" PRIu32 " out, %" PRIu32
+                " damaged; wire busy %.1f %%\n",
+                i, t->packets_in, t->packets_out, t->damaged, percent(t->busy, bench->end));
+    }
+    for (unsigned i = 0; i < bench->bus_count; i++) {
+        faults_report(&bench->bus[i].faults, bench->bus[i].where, out);
+    }
+    if (!bench->options->bus) {
+        report_cpu(bench, out);
+    } else if (bench->bus[0].adapter.framing_errors) {
+        fprintf(out, "adapter: %" PRIu32 " bytes with framing errors: baud rate?\n",
+                bench->bus[0].adapter.framing_errors);
+    }
+    pty_report(&bench->pty, out);
+    if (bench->realtime.lost_ns) {
+        fprintf(out, "pace:    %.3f s behind real time\n", (double)bench->realtime.lost_ns * 1e-9);
+    }
+    rules_report(&bench->rules, out);
+}
+
+/* --- end -----------------------------------------------------------------------------------------
+ */
+
+static bool save_results(struct testbench *bench)
+{
+    const char *eeprom = bench->options->eeprom;
+    if (!bench->ran) {
+        return true;
+    }
+    bool good = plot_draw(&bench->plot, bench->end);
+    if (eeprom) {
+        eeprom_model_lose_power(&bench->machine.eeprom, bench->end);
+        good = eeprom_model_save(&bench->machine.eeprom, eeprom) && good;
+    }
+    return good;
+}
+
+bool testbench_free(struct testbench *bench)
+{
+    bool good = save_results(bench);
+    good = vcd_close(&bench->vcd) && good;
+    good = motion_close(&bench->motion) && good;
+    good = cycle_log_close(&bench->cycle_log, bench->end) && good;
+    good = files_close(bench->transcript, bench->options->transcript) && good;
+    for (unsigned i = 0; i < BOARD_BUSES_MAX; i++) {
+        if (bench->bus[i].bench) {
+            good = good && !bench->bus[i].eeprom.failed;
+            servos_free(&bench->bus[i].servos);
+        }
+    }
+    plot_free(&bench->plot);
+    gdb_close(&bench->gdb);
+    pty_close(&bench->pty);
+    machine_free(&bench->machine);
+    script_free(&bench->script);
+    pc_program_free(&bench->pc_program);
+    schedule_free(&bench->schedule);
+    return good;
+}

@@ -1,0 +1,59 @@
+/* The rules of the wire and of a run: what must never happen, and the record of what did. */
+#ifndef SIM_RULES_H
+#define SIM_RULES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+enum rule {
+    RULE_EARLY_RELEASE,
+    RULE_TWO_DRIVERS,
+    RULE_COLLISION,
+    RULE_BOTH_ENABLES,
+    RULE_DRIVER_OFF,
+    RULE_TRANSMITTER_OFF,
+    RULE_REPLY_LOST,
+    RULE_OVERRUN,
+    RULE_FLOATING_RXD,
+    RULE_FLOATING_TXD,
+    RULE_TXD_OUTPUT,
+    RULE_LOST_WRITE,
+    RULE_FRAME_FORMAT,
+    RULE_CRASH,
+    RULE_REPLY_WAS_ERROR,
+    RULE_REPLY_WAS_OK,
+    RULE_EXPECTATION,
+    RULE_SCRIPT_UNFINISHED,
+    RULE_COUNT
+};
+
+struct rules {
+    uint32_t breaches[RULE_COUNT];
+    uint32_t clock_Hz;
+    FILE *out;           // each breach is told here, the first few of each rule; 0: silent
+    bool warn;           // breaches of the rules of the wire do not fail the run
+    struct rules *total; // where breaches are counted and told; 0: here
+    const char *where;   // said before what happened; 0: nothing
+    void *context;
+    void (*on_break)(void *context, enum rule rule, uint64_t now); // may be 0
+};
+
+void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out);
+
+/* Those of one bus of several: what it breaks stands in `book`. */
+void rules_init_bus(struct rules *rules, struct rules *total, const char *where);
+
+/* Records a breach at `now` and says what happened, printf-like. */
+void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
+
+uint32_t rules_broken(const struct rules *rules); // all breaches
+bool rules_failed(const struct rules *rules);     // the run
+const char *rule_name(enum rule rule);
+const char *rule_meaning(enum rule rule);
+
+/* One line for each rule that was broken, or that none was. */
+void rules_report(const struct rules *rules, FILE *out);
+
+#endif
