@@ -22,18 +22,9 @@ say = @printf '  %-8s %s\n' $(1) $(2)
 
 PARTS := mk/avr.mk sim/sim.mk mk/benchmark.mk test/test.mk mk/check.mk
 
-WARNINGS := -Wall -Wextra -Wconversion -Werror
+WARNINGS := -Wall -Wextra -Wconversion -Wvla -Werror
 DEPFILES := -MMD -MP
-INCLUDES := -Iinclude -Isrc/core -Ibuild/texts
-
-# The console's texts, packed.
-TEXTS := build/texts/texts.h
-$(TEXTS): scripts/texts.py scripts/console.py src/controller/console/command.h src/controller/console/commands.h \
-		src/controller/console/messages.h src/controller/console/errors.h include/cds55xx/result.h \
-		include/cds55xx/diagnose.h | tools
-	$(call say,TEXTS,$@)
-	@mkdir -p $(@D)
-	$(Q)scripts/texts.py > $@
+INCLUDES := -Iinclude -Isrc/core
 
 ## help: this list
 .PHONY: help

@@ -7,7 +7,8 @@ AVR_SIZE := avr-size
 AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
 	-fno-common -mstrict-X $(WARNINGS)
 # In one partition: then a debugger finds static variables and lines after link-time optimisation.
-AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax
+# The last is a script: it fails if constants do not end within 64 KB.
+AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax mk/constants.ld
 
 # The controller's functions share the code that saves registers: 3 KB less flash. Its small functions
 # are not copied into their callers, and loops keep what does not change in them: 0.3 KB less.
@@ -23,32 +24,65 @@ LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)
 
 # The hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
 CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
-CONTROLLER_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c \
-	src/controller/console/commands/*.c src/controller/robot/*.c)
-FIRMWARE_SRC := $(CONTROLLER_SRC) $(CONTROLLER_AVR_SRC)
+COMMANDS_SRC := $(wildcard src/controller/console/commands/*.c)
+# What all profiles link, and what each adds (src/controller/profiles). The linker drops what is not used.
+COMMON_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c src/controller/robot/*.c)
+ALL_PROFILES := bridge console full
+ifneq ($(filter-out $(ALL_PROFILES),$(PROFILE)),)
+$(error there is no profile '$(PROFILE)'; PROFILE= one of: $(ALL_PROFILES))
+endif
+bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
+console_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/console.c
+full_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/full.c
+# The commands of the profile `console`, whose objects are its own, leave details to docs/console.md.
+console_CC := -DCOMMANDS_WITHOUT_DETAILS
+# The whole controller, for the tests.
+CONTROLLER_SRC := $(full_SRC)
+
+# $(1): board, $(2): profile, $(3): sources. The objects of them.
+profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/console/commands/%,$(2)/$(s)),\
+	build/$(1)/console/$(s:.c=.o),build/$(1)/obj/$(s:.c=.o)))
 
 # $(1): board, $(2): its folder. Its board.mk has just been included.
 define board_rules
 $(1)_MCU := $(MCU)
-$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(OMIT:%=-DOMIT_%) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
+$(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
 $(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
+$(1)_PROFILE := $(if $(FIRMWARE),,$(or $(PROFILE),full))
+$(1)_PROFILES := $(if $(FIRMWARE),,$(or $(PROFILES),$(ALL_PROFILES)))
 
 build/$(1)/flags: force
 	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CC) $$(CONTROLLER_LINK))
 
-build/$(1)/obj/%.o: %.c build/$(1)/flags | tools $(TEXTS)
+build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CC)) $$(DEPFILES) -c $$< -o $$@
+
+build/$(1)/console/%.o: %.c build/$(1)/flags | tools
+	$$(call say,CC,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CC) $$(console_CC) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
 	$$(Q)rm -f $$@ && $$(AVR_AR) rcs $$@ $$^
 
-build/$(1)/controller.elf: $(patsubst %.c,build/$(1)/obj/%.o,$(or $(FIRMWARE),$(FIRMWARE_SRC))) \
-		build/$(1)/libcds55xx.a
+$(foreach p,$(ALL_PROFILES),
+build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
+)
+build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) build/$(1)/libcds55xx.a
+	$$(call say,LD,$$@)
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
+
+# The firmware of the board: that of its profile, or its own program.
+build/$(1)/profile: force
+	$$(call stamp,$$($(1)_PROFILE))
+
+build/$(1)/controller.elf: build/$(1)/$$(or $$($(1)_PROFILE),firmware).elf build/$(1)/profile
+	$$(Q)cp $$< $$@
 
 build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
@@ -56,20 +90,20 @@ build/$(1)/examples/%.elf: build/$(1)/obj/examples/%.o build/$(1)/libcds55xx.a
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # Programs of the tests that link the library as a robot's firmware does.
-build/$(1)/program/%.elf: build/$(1)/obj/test/program/%.o build/$(1)/libcds55xx.a
+build/$(1)/firmware/%.elf: build/$(1)/obj/test/firmware/library/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # Those of the bench likewise.
-build/$(1)/bench/%.elf: build/$(1)/obj/test/bench/%.o build/$(1)/libcds55xx.a
+build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
 # The firmware with something beside it: it includes main.c.
-build/$(1)/program/flood.elf: build/$(1)/obj/test/program/flood.o \
-		$(patsubst %.c,build/$(1)/obj/%.o,$(filter-out %/main.c,$(FIRMWARE_SRC))) build/$(1)/libcds55xx.a
+build/$(1)/firmware/flood.elf: build/$(1)/obj/test/firmware/library/flood.o \
+		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
@@ -79,8 +113,9 @@ build/$(1)/%.hex: build/$(1)/%.elf
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
 # What a board.mk says; each begins empty, or a board that forgets one had that of the board before.
+# PROFILE: that of its firmware (full), which PROFILE= overrides; PROFILES: those that its flash has room for (all).
 # FUSES: what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known.
-BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU OMIT
+BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU PROFILE PROFILES
 # $(1): its folder, $(2): those that must be there
 read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
 	f,$(2),$(if $(strip $($(f))),,$(error $(1)/board.mk: $(f) is missing)))
@@ -94,6 +129,11 @@ TEST_BOARDS := adapter adapter-echo
 # A chip to compare with others on.
 BENCH_BOARDS := atmega644p
 $(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
+
+# $(1): board. The ELF of each profile that has room, or of its own program; and the profiles that have none.
+firmwares = $(if $($(1)_PROFILE),$($(1)_PROFILES:%=build/$(1)/%.elf),build/$(1)/firmware.elf)
+too_large = $(if $($(1)_PROFILE),$(patsubst %,$(1)/%.elf,$(filter-out $($(1)_PROFILES),$(ALL_PROFILES))))
+FIRMWARES := $(foreach b,$(BOARDS),$(call firmwares,$(b)))
 
 # The variables of the board asked for.
 $(call read_board,boards/$(BOARD),$(BOARD_WANTED))
@@ -110,11 +150,11 @@ firmware: build/$(BOARD)/controller.elf build/$(BOARD)/controller.hex
 .PHONY: examples
 examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
 
-## size: flash and RAM of every board's firmware beside its budget
+## size: flash and RAM of each profile on every board beside its budget
 .PHONY: size
-size: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
-	@scripts/size.py $(foreach b,$(BOARDS),build/$(b)/controller.elf $($(b)_LIMITS)) \
-	  --note $(EXAMPLES)
+size: $(FIRMWARES) $(EXAMPLES)
+	@scripts/size.py $(foreach b,$(BOARDS),$(foreach f,$(call firmwares,$(b)),$(f) $($(b)_LIMITS))) \
+	  --note $(EXAMPLES) --too-large $(foreach b,$(BOARDS),$(call too_large,$(b)))
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file
 .PHONY: size-map

@@ -1,10 +1,10 @@
 # What the hot path costs: make bench.
 
-BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/bench/min.elf \
-	$(patsubst %,build/atmega128/bench/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 \
+BENCH_NEEDS := build/host/cds55xx-sim $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/atmega644p/benchmark/min.elf \
+	$(patsubst %,build/atmega128/benchmark/%.elf,read prepared noisy sync group absent handlers polls two_mbps cycle8 \
 	safe_read safe_calls safe_torque_off turnaround) \
-	$(patsubst %,build/%/bench/handlers.elf,arduino-mega arbotix) \
-	$(patsubst %,build/atmega128/program/%.elf,cycle50 cycle50_safe flood) build/arduino-mega/program/three_buses.elf
+	$(patsubst %,build/%/benchmark/handlers.elf,arduino-mega arbotix) \
+	$(patsubst %,build/atmega128/firmware/%.elf,cycle50 cycle50_safe flood) build/arduino-mega/firmware/three_buses.elf
 
 ## bench: what the hot path costs, in cycles, beside limits and goals; build/bench.tsv
 .PHONY: bench
@@ -21,7 +21,7 @@ bench-scaling: $(BENCH_NEEDS)
 bench-account: $(BENCH_NEEDS)
 	@scripts/account.py
 
-## bench-docs: make bench, and its tables in README.md and docs/performance.md anew
+## bench-docs: make bench, and its tables in README.md and docs/internals/performance.md anew
 .PHONY: bench-docs
 bench-docs: $(BENCH_NEEDS)
 	@scripts/bench.py; scripts/bench.py --docs; scripts/account.py --docs

@@ -1,22 +1,29 @@
 # Checks, and documents that are made from tables.
 
 FORMATTED := $(wildcard include/cds55xx/*.h src/*/*.[ch] src/*/*/*.[ch] src/*/*/*/*.[ch] sim/*.[ch] sim/*/*.[ch] boards/*/*.h examples/*.c \
-	test/*.[ch] test/*/*.[ch])
+	test/*/*.[ch] test/*/*/*.[ch])
+
+# Each public header compiles alone, as C99 and as C++11.
+PUBLIC_HEADERS := $(wildcard include/cds55xx/*.h)
+ALONE := -pedantic-errors -Wall -Wextra -Werror -fsyntax-only -Iinclude
 
 GENERATED_DOCS := errors registers settings console device
 
-## check: format, layering, docs, headers, machine code; every board built, warnings as errors
+## check: format, layering, docs, headers, machine code; every board built
 .PHONY: check
 check: $(BOARDS:%=build/%/controller.elf) $(EXAMPLES) build/host/cds55xx-sim
 	@echo '  CHECK    format'; clang-format --dry-run --Werror $(FORMATTED)
 	@echo '  CHECK    layering'; scripts/layering.py
 	@echo '  CHECK    docs'; for d in $(GENERATED_DOCS); do scripts/$$d.py | diff -u docs/$$d.md - || \
 	  { echo "docs/$$d.md is out of date: run make docs"; exit 1; }; done
+	@echo '  CHECK    links'; scripts/links.py
 	@scripts/readme.py --check
-	@echo '  CHECK    docs/conformance.md'; scripts/conformance.py
+	@echo '  CHECK    docs/internals/conformance.md'; scripts/conformance.py
 	@echo '  CHECK    machine code'; scripts/elf.py $(BOARDS:%=build/%/libcds55xx.a) \
 	  $(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
-	@echo '  CHECK    headers'; scripts/headers.py
+	@echo '  CHECK    headers'; for h in $(PUBLIC_HEADERS); do \
+	  echo 'extern int not_empty;' | gcc -std=c99 $(ALONE) -include $$h -x c - && \
+	  echo 'extern int not_empty;' | avr-g++ -mmcu=atmega128 -std=c++11 $(ALONE) -include $$h -x c++ - || exit 1; done
 	@$(MAKE) --no-print-directory size
 
 ## eva: Frama-C Eva looks for run-time errors in ring, parser, packet, link and bus (2 min)
@@ -30,6 +37,11 @@ eva:
 docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done
 	@scripts/readme.py
+
+## pictures: draw docs/img/*.svg from runs of the simulator
+.PHONY: pictures
+pictures: tools build/atmega128/controller.elf build/host/cds55xx-sim
+	@scripts/pictures.py
 
 ## format: put all C into the project's format
 .PHONY: format

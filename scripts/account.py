@@ -2,7 +2,7 @@
 """Where the cycles of a figure of the bench go: the worst case of each, function by function, as the
 simulated CPU runs it (--steps). What gcc inlines counts for the function it stands in.
 
-usage: account.py [--docs]    --docs: the tables of docs/performance.md anew
+usage: account.py [--docs]    --docs: the tables of docs/internals/performance.md anew
 """
 import bisect
 import collections
@@ -15,10 +15,10 @@ import tempfile
 import blocks
 from measure import BYTE, CALL, DELAYS, MHZ, POLL, RETURN_DELAY, ROOT, WHOLE, Run
 
-sys.path.insert(0, str(ROOT / "test/run"))
+sys.path.insert(0, str(ROOT / "test/runs"))
 import feedback
 
-DOCS = ROOT / "docs/performance.md"
+DOCS = ROOT / "docs/internals/performance.md"
 HANDLER = re.compile(r"__vector_\d+|__vectors")
 COPY = re.compile(r"\.(constprop|lto_priv|part).*")  # of a function: what gcc calls it
 MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
@@ -60,7 +60,7 @@ def without_handlers(span):
 
 
 def reads():
-    program = Program("bench/read", "--stamp", "B", "--seconds", "2")
+    program = Program("benchmark/read", "--stamp", "B", "--seconds", "2")
     run = program.run
     _, begun, took, n = max((took - RETURN_DELAY * n, begun, took, n)
                             for n, (took, _, begun) in
@@ -75,7 +75,7 @@ def reads():
 
 
 def syncs():
-    program = Program("bench/sync", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
+    program = Program("benchmark/sync", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
     begun = program.run.spans(CALL)[-1][2]
     first = next(sent[0] for sent in program.run.sent if sent[0] >= begun)
     yield "`sync18`: typed call to first start bit", program.cycles(begun, first)
@@ -89,14 +89,14 @@ def longest_gap(sent):
 
 
 def groups():
-    program = Program("bench/group", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
+    program = Program("benchmark/group", "--stamp", "B", "--seconds", "2", servos="1-18", eeprom=[18])
     sent = [one for one in program.run.sent if one[2] == 8][:18]
     yield ("`group18`: last stop bit of a reply to the next start bit, the longest of 17",
            program.cycles(*longest_gap(sent)))
 
 
 def absents():
-    program = Program("bench/absent", "--stamp", "B", "--seconds", "2")
+    program = Program("benchmark/absent", "--stamp", "B", "--seconds", "2")
     took, _, begun = program.run.spans(WHOLE)[0]
     due = begun + 16 * BYTE + RETURN_DELAY + MARGIN
     yield ("`absent_us`: behind what bytes, return delay and margin take",
@@ -104,7 +104,7 @@ def absents():
 
 
 def polls():
-    program = Program("bench/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn",
+    program = Program("benchmark/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn",
                       servos="1-50")
     took, _, begun = max(program.run.spans(POLL), key=without_handlers)
     yield "`poll_max`, with no fault", program.cycles(begun, begun + took)
@@ -150,7 +150,7 @@ def sizes(elf, whole):
 def account():
     rows = "\n".join(tables())
     return (f"| from, to | cycles | of them |\n|---|---|---|\n{rows}\n\n```\n"
-            f"{sizes('build/atmega644p/bench/min.elf', True)}\n```\n\n```\n"
+            f"{sizes('build/atmega644p/benchmark/min.elf', True)}\n```\n\n```\n"
             f"{sizes('build/atmega128/controller.elf', False)}\n```")
 
 

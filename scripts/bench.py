@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """What the library costs, measured in the simulator (measure.py), beside the limits and goals of
-test/bench/rows.tsv. Exact cycle counts: two runs agree to the digit.
+test/benchmark/rows.tsv. Exact cycle counts: two runs agree to the digit.
 
 usage: bench.py [--only ROW,...] [--program NAME=ELF]... [--jobs N] [--out FILE]
        bench.py --scaling      how the cost grows with the servos: build/bench-scaling.tsv and .svg
-       bench.py --docs [--check]    the tables of docs/performance.md and README.md anew, from FILE;
-                               runs nothing. --check: changes nothing, exit 1 if they are out of date
+       bench.py --docs [--check]    renews the tables of README.md and docs/internals/performance.md
+                               from FILE, runs nothing. --check: changes nothing, exit 1 if one is stale
 
 Writes FILE (build/bench.tsv), prints it as a table; exit 1 when a limit is exceeded or a run went
 wrong. --only runs what these rows need: isr_* then come of the program for them alone, of all programs
-otherwise. --program: another ELF in place of a program, as in bench/read=build/atmega128/x.elf.
+otherwise. --program: another ELF in place of a program, as in benchmark/read=build/atmega128/x.elf.
 """
 import argparse
 import concurrent.futures
@@ -22,7 +22,7 @@ import sys
 import blocks
 from measure import JOBS, MHZ, ROOT, Run, Wrong, scaling_points, worst
 
-ROWS = ROOT / "test/bench/rows.tsv"
+ROWS = ROOT / "test/benchmark/rows.tsv"
 COLUMNS = "name board value unit sense limit wanted goal floor".split()
 
 
@@ -145,6 +145,8 @@ def scaling(arguments):
 
 # ---- docs -------------------------------------------------------------------------------------------
 
+DOC_COLUMNS = ("board", "value", "limit", "wanted", "goal", "floor")
+
 def table_of(done, what, columns):
     lines = ["| | what | " + " | ".join(columns) + " |", "|---|---|" + "---|" * len(columns)]
     for row in done:
@@ -158,15 +160,37 @@ def table_of(done, what, columns):
     return "\n".join(lines)
 
 
+# The rows of README: what a user gets, and the best of the published AVR drivers on this bench
+# (docs/internals/performance.md, "Other drivers").
+FOR_USERS = {
+    "read_overhead_2": ("READ of 2 bytes, beyond its bytes and the return delay",
+                        "190 cycles, USB2AX, which waits for the reply"),
+    "sync18": ("SYNC WRITE of 18 goals, call to last stop bit; the bytes alone take 15680",
+               "15724 cycles, USB2AX"),
+    "irq_off_max": ("longest time with interrupts off", "53 cycles, DynamixelAX12 of matt769"),
+    "absent_us": ("READ of an absent servo, until the program knows", "1090 us, USB2AX"),
+    "min_flash": ("smallest program: PING, READ, WRITE, SYNC WRITE", "1576 bytes, DynamixelAX12 of matt769"),
+}
+
+
+def table_for_users(done):
+    lines = ["| | here | best published driver |", "|---|---|---|"]
+    for row in done:
+        if row["name"] in FOR_USERS:
+            what, best = FOR_USERS[row["name"]]
+            lines.append(f"| {what} | {row['value']} {row['unit']} | {best} |")
+    return "\n".join(lines)
+
+
 def document(arguments):
     what = {row["name"]: row["what"] for row in records(ROWS)}
     done = records(arguments.out)
     stale = 0
-    for path, columns in (("docs/performance.md", ("board", "value", "limit", "wanted", "goal", "floor")),
-                          ("README.md", ("value", "limit", "goal"))):
+    for path, table in (("docs/internals/performance.md", table_of(done, what, DOC_COLUMNS)),
+                        ("README.md", table_for_users(done))):
         docs = ROOT / path
         before = docs.read_text()
-        after = blocks.renewed(before, "make bench", table_of(done, what, columns))
+        after = blocks.renewed(before, "make bench", table)
         if after != before and arguments.check:
             print(f"{path} quotes a table of the bench that is out of date: run make bench-docs")
             stale = 1

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Checks docs/conformance.md: its registers are the 50 bytes of sim/servo/control_table.c, its rulings those of
-docs/rulings.md, every row names a test, and every test it names is there. Prints what is not."""
+"""Checks docs/internals/conformance.md: its registers are the 50 bytes of the simulator, its
+rulings are those of docs/internals/rulings.md, every row names a test, and every test named there
+exists. Prints what does not hold."""
 import pathlib
 import re
 import sys
@@ -14,7 +15,7 @@ def exists(where, name):
     if where == "scenario":
         return (ROOT / f"test/scenario/{name}.script").exists()
     for path, form in [(ROOT / f"test/sim/test_{where}.c", r"^void test_%s\(void\)$"),
-                       (ROOT / f"test/run/test_{where}.py", r"^    def test_%s\(self\):$")]:
+                       (ROOT / f"test/runs/test_{where}.py", r"^    def test_%s\(self\):$")]:
         if path.exists():
             return re.search(form % name, path.read_text(), re.M) is not None
     return False
@@ -50,16 +51,16 @@ def registers_wrong(rows):
 
 def rulings_wrong(rows):
     wanted = [f"R{n}" for n in range(1, RULINGS + 1)]
-    ruled = re.findall(r"^\| (R\d+) \|", (ROOT / "docs/rulings.md").read_text(), re.M)
+    ruled = re.findall(r"^\| (R\d+) \|", (ROOT / "docs/internals/rulings.md").read_text(), re.M)
     if ruled != wanted or [row[0] for row in rows] != wanted:
-        yield f"the rulings are not R1 to R{RULINGS}, here or in docs/rulings.md"
+        yield f"the rulings are not R1 to R{RULINGS}, here or in docs/internals/rulings.md"
     for row in rows:
         if not any(row[0] in name.split("_") for _, name in NAMED.findall(row[2])):
             yield f"{row[0]}: no test bears its number"
 
 
 def main():
-    text = (ROOT / "docs/conformance.md").read_text()
+    text = (ROOT / "docs/internals/conformance.md").read_text()
     found = sections(text)
     wrong = list(registers_wrong(found["Registers"])) + list(rulings_wrong(found["Rulings"]))
     for title, rows in found.items():
@@ -68,7 +69,7 @@ def main():
     wrong += [f"there is no test {where}: {name}" for where, name in sorted(set(NAMED.findall(text)))
               if name != "x" and not exists(where, name)]
     for line in wrong:
-        print(f"docs/conformance.md: {line}", file=sys.stderr)
+        print(f"docs/internals/conformance.md: {line}", file=sys.stderr)
     return 1 if wrong else 0
 
 

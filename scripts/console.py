@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""docs/console.md from the table of commands in src/controller/console/commands.h, and from a first session
-with the firmware in the simulator (atmega128, built). Prints the document.
+"""docs/console.md from the rows of src/controller/console/commands/*.c, and from a first session with the firmware in the simulator (atmega128, built). Prints the document.
 
-usage: console.py [--session]    --session: only the session, without what README leaves out
+usage: console.py [--session]    --session: only the session, shortened for docs/getting-started.md
 """
 import pathlib
 import re
@@ -12,8 +11,8 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 STRING = r'"(?:[^"\\]|\\.)*"'
-ROW = re.compile(rf"X\((\w+), (\w+), ((?:{STRING}|[^\"()])*)\)")
-HEADING = re.compile(rf"X\((\w+), ({STRING})\)")
+FOLDER = ROOT / "src/controller/console/commands"
+PROFILE = ROOT / "src/controller/profiles/full.c"
 
 # What is typed, and for how long the reply is waited for, in ms. Ends a line: `\r`, as Enter does.
 SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("info 1", 300), ("torque 1 on", 10),
@@ -21,31 +20,21 @@ SESSION = [("echo on", 20), ("version", 20), ("scan", 1500), ("servos", 30), ("i
            ("get 1 PRESENT_POSITION", 10), ("id 3 4", 20), ("ping 3", 20), ("help id", 30)]
 
 
-def table(path, name):
-    """The text of the table `name`, one line, without comments."""
-    text = (ROOT / path).read_text().replace("\\\n", " ")
-    text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
-    return re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", text))
-
-
-def texts(field):
-    """Adjacent string literals, as one."""
-    return "".join(part[1:-1] for part in re.findall(STRING, field))
+def text_of(field, row):
+    """The string of a field of a row: adjacent literals, as one."""
+    found = re.search(rf"\.{field} =\s*\w+\(((?:\s*{STRING})+)\s*\)", row)
+    return "".join(part[1:-1] for part in re.findall(STRING, found[1])) if found else None
 
 
 def commands():
-    """(group, name, arguments, what, details, example) of each row, in the table's order."""
-    for name, group, rest in ROW.findall(table("src/controller/console/commands.h", "COMMANDS")):
-        fields = re.findall(rf"(?:{STRING}\s*)+|[^,\"]+", rest)
-        strings = [texts(field) for field in fields if field.startswith('"')]
-        yield group, name, *strings[1:]  # the first is what it takes
-
-
-def numbered(path, name):
-    """(number, text, remedy) of each row of a table of numbered texts."""
-    row = re.compile(rf"X\(\w+, (\d+), ((?:{STRING}\s*)+), ((?:{STRING}\s*)+)\)")
-    for number, text, remedy in row.findall(table(path, name)):
-        yield int(number), texts(text), texts(remedy)
+    """(heading, usage, what, details, example) of each row, in the order of `help`."""
+    heading = None
+    for name in re.findall(r"&(\w+)_commands", PROFILE.read_text()):
+        text = (FOLDER / f"{name}.c").read_text()
+        heading = text_of("heading", text) or heading
+        for row in re.findall(r"^    \{\n(        \.usage.*?)^    \},", text, re.M | re.S):
+            yield heading.rstrip(":"), *(text_of(field, row)
+                                         for field in ("usage", "what", "details", "example"))
 
 
 def program():
@@ -90,69 +79,73 @@ def main(arguments):
     if arguments == ["--session"]:
         print(shortened(session()), end="")
         return
-    headings = {name: texts(text) for name, text in
-                HEADING.findall(table("src/controller/console/command.h", "COMMAND_GROUPS"))}
     rows = list(commands())
     print(f"""# The console
 
-What the firmware takes and says on the host link, 8N1, at the board's rate. Written by `make docs` from
-the table in `src/controller/console/commands.h` and from a real run in the simulator.
+The text interface of the firmware on the host link: 8N1, at the rate of the board. `make docs` writes this page from
+the rows of `src/controller/console/commands/` and from a real run in the simulator.
 
-One command a line, ended by Enter. The reply is zero or more lines, then `ok`, or `error N: text;
-remedy` ([errors.md](errors.md)); `warning:` lines tell what merely holds. `help` lists the commands,
-`help COMMAND` explains one.
+One command a line, ended by Enter. The reply has zero or more lines, then `ok`, or `error N: text; remedy`
+([errors.md](errors.md)). Lines that begin with `warning:` report a condition; the command has worked. `help` lists the
+commands, `help COMMAND` explains one.
 
-- What is typed is not shown until `echo on`, so that programs read replies only; a terminal with local
-  echo does without. Backspace takes back, Ctrl-U the line, Ctrl-C drops it. Arrow up or Ctrl-P on an empty line fetches
-  the last one back. Of a line longer than 80 characters the older part can no longer be taken back.
-- **Ctrl-X stops the robot**, wherever it comes and ahead of everything: torque off everywhere, looked
-  at servo by servo, and nothing drives a servo until `release` ([safety.md](safety.md)). What was typed
-  before it is dropped, a command under way ends as `error 54`, and the reply is that of `stop`.
-- `scan`, `diagnose` and `monitor` end with any key. The firmware of the ArbotiX has no `diagnose` (error 55).
-- Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. Without a unit the one that `get` shows
-  is meant; `raw` is the register as it is ([registers.md](registers.md)). Those that a unit cannot
-  tell apart to the last digit go to the nearest register value.
-- The servos that `scan` finds, or `group` names, are the robot's: each is looked at once a second, and
-  one that lost its state is not driven until `release` (`servos` shows it).
-- Servos with the factory's return delay of 2 us may answer before this controller listens, if the PC
-  talks just then. `set ID RETURN_DELAY 10us` ends that.
+| key | what it does |
+|---|---|
+| Ctrl-X | **stops the robot** at once: torque off for all servos, verified servo by servo; no servo is driven until `release` ([safety.md](safety.md)). The line being typed is dropped, a running command ends as `error 54`, and the reply is that of `stop` |
+| Backspace, Ctrl-U | delete a character, the line |
+| Ctrl-C | drops the line |
+| Arrow up, Ctrl-P | on an empty line: the last line again |
+| any key | ends `scan`, `diagnose` and `monitor` |
+
+- The console does not echo until `echo on`, so that programs read replies only; a terminal may echo locally. In a line
+  of more than 80 characters the older part can no longer be deleted.
+- Numbers: `90`, `90.5deg`, `-20rpm`, `6.5V`, `512raw`, `0x1F`. A number without unit has the unit that `get` shows; `raw`
+  is the value of the register ([registers.md](registers.md)). A number between two register values becomes the nearest
+  one.
+- The servos of the robot are those that `scan` finds or `group` names. The controller checks each of them once a second.
+  It does not drive a servo that lost its state until `release` (`servos` shows it).
+- Servos with the factory value of the return delay, 2 us, may answer before this controller listens while the PC
+  sends. `set ID RETURN_DELAY 10us` prevents that.
+- The firmware profile `console`, the default on the ArbotiX, has no `diagnose` (error 55), and its `help COMMAND` leaves
+  ranges and examples to this page.
 
 ## If the console no longer answers
 
 A saved `host_baud` that the terminal cannot do is undone from the keyboard:
 
-1. Set the terminal to the board's own rate: 115200 bit/s, on `cm510` 57600.
+1. Set the terminal to the rate of the board: 115200 bit/s, on `cm510` 57600.
 2. Reset the board by its reset button, or switch its power off and on.
 3. Press Enter three times or more in the 2 s after the reset. On a board with a boot loader these 2 s begin
    when the boot loader ends: go on pressing Enter. The console says `host link at own rate of the board: save
    keeps it`.
 4. Type `save`. Without it the next reset brings the saved rate back.
 
-For these 2 s after power-on and an external reset the host link has the board's own rate, if the saved one
-differs. Nothing but Enter and Ctrl-X is taken from the host: a program that talks at the saved rate gets its
-first answer when they are over. Another byte between two Enters, or a damaged one, starts the count anew.
-Ctrl-X at the board's own rate stops the robot within 21 ms; it is ignored if any byte but Enter and Ctrl-X came
-before it, for that is what a program at the saved rate looks like. **Ctrl-X at the saved rate is not understood
-in these 2 s.** After a reset by the watchdog or a brown-out the link has the saved rate at once.
+For 2 s after power-on and an external reset the host link has the rate of the board if another rate is saved. In this
+time:
+
+- The controller takes only Enter and Ctrl-X. A program at the saved rate gets its first answer after the 2 s.
+- Another byte between two Enters, or a damaged one, starts the count of Enters again.
+- Ctrl-X at the rate of the board stops the robot within 21 ms, but only if no byte other than Enter and Ctrl-X came
+  before it: other bytes come from a program at the saved rate.
+- **Ctrl-X at the saved rate is not understood.**
+
+After a reset by the watchdog or a brown-out the link has the saved rate at once.
 
 ## A first session
 
-The firmware on a simulated ATmega128 with three servos. Lines behind `>` are typed, and a `q` that ends
-`monitor`.
+The firmware on a simulated ATmega128 with three servos. Lines behind `>` are input; `q` ends `monitor`.
 
 ```
 {session()}```
 
 ## Commands""")
-    for group, heading in headings.items():
-        found = [row for row in rows if row[0] == group]
-        if not found:
-            continue
-        print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
-        print("|---|---|---|---|")
-        for _, name, arguments, what, details, example in found:
-            print(f"| `{escape(name + arguments)}` | {escape(what)} | {escape(details)} "
-                  f"| `{escape(example)}` |")
+    last = None
+    for heading, usage, what, details, example in rows:
+        if heading != last:
+            print(f"\n### {heading}\n\n| command | what it does | ranges and remarks | example |")
+            print("|---|---|---|---|")
+            last = heading
+        print(f"| `{escape(usage)}` | {escape(what)} | {escape(details)} | `{escape(example)}` |")
 
 
 if __name__ == "__main__":

@@ -7,16 +7,17 @@ ROW = re.compile(r'X\((\w+),\s*(\w+),\s*(\d+),\s*(\w+),\s*(\d+),\s*(\d+),\s*"([^
 
 HEAD = """# The virtual device
 
-The controller answers for itself under an ID of its own, 253 unless it is set otherwise, in the
-manner of a servo: PING, READ, WRITE and RESET, with the errors of a servo (manual 2.3): range error
-for what is out of range, read-only or no register at all, and then nothing of the WRITE is stored;
-instruction error for any other instruction and for a wrong number of parameters. It does not listen
-to broadcasts. With ID 254 there is no device; everything goes to the bus then. What a servo with the
-device's ID says can only be read with the device elsewhere.
+The controller answers under an ID of its own as if it were a servo: 253, or the value of its register ID. It knows PING,
+READ, WRITE and RESET, and reports the errors of a servo (manual 2.3):
 
-Words are low byte first. 0x03 to 0x0F are kept without power once SAVE was written; all others begin
-anew at each reset. Counters count modulo 65536. Written by `make docs` from
-`src/controller/host/device.h`.
+- range error: a value out of range, a read-only register, or no register. Nothing of that WRITE is stored.
+- instruction error: any other instruction, or a wrong number of parameters.
+
+The device ignores broadcasts. ID 254 switches it off; all packets then go to the bus. A servo with the ID of the device
+can be reached only after the device has another ID.
+
+Words are low byte first. SAVE keeps 0x03 to 0x0F without power; the other registers start again at each reset. Counters
+count modulo 65536. `make docs` writes this page from `src/controller/host/device.h`.
 
 | address | name | bytes | access | range | unit | |
 |---|---|---|---|---|---|---|"""
@@ -24,21 +25,24 @@ anew at each reset. Counters count modulo 65536. Written by `make docs` from
 TAIL = """
 ## Many servos in one packet
 
-CDS55xx know single READ only. The device makes of it what two other controllers and Robotis have
-defined (`src/controller/host/bulk_read.h`), and has the READ for the next servo ready when the answer of
-the one before comes, so that the bus is hardly ever idle: `make feedback`.
+A CDS55xx knows READ of one servo only. The device turns two requests for many servos into READs. It sends the READ for
+the next servo as soon as the answer of the last one has come: `make feedback` shows the time. Files:
+`src/controller/host/bulk_read.[ch]`.
 
-- **SYNC READ 0x84**, as USB2AX and ArbotiX have it, to 254 or to the device:
-  `FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM`. One status packet of the device with N bytes for each
-  ID in the order asked, 252 in all. Of a servo that did not answer, or refused, they are FF, bit 7 of
-  ERROR is set, and FAILED and FAILED_IDS say which it was. The device may be among the IDs.
-- **BULK READ 0x92** of protocol 1.0, to 254: `FF FF FE LENGTH 92 00 (N ID ADDRESS)... CHECKSUM`. The
-  status packets of the servos, in the order asked, each as the servo said it: one that refuses answers
-  with its error bits and without data. A servo waits for the packet of the one before it: behind one
-  that does not answer none follows. That is what the SDK's GroupBulkRead expects: it reads a packet
-  for each ID in order, skips those of others, and as soon as one does not come in time its
-  `rxPacket()` ends with that error and `isAvailable()` is false for all IDs; the next `txPacket()`
-  begins anew and finds nothing left over. FAILED_IDS names the one to blame.
+| | SYNC READ 0x84 | BULK READ 0x92 |
+|---|---|---|
+| as in | USB2AX, ArbotiX | Dynamixel protocol 1.0 |
+| sent to | 254 or the device | 254 |
+| packet | `FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM` | `FF FF FE LENGTH 92 00 (N ID ADDRESS)... CHECKSUM` |
+| answer | one status packet of the device: N bytes for each ID, in the order of the request, 252 bytes in all | the status packets of the servos, in the order of the request, as the servos sent them |
+| a servo does not answer | its bytes are FF; bit 7 of ERROR is set | no packet follows for this servo and for those after it |
+| a servo refuses | as above | its packet has error bits and no data |
+
+FAILED and FAILED_IDS name the servos that failed. SYNC READ may include the device.
+
+BULK READ ends at a servo that does not answer because GroupBulkRead of DynamixelSDK expects that. It reads a packet for
+each ID in order and skips packets of other servos. If a packet does not come in time, `rxPacket()` ends with that error and
+`isAvailable()` is false for all IDs. The next `txPacket()` starts again and finds no old bytes.
 """
 
 

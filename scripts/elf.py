@@ -1,45 +1,29 @@
 #!/usr/bin/env python3
-"""What the library's machine code must not do. Prints a line for each file, then every breach as
-file: function: what; exit 1 if there is one.
+"""What the library's machine code must not do. Prints every breach as file: function: what; exit 1
+if there is one, or if a file has nothing to check.
 
 usage: elf.py FILE ...   (archives and objects, of which every function is the library's; linked
                           programs, of which those named cds_... but cds_blocking_... and the
                           interrupt vectors are)
 
-Read from avr-objdump: instructions, relocations, and the graph of calls and jumps between functions.
-It proves, of all code on any path, taken or not:
-  allocation   malloc and its like are not called; the stack pointer is moved by constants only
+Read from avr-objdump: the graph of calls and jumps between functions. Of all code on any path:
+  forbidden    no malloc or its like, no floating point, no cds_blocking_...; no division on the hot
+               path (HOT and the vectors)
   recursion    the graph has no cycle. POINTERS lists the functions of the library that are called
                through a pointer, and the callers of each; an indirect call of another function is a
-               breach. In an archive an indirect call counts as a call of each function that POINTERS
-               has for its caller, and of every other function whose address is taken. What a
-               program's own on_end does is not seen
-  floating point   none of libgcc's and libm's functions for it is called
-  division     a function that reaches libgcc's division, of any width, is one whose header says
-               "Divides 32-bit numbers: not for the hot path", and the hot path (HOT and the vectors)
-               reaches none, whatever headers say. One that says so and does not divide is told, too
+               breach. What a program's own on_end does is not seen
   blocking     no sleep, and no cli but that of a stack frame; no loop of up to 8 instructions that
                only looks (at a register, at memory) or only counts; no loop around a look at the
-               clock or a poll; no call of cds_blocking_... A loop that keeps what it saw, to look
-               until two looks agree, is let through
-It does not prove that every loop ends, nor how often it runs, and sees no wait that is hidden in
-a longer loop, in a function called from a loop, or in a loop through a switch's jump table. Stack:
-bytes pushed and framed along the deepest path of calls, return addresses included; libgcc's own use
-and on_end are not.
+               clock or a poll. A loop that keeps what it saw, to look until two looks agree, passes
 """
 import functools
-import pathlib
 import re
 import subprocess
 import sys
 
-import headers
-
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-
 HOT = re.compile(r"cds_(?:bus_(?:poll|submit)|cycle_(?:poll|goal|commit)|"
-                 r"(?:link|group_read|sync_write|servo(?!_units)|feedback|packet|parser|port)_\w+)$|__vector_")
-DIVIDES = re.compile(r"Divides (?:16|32)-bit numbers: not for the hot path")
+                 r"(?:link|group_read|read_pipeline|sync_write|servo(?!_units)|feedback|packet|parser|"
+                 r"port)_\w+)$|__vector_")
 
 # Of functions whose address is taken (object: name): the functions that call them through a pointer.
 POINTERS = {
@@ -54,8 +38,9 @@ POINTERS = {
     r"learn\.o: cds_servos_on_packet": r"bus\.o: note_unexpected",
     r"permit\.o: cds_servos_permit_goal|servos\.o: changed_since": r"cycle_goals\.o: \w+",
     r"servos\.o: set_move": r"registered_move\.o: set_move",
-    r"(?:steps|torque_off)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
+    r"(?:steps|torque_off|read_pipeline)\.o: on_end|cycle\.o: goals_ended": r"bus\.o: finish", # of requests
     r"steps\.o: abort_steps": r"torque_off\.o: has_own_rate", # of a lock
+    r"group_read\.o: (?:next|take)": r"read_pipeline\.o: \w+",
     r"\w+\.o: (?:send|ended|send_packet|packet_ended)": r"steps\.o: cds_steps_poll",
 }
 # In a linked program; what waits by its name is the program's own choice.
@@ -113,7 +98,6 @@ class Program:
         self.path = path
         described = subprocess.check_output(["avr-objdump", "-f", path], text=True)
         self.linked = "EXEC_P" in described
-        self.pc_bytes = 3 if "architecture: avr:6" in described else 2
         self.functions = []
         self.here, self.everywhere = {}, {} # by (unit, name), by name
         self.sections = {}                  # (unit, section): functions in order
@@ -200,37 +184,20 @@ class Program:
             found |= {f for f in self.functions if f.taken and may_call(function, f)}
         return found
 
-    def stack(self, function):
-        """Bytes of its own: pushes, room and frame."""
-        pushed = sum(1 for it in function.code if it.name == "push")
-        pushed += sum(self.pc_bytes for it in function.code if it.name == "room")
-        frame = 0
-        for it in function.code:
-            if it.name == "out" and it.operands.startswith(("0x3e", "0x3d")):
-                break
-            match = re.match(r"r2([89]), 0x(\w+)", it.operands)
-            if match and it.name in ("sbiw", "subi", "sbci"):
-                frame += int(match[2], 16) << (8 if match[1] == "9" else 0)
-        else:
-            frame = 0
-        return pushed + frame
-
     @functools.cached_property
     def cycles(self):
-        """Functions that can reach themselves, and depths of all others."""
-        self.depths, cyclic, path = {}, set(), []
+        """Functions that can reach themselves."""
+        done, cyclic, path = set(), set(), []
 
         def visit(function):
             if function in path:
                 cyclic.update(path[path.index(function):])
-                return 0
-            if function not in self.depths:
+            elif function not in done:
                 path.append(function)
-                below = [self.pc_bytes + visit(f) for f in self.callees(function)]
-                below += [self.pc_bytes for f in function.calls if isinstance(f, str)]
+                for callee in self.callees(function):
+                    visit(callee)
                 path.pop()
-                self.depths[function] = self.stack(function) + max(below, default=0)
-            return self.depths[function]
+                done.add(function)
 
         for function in self.functions:
             visit(function)
@@ -256,16 +223,6 @@ def may_call(caller, taken):
     """True unless POINTERS says that `taken` is called by others only."""
     callers = next((by for name, by in POINTERS.items() if re.fullmatch(name, str(taken))), ".*")
     return re.fullmatch(callers, str(caller))
-
-
-def moves_stack_by_variable(function):
-    """The stack pointer comes from another register than the frame pointer's, or that one has been
-    changed by more than a constant."""
-    written = [it.operands for it in function.code
-               if it.name == "out" and it.operands.startswith(("0x3d", "0x3e"))]
-    changed = any(it.name in ("add", "adc", "sub", "sbc") and re.match(r"r2[89]\b", it.operands)
-                  for it in function.code)
-    return any(not re.search(r"r2[89]$", w) for w in written) or (written and changed)
 
 
 def successors(code):
@@ -347,48 +304,36 @@ def stops(function):
             yield "turns interrupts off"
 
 
-def breaches(program, documented):
+def breaches(program):
     for function in program.functions:
         if not function.is_ours:
             continue
-        for what, why in [(ALLOCATION, "allocates"), (FLOAT, "uses floating point"),
-                          (re.compile("cds_blocking_"), "waits")]:
+        forbidden = [(ALLOCATION, "allocates"), (FLOAT, "uses floating point"),
+                     (re.compile("cds_blocking_"), "waits")]
+        if HOT.match(function.plain):
+            forbidden.append((DIVISION, "divides on the hot path"))
+        for what, why in forbidden:
             path = program.reaches(function, what)
             if path:
                 yield function, f"{why}: {path}"
-        if moves_stack_by_variable(function):
-            yield function, "moves the stack pointer by a variable"
         if function in program.cycles:
             yield function, "is recursive"
         if function.indirect and not program.linked and not CALLS_POINTERS.fullmatch(str(function)):
             yield function, "calls through a pointer, which only those in POINTERS may"
         for why in [*waits(function), *stops(function)]:
             yield function, why
-        path = program.reaches(function, DIVISION)
-        public = headers.public(function.plain)
-        if path and HOT.match(function.plain):
-            yield function, f"divides on the hot path: {path}"
-        elif path and public and function.plain in documented and not documented[function.plain]:
-            yield function, f"divides, and its header does not say so: {path}"
-        elif not path and not program.linked and documented.get(function.plain):
-            yield function, "does not divide, though its header says so"
 
 
-def main(arguments):
-    functions = headers.Check(ROOT).functions.values()
-    documented = {f.name: bool(DIVIDES.search(f.comment)) for f in functions}
+def main(paths):
     status = 0
-    for path in arguments:
+    for path in paths:
         program = Program(path)
-        ours = [f for f in program.functions if f.is_ours]
-        found = list(breaches(program, documented))
-        deepest = max(ours, key=lambda f: (program.cycles, program.depths[f])[1], default=None)
-        calls = sum(1 for f in ours for it in f.code if it.callee or it.name == "icall")
-        print(f"  {path}: {len(ours)} functions, {calls} calls, deepest stack "
-              f"{program.depths[deepest] if deepest else 0} bytes ({deepest})")
-        for function, why in found:
-            print(f"{path}: {function}: {why}")
-        status |= bool(found) or not ours
+        found = [f"{path}: {function}: {why}" for function, why in breaches(program)]
+        if not any(function.is_ours for function in program.functions):
+            found.append(f"{path}: no function to check")
+        if found:
+            print(*found, sep="\n")
+            status = 1
     return status
 
 

@@ -20,20 +20,20 @@ def table(sources):
     for source in sources:
         for name, number, text, remedy in rows(source):
             if number in numbers:
-                raise SystemExit(f"{source}: number {number} stands twice")
+                raise SystemExit(f"{source}: number {number} is used twice")
             numbers.add(number)
             print(f"| {number} | `{name}` | {text} | {remedy} |")
 
 
 def main():
     print("# Errors\n")
-    print("Results of the library (`enum cds_result`) and numbered errors of the console, which says")
-    print("`error N: text; remedy`. Written by `make docs` from the tables in")
+    print("Results of the library (`enum cds_result`) and errors of the console, which prints")
+    print("`error N: text; remedy`. `make docs` writes this page from the tables in")
     print("`include/cds55xx/result.h` and `src/controller/console/errors.h`.\n")
     table(SOURCES)
     print("\n## Findings\n")
-    print("What a diagnosis ends with (`enum cds_finding`), written from the table in")
-    print(f"`{FINDINGS}`. [diagnose.md](diagnose.md) says in which order they are looked for.\n")
+    print("The results of a diagnosis (`enum cds_finding`), from the table in")
+    print(f"`{FINDINGS}`. [diagnose.md](diagnose.md) has the order of the checks.\n")
     table([FINDINGS])
 
 

@@ -3,7 +3,7 @@
 
 usage: faults.py [--part N/M] [--seed N] [--jobs N] [--out FILE] [--docs] [ROW...]
 
---docs: the table in docs/faults.md is written anew from FILE; runs nothing.
+--docs: the table in docs/internals/faults.md is written anew from FILE; runs nothing.
 --part 1/20: the first of 20 parts into which --seed divides the injections. Writes FILE (build/faults.tsv): fault, what,
 injections and failures, and of the injections: `undetected`, a value was taken that no servo gave;
 `misunderstood`, a servo carried out a damaged packet; both were foreseen, each one, or they are
@@ -26,7 +26,7 @@ TOOL = "build/host/faults"
 BOARDS = ["atmega128", "arduino-uno", "arbotix"]
 COLUMNS = "fault what injections failures undetected misunderstood lost late_us".split()
 ELF = {"F14": "build/{}/controller.elf"}
-OTHERS = "build/{}/program/exchanges.elf"
+OTHERS = "build/{}/firmware/exchanges.elf"
 
 
 class Row:
@@ -109,7 +109,7 @@ def write(path, done):
             print(row.name, row.what, *map(int, figures), f"{late_us:.1f}", sep="\t", file=out)
 
 
-def document(path, docs="docs/faults.md"):
+def document(path, docs="docs/internals/faults.md"):
     with open(path) as file:
         done = list(csv.DictReader(file, delimiter="\t"))
     columns = ["fault", "what", "injections", "failures", "undetected", "misunderstood", "lost"]

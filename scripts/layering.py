@@ -13,8 +13,8 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 STOREYS = {
     "wire": ["ring", "port", "link", "parser", "packet", "result", "control_table", "units", "version"],
     "bus": ["bus", "queue", "steps"],
-    "servo": ["servo", "servo_units", "feedback", "sync_write", "group_read", "registered_move",
-              "cycle"],
+    "servo": ["servo", "servo_units", "feedback", "sync_write", "read_pipeline", "group_read",
+              "registered_move", "cycle"],
     "safety": ["servos", "health", "torque_off"],
     "service": ["scan", "identity", "setup", "diagnose"],
     "robot": ["blocking", "cds55xx"],

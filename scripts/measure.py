@@ -13,7 +13,7 @@ import tempfile
 import threading
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "test/run"), str(ROOT / "scripts")]
+sys.path[:0] = [str(ROOT / "test/runs"), str(ROOT / "scripts")]
 from client import BROADCAST, PING, READ, WRITE, packet
 from feedback import Feedback
 from simulator import PACKET, SIM
@@ -26,7 +26,7 @@ SYNC_WRITE = 0x83
 DEVICE, HOST_BAUD, REG_RETURN_DELAY = 253, 0x04, 0x05
 STOP = 0x18  # Ctrl-X to the console, which would stop the robot, and rightly
 ANSWERED_US = 620  # 8 bytes one way, then 56 back, and what the controller needs
-WHOLE, CALL, POLL, SLOW, BUILD, NOTHING = 0, 1, 2, 3, 4, 7  # test/bench/bench.h
+WHOLE, CALL, POLL, SLOW, BUILD, NOTHING = 0, 1, 2, 3, 4, 7  # test/benchmark/benchmark.h
 EEPROM_SIZE = {"atmega128": 4096, "arduino-mega": 4096, "arbotix": 2048}
 # Vectors of the bus: RX, UDRE, TX of USART1.
 VECTORS = {"atmega128": (30, 31, 32), "arduino-mega": (36, 37, 38), "arbotix": (28, 29, 30)}
@@ -151,7 +151,7 @@ def worst(rows):
 
 # ---- jobs: each returns rows ------------------------------------------------------------------------
 
-READ_SIZES = (1, 2, 8, 50)  # bytes, of test/bench/read.c
+READ_SIZES = (1, 2, 8, 50)  # bytes, of test/benchmark/read.c
 DELAYS = 16  # return delays 2, 4, ... 32 us, each once
 
 
@@ -162,7 +162,7 @@ def overhead(size, spans):
 
 
 def read():
-    run = Run("bench/read", "--stamp", "B", "--seconds", "2")
+    run = Run("benchmark/read", "--stamp", "B", "--seconds", "2")
     run.check(run.figure["good"] == 4 * DELAYS + 2 * 4 + 64, "not all were good")
     run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
     wholes = run.spans(WHOLE)
@@ -176,7 +176,7 @@ def read():
 
 
 def prepared():
-    run = Run("bench/prepared", "--stamp", "B", "--seconds", "2")
+    run = Run("benchmark/prepared", "--stamp", "B", "--seconds", "2")
     run.check(run.figure["good"] == DELAYS, "not all were good")
     run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
     run.check(len(run.spans(WHOLE)) == DELAYS, "not 16 READs")
@@ -184,7 +184,7 @@ def prepared():
 
 
 def noisy():
-    run = Run("bench/noisy", "--stamp", "B", "--seconds", "60")
+    run = Run("benchmark/noisy", "--stamp", "B", "--seconds", "60")
     run.check(run.figure["submits"] == 2 * 4 * 7 * 64, "not all cases")
     run.check(run.figure["ok"] == run.figure["submits"], "not all READs were good")
     return {**run.everywhere(), "enqueue_noisy": run.net(CALL)}
@@ -192,7 +192,7 @@ def noisy():
 
 def sync(servos):
     """(build, typed call to last stop bit), the run; the worst."""
-    run = Run("bench/sync", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
+    run = Run("benchmark/sync", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
     run.check(run.figure["good"] == 4, "not all were sent")
     size = 8 + 5 * servos
     packets = [sent for sent in run.sent if sent[2] == size][-4:]
@@ -211,7 +211,7 @@ def sync18():
 
 def group(servos):
     """Cycles of feedback of all, and the run."""
-    run = Run("bench/group", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
+    run = Run("benchmark/group", "--stamp", "B", "--seconds", "2", servos=f"1-{servos}", eeprom=[servos])
     run.check(run.figure["good"] == 2, "not all were read")
     return max(cycles for cycles, _, _ in run.spans(WHOLE)), run
 
@@ -225,7 +225,7 @@ def group18():
 
 
 def absent():
-    run = Run("bench/absent", "--stamp", "B", "--seconds", "2")
+    run = Run("benchmark/absent", "--stamp", "B", "--seconds", "2")
     run.check(run.figure["timeouts"] == 3, "there was an answer")
     whole, = run.spans(WHOLE)
     return {**run.everywhere(), "absent_us": fractions.Fraction(whole[0], MHZ),
@@ -238,7 +238,7 @@ def polls():
                    ["babble headers"], ["babble random"], [HEADER] * 11,
                    [HEADER] * 20 + ["flip out every 10 9"], ["insert out every 14 0xFF"] * 12]:
         options = [word for fault in faults for word in ("--fault", fault)]
-        run = Run("bench/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn", *options,
+        run = Run("benchmark/polls", "--stamp", "B", "--seconds", "120", "--rules", "warn", *options,
                   servos="1-50")
         run.check(run.figure["polls"] > 1000, "hardly any poll")
         run.check(run.figure["agains"] > 100, "on_end hardly ever submitted again")
@@ -270,7 +270,7 @@ def keep_return_delay(folder, n):
                    cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
 
 
-def flooded(n, seconds, elf="program/flood", board="atmega128"):
+def flooded(n, seconds, elf="firmware/flood", board="atmega128"):
     """A firmware, here that with a cycle of 18 servos, and so much traffic of its host at 1 Mbps."""
     lines = ["wait 10000", "say " + packet(1, PING, []).hex(" "), "hear 6",
              "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
@@ -292,7 +292,7 @@ def run_loaded():
         if run.status == 0:
             break
     else:
-        raise Wrong("program/flood: rules of the wire are broken at any return delay")
+        raise Wrong("firmware/flood: rules of the wire are broken at any return delay")
     run.check(len(run.sent) > 4000, "hardly anything was sent")
     return n, run
 
@@ -324,9 +324,9 @@ ping 1
 
 
 def omitted(board):
-    """The commands that the firmware of a board leaves out: OMIT of its board.mk."""
-    found = re.search(r"^OMIT\s*:=(.*)$", (ROOT / f"boards/{board}/board.mk").read_text(), re.M)
-    return found[1].split() if found else []
+    """The commands that the firmware of a board leaves out: the profile `console` has no diagnose."""
+    found = re.search(r"^PROFILE\s*:=\s*console$", (ROOT / f"boards/{board}/board.mk").read_text(), re.M)
+    return ["diagnose"] if found else []
 
 
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.c"))
@@ -356,11 +356,11 @@ def shipped(name, *boards):
     return {name: longest}
 
 
-# ---- the constructed worst case of a turnaround, test/bench/turnaround.c ----
+# ---- the constructed worst case of a turnaround, test/benchmark/turnaround.c ----
 
 LOOPS, CALLS, FRAMES, WRITES_EEPROM = range(4)
 NOTHING_SENT, ZERO = 255, 128
-# What test/bench/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
+# What test/benchmark/turnaround.c constructs, by the instruction behind cli: the stack pointer moves (a
 # prologue or an epilogue), or EEMPE is set. No packet is on its way in start-up and exit, nor where the
 # firmware is about to sleep: busy() is true while the bus has a request. Main switches the watchdog
 # on (wdr) before its loop submits anything.
@@ -382,7 +382,7 @@ def check_cli(elf):
             re.search(CLI_STACK, behind) or re.search(CLI_EEPROM, behind) or "wdr" in behind or \
             any(re.search(r"\tsleep\b", later) for later in text[i:i + SLEEP_WITHIN])
         if re.search(r"\tcli\b", line) and not known:
-            raise Wrong(f"{elf}: test/bench/turnaround.c does not construct the cli of {name}")
+            raise Wrong(f"{elf}: test/benchmark/turnaround.c does not construct the cli of {name}")
 
 
 def turnarounds(activity, real, phases, overflows, sends, writes):
@@ -394,7 +394,7 @@ def turnarounds(activity, real, phases, overflows, sends, writes):
     with tempfile.NamedTemporaryFile("w", suffix=".pc") as program:
         program.write("baud 1000000\nwait 1000\nflood 60000000\n")
         program.flush()
-        run = Run("bench/turnaround", "--host", program.name, "--seconds", "300", eeprom=options)
+        run = Run("benchmark/turnaround", "--host", program.name, "--seconds", "300", eeprom=options)
     moments = list(itertools.product(*ranges))
     run.check(len(run.sent) == len(moments), "not all packets were sent")
     return sorted(((sent[-1], at) for sent, at in zip(run.sent, moments)), reverse=True), run
@@ -450,7 +450,7 @@ def loaded():
 
 
 def cycle(servos, seconds, n):
-    run = Run("program/cycle50", "--mark", "B0", "--seconds", str(seconds + 10),
+    run = Run("firmware/cycle50", "--mark", "B0", "--seconds", str(seconds + 10),
               servos=f"1-{servos}", eeprom=[seconds, 0, servos, n])
     for name in ["refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "overruns"]:
         run.check(run.figure[name] == 0, name)
@@ -472,7 +472,7 @@ def shares(run, name, seconds):
 
 def cycle50(seconds=60):
     n, _ = return_delay_needed()
-    run = Run("bench/cycle8", "--mark", "B0", "--seconds", str(seconds + 10), servos="1-50",
+    run = Run("benchmark/cycle8", "--mark", "B0", "--seconds", str(seconds + 10), servos="1-50",
               eeprom=[seconds, n])
     run.check(run.figure["failed"] == 0 and run.figure["reads"] > 1000 * seconds, "READs failed")
     goals = [first for first, _, size, *_ in run.sent if size == 8 + 5 * 50]
@@ -492,7 +492,7 @@ SAFE = "1-50"
 
 
 def safe_read():
-    run = Run("bench/safe_read", "--stamp", "B", "--seconds", "5", servos=SAFE)
+    run = Run("benchmark/safe_read", "--stamp", "B", "--seconds", "5", servos=SAFE)
     run.check(run.figure["good"] == 1 + DELAYS, "not all were good")
     run.check(run.figure["torn"] == 0, "the clock overflowed: another handler ran")
     run.check(len(run.spans(WHOLE)) == DELAYS, "not 16 READs")
@@ -500,7 +500,7 @@ def safe_read():
 
 
 def safe_calls():
-    run = Run("bench/safe_calls", "--stamp", "B", "--seconds", "60", servos=SAFE)
+    run = Run("benchmark/safe_calls", "--stamp", "B", "--seconds", "60", servos=SAFE)
     run.check(run.figure["good"] == 1 and run.figure["wrong"] == 0, "not all ended as they should")
     sent = [raw for _, ours, raw in run.wire() if ours and raw[4] == SYNC_WRITE]
     run.check(run.figure["refused"] == 24, "goals beyond the limits, or ACTION to servos with limits, were not refused")
@@ -510,7 +510,7 @@ def safe_calls():
 
 def safe_cycle50(seconds=60):
     n, _ = return_delay_needed()
-    run = Run("program/cycle50_safe", "--mark", "B0", "--seconds", str(seconds + 10), servos=SAFE,
+    run = Run("firmware/cycle50_safe", "--mark", "B0", "--seconds", str(seconds + 10), servos=SAFE,
               eeprom=[seconds, 0, 50, n])
     for name in ["refused", "unsent", "dropped", "failed", "timeouts", "corrupt", "overruns", "alarms"]:
         run.check(run.figure[name] == 0, name)
@@ -526,7 +526,7 @@ def safe_cycle50(seconds=60):
 TORQUE_OFF = packet(BROADCAST, WRITE, [0x18, 0])
 SAFE_MARGIN = 100 * MHZ  # CDS_REPLY_MARGIN_US
 FAILED = 100 * MHZ  # behind the deadline, a call may still find the transaction, or a line to be quiet
-DAMAGED_ID = 60  # test/bench/safe_torque_off.c
+DAMAGED_ID = 60  # test/benchmark/safe_torque_off.c
 
 
 def ends(wire):
@@ -546,7 +546,7 @@ def ends(wire):
 
 
 def safe_torque_off():
-    run = Run("bench/safe_torque_off", "--stamp", "B", "--seconds", "60", "--allow-duplicates",
+    run = Run("benchmark/safe_torque_off", "--stamp", "B", "--seconds", "60", "--allow-duplicates",
               "--fault", f"turnaround {DAMAGED_ID} 25", servos=f"{SAFE},{DAMAGED_ID},{DAMAGED_ID}")
     run.check(run.figure["good"] == 1, "not all servos were prepared")
     run.check(run.figure["stops"] == run.figure["over"] == 7 * 60, "torque off did not end well")
@@ -584,7 +584,7 @@ def lost(run, counters):
 
 
 def three(n):
-    run = Run("program/three_buses", "--servos", "1:2", "--servos", "2:3", "--rules", "warn",
+    run = Run("firmware/three_buses", "--servos", "1:2", "--servos", "2:3", "--rules", "warn",
               "--seconds", "15", board="arduino-mega", eeprom=[n, 8, 3, 10, 1])
     counters = [dict(re.findall(r"^(\w+) (\d+)$", text, re.M)) for text in
                 re.split(r"^bus \d$", run.output, flags=re.M)[1:4]]
@@ -594,25 +594,25 @@ def three(n):
 
 
 def two_mbps():
-    run = Run("bench/two_mbps", "--rules", "warn", "--seconds", "15", eeprom=[10, 1])
+    run = Run("benchmark/two_mbps", "--rules", "warn", "--seconds", "15", eeprom=[10, 1])
     run.check(run.figure["reads"] > 10000, "hardly anything was read")
     return {**run.everywhere(), "two_mbps_lost": lost(run, run.figure)}
 
 
 def size():
-    run = Run("bench/min", "--seconds", "0.1", board="test/boards/atmega644p", servos="1-18")
+    run = Run("benchmark/min", "--seconds", "0.1", board="test/boards/atmega644p", servos="1-18")
     sent = [(raw[4], len(raw)) for way, raw in run.packets() if way == "->in"]
     run.check(sent == [(1, 6), (2, 8), (3, 9), (0x83, 98)], f"it sends {sent}")
-    least = sizes(ROOT / "build/atmega644p/bench/min.elf")
+    least = sizes(ROOT / "build/atmega644p/benchmark/min.elf")
     whole = sizes(ROOT / "build/atmega128/controller.elf")
     return {"min_flash": least[0], "min_ram": least[1], "console_ram": whole[1]}
 
 
 def handlers(board, suffix=""):
     """All paths: in good exchanges, and in what a babbler and noise make of the line."""
-    clean = Run("bench/handlers", "--seconds", "2", board=board, servos="1-50", eeprom=[0])
+    clean = Run("benchmark/handlers", "--seconds", "2", board=board, servos="1-50", eeprom=[0])
     clean.check(clean.figure["good"] == 100, "not all exchanges were good")
-    bad = Run("bench/handlers", "--seconds", "2", "--rules", "warn", "--seed", "1", "--fault",
+    bad = Run("benchmark/handlers", "--seconds", "2", "--rules", "warn", "--seed", "1", "--fault",
               "babble random", "--fault", "noise 100000", board=board, eeprom=[1])
     for name in ["framing_errors", "overruns", "ring_overflows"]:
         bad.check(bad.figure[name] > 20, f"hardly any {name}")

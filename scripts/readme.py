@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
-"""Renews what README.md quotes from commands: each block that follows a line `<!-- COMMAND -->`.
+"""Renews what the user documents quote from commands: each block that follows a line `<!-- COMMAND -->`.
 
 usage: readme.py [--check]    --check: changes nothing, exit 1 if a block is out of date
 Where COMMAND ends in `: TEXT` only the paragraph that begins with TEXT is quoted.
 """
+import pathlib
 import re
 import subprocess
 import sys
@@ -14,7 +15,7 @@ BLOCK = re.compile(r"(<!-- (make [^>]*?)(?:: ([^>]*))? -->\n```\n)(.*?)(```\n)",
 def output_of(command, start):
     words = command.split()
     words[1:1] = ["-s", "--no-print-directory"]
-    # The first time it may tell what it builds; a paragraph is found behind that.
+    # The first run may print what it builds; a paragraph is found behind that.
     for _ in ["quote"] if start else ["build", "quote"]:
         text = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
                               check=True).stdout
@@ -24,15 +25,16 @@ def output_of(command, start):
 
 
 def main(arguments):
-    before = open("README.md").read()
-    after = BLOCK.sub(lambda m: m[1] + output_of(m[2], m[3]) + m[5], before)
-    if after == before:
-        return 0
-    if arguments == ["--check"]:
-        print("README.md quotes figures that are out of date: run make docs")
-        return 1
-    open("README.md", "w").write(after)
-    return 0
+    status = 0
+    for path in [pathlib.Path("README.md"), *sorted(pathlib.Path("docs").glob("*.md"))]:
+        before = path.read_text()
+        after = BLOCK.sub(lambda m: m[1] + output_of(m[2], m[3]) + m[5], before)
+        if after != before and arguments == ["--check"]:
+            print(f"{path} quotes figures that are out of date: run make docs")
+            status = 1
+        elif after != before:
+            path.write_text(after)
+    return status
 
 
 if __name__ == "__main__":

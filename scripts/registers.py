@@ -13,9 +13,9 @@ def main():
     text = open("include/cds55xx/control_table.h").read()
     units = dict(UNIT.findall(open("src/core/wire/units.c").read()))
     print("# Registers\n")
-    print("The control table of a CDS55xx as library and console name it (`CDS_REG_ID`, `ID`). Words are")
-    print("low byte first. Initial: factory value (EEPROM) or value at power-up (RAM). Written by")
-    print("`make docs` from `include/cds55xx/control_table.h`; unit: what `units.h` converts to.\n")
+    print("The control table of a CDS55xx with the names of library and console (`CDS_REG_ID`, `ID`). Words are")
+    print("low byte first. Initial: factory value (EEPROM) or value at power-up (RAM). Unit: the unit that")
+    print("`units.h` converts to. `make docs` writes this page from `include/cds55xx/control_table.h`.\n")
     print("| address | name | bytes | access | area | initial | range | unit |")
     print("|---|---|---|---|---|---|---|---|")
     for name, address, width, access, area, initial, lowest, highest in ROW.findall(text):

@@ -21,6 +21,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 RAM = 0x800000  # addresses from here on are not flash: of .data, whose initial values are
 OURS = re.compile(r"^(?!/usr/)(?:.*/)?((?:src|include|boards|examples|test)/.*)")
 ELSEWHERE = "compiler and C library"
+STRINGS = "strings in tables"  # FLASH_TEXT() of messages.h: symbols that the compiler names
 BEFORE = "vectors and start-up"
 HEADING = re.compile(r"(?:CU: )?(\S+):$")
 ROW = re.compile(r"(\S+) +\d+ +(?:0x)?([0-9a-f]+)$")
@@ -49,22 +50,24 @@ def symbols(elf):
         symbol, _, place = line.partition("\t")
         words = symbol.split()
         if len(words) == 4:
-            yield int(words[0], 16), int(words[1], 16), file_of(place.rpartition(":")[0]), words[2]
+            file = STRINGS if "compound_literal" in words[3] else file_of(place.rpartition(":")[0])
+            yield int(words[0], 16), int(words[1], 16), file, words[2]
 
 
 def lines_of_code(elf):
-    """(address, file) of each row of the line table, by address. What the linker has thrown away stands
-    there at address 0, and addr2line takes all up to the next row for it. A row has the file's name;
-    its path, a heading somewhere."""
-    rows, paths = [], {}
+    """(address, file) of each row of the line table, by address. A row has the file's name; the latest
+    heading of that name has its path. What the linker has thrown away stands there at address 0."""
+    rows, path, paths = [], "", {}
     for text in output("avr-objdump", "--dwarf=decodedline", elf).splitlines():
         heading, row = HEADING.match(text), ROW.match(text)
         if heading:
-            paths[pathlib.PurePath(heading[1]).name] = file_of(heading[1])
-        elif row:
-            rows.append((int(row[2], 16), row[1]))
-    return sorted(((address, paths.get(name)) for address, name in rows if address),
-                  key=lambda row: row[0])
+            path = heading[1]
+            paths[pathlib.PurePath(path).name] = path
+        elif row and int(row[2], 16):
+            if pathlib.PurePath(path).name != row[1]:
+                path = paths.get(row[1], "")
+            rows.append((int(row[2], 16), file_of(path)))
+    return sorted(rows, key=lambda row: row[0])
 
 
 def files_of_code(elf, functions):

@@ -2,8 +2,8 @@
 """Flash and static RAM of firmwares beside their budgets, and the RAM of the chip that is left to the
 stack; exit 1 when one is over.
 
-usage: size.py ELF FLASH_MAX RAM_MAX [ELF FLASH_MAX RAM_MAX ...] [--note ELF ...]
-Those after --note are shown without a budget.
+usage: size.py ELF FLASH_MAX RAM_MAX [ELF FLASH_MAX RAM_MAX ...] [--note ELF ...] [--too-large NAME ...]
+Those after --note are shown without a budget; those after --too-large do not fit their chip and are not built.
 """
 import re
 import struct
@@ -34,9 +34,14 @@ def ram_of_chip(elf):
     return struct.unpack_from("<4I", note, NOTE_HEAD)[3]
 
 
+def split(arguments, option):
+    at = arguments.index(option) if option in arguments else len(arguments)
+    return arguments[:at], arguments[at + 1:]
+
+
 def main(arguments):
-    split = arguments.index("--note") if "--note" in arguments else len(arguments)
-    budgeted, noted = arguments[:split], arguments[split + 1:]
+    budgeted, absent = split(arguments, "--too-large")
+    budgeted, noted = split(budgeted, "--note")
     rows = [(budgeted[i], int(budgeted[i + 1]), int(budgeted[i + 2]))
             for i in range(0, len(budgeted), 3)]
     over = False
@@ -51,6 +56,8 @@ def main(arguments):
     for elf in noted:
         flash, ram = sizes(elf)
         print(f"  {elf.replace('build/', ''):<36}{flash:>8}{'-':>8}{ram:>8}{'-':>8}{ram_of_chip(elf) - ram:>8}")
+    for name in absent:
+        print(f"  {name:<36}  does not fit the chip")
     return 1 if over else 0
 
 

@@ -21,21 +21,19 @@ def block(servo, step):
     return f"{servo}:{goal(servo, step) & 255},{goal(servo, step) >> 8},{SPEED & 255},{SPEED >> 8}"
 
 
-def main():
-    steps = int(sys.argv[1]) if len(sys.argv) > 1 else 60
-    print("@print")
-    print("@print A wave through 18 fresh servos: SYNC WRITE of goal and speed, positions read back")
-    print("@echo off")
-    print("@servos 1-18")
-    print("write 254 TORQUE_ENABLE 1")
+def script(steps):
+    """The whole script as text."""
+    lines = ["@print",
+             "@print A wave through 18 fresh servos: SYNC WRITE of goal and speed, positions read back",
+             "@echo off", "@servos 1-18", "write 254 TORQUE_ENABLE 1"]
     for step in range(steps):
         if step % STEPS_PER_PERIOD == 0:
-            print(f"@print wave: step {step} of {steps}")
-        print("sync GOAL_POSITION 4 " + " ".join(block(servo, step) for servo in SERVOS))
-        for servo in range(1 + step % 6, 19, 6):
-            print(f"read {servo} PRESENT_POSITION")
-        print("@wait 20")
+            lines.append(f"@print wave: step {step} of {steps}")
+        lines.append("sync GOAL_POSITION 4 " + " ".join(block(servo, step) for servo in SERVOS))
+        lines += [f"read {servo} PRESENT_POSITION" for servo in range(1 + step % 6, 19, 6)]
+        lines.append("@wait 20")
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
-    main()
+    print(script(int(sys.argv[1]) if len(sys.argv) > 1 else 60), end="")

@@ -47,6 +47,6 @@ run: build/$(BOARD)/controller.elf build/host/cds55xx-sim
 
 ## sim-speed: how many times real time the simulator runs at on this machine
 .PHONY: sim-speed
-sim-speed: build/host/cds55xx-sim build/atmega128/program/busy.elf
+sim-speed: build/host/cds55xx-sim build/atmega128/firmware/busy.elf
 	@scripts/sim-speed.py $^
 

@@ -3,7 +3,7 @@
 # Without sanitizers: a whole run is some hundred thousand exchanges.
 FAULTS_BOARDS := atmega128 arduino-uno arbotix
 FAULTS_SRC := $(wildcard test/faults/*.c)
-FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/program/exchanges.elf) \
+FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/exchanges.elf) \
 	build/atmega128/controller.elf build/arbotix/controller.elf
 
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools
@@ -19,33 +19,37 @@ build/host/faults: $(FAULTS_SRC:test/faults/%.c=build/host/faults-obj/%.o) \
 FAULTS_PART ?= 1/1
 SEED ?= 0
 
-## faults: every fault of docs/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
+## faults: every fault of docs/internals/faults.md at every position; build/faults.tsv (FAULTS_PART=1/20 SEED=7)
 .PHONY: faults
 faults: $(FAULTS_NEEDS)
 	@scripts/faults.py --part $(FAULTS_PART) --seed $(SEED)
 
-## faults-docs: the same, and its table in docs/faults.md anew
+## faults-docs: the same, and its table in docs/internals/faults.md anew
 .PHONY: faults-docs
 faults-docs: faults
 	@scripts/faults.py --docs
 
 # ---- tests -----------------------------------------------------------------------------------------
 
-UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest
+UNITY_FLAGS := -I$(UNITY)/src -DUNITY_INCLUDE_CONFIG_H -Itest/support
 
 # Unity is not ours: no warnings of ours for it. deps has fetched it.
 $(UNITY)/src/unity.c $(UNITY)/auto/generate_test_runner.rb: | deps ;
 
-CORE_TESTS := $(patsubst test/%.c,%,$(wildcard test/test_*.c))
-SIM_TESTS := $(patsubst test/sim/%.c,%,$(wildcard test/sim/test_*.c))
-RUN_TESTS := $(wildcard test/run/test_*.py)
-TEST_FIRMWARES := $(patsubst test/firmware/%.c,%,$(wildcard test/firmware/*.c))
+# A suite is test/<part>/<folder>/test_X.c. It becomes build/host/test/test_X, and on the simulated
+# AVR build/avr-test/test_X.elf. Two suites need two names.
+CORE_TEST_SRC := $(wildcard test/core/*/test_*.c)
+CONTROLLER_TEST_SRC := $(wildcard test/controller/*/test_*.c)
+UNIT_TEST_SRC := $(CORE_TEST_SRC) $(CONTROLLER_TEST_SRC)
+SIM_TEST_SRC := $(wildcard test/sim/test_*.c)
+# Programs without Unity that take a number of random inputs.
+CORE_RANDOM_SRC := $(wildcard test/core/*/*_random.c)
+CONTROLLER_RANDOM_SRC := $(wildcard test/controller/*/*_random.c test/controller/*/fuzz.c)
+RANDOM_SRC := $(CORE_RANDOM_SRC) $(CONTROLLER_RANDOM_SRC)
 
-build/runner/%_runner.c: test/%.c $(UNITY)/auto/generate_test_runner.rb
-	@mkdir -p $(@D)
-	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
+host_program = $(patsubst %,build/host/test/%,$(basename $(notdir $(1))))
 
-build/runner/sim/%_runner.c: test/sim/%.c $(UNITY)/auto/generate_test_runner.rb
+build/runner/test/%_runner.c: test/%.c $(UNITY)/auto/generate_test_runner.rb
 	@mkdir -p $(@D)
 	$(Q)ruby $(UNITY)/auto/generate_test_runner.rb $< $@
 
@@ -55,46 +59,45 @@ HOST_TEST_FLAGS := $(HOST_COMMON) $(SANITIZE) $(INCLUDES) -Isrc/controller -Isim
 build/host/test/flags: force
 	$(call stamp,$(CC) $(HOST_TEST_FLAGS))
 
-build/host/test/obj/%.o: %.c build/host/test/flags | deps $(TEXTS)
+build/host/test/obj/%.o: %.c build/host/test/flags | deps
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) $(DEPFILES) -c $< -o $@
 
-build/host/test/obj/runner/%.o: build/runner/%.c build/host/test/flags
+build/host/test/obj/%_runner.o: build/runner/%_runner.c build/host/test/flags
 	@mkdir -p $(@D)
-	$(Q)$(CC) $(HOST_TEST_FLAGS) -Wno-error $(DEPFILES) -c $< -o $@
+	$(Q)$(CC) $(HOST_TEST_FLAGS) -I$(patsubst build/runner/%/,%,$(dir $<)) -Wno-error $(DEPFILES) -c $< -o $@
 
 build/host/test/obj/unity.o: $(UNITY)/src/unity.c build/host/test/flags
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(HOST_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
-# What a test of the core or of the console is linked with.
-TESTED_SRC := $(CORE_SRC) $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/port_fake.c \
-	test/eeprom_fake.c
-# CORE_ONLY=1: the programs that include nothing of src/controller, linked without it.
-CONTROLLER_TESTS := $(addprefix test_,bridge cmd_keeper command console editor host host_rescue keeper \
-	number robot settings) fuzz inhibit_random
-ifeq ($(CORE_ONLY),1)
-TESTED_SRC := $(CORE_SRC) test/port_fake.c
+# What the suites of the core and of the controller are linked with, as an archive: a suite links only
+# what it uses. CORE_ONLY=1: only the suites of the core, linked without the controller.
+TESTED_SRC := $(CORE_SRC) test/support/port_fake.c
+ifneq ($(CORE_ONLY),1)
+TESTED_SRC += $(filter-out src/controller/main.c,$(CONTROLLER_SRC)) test/support/eeprom_fake.c
 endif
-TESTED_OBJ := $(TESTED_SRC:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
 
-$(CORE_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o \
-		build/host/test/obj/runner/%_runner.o $(TESTED_OBJ)
-	$(call say,LD,$@)
-	$(Q)$(CC) $(SANITIZE) $^ -o $@
+build/host/test/libtested.a: $(TESTED_SRC:%.c=build/host/test/obj/%.o) build/host/test/obj/unity.o
+	$(call say,AR,$@)
+	$(Q)rm -f $@ && ar rcs $@ $^
 
-RANDOM_TESTS := fuzz inhibit_random engine_random door_random
-$(RANDOM_TESTS:%=build/host/test/%): build/host/test/%: build/host/test/obj/test/%.o $(TESTED_OBJ)
-	$(call say,LD,$@)
-	$(Q)$(CC) $(SANITIZE) $(filter-out %/unity.o,$^) -o $@
+build/host/test/libsim.a: $(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC))) \
+		build/host/test/obj/unity.o
+	$(call say,AR,$@)
+	$(Q)rm -f $@ && ar rcs $@ $^
 
-$(SIM_TESTS:%=build/host/test/sim/%): build/host/test/sim/%: build/host/test/obj/test/sim/%.o \
-		build/host/test/obj/runner/sim/%_runner.o build/host/test/obj/unity.o \
-		$(patsubst sim/%.c,build/host/sim-checked/%.o,$(filter-out sim/main.c,$(SIM_SRC)))
-	$(call say,LD,$@)
-	@mkdir -p $(@D)
-	$(Q)$(CC) $(SANITIZE) $^ $(SIM_LIBS) -o $@
+# $(1): source, $(2): program, $(3): libraries
+define host_test_rule
+$(2): build/host/test/obj/$(1:%.c=%.o) $(if $(filter test_%,$(notdir $(1))),build/host/test/obj/$(1:%.c=%_runner.o)) $(3)
+	$$(call say,LD,$$@)
+	@mkdir -p $$(@D)
+	$$(Q)$$(CC) $$(SANITIZE) $$(filter %.o %.a,$$^) $(4) -o $$@
+endef
+$(foreach s,$(UNIT_TEST_SRC) $(RANDOM_SRC),$(eval $(call host_test_rule,$(s),$(call \
+	host_program,$(s)),build/host/test/libtested.a)))
+$(foreach s,$(SIM_TEST_SRC),$(eval $(call host_test_rule,$(s),$(s:%.c=build/host/%),build/host/test/libsim.a,$(SIM_LIBS))))
 
 # The same suites on the simulated AVR.
 AVR_TEST_BOARD := arduino-mega
@@ -105,58 +108,81 @@ AVR_TEST_FLAGS = $(filter-out -flto -ffat-lto-objects -gdwarf-2,$($(AVR_TEST_BOA
 $(AVR_TEST)/flags: force
 	$(call stamp,$(AVR_TEST_FLAGS))
 
-$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps $(TEXTS)
+$(AVR_TEST)/obj/%.o: %.c $(AVR_TEST)/flags | deps
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(DEPFILES) -c $< -o $@
 
-$(AVR_TEST)/obj/runner/%.o: build/runner/%.c $(AVR_TEST)/flags
+$(AVR_TEST)/obj/%_runner.o: build/runner/%_runner.c $(AVR_TEST)/flags
 	@mkdir -p $(@D)
-	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -Wno-error $(DEPFILES) -c $< -o $@
+	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -I$(patsubst build/runner/%/,%,$(dir $<)) -Wno-error $(DEPFILES) -c $< -o $@
 
 $(AVR_TEST)/obj/unity.o: $(UNITY)/src/unity.c $(AVR_TEST)/flags
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) -w $(DEPFILES) -c $< -o $@
 
-$(CORE_TESTS:%=$(AVR_TEST)/%.elf): $(AVR_TEST)/%.elf: $(AVR_TEST)/obj/test/%.o \
-		$(AVR_TEST)/obj/runner/%_runner.o $(TESTED_SRC:%.c=$(AVR_TEST)/obj/%.o) \
-		$(AVR_TEST)/obj/test/unity_avr.o $(AVR_TEST)/obj/unity.o
-	$(call say,LD,$@)
-	$(Q)$(AVR_CC) $(AVR_TEST_FLAGS) $(AVR_LINK) $^ -o $@
+$(AVR_TEST)/libtested.a: $(TESTED_SRC:%.c=$(AVR_TEST)/obj/%.o) $(AVR_TEST)/obj/test/support/unity_avr.o $(AVR_TEST)/obj/unity.o
+	$(call say,AR,$@)
+	$(Q)rm -f $@ && $(AVR_AR) rcs $@ $^
 
-PROGRAM_SRC := $(filter-out test/program/three_buses.c,$(wildcard test/program/*.c))
+define avr_test_rule
+$(AVR_TEST)/$(basename $(notdir $(1))).elf: $(AVR_TEST)/obj/$(1:%.c=%.o) $(AVR_TEST)/obj/$(1:%.c=%_runner.o) $(AVR_TEST)/libtested.a
+	$$(call say,LD,$$@)
+	$$(Q)$$(AVR_CC) $$(AVR_TEST_FLAGS) $$(AVR_LINK) $$(filter %.o %.a,$$^) -o $$@
+endef
+$(foreach s,$(UNIT_TEST_SRC),$(eval $(call avr_test_rule,$(s))))
 
 # Small firmwares for tests of the simulator: plain register code, nothing of ours linked.
 FIRMWARE_MCU := atmega128
 build/firmware/three_buses.elf: FIRMWARE_MCU := atmega2560
-build/firmware/%.elf: test/firmware/%.c build/atmega128/flags | tools
+build/firmware/%.elf: test/firmware/registers/%.c build/atmega128/flags | tools
 	$(call say,CC,$@)
 	@mkdir -p $(@D)
 	$(Q)$(AVR_CC) -mmcu=$(FIRMWARE_MCU) -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
 
-TEST_PROGRAMS := $(CORE_TESTS:%=build/host/test/%) $(CORE_TESTS:%=$(AVR_TEST)/%.elf) \
-	$(SIM_TESTS:%=build/host/test/sim/%)
-TEST_NEEDS := build/host/cds55xx-sim $(PROGRAM_SRC:test/program/%.c=build/atmega128/program/%.elf) $(RANDOM_TESTS:%=build/host/test/%) \
-	$(TEST_FIRMWARES:%=build/firmware/%.elf) \
-	build/arduino-mega/program/three_buses.elf $(foreach p,commands operations,$(BOARDS:%=build/%/program/$(p).elf)) \
-	build/arbotix/program/soak.elf build/arbotix/program/foreign_handler.elf \
-	$(patsubst %,build/%/program/safety.elf,arduino-mega arbotix cm510) \
-	$(patsubst %,build/%/program/flood.elf,arduino-mega cm510 arbotix) \
-	build/adapter-echo/program/diagnose.elf build/arbotix/program/diagnose.elf \
-	$(TEST_BOARDS:%=build/%/controller.elf) $(TEST_BOARDS:%=build/%/program/soak.elf) \
-	$(FAULTS_NEEDS) $(BENCH_NEEDS) \
-	$(patsubst %,build/atmega128/bench/%.elf,slow_handlers blocking_absent) \
-	$(BOARDS:%=build/%/controller.elf) $(EXAMPLES)
+RANDOM_TESTS := $(call host_program,$(RANDOM_SRC))
+TEST_FIRMWARES := $(patsubst test/firmware/registers/%.c,build/firmware/%.elf,$(wildcard test/firmware/registers/*.c))
 
-## test: every test: on the host, on the simulated AVR, and whole runs in the simulator
+UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
+	$(patsubst %,$(AVR_TEST)/%.elf,$(basename $(notdir $(UNIT_TEST_SRC))))
+SIM_TESTS := $(SIM_TEST_SRC:%.c=build/host/%)
+RUN_TESTS := $(wildcard test/runs/test_*.py)
+
+CONSOLE_ELFS := $(patsubst %,build/%/controller.elf,arbotix arduino-mega atmega128 cm510)
+# Each run says on a line `# needs: FILE ...` what must be built for it.
+run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/^# needs: //p' $(1)))$(NEEDED))
+
+# T=word: only the suites whose name has that word in it.
+T ?=
+ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
+TESTS := $(if $(T),$(foreach t,$(ALL_TESTS),$(if $(findstring $(T),$(basename $(notdir $(t)))),$(t))),$(ALL_TESTS))
+test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(TEST_FIRMWARES)) \
+	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
+run_tests = SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
+	--avr-board $(AVR_TEST_BOARD)
+
+## test: every test, or with T=word those whose name has the word: host, simulated AVR, whole runs
 .PHONY: test
-test: $(TEST_PROGRAMS) $(TEST_NEEDS)
-	@SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
-	  --avr-board $(AVR_TEST_BOARD) $(TEST_PROGRAMS) $(RUN_TESTS)
+test: $$(test_programs)
+	@$(if $(TESTS),,echo "no test has '$(T)' in its name"; false)
+	@$(run_tests) --times build/test-times.tsv $(TESTS)
+
+# Of these `make test` runs a part.
+LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine faults_all fuzz identity inhibit keeper robot))
+## test-long: the random and exhaustive runs in full length, of which `make test` runs a part
+.PHONY: test-long
+test-long: $$(call run_needs,$$(LONG_TESTS))
+	@TEST_LONG=1 $(run_tests) --times build/test-long-times.tsv $(LONG_TESTS)
+
+BUILD_TESTS := $(wildcard test/build/test_*.py)
+## test-build: what make itself promises: boards, flash, fuses, dependencies, checks
+.PHONY: test-build
+test-build: $$(call run_needs,$$(BUILD_TESTS))
+	@$(run_tests) $(BUILD_TESTS)
 
 # The programs on this machine that run src/core. The scripts build them with flags of their own.
-HOST_TESTS := $(patsubst %,build/host/test/%,$(filter-out $(if $(filter 1,$(CORE_ONLY)),$(CONTROLLER_TESTS)), \
-	$(CORE_TESTS) $(RANDOM_TESTS)))
+HOST_TESTS := $(call host_program,$(CORE_TEST_SRC) $(CORE_RANDOM_SRC) \
+	$(if $(filter 1,$(CORE_ONLY)),,$(CONTROLLER_TEST_SRC) $(CONTROLLER_RANDOM_SRC)))
 .PHONY: host-tests list-host-tests
 host-tests: $(HOST_TESTS)
 list-host-tests:
@@ -177,12 +203,12 @@ mutation: | deps
 
 ## cycle: 60 s of 50 servos at 250 Hz: the figures; fails if a promise is broken
 .PHONY: cycle
-cycle: build/host/cds55xx-sim build/atmega128/program/cycle50.elf
-	@test/run/cycle.py 60
+cycle: build/host/cds55xx-sim build/atmega128/firmware/cycle50.elf
+	@test/runs/cycle.py 60
 
 ## fuzz: random bytes, damaged lines and packets for the host link; random input while inhibited; random transactions
 .PHONY: fuzz
-fuzz: $(RANDOM_TESTS:%=build/host/test/%)
+fuzz: $(RANDOM_TESTS)
 	@build/host/test/fuzz 10000000 1000000
 	@build/host/test/inhibit_random 1000000
 	@build/host/test/engine_random 10000000
@@ -195,5 +221,5 @@ session: build/host/cds55xx-sim build/atmega128/controller.elf
 ## feedback: 18 servos' feedback over a 1 Mbps host link: one BULK READ against 18 round trips
 .PHONY: feedback
 feedback: build/host/cds55xx-sim build/$(BOARD)/controller.elf
-	@test/run/feedback.py $(BOARD)
+	@test/runs/feedback.py $(BOARD)
 

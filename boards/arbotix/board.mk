@@ -3,11 +3,12 @@ MCU        := atmega644p
 F_CPU      := 16000000
 
 # Budgets of the firmware: bytes of flash, bytes of static RAM (of 4096).
-FLASH_MAX  := 61440
+FLASH_MAX  := 65536
 RAM_MAX    := 3456
 
-# The firmware leaves this out, for want of flash.
-OMIT       := diagnose
+# All commands but diagnose: the flash has no room for `full`.
+PROFILE    := console
+PROFILES   := bridge console
 
 # Through an ISP programmer, which needs no boot loader. The fuses are left as shipped: external
 # crystal.

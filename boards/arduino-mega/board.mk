@@ -2,9 +2,9 @@
 MCU        := atmega2560
 F_CPU      := 16000000
 
-# Budgets of the firmware: bytes of flash, all of it where 16-bit addresses of constants reach; bytes
-# of static RAM.
-FLASH_MAX  := 65536
+# Budgets of the firmware: bytes of flash, all but the 8 KB of the boot loader; bytes of static RAM
+# (of 8192).
+FLASH_MAX  := 253952
 RAM_MAX    := 3456
 
 # The boot loader Arduino ships writes the flash; it can neither erase the chip (hence -D) nor write

@@ -2,9 +2,8 @@
 MCU        := atmega128
 F_CPU      := 16000000
 
-# Budgets of the firmware: bytes of flash, all of it where 16-bit addresses of constants reach; bytes
-# of static RAM.
-FLASH_MAX  := 65536
+# Budgets of the firmware: bytes of flash, bytes of static RAM (of 4096).
+FLASH_MAX  := 131072
 RAM_MAX    := 3456
 
 PROGRAMMER  := usbasp

@@ -4,9 +4,8 @@ MCU        := atmega2561
 SIM_MCU    := atmega2560
 F_CPU      := 16000000
 
-# Budgets of the firmware: bytes of flash, all of it where 16-bit addresses of constants reach; bytes
-# of static RAM.
-FLASH_MAX  := 65536
+# Budgets of the firmware: bytes of flash, bytes of static RAM (of 8192).
+FLASH_MAX  := 262144
 RAM_MAX    := 3456
 
 # Through an ISP programmer. The fuses are left as Robotis set them: external crystal.

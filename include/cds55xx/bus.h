@@ -44,7 +44,8 @@ extern "C" {
 
 /* A reply that begins within this time after the end of its packet, in microseconds, is never taken
  * for the reply to a later packet. Register 0x05 allows 508; the rest is for servos that are slower
- * than their register says. A slower servo can still give a wrong value: docs/faults.md, F17-again.
+ * than their register says. A slower servo can still give a wrong value: docs/internals/faults.md,
+ * F17-again.
  */
 #define CDS_STALE_REPLY_US 2000
 
@@ -218,7 +219,8 @@ struct cds_bus_hooks {
 
     /* For registered_move.c: `request` carries the registered move that begins; NULL: none of its
      * REG WRITE or ACTION follows. The permit lets REG WRITE and ACTION of this request reach
-     * servos with limits, as far as its rules for a move allow (docs/permit.md). NULL: no permit.
+     * servos with limits, as far as its rules for a move allow (docs/internals/permit.md). NULL: no
+     * permit.
      */
     void (*set_move)(void *context, const struct cds_request *request);
 };

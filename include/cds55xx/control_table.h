@@ -73,7 +73,7 @@ enum cds_register_address {
 /* What a program may do with a register; _NO: nothing; a WRITE is refused (R5). */
 enum cds_access { CDS_ACCESS_NO, CDS_ACCESS_RD, CDS_ACCESS_RW } __attribute__((packed));
 
-/* Where it lies: EEPROM outlives power-off, and wears; RAM begins anew at power-up. */
+/* Where it lies: EEPROM outlives power-off, and wears; RAM begins again at power-up. */
 enum cds_area { CDS_AREA_EEPROM, CDS_AREA_RAM } __attribute__((packed));
 
 /* One register, as its row in the list has it. */

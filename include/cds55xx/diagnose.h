@@ -30,37 +30,37 @@ extern "C" {
     X(CDS_FINDING_LINE_LOW, 2, "the line is held low",                                             \
       "look for a short circuit, a plug turned round, or a driver without power")                  \
     X(CDS_FINDING_BABBLE, 3, "the line is never quiet",                                            \
-      "unplug one servo after the other until it is; then look at that one")                       \
-    X(CDS_FINDING_ECHO, 4, "own bytes come back, though the board says they do not",               \
-      "check RX enable; or describe the board as one with an echo")                                \
-    X(CDS_FINDING_COLLISION, 5, "somebody else sends on this line",                                \
-      "let one controller only talk: unplug the other, or an adapter to a PC")                     \
+      "unplug one servo after the other until the line is quiet: the last one is at fault")        \
+    X(CDS_FINDING_ECHO, 4, "the line echoes, though the board file says it does not",              \
+      "check RX enable, or declare the wiring as one with an echo")                                \
+    X(CDS_FINDING_COLLISION, 5, "another device sends on this line",                               \
+      "unplug the other controller, or the adapter to the PC")                                     \
     X(CDS_FINDING_NOISE, 6, "the line is disturbed",                                               \
       "check plugs, ground and cable length; keep it away from motor and mains cables")            \
     X(CDS_FINDING_BYTES_LOST, 7, "this controller was too late for bytes",                         \
       "shorten interrupt handlers, or begin them with ISR_NOBLOCK")                                \
     X(CDS_FINDING_DUPLICATE_ID, 8, "two servos seem to have this ID",                              \
       "connect one of them alone and give it another ID")                                          \
-    X(CDS_FINDING_SILENCE, 9, "nobody answers, at any listed rate",                                \
+    X(CDS_FINDING_SILENCE, 9, "no servo answers at any listed rate",                               \
       "check power, plug and wiring; then a rescue scan for rates that are not listed")            \
-    X(CDS_FINDING_OTHER_RATE, 10, "it answers at another baud rate",                               \
+    X(CDS_FINDING_OTHER_RATE, 10, "the servo answers at another baud rate",                        \
       "use that rate, or change the servo's baud rate")                                            \
-    X(CDS_FINDING_OTHER_ID, 11, "nobody has this ID, but others answer",                           \
+    X(CDS_FINDING_OTHER_ID, 11, "no servo has this ID, but others answer",                         \
       "check the ID: scan the bus")                                                                \
-    X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "it answers PING only",                                   \
+    X(CDS_FINDING_NO_REPLY_BY_LEVEL, 12, "the servo answers PING only",                            \
       "set its STATUS_RETURN_LEVEL to 1 (READ) or 2 (all)")                                        \
-    X(CDS_FINDING_SLOW, 13, "it answers later than the bus waits",                                 \
+    X(CDS_FINDING_SLOW, 13, "the servo answers later than the bus waits",                          \
       "lower its RETURN_DELAY, or tell the bus with cds_bus_set_return_delay()")                   \
-    X(CDS_FINDING_LOW_SUPPLY, 14, "its supply is below MIN_VOLTAGE",                               \
+    X(CDS_FINDING_LOW_SUPPLY, 14, "the servo's supply is below MIN_VOLTAGE",                       \
       "charge or change the battery; check cables and plugs under load")                           \
-    X(CDS_FINDING_HIGH_SUPPLY, 15, "its supply is above MAX_VOLTAGE",                              \
-      "lower the supply before it does harm")                                                      \
-    X(CDS_FINDING_OVERHEATED, 16, "it is hotter than MAX_TEMPERATURE",                             \
-      "take off torque and load until it is cool")                                                 \
-    X(CDS_FINDING_OVERLOADED, 17, "its load exceeds its torque",                                   \
-      "look what blocks it, and lessen the load")                                                  \
-    X(CDS_FINDING_REPLIES_TOO_EARLY, 18, "it answers before this controller listens",              \
-      "write RETURN_DELAY 1 or more: it hears that; 0 is for tied pins")
+    X(CDS_FINDING_HIGH_SUPPLY, 15, "the servo's supply is above MAX_VOLTAGE",                      \
+      "lower the supply: it harms the servo")                                                      \
+    X(CDS_FINDING_OVERHEATED, 16, "the servo is hotter than MAX_TEMPERATURE",                      \
+      "switch torque off and take the load away until the servo is cool")                          \
+    X(CDS_FINDING_OVERLOADED, 17, "the load exceeds the servo's torque",                           \
+      "find what blocks the servo, or lessen the load")                                            \
+    X(CDS_FINDING_REPLIES_TOO_EARLY, 18, "the servo answers before this controller listens",       \
+      "write RETURN_DELAY 1 or more: the servo hears the write; 0 is for tied pins")
 
 /* CDS_FINDING_OK, ...: what each one means stands in the list. */
 enum cds_finding {
@@ -138,7 +138,7 @@ enum cds_result cds_diagnose_begin(struct cds_diagnose *diagnose,
  * delay back.
  *   CDS_PENDING    under way
  *   CDS_OK         diagnose->finding says what was found
- *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened anew (and is left as
+ *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened again (and is left as
  *                  it is) */
 enum cds_result cds_diagnose_poll(struct cds_diagnose *diagnose);
 

@@ -1,6 +1,7 @@
 /* Reads the same registers of many servos: READs back to back (manual 2.4.2), each with its own
- * result and time. One READ is in flight or in the queue at a time, so other requests, those of a
- * higher priority above all, get their turn between two of them. Main context.
+ * result and time. One READ is in flight or in the queue at a time, so requests of a higher
+ * priority get their turn between two of them. For items that differ: read_pipeline.h. Main
+ * context.
  */
 #ifndef CDS_GROUP_READ_H
 #define CDS_GROUP_READ_H
@@ -9,7 +10,7 @@
 #include <stdint.h>
 
 #include "cds55xx/control_table.h" // CDS_REG_*
-#include "cds55xx/steps.h"         // struct cds_steps
+#include "cds55xx/read_pipeline.h" // struct cds_read_pipeline
 
 #ifdef __cplusplus
 extern "C" {
@@ -30,7 +31,8 @@ struct cds_group_answer {
 /* What to read. Bus, request and arrays stay in place until the operation has ended. */
 struct cds_group_read_config {
     struct cds_bus *bus;
-    struct cds_request *request;      // capacities: packet CDS_PACKET_SIZE(2), reply `length`
+    struct cds_request *requests;     // two of them, used in turn; capacities of each: packet
+                                      // CDS_PACKET_SIZE(2), reply `length`
     const uint8_t *ids;               // 0 to 253
     uint8_t *data;                    // count * length bytes; those of servo i begin at
                                       // data[i * length]
@@ -39,20 +41,18 @@ struct cds_group_read_config {
     uint8_t address, length;          // of the registers; length: 1 to 50
 };
 
-/* A group read: the caller reads steps.result. */
+/* A group read. The fields are its own. */
 struct cds_group_read {
-    uint8_t next;         // servo that is read now
+    uint8_t built;        // READs built so far
+    uint8_t taken;        // READs whose outcome was noted
     uint8_t first_result; // of the first servo that failed, or CDS_OK
-    uint8_t last_result;  // of the servo before `next`
-    bool is_ended;        // the READ of the servo before `next` has ended and is not noted yet
-    bool is_built;        // the request has a READ, of another ID
     struct cds_group_read_config config;
-    struct cds_steps steps;
+    struct cds_read_pipeline pipeline;
 };
 
 /* Prepares a group read; nothing is sent before the first poll. CDS_OK; CDS_BAD_ARGUMENT: the bus
- * is not open, or there is no servo; CDS_NO_ROOM: a buffer of the request is too small; CDS_BUSY:
- * the request is on its way. Unless it is CDS_OK, nothing was changed. */
+ * is not open, or there is no servo; CDS_NO_ROOM: a buffer of a request is too small; CDS_BUSY: a
+ * request is on its way. Unless it is CDS_OK, nothing was changed. */
 enum cds_result cds_group_read_begin(struct cds_group_read *read,
                                      const struct cds_group_read_config *config);
 

@@ -64,7 +64,7 @@ struct cds_health {
  * state.
  *
  * A lost state shows within a period, and 20 ms more beside a cycle, but not if torque was off: set
- * the speed anew whenever torque is switched on. For 50 servos and a period of 1 s there are at
+ * the speed again whenever torque is switched on. For 50 servos and a period of 1 s there are at
  * most 60 transactions a second of 0.25 ms each (1 Mbps, factory return delay). No transaction is
  * retried. Nothing is sent while the bus is in use, so other requests wait for one transaction.
  *
@@ -81,7 +81,7 @@ enum cds_result cds_health_set_cycle(struct cds_health *health, struct cds_cycle
 /* Moves on by at most one transaction; call it from the main loop. */
 void cds_health_poll(struct cds_health *health);
 
-/* Ends the check: a request that waits is taken back. Polls do nothing until it begins anew. */
+/* Ends the check: a request that waits is taken back. Polls do nothing until it begins again. */
 void cds_health_abort(struct cds_health *health);
 
 #ifdef __cplusplus

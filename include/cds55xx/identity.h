@@ -92,7 +92,7 @@ enum cds_result cds_identity_begin(struct cds_identity *identity,
  *   CDS_TIMEOUT    the servo did not answer, or did not do what it was told
  *   CDS_CORRUPT    damaged replies, or two servos
  *   CDS_LINE_BUSY  the line was not quiet
- *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened anew (and is left as
+ *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened again (and is left as
  *                  it is): UNDECIDED
  *   CDS_LIMIT, CDS_INHIBITED   as cds_bus_submit(): nothing was written */
 enum cds_result cds_identity_poll(struct cds_identity *identity);

@@ -76,7 +76,7 @@ enum cds_result cds_scan_begin(struct cds_scan *scan, const struct cds_scan_conf
  * the bus has its own rate and return delay back.
  *   CDS_PENDING    under way
  *   CDS_OK         every ID was asked at every rate
- *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened anew (and is left as
+ *   CDS_CANCELLED  aborted, its request was cancelled, or the bus was opened again (and is left as
  *                  it is); `found` has the servos that answered before
  *   CDS_LINE_BUSY  the line was not quiet, so the scan has ended early */
 enum cds_result cds_scan_poll(struct cds_scan *scan);

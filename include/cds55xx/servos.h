@@ -1,5 +1,5 @@
 /* What is known of each servo of a bus, and the one door that decides which packets may leave.
- * Everything is learnt from the packets that pass. The rules of the door: docs/permit.md.
+ * Everything is learnt from the packets that pass. The rules of the door: docs/internals/permit.md.
  *
  *     static struct cds_servo_state states[3] = {{.id = 1}, {.id = 2}};
  *     static struct cds_queue queue;
@@ -174,11 +174,11 @@ struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint8_t id);
 
 /* Sets the soft limits of `servo`, an entry: goals from `lowest` to `highest` (0 to 1023: 0 to 300
  * degrees), speeds up to `fastest` (0 to 1023, in 62/1023 RPM). Nothing is sent. Where a limit is
- * narrowed, goal and speed must be read anew before torque is switched on. A servo with limits must
- * have been read before that: 0x06, 4 bytes (mode), and 0x1E, 4 bytes (goal and speed, within the
- * limits): examples/robot.c, prepare(); the packets of a
- * registered move under way are refused from then on. CDS_OK; CDS_BAD_ARGUMENT: out of range, or
- * `lowest` above `highest`; nothing was set. */
+ * narrowed, goal and speed must be read again before torque is switched on. A servo with limits
+ * must have been read before that: 0x06, 4 bytes (mode), and 0x1E, 4 bytes (goal and speed, within
+ * the limits): examples/robot.c, prepare(); the packets of a registered move under way are refused
+ * from then on. CDS_OK; CDS_BAD_ARGUMENT: out of range, or `lowest` above `highest`; nothing was
+ * set. */
 enum cds_result cds_servos_set_limits(struct cds_servos *servos, struct cds_servo_state *servo,
                                       uint16_t lowest, uint16_t highest, uint16_t fastest);
 
@@ -208,7 +208,7 @@ static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
 
 /* Ends the inhibits of `servo`, an entry. It may be driven unless driving is inhibited for all. A
  * RETURNED servo stays inhibited until its TORQUE_ENABLE was read. Nothing is sent, and torque may
- * be on or off: the caller sets speed, goal and torque anew. */
+ * be on or off: the caller sets speed, goal and torque again. */
 void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo);
 
 /* Ends every inhibit: for all, and of each servo. What was refused stays refused. */

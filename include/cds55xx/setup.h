@@ -77,7 +77,7 @@ enum cds_result cds_setup_begin(struct cds_setup *setup, const struct cds_setup_
  *                  it acknowledged the WRITE and holds another value all the same
  *   CDS_TIMEOUT, CDS_CORRUPT   the servo could not be read, or the WRITE was lost and the old value
  *                  read back
- *   CDS_CANCELLED  aborted, or the request was cancelled, or the bus opened anew
+ *   CDS_CANCELLED  aborted, or the request was cancelled, or the bus opened again
  *   CDS_LINE_BUSY  the line was not quiet; is_written says whether the WRITE was sent
  *   CDS_LIMIT, CDS_INHIBITED, CDS_TOO_EARLY   the permit (servos.h) refuses the WRITE
  *   CDS_NO_REPLY_DUE   the servo answers no READ (status return level 0) */

@@ -81,7 +81,7 @@ enum cds_result cds_sync_write_many_begin(struct cds_sync_write_many *write,
 /* Moves on by at most one packet; call it and cds_bus_poll() from the main loop. CDS_PENDING: under
  * way. CDS_OK: all packets are out. Else a packet was not sent, and `next` tells which servos have
  * their data: CDS_TIMEOUT, CDS_LINE_BUSY; CDS_CANCELLED: aborted, or the request was cancelled, or
- * the bus opened anew; CDS_LIMIT, CDS_INHIBITED: the permit (servos.h) refuses a servo. */
+ * the bus opened again; CDS_LIMIT, CDS_INHIBITED: the permit (servos.h) refuses a servo. */
 enum cds_result cds_sync_write_many_poll(struct cds_sync_write_many *write);
 
 /* Sends nothing more. Poll until the packet in flight is sent: the result is CDS_CANCELLED. */

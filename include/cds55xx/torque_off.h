@@ -68,7 +68,7 @@ struct cds_torque_off {
  * Torque off passes the lock of an operation. An operation at another rate is aborted; if its
  * packet is on the wire, the first poll after the end of that transaction sends the broadcasts.
  *
- * Torque off may begin again at any time: then all servos are told and read anew. A silent servo
+ * Torque off may begin again at any time: then all servos are told and read again. A silent servo
  * costs five requests, and their retries. A servo that is not in the list hears the broadcasts and
  * is not read. CDS_OK; CDS_BAD_ARGUMENT: the bus is not open; driving is inhibited nevertheless. */
 enum cds_result cds_torque_off_begin(struct cds_torque_off *off, struct cds_servos *servos);

@@ -189,7 +189,7 @@ void pty_report(const struct pty *pty, FILE *out)
         fprintf(out,
                 "pty:     %" PRIu32
                 " flushes of output by clients (tcflush) may have discarded what "
-                "they had just written: docs/bus.md\n",
+                "they had just written: docs/simulated-bus.md\n",
                 pty->flushes);
     }
 }

@@ -1,7 +1,8 @@
 /* Motor, gear, angle sensor and temperature of a simulated servo, stepped at 250 Hz (R29).
  *
  * The model uses integers only: the same steps give the same values on every host. A position unit
- * is 300/1023 degrees (R9). Positive is CCW (R35). docs/servo-model.md explains the model. */
+ * is 300/1023 degrees (R9). Positive is CCW (R35). docs/internals/servo-model.md explains the
+ * model. */
 #ifndef SIM_MOTOR_H
 #define SIM_MOTOR_H
 

@@ -3,7 +3,7 @@
  * The model includes nothing of the AVR, of the wire and of the controller's library. Its codec,
  * control table and motor are its own, so the same mistake cannot be on both sides. The caller
  * passes each received byte to servo_receive(), calls servo_tick() every 4 ms (R29) and sends
- * servo->reply. "Rn" is a ruling on a contradiction in the manual: docs/rulings.md. */
+ * servo->reply. "Rn" is a ruling on a contradiction in the manual: docs/internals/rulings.md. */
 #ifndef SIM_SERVO_H
 #define SIM_SERVO_H
 

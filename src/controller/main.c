@@ -1,9 +1,21 @@
-/* The firmware: on one host link a text console, and a bridge for protocol packets, over one bus of
- * servos; and a keeper for when nobody looks. */
+/* The firmware: a text console and a bridge for protocol packets share one host link and one bus of
+ * servos; the failsafe watches both.
+ *
+ * The poll order of turn() follows from four deadlines:
+ *
+ *   bus reply  The wire is idle from a reply until its next packet. So the bus comes first in a
+ *              turn, and a bulk read polls it alone while a servo is asked.
+ *   goal       The goals of a cycle leave within 350 us of their time, also under a flood. So while
+ *              a cycle runs, bus and robot come before each part of a turn that may take long.
+ *   host byte  The ring takes 64 bytes, 640 us at 1 Mbps. So a packet that comes in is taken until
+ *              nothing more has come, or PART_US are over.
+ *   Ctrl-X     Torque off begins within 20 ms. The host comes in each turn, and host_demux.h finds
+ *              Ctrl-X wherever it stands. */
 #include <stddef.h>
 
 #include "host/bridge.h"
 #include "cds55xx_avr.h"
+#include "compiler.h" // NOINLINE
 #include "console/console.h"
 #include "host/device.h"
 #include "host/host_demux.h"
@@ -14,73 +26,74 @@
 #include "avr/memory.h"
 #include "robot/robot.h"
 #include "avr/serial.h"
-#include "texts.h" // TEXT_HOST_RESCUED
 #include "host/device_registers.h"
 #include "avr/watchdog.h"
 
-/* Until the last byte has left at the lowest rate, 2 000 000 / 256 bit/s, once the ring is empty:
- * two are with the transmitter. */
+/* The host's ring is empty, but the transmitter still has two bytes: 20 bits at the lowest rate,
+ * 2 000 000 / 256 bit/s, take 2560 us. */
 #define HOST_DRAIN_US 4000
 
-/* While servo after servo is read, the bus is polled so often before the rest of a turn is due, if
- * the host says nothing: at 1 Mbps 18 servos of 8 bytes take fewer, and 5 ms. Less if the robot has
- * something to do, too, or something of the host's is still to be looked at, which may be Ctrl-X.
- */
-#define POLLS        1500
-#define POLLS_OTHERS 150
+/* No loop holds up the goals of a cycle for longer. */
+#define PART_US 100
 
-/* So many polls in a row take a reply of up to 50 bytes. */
-#define REPLY_POLLS 8
+/* How long a bulk read may keep the CPU while neither robot nor host need it. */
+#define ALONE_US 5000
 
-/* So often is the host listened to in a turn while a packet comes in. */
-#define HOST_POLLS 8
+/* While there is other work, alarms, settings and memory are looked after so often. */
+#define KEEP_US 1000
 
-/* Of so many turns one looks after host link, alarms and memory, while there is other work; and two
- * after the console, while a packet comes in. */
-#define KEPT_TURNS 8
+static const CDS_FLASH char host_rescued[] = "host link at own rate of the board: save keeps it";
 
-#define HOST_BAUD_OWN 255 // in the settings: the board's
+#define HOST_BAUD_OWN 255 // in the settings: the board's own rate
 
-/* Not cleared by start-up: a reset does not forget that driving is inhibited. */
+/* Start-up does not clear it: the drive inhibit survives a reset. */
 static struct inhibit_copy kept __attribute__((section(".noinit")));
 
 static struct {
     struct cds_bus bus;
     struct serial serial;
-    struct cds_ring text; // for the console
-    struct host host;
+    struct cds_ring text; // from the host, for the console
+    struct host_demux host;
     struct host_rescue rescue;
     struct bridge bridge;
     struct device device;
-    struct values values;
+    struct device_registers registers;
     struct settings settings;
     struct settings_store store;
-    struct keeper keeper;
+    struct failsafe failsafe;
     struct memory memory;
     struct robot robot;
     struct console console;
-    uint8_t packets[2][ANSWER_BEFORE + HOST_PACKET_MAX]; // from the host, on the bridge
-    uint32_t drained_us; // when the ring to the host was found empty, before a change of its rate
-    uint8_t host_baud;   // as in the settings, in force
-    uint8_t heard;       // of the host: as serial.rx.head was
-    uint8_t turns;
+    uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX]; // from the host, on the bridge
+    uint32_t drained_us; // when the ring to the host was found empty before a change of rate; or 0
+    uint16_t kept_ticks; // when keep() was called last
+    uint8_t host_baud;   // rate of the host link in force, as in the settings
+    uint8_t heard;       // serial.rx.head when keep() was called last
 } controller;
 
 CDS_AVR_BUS(controller.bus, 0)
 CDS_AVR_CLOCK()
 AVR_SERIAL(controller.serial)
 
+/* True once `us` microseconds, at most 16000, have passed since `from_ticks`. */
+static bool is_over(uint16_t from_ticks, uint16_t us)
+{
+    return (uint16_t)(cds_port_ticks() - from_ticks) >= us * CDS_PORT_TICKS_PER_US;
+}
+
+/* ---- sleep ---- */
+
 static bool busy(void)
 {
-    return !console_idle(&controller.console) || !host_idle(&controller.host) ||
+    return !console_idle(&controller.console) || !host_demux_idle(&controller.host) ||
            !bridge_idle(&controller.bridge) || controller.bus.request || controller.serial.broken ||
            controller.host_baud != controller.settings.host_baud ||
-           !robot_idle(&controller.robot) || controller.keeper.unsettled ||
+           !robot_idle(&controller.robot) || controller.failsafe.unsettled ||
            controller.store.result == SETTINGS_SAVING;
 }
 
-/* The bytes that interrupt handlers change and that mean work, and the clock's overflows: what is
- * due at a time is looked at with each of them. */
+/* Bytes that an interrupt handler changes when it makes work. The clock overflows every 33 ms: work
+ * that is due at a time is looked at then. */
 struct marks {
     uint8_t host_head, host_tail, host_broken, bus_head, bus_broken, overflows;
 };
@@ -104,9 +117,10 @@ static inline bool are_same(struct marks a, struct marks b)
              (a.bus_broken ^ b.bus_broken) | (a.overflows ^ b.overflows));
 }
 
-/* Sleeps unless there is work. busy() takes longer than a handler may wait, so it is asked with
- * interrupts on. An interrupt behind the question has changed a mark: only these are compared with
- * interrupts off. While the bus has a request, busy() is true: the state of its link is no mark. */
+/* Sleeps unless there is work. busy() takes longer than a handler may wait, so interrupts are on
+ * meanwhile. An interrupt that comes after busy() changes a mark, and only the marks are compared
+ * with interrupts off. The state of the bus link is no mark: while the bus has a request, busy() is
+ * true. */
 static void idle(void)
 {
     struct marks before = marks_now();
@@ -119,13 +133,16 @@ static void idle(void)
     sei();
 }
 
+/* ---- rate of the host link ---- */
+
 static uint16_t divisor_of(uint8_t baud)
 {
     return baud == HOST_BAUD_OWN ? SERIAL_DIVISOR(BOARD_HOST_BAUD)
-                                 : baud; // with U2X at 16 MHz UBRR is n, as on the bus
+                                 : baud; // register value and UBRR are equal at 16 MHz with U2X
 }
 
-/* What came at another rate is worth nothing; at the same one, by another name, it is. */
+/* Opens the port anew, and drops what came, only if the rate really changes: 255 and another value
+ * may mean the same rate. */
 static void change_host_baud(uint8_t baud)
 {
     if (divisor_of(baud) != divisor_of(controller.host_baud))
@@ -134,7 +151,8 @@ static void change_host_baud(uint8_t baud)
     controller.rescue.state = HOST_RESCUE_SHUT;
 }
 
-/* The rate of the host link changes behind the answer that said so. */
+/* Changes the rate of the host link after the reply to the command or packet that set it has left.
+ */
 static void follow_host_baud(void)
 {
     bool quiet = !bridge_talks(&controller.bridge) && console_idle(&controller.console) &&
@@ -149,34 +167,19 @@ static void follow_host_baud(void)
         change_host_baud(controller.settings.host_baud);
 }
 
-/* Bytes that came, whatever they are, are a host that is alive. */
-static void keep(void)
+/* ---- set-up ---- */
+
+static void begin_failsafe(void)
 {
-    struct keeper *keeper = &controller.keeper;
+    struct failsafe *failsafe = &controller.failsafe;
 
-    if (controller.heard != controller.serial.rx.head) {
-        controller.heard = controller.serial.rx.head;
-        keeper_heard(keeper);
-    }
-    keeper_poll(keeper);
-    settings_save_poll(&controller.store);
-    if (keeper->counts_stack && memory_poll(&controller.memory)) {
-        keeper->spare_bytes = controller.memory.spare_bytes;
-        keeper->counts_stack = false;
-    }
-}
-
-static void begin_keeper(void)
-{
-    struct keeper *keeper = &controller.keeper;
-
-    keeper->settings = &controller.settings;
-    keeper->store = &controller.store;
-    keeper->robot = &controller.robot;
-    keeper->damaged_stops = &controller.host.counters.stops;
-    keeper->room_bytes = memory_room_bytes();
-    keeper_begin(keeper, avr_reset_cause);
-    keeper_follow(keeper);
+    failsafe->settings = &controller.settings;
+    failsafe->store = &controller.store;
+    failsafe->robot = &controller.robot;
+    failsafe->damaged_stops = &controller.host.counters.stops;
+    failsafe->room_bytes = memory_room_bytes();
+    failsafe_begin(failsafe, avr_reset_cause);
+    failsafe_follow(failsafe);
 }
 
 static void open(void)
@@ -186,29 +189,32 @@ static void open(void)
     controller.host_baud = controller.settings.host_baud;
     if (divisor_of(controller.host_baud) != divisor_of(HOST_BAUD_OWN) &&
         host_rescue_begin(&controller.rescue, avr_reset_cause))
-        controller.host_baud = HOST_BAUD_OWN; // follow_host_baud() ends it
+        controller.host_baud = HOST_BAUD_OWN; // until follow_host_baud() ends the rescue
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
-    robot_resume(&controller.robot, &kept, avr_reset_cause & KEEPER_RESET_POWER);
-    begin_keeper();
-    host_open(&controller.host, &controller.serial.rx, &controller.text,
-              controller.packets[0] + ANSWER_BEFORE);
-    values_open(&controller.values, &controller.keeper, &controller.host, &controller.bridge,
-                &controller.serial.gaps);
-    controller.device.world = &values_world;
-    controller.device.owner = &controller.values;
+    robot_resume(&controller.robot, &kept, avr_reset_cause & FAILSAFE_RESET_POWER);
+    begin_failsafe();
+    host_demux_open(&controller.host, &controller.serial.rx, &controller.text,
+                    controller.packets[0] + STATUS_PACKET_HEAD);
+    device_registers_open(&controller.registers, &controller.failsafe, &controller.host,
+                          &controller.bridge, &controller.serial.gaps);
+    controller.device.ops = &device_registers_ops;
+    controller.device.context = &controller.registers;
     bridge_open(&controller.bridge, &controller.bus, &controller.host, &controller.device,
-                &controller.serial.tx, controller.packets[1] + ANSWER_BEFORE);
-    console_open(&controller.console, &controller.keeper, &controller.text, &controller.serial.tx);
+                &controller.serial.tx, controller.packets[1] + STATUS_PACKET_HEAD);
+    console_open(&controller.console, &controller.failsafe, &controller.text,
+                 &controller.serial.tx);
 }
 
-/* With nothing to send so far, the first two bytes cost two handlers, one right behind the other:
- * these must not come at the end of a packet of the bus, for the servo may answer 2 us later. They
- * take 140 cycles; while the last byte is still to be given, that end is two byte times away, 320
- * cycles at 1 Mbps. Returns serial.tx.head if all before it is under way, else one that it cannot
- * come to be before all is. */
+/* ---- bus and robot ---- */
+
+/* Starts to send what stands in the ring to the host, unless the last byte of a packet is leaving
+ * on the bus. If the host link was idle, its first two bytes take two handlers in a row, 140
+ * cycles, and a servo may answer 2 us after the end of the packet. With a byte still to be given to
+ * the transmitter that end is two byte times away, 320 cycles at 1 Mbps. Returns serial.tx.head if
+ * all before it is under way, else a value that it cannot take before all is. */
 static uint8_t send_to_host(void)
 {
     uint8_t head = controller.serial.tx.head;
@@ -219,7 +225,8 @@ static uint8_t send_to_host(void)
     return head;
 }
 
-/* Packets wait while the bus may be at another rate. A scan or a diagnosis gives way to them. */
+/* While an operation has the bus to itself, perhaps at another rate, a packet of the host waits and
+ * ends the operation if it is a scan or a diagnosis. */
 static void poll_bridge(void)
 {
     bool exclusive = robot_is_exclusive(&controller.robot);
@@ -230,47 +237,100 @@ static void poll_bridge(void)
         robot_abort(&controller.robot);
 }
 
-/* Behind three Enters the board's own rate is the setting, and the console says so. */
-static void keep_own_baud(void)
+/* Polls until all that has come of a reply is taken; one poll takes a part of it. */
+static bool take_reply(void)
 {
-    struct writer *writer = &controller.console.writer;
+    struct cds_bus *bus = &controller.bus;
+    bool is_in_use;
 
-    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !writer_ready(writer))
-        return;
-    controller.rescue.enters = 0;
-    controller.settings.host_baud = HOST_BAUD_OWN;
-    writer_line(writer, TEXT_HOST_RESCUED);
+    do {
+        is_in_use = cds_bus_poll(bus);
+    } while (bus->state == CDS_BUS_RECEIVING && cds_parser_has_unread(&bus->parser, &bus->link.rx));
+    return is_in_use;
 }
 
-/* What the host says. True: it is in the midst of a packet. */
-static bool poll_host(void)
+/* Polls bus and bridge. A bulk read stays here from servo to servo, until it ends, the host says
+ * something or the time is over. */
+static void poll_bus(void)
 {
-    uint8_t left = HOST_POLLS;
-    bool comes;
+    const struct bridge *bridge = &controller.bridge;
+    bool is_alone = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx);
+    uint16_t from_ticks = cds_port_ticks(), us = is_alone ? ALONE_US : PART_US;
+    uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
 
+    do {
+        while (take_reply() && bridge_awaits_servo(bridge) && sent == controller.serial.tx.head &&
+               !is_over(from_ticks, us)) {
+        }
+        sent = send_to_host();
+        poll_bridge();
+        if (sent != controller.serial.tx.head)
+            sent = send_to_host();
+    } while (bridge_is_reading(bridge) && heard == controller.serial.rx.head &&
+             !is_over(from_ticks, us));
+}
+
+/* The state check rests while the bridge has packets of the host. */
+static void poll_bus_and_robot(void)
+{
+    poll_bus();
+    if (!bridge_idle(&controller.bridge))
+        robot_yield(&controller.robot);
+    robot_poll(&controller.robot);
+}
+
+/* ---- host and console ---- */
+
+/* Takes bytes of the host until no packet is coming in or PART_US are over. */
+static void poll_demux(void)
+{
+    uint16_t from_ticks = cds_port_ticks();
+
+    while (host_demux_poll(&controller.host) && !is_over(from_ticks, PART_US)) {
+    }
+}
+
+static void note_lost_bytes(void)
+{
+    if (!serial_broken(&controller.serial))
+        return;
+    if (controller.rescue.state)
+        host_rescue_damage(&controller.rescue);
+    else
+        host_demux_gap(&controller.host);
+}
+
+/* Ctrl-X acts before the console polls, and a whole packet goes to the bridge at once. */
+static void poll_host(void)
+{
     if (controller.rescue.state)
         controller.host.stop = host_rescue_poll(&controller.rescue, &controller.serial.rx);
-    do {
-        comes = !controller.rescue.state && host_poll(&controller.host);
-    } while (comes && --left);
+    if (!controller.rescue.state)
+        poll_demux();
     if (controller.host.stop) {
         controller.host.stop = false;
         console_stop(&controller.console);
     }
-    if (serial_broken(&controller.serial)) {
-        if (controller.rescue.state)
-            host_rescue_damage(&controller.rescue);
-        else
-            host_gap(&controller.host);
-    }
+    note_lost_bytes();
     if (controller.host.whole)
         poll_bridge();
-    return comes;
+}
+
+/* After three Enters the board's own rate becomes the setting, and the console says so. */
+static void keep_own_baud(void)
+{
+    struct printer *printer = &controller.console.printer;
+
+    if (controller.rescue.enters != HOST_RESCUE_ENTERS || !printer_ready(printer))
+        return;
+    controller.rescue.enters = 0;
+    controller.settings.host_baud = HOST_BAUD_OWN;
+    printer_line(printer, host_rescued);
 }
 
 static void poll_console(void)
 {
-    if (!bridge_talks(&controller.bridge)) { // a status packet must not be torn by text
+    if (!bridge_talks(&controller.bridge)) { // text must not tear a status packet
         keep_own_baud();
         console_poll(&controller.console);
     }
@@ -278,65 +338,48 @@ static void poll_console(void)
     send_to_host();
 }
 
-/* Polls until what has come of a reply is taken: a poll takes a part of it. */
-static bool take_reply(void)
+/* Looks after failsafe, settings and memory. Any byte of the host shows that the host is alive. */
+static void keep(void)
 {
-    struct cds_bus *bus = &controller.bus;
-    uint8_t left = REPLY_POLLS;
-    bool is_in_use;
+    struct failsafe *failsafe = &controller.failsafe;
 
-    do {
-        is_in_use = cds_bus_poll(bus);
-    } while (bus->state == CDS_BUS_RECEIVING &&
-             cds_parser_has_unread(&bus->parser, &bus->link.rx) && --left);
-    return is_in_use;
+    controller.kept_ticks = cds_port_ticks();
+    if (controller.heard != controller.serial.rx.head) {
+        controller.heard = controller.serial.rx.head;
+        failsafe_heard(failsafe);
+    }
+    failsafe_poll(failsafe);
+    settings_save_poll(&controller.store);
+    if (failsafe->counts_stack && memory_poll(&controller.memory)) {
+        failsafe->spare_bytes = controller.memory.spare_bytes;
+        failsafe->counts_stack = false;
+    }
 }
 
-/* What the bridge has to say leaves at once. While a servo is asked, nothing comes between two
- * polls. */
-static void poll_bus(void)
-{
-    const struct bridge *bridge = &controller.bridge;
-    uint16_t left = robot_idle(&controller.robot) && !cds_ring_count(&controller.serial.rx)
-                        ? POLLS
-                        : POLLS_OTHERS;
-    uint8_t sent = send_to_host(), heard = controller.serial.rx.head;
+/* ---- main loop ---- */
 
-    do {
-        while (take_reply() && bridge_waits(bridge) && sent == controller.serial.tx.head &&
-               --left) {
-        }
-        sent = send_to_host();
-        poll_bridge();
-        if (sent != controller.serial.tx.head)
-            sent = send_to_host();
-    } while (bridge_hurries(bridge) && heard == controller.serial.rx.head && left && --left);
-}
-
-/* The main loop's body: the bus and who uses it in each turn, for goals are due at their time. So a
- * host that says more than can be taken has every second turn, and the console the others; else the
- * console has each while it reads, which is at the host's pace. Not inlined: a debugger finds it.
+/* While a cycle or an operation runs, its packets leave before a part of the turn that may take
+ * long.
  */
-__attribute__((noinline)) static void turn(void)
+static void robot_first(void)
 {
-    bool odd = controller.turns & 1, flooded = controller.host.skipping, comes = false;
+    if (!robot_idle(&controller.robot))
+        poll_bus_and_robot();
+}
 
+/* One turn of the main loop; the top of this file has the reasons for its order. NOINLINE: a
+ * debugger finds it by its name. */
+NOINLINE static void turn(void)
+{
     watchdog_pet();
-    controller.turns++;
-    poll_bus();
-    if (!bridge_idle(&controller.bridge))
-        robot_yield(&controller.robot);
-    robot_poll(&controller.robot);
-    if (odd || !flooded)
-        comes = poll_host();
-    if (flooded)
-        robot_poll(&controller.robot); // again: goals are due, and a line may take long
-    if (comes && controller.turns % KEPT_TURNS >= 2) // of these one is odd
-        return;
-    if (!odd || (!flooded && controller.console.state == CONSOLE_READING))
-        poll_console();
-    if (controller.turns % KEPT_TURNS == 0 || !busy()) // in none of the console's
+    poll_bus_and_robot();
+    poll_host();
+    robot_first();
+    poll_console();
+    if (is_over(controller.kept_ticks, KEEP_US) || !busy()) {
+        robot_first();
         keep();
+    }
     idle();
 }
 

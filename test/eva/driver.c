@@ -138,7 +138,7 @@ static void any_ring(void)
 }
 
 /* A search. If it finds the whole head, what it does last is what eva_find_error() analyses.
- * That LENGTH is in range then, check_invariants() of test/engine_random.c checks. */
+ * That LENGTH is in range then, check_invariants() of test/core/bus/engine_random.c checks. */
 void eva_find(void)
 {
     any_ring();
@@ -573,7 +573,7 @@ static void any_bus(uint8_t state)
 }
 
 /* What any_bus() assumes of numbers is true again. What it assumes of `request`, `phase` and `to`,
- * Eva loses where paths join: check_invariants() of test/engine_random.c checks that. */
+ * Eva loses where paths join: check_invariants() of test/core/bus/engine_random.c checks that. */
 static void check_bus(void)
 {
     //@ assert bus.state <= CDS_BUS_RECEIVING;

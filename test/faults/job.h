@@ -1,6 +1,6 @@
-/* What test/program/exchanges.c is told to do and what it tells of it: a struct in its RAM that the
- * host's side (rig.h) writes and reads from outside. Bytes and little-endian words, packed, so that
- * both compilers lay it out alike. */
+/* What test/firmware/library/exchanges.c is told to do and what it tells of it: a struct in its RAM
+ * that the host's side (rig.h) writes and reads from outside. Bytes and little-endian words,
+ * packed, so that both compilers lay it out alike. */
 #ifndef JOB_H
 #define JOB_H
 

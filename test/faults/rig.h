@@ -1,6 +1,6 @@
-/* The rig of `make faults`: a board that runs test/program/exchanges.c, servos on its bus, and taps
- * that record sent and received bytes. The machine starts once and runs one job after the other.
- * All times are in CPU cycles. */
+/* The rig of `make faults`: a board that runs test/firmware/library/exchanges.c, servos on its bus,
+ * and taps that record sent and received bytes. The machine starts once and runs one job after the
+ * other. All times are in CPU cycles. */
 #ifndef RIG_H
 #define RIG_H
 

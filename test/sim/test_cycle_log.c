@@ -1,7 +1,7 @@
 /* The file of --times, on the firmware times.c, which prints how long its parts take. */
 #include <unistd.h>
 
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 static char text[4096];

@@ -899,7 +899,7 @@ static const char *as_text(const struct log *log)
     return text;
 }
 
-/* Computes the table of docs/faults.md with another program. */
+/* Computes the table of docs/internals/faults.md with another program. */
 void test_F12_a_ping_at_other_rates(void)
 {
     static const struct {

@@ -1,5 +1,5 @@
 /* --mark: how long a pin is high, on the firmware marks.c. */
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 

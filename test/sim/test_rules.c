@@ -1,6 +1,6 @@
 /* Whole runs that must fail with a message: rules of the wire, crashes, bad input. */
-#include "sim/simulator.h"
 #include "wire/rules.h"
+#include "simulator.h"
 
 static struct run run;
 

@@ -1,7 +1,7 @@
 /* What the exact USART corrects. Each small firmware shows simavr's error with `--usart stock` and
  * the data sheet's behaviour with `--usart exact`. Figures are cycles and contain the time of the
  * measurement. */
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run exact;
 static struct run stock;

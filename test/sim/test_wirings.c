@@ -1,6 +1,6 @@
 /* The same bus on fewer pins: one enable, TXD and RXD tied to the wire, adapters; and what the
  * firmware reads from RXD. */
-#include "sim/simulator.h"
+#include "simulator.h"
 
 static struct run run;
 

@@ -1,16 +1,14 @@
 /* The text console: reading lines and running them; see console.h. The end of replies is in
- * reply.c, the commands in cmd_....c. */
+ * reply.c, the commands in commands/. */
 #include "console/console.h"
 
 #include <stddef.h>
 #include <string.h>
 
-#include "console/commands.h"
 #include "console/errors.h"
-#include "console/handlers.h" // alarm_tell()
-#include "host/host_demux.h"  // HOST_MARK_DROPPED
-#include "console/input.h"    // input_peek(), input_drop()
-#include "compiler.h"         // NOINLINE
+#include "host/host_demux.h" // HOST_MARK_DROPPED
+#include "console/input.h"   // input_peek(), input_drop()
+#include "compiler.h"        // NOINLINE
 #include "console/reply.h"
 
 /* The bus must not wait for a line. */
@@ -19,7 +17,7 @@
 
 static void begin_line(struct console *console)
 {
-    command_begin(&console->line);
+    parse_begin(&console->line);
     console->token.length = 0;
     console->characters = 0;
     console->skipping = false;
@@ -32,16 +30,16 @@ _Static_assert(sizeof(((union console_buffer *)0)->command) <=
                    sizeof(((union console_buffer *)0)->packet),
                "the longest packet decides");
 
-void console_open(struct console *console, struct keeper *keeper, struct cds_ring *input,
+void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
 {
     OPTIMIZER_BARRIER(console);
-    console->keeper = keeper;
-    console->robot = keeper->robot;
-    console->bus = keeper->robot->bus;
+    console->failsafe = failsafe;
+    console->robot = failsafe->robot;
+    console->bus = failsafe->robot->bus;
     console->input = input;
     console->looked = input->tail;
-    console->writer.ring = output;
+    console->printer.ring = output;
     console->request = (struct cds_request)CDS_REQUEST(console->buffer.packet, console->reply);
     console->line.request = &console->request;
     begin_line(console);
@@ -64,7 +62,7 @@ static void end_word(struct console *console, char separator)
 
     if (empty && (separator == ' ' || console->line.words == 0))
         return; // several spaces count as one
-    command_word(&console->line, &console->token, separator);
+    parse_word(&console->line, &console->token, separator);
     console->token.length = 0;
 }
 
@@ -79,10 +77,10 @@ static void feed(struct console *console, char c)
         return;
     if (c == ' ' || c == '\t')
         end_word(console, ' ');
-    else if ((c == ':' || c == ',') && command_in_block(&console->line))
+    else if ((c == ':' || c == ',') && parse_in_block(&console->line))
         end_word(console, c);
     else
-        token_add(&console->token, c);
+        lexer_add(&console->token, c);
 }
 
 NOINLINE static void conclude(struct console *console, uint8_t error)
@@ -95,8 +93,8 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
 
 NOINLINE static void begin_command(struct console *console)
 {
-    if (!commands[console->line.kind].instruction) // else the packet of the line stands there
-        memset(console_job(console), 0, sizeof(union console_job));
+    if (!console->line.command->instruction) // else the packet of the line stands there
+        memset(console_job(console), 0, CONSOLE_JOB_SIZE);
     console->step = 0;
     console->phase = 0;
     console->index = 0;
@@ -107,7 +105,7 @@ NOINLINE static void begin_command(struct console *console)
 /* The command that console->line is. */
 static void run(struct console *console)
 {
-    const CDS_FLASH struct command *command = &commands[console->line.kind];
+    const CDS_FLASH struct command *command = console->line.command;
     uint8_t error = 0;
 
     begin_command(console);
@@ -127,7 +125,7 @@ static void end_line(struct console *console)
         begin_line(console); // an empty line asks for nothing
         return;
     }
-    error = command_end(&console->line);
+    error = parse_end(&console->line);
     if (error)
         conclude(console, error);
     else
@@ -174,9 +172,9 @@ NOINLINE static void take_mark(struct console *console, uint8_t mark)
         conclude(console, ERROR_INPUT_LOST);
 }
 
-static struct writer *echo_of(struct console *console)
+static struct printer *echo_of(struct console *console)
 {
-    return console->keeper->settings->echo ? &console->writer : NULL;
+    return console->failsafe->settings->echo ? &console->printer : NULL;
 }
 
 static void take(struct console *console, char c)
@@ -262,10 +260,10 @@ static void interrupt(struct console *console)
 {
     if (console->line.request->result == CDS_PENDING || robot_is_exclusive(console->robot))
         return;
-    if (!writer_ready(&console->writer))
+    if (!printer_ready(&console->printer))
         return;
-    if (console->writer.within)
-        writer_end_of_line(&console->writer);
+    if (console->printer.within)
+        printer_end_of_line(&console->printer);
     conclude(console, ERROR_STOPPED);
 }
 
@@ -312,11 +310,11 @@ bool console_key(struct console *console)
     return pressed;
 }
 
-bool console_operates(struct console *console, uint8_t operation)
+bool console_operates(struct console *console)
 {
     struct robot *robot = console->robot;
 
-    if (robot->operation == operation) {
+    if (robot->operation) {
         if (console_key(console))
             robot_abort(robot);
         return true;
@@ -332,9 +330,9 @@ NOINLINE struct cds_servo_state *console_servo(const struct console *console)
 
 static void poll_command(struct console *console)
 {
-    if (!writer_ready(&console->writer))
+    if (!printer_ready(&console->printer))
         return;
-    if (!commands[console->line.kind].poll(console))
+    if (!console->line.command->poll(console))
         conclude(console, 0);
     else if (console->step < UINT8_MAX)
         console->step++;
@@ -343,8 +341,8 @@ static void poll_command(struct console *console)
 static void answer_stop(struct console *console)
 {
     console->stop_asked = false;
-    command_begin(&console->line);
-    console->line.kind = COMMAND_stop;
+    parse_begin(&console->line);
+    console->line.command = command_set.on_stop;
     begin_command(console);
 }
 
@@ -352,13 +350,13 @@ static void read_line(struct console *console)
 {
     if (console->stop_asked)
         answer_stop(console);
-    else if (!alarm_tell(console))
+    else if (!command_set.report(console))
         read_input(console);
 }
 
 static void go_on(struct console *console)
 {
-    if (console->stop_asked && console->line.kind != COMMAND_stop)
+    if (console->stop_asked && console->line.command != command_set.on_stop)
         interrupt(console);
     else
         poll_command(console);
@@ -366,7 +364,7 @@ static void go_on(struct console *console)
 
 static void close_reply(struct console *console)
 {
-    if (writer_ready(&console->writer) && !reply_piece(console))
+    if (printer_ready(&console->printer) && !reply_piece(console))
         begin_line(console);
 }
 
@@ -386,6 +384,6 @@ bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
            !console->stop_asked && !console->ending && console->editor.locked == 0 &&
-           console->editor.shown == console->editor.length && !console->writer.text &&
-           !console->keeper->alarm;
+           console->editor.shown == console->editor.length && !console->printer.text &&
+           !console->failsafe->alarm;
 }

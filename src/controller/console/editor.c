@@ -10,12 +10,12 @@
 #define ESCAPE    0x1B
 #define DELETE    0x7F
 
-#define ROOM 4 // in the writer's ring: "\b \b", or the end of a line
+#define ROOM 4 // in the printer's ring: "\b \b", or the end of a line
 
 static const CDS_FLASH char take_back[] = "\b \b";
 static const CDS_FLASH char new_line[] = "\r\n";
 
-bool editor_show(struct editor *editor, struct writer *echo)
+bool editor_show(struct editor *editor, struct printer *echo)
 {
     if (echo == NULL) {
         editor->shown = editor->length;
@@ -26,26 +26,26 @@ bool editor_show(struct editor *editor, struct writer *echo)
             return true;
         char c = editor->text[editor->shown++];
 
-        writer_char(echo, c >= ' ' && c < DELETE ? c : '?'); // others a terminal may obey
+        printer_char(echo, c >= ' ' && c < DELETE ? c : '?'); // others a terminal may obey
     }
     return false;
 }
 
-static void rub_out(struct editor *editor, struct writer *echo)
+static void rub_out(struct editor *editor, struct printer *echo)
 {
     if (editor->length == editor->locked)
         return;
     editor->length--;
     editor->shown = editor->length;
     if (echo)
-        writer_flash(echo, take_back);
+        printer_flash(echo, take_back);
 }
 
-/* The whole line; what is shown of it is shown anew, on a line of its own. */
-static void rub_out_all(struct editor *editor, struct writer *echo)
+/* Drops the whole line; the locked part is shown again on a new line. */
+static void rub_out_all(struct editor *editor, struct printer *echo)
 {
     if (echo && editor->length > editor->locked)
-        writer_flash(echo, new_line);
+        printer_flash(echo, new_line);
     editor->length = editor->locked;
     editor->shown = editor->locked;
 }
@@ -86,7 +86,7 @@ static enum editor_event put(struct editor *editor, char key)
     return editor->length == EDITOR_SIZE ? EDITOR_FULL : EDITOR_NONE;
 }
 
-enum editor_event editor_key(struct editor *editor, char key, struct writer *echo)
+enum editor_event editor_key(struct editor *editor, char key, struct printer *echo)
 {
     bool after_cr = editor->after_cr;
 
@@ -99,7 +99,7 @@ enum editor_event editor_key(struct editor *editor, char key, struct writer *ech
     case '\r':
     case '\n':
         if (echo)
-            writer_flash(echo, new_line);
+            printer_flash(echo, new_line);
         return EDITOR_END;
     case CTRL_C: rub_out_all(editor, echo); return EDITOR_DROP;
     case CTRL_U: rub_out_all(editor, echo); return EDITOR_NONE;

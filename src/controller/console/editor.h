@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "console/printer.h" // struct writer
+#include "console/printer.h" // struct printer
 
 #define EDITOR_SIZE 80 // characters, even
 
@@ -21,9 +21,9 @@ enum editor_event {
 
 /* Zeroed, it is empty. */
 struct editor {
-    uint8_t length; // of what is typed
-    uint8_t shown;  // ... of it, has been echoed
-    uint8_t locked; // ... of it, is on its way to the parser and cannot be taken back
+    uint8_t length; // of the text
+    uint8_t shown;  // characters of the text that are echoed
+    uint8_t locked; // characters on their way to the parser: they cannot be taken back
     uint8_t last;   // length of the line before, which is still there; 0: it is not
     uint8_t escape; // how much of an escape sequence has come
     bool longer;    // some of this line has gone to the parser
@@ -33,10 +33,10 @@ struct editor {
 
 /* Echoes what has not been yet, as far as there is room; no `echo` (NULL) counts as echoed. True
  * when all is, and there is room for what the next key echoes. */
-bool editor_show(struct editor *editor, struct writer *echo);
+bool editor_show(struct editor *editor, struct printer *echo);
 
 /* A key, to be given only after editor_show() was true, while length < EDITOR_SIZE. */
-enum editor_event editor_key(struct editor *editor, char key, struct writer *echo);
+enum editor_event editor_key(struct editor *editor, char key, struct printer *echo);
 
 /* Forgets the first `count` characters, 0 to length. */
 void editor_take(struct editor *editor, uint8_t count);

@@ -1,13 +1,18 @@
 /* Texts of the numbered errors; see errors.h. */
 #include "console/errors.h"
 
-#include "cds55xx/packet.h"  // CDS_ERROR_*
-#include "texts.h"           // TEXT_ERROR
-#include "console/printer.h" // writer_text_at()
+#include "cds55xx/packet.h"   // CDS_ERROR_*
+#include "console/messages.h" // FLASH_TEXT()
 
-uint16_t error_text(uint8_t number)
+static const CDS_FLASH char *const CDS_FLASH texts[] = {
+#define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
+    CDS_RESULTS(ROW) CONSOLE_ERRORS(ROW)
+#undef ROW
+};
+
+const CDS_FLASH char *error_text(uint8_t number)
 {
-    return writer_text_at(TEXT_ERROR, number);
+    return texts[number];
 }
 
 uint8_t error_of_servo(uint8_t *bits)

@@ -1,6 +1,6 @@
 /* One word of a console line. */
-#ifndef CONTROLLER_TOKEN_H
-#define CONTROLLER_TOKEN_H
+#ifndef CONTROLLER_LEXER_H
+#define CONTROLLER_LEXER_H
 
 #include <stdint.h>
 
@@ -11,6 +11,6 @@ struct token {
     char text[TOKEN_MAX];
 };
 
-void token_add(struct token *token, char c);
+void lexer_add(struct token *token, char c);
 
 #endif

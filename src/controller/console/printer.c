@@ -1,166 +1,144 @@
-/* Text for the PC; see writer.h. */
+/* Text for the PC; see printer.h. */
 #include "console/printer.h"
 
 #include <stddef.h>
-#include <string.h>
 
-#include "console/number.h" // number_write()
-#include "texts.h"          // TEXTS
+#include "console/number_format.h" // number_write()
 
-#define CODES_PER_CALL 4  // the bus must not wait for a text
-#define ROOM           20 // for as many characters, the last one a number with its unit, and the end
+/* The bus must not wait for a message. */
+#define CHARACTERS_PER_CALL 4
+/* For as many characters, the last one a number with its unit, and the end of the line. */
+#define ROOM 20
 
-static const CDS_FLASH char plain[TEXT_MARK] = TEXT_PLAIN;
-static const CDS_FLASH uint8_t pairs[][2] = TEXT_PAIRS;
-static const CDS_FLASH uint8_t texts[] = TEXTS;
+/* Conversions that print a register's value, and its unit. */
+static const CDS_FLASH struct {
+    char letter;
+    uint8_t unit; // enum cds_unit
+} units[] = {
+    {'a', CDS_UNIT_MDEG},    {'r', CDS_UNIT_SIGNED_MRPM}, {'v', CDS_UNIT_MV},
+    {'c', CDS_UNIT_CELSIUS}, {'b', CDS_UNIT_BPS},
+};
 
-/* What a mark stands for: MARKS of scripts/texts.py. */
-enum mark {
-    MARK_DECIMAL,
-    MARK_TEXT, // its values, if it has marks, are the next ones
-    MARK_LONG, // two values: 32 bits, of which 31 are shown
-    MARK_UNIT, // of `units`, and so are those behind it
-} __attribute__((packed));
+#define UNITS (sizeof units / sizeof units[0])
 
-static const CDS_FLASH uint8_t marked_units[] = {CDS_UNIT_MDEG, CDS_UNIT_SIGNED_MRPM, CDS_UNIT_MV,
-                                                 CDS_UNIT_CELSIUS, CDS_UNIT_BPS};
-
-void writer_end_of_line(struct writer *writer)
+void printer_end_of_line(struct printer *printer)
 {
-    writer_char(writer, '\r');
-    writer_char(writer, '\n');
+    printer_char(printer, '\r');
+    printer_char(printer, '\n');
 }
 
-uint16_t writer_text_at(uint16_t text, uint8_t index)
+void printer_text(struct printer *printer, const CDS_FLASH char *message)
 {
-    const CDS_FLASH uint8_t *at = &texts[text];
-
-    for (; index; index--)
-        at += *at + 1;
-    return (uint16_t)(at - texts);
+    printer->text = message;
+    printer->next = 0;
+    printer->ends = false;
+    printer->within = true;
 }
 
-static void begin_text(struct writer *writer, uint16_t text)
+void printer_line(struct printer *printer, const CDS_FLASH char *message)
 {
-    const CDS_FLASH uint8_t *at = &texts[text];
-
-    writer->left = *at++;
-    writer->text = at;
+    printer_text(printer, message);
+    printer->ends = true;
 }
 
-void writer_text(struct writer *writer, uint16_t text)
+/* Ends what is printed. True: there is more to print. */
+static bool goes_on(struct printer *printer)
 {
-    begin_text(writer, text);
-    writer->next = 0;
-    writer->ends = false;
-    writer->within = true;
-}
-
-void writer_line(struct writer *writer, uint16_t text)
-{
-    writer_text(writer, text);
-    writer->ends = true;
-}
-
-void writer_line_at(struct writer *writer, uint16_t text, uint8_t index)
-{
-    writer_line(writer, writer_text_at(text, index));
-}
-
-/* Ends what is written. True: there is more to write. */
-static bool goes_on(struct writer *writer)
-{
-    while (writer->text && !writer->depth && !writer->left) {
-        writer->text = writer->outer;
-        writer->left = writer->outer_left;
-        writer->outer = NULL;
-        if (!writer->text && writer->ends)
-            writer_end_of_line(writer);
+    while (printer->text && *printer->text == '\0') {
+        printer->text = printer->outer;
+        printer->outer = NULL;
+        if (printer->text == NULL && printer->ends)
+            printer_end_of_line(printer);
     }
-    return writer->text != NULL;
+    return printer->text != NULL;
 }
 
-static void write_long(struct writer *writer)
+static union printer_value take_value(struct printer *printer)
 {
-    uint32_t value;
-
-    memcpy(&value, &writer->values[writer->next], sizeof value);
-    writer->next = (uint8_t)(writer->next + 2);
-    writer_fixed(writer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
+    return printer->values[printer->next++];
 }
 
-static void write_value(struct writer *writer, uint8_t mark)
+static void print_long(struct printer *printer)
 {
-    uint16_t value = writer->values[writer->next];
+    uint16_t low = take_value(printer).number;
+    uint32_t value = (uint32_t)take_value(printer).number << 16 | low;
 
-    if (mark == MARK_LONG) {
-        write_long(writer);
-        return;
-    }
-    writer->next++;
-    switch (mark) {
-    case MARK_DECIMAL: writer_decimal(writer, value); break;
-    case MARK_TEXT:
-        writer->outer = writer->text;
-        writer->outer_left = writer->left;
-        begin_text(writer, value);
-        break;
-    default: number_write(writer, (enum cds_unit)marked_units[mark - MARK_UNIT], value); break;
-    }
+    printer_fixed(printer, (int32_t)(value <= INT32_MAX ? value : INT32_MAX), 0);
 }
 
-/* Writes what the next code of the text stands for. False: a number, which takes long. */
-static bool write_code(struct writer *writer)
+/* False: the letter is no conversion of a unit. */
+static bool print_unit(struct printer *printer, char letter)
 {
-    uint8_t code;
-
-    if (writer->depth) {
-        code = writer->rest[--writer->depth];
-    } else {
-        code = *writer->text++;
-        writer->left--;
+    for (uint8_t i = 0; i < UNITS; i++) {
+        if (units[i].letter == letter) {
+            number_write(printer, (enum cds_unit)units[i].unit, take_value(printer).number);
+            return true;
+        }
     }
-    for (; code >= TEXT_PAIR; code = pairs[code - TEXT_PAIR][0])
-        writer->rest[writer->depth++] = pairs[code - TEXT_PAIR][1];
-    if (code < TEXT_MARK) {
-        cds_ring_put(writer->ring, (uint8_t)plain[code]);
+    return false;
+}
+
+/* Prints what the letter behind a % stands for. False: nothing. */
+static bool print_value(struct printer *printer, char letter)
+{
+    if (letter == 'u')
+        printer_decimal(printer, take_value(printer).number);
+    else if (letter == 'l')
+        print_long(printer);
+    else
+        return print_unit(printer, letter);
+    return true;
+}
+
+/* Prints the next character of the message, or a value. False: a number, which takes long. */
+static bool print_next(struct printer *printer)
+{
+    char c = *printer->text++;
+
+    if (c == '%' && *printer->text == 's') {
+        printer->outer = printer->text + 1;
+        printer->text = take_value(printer).text;
         return true;
     }
-    write_value(writer, (uint8_t)(code - TEXT_MARK));
-    return code == TEXT_MARK + MARK_TEXT;
+    if (c == '%' && print_value(printer, *printer->text)) {
+        printer->text++;
+        return false;
+    }
+    cds_ring_put(printer->ring, (uint8_t)c);
+    return true;
 }
 
-bool writer_ready(struct writer *writer)
+bool printer_ready(struct printer *printer)
 {
-    uint8_t count = cds_ring_count(writer->ring);
+    uint8_t count = cds_ring_count(printer->ring);
 
-    if (writer->text) {
+    if (printer->text) {
         if (count > CDS_RING_SIZE - ROOM)
             return false;
-        for (uint8_t left = CODES_PER_CALL; goes_on(writer); left--)
-            if (left == 0 || !write_code(writer))
+        for (uint8_t left = CHARACTERS_PER_CALL; goes_on(printer); left--)
+            if (left == 0 || !print_next(printer))
                 return false;
-        count = cds_ring_count(writer->ring);
+        count = cds_ring_count(printer->ring);
     }
-    return count <= CDS_RING_SIZE - WRITER_PIECE;
+    return count <= CDS_RING_SIZE - PRINTER_PIECE;
 }
 
-void writer_char(struct writer *writer, char c)
+void printer_char(struct printer *printer, char c)
 {
-    cds_ring_put(writer->ring, (uint8_t)c);
-    writer->within = c != '\n';
+    cds_ring_put(printer->ring, (uint8_t)c);
+    printer->within = c != '\n';
 }
 
-void writer_string(struct writer *writer, const char *string)
+void printer_string(struct printer *printer, const char *string)
 {
     while (*string)
-        writer_char(writer, *string++);
+        printer_char(printer, *string++);
 }
 
-void writer_flash(struct writer *writer, const CDS_FLASH char *text)
+void printer_flash(struct printer *printer, const CDS_FLASH char *text)
 {
     while (*text)
-        writer_char(writer, *text++);
+        printer_char(printer, *text++);
 }
 
 /* Ten digits, by subtraction: dividing 32 bits costs more. */
@@ -168,13 +146,13 @@ static const CDS_FLASH uint32_t powers[] = {1000000000, 100000000, 10000000, 100
                                             10000,      1000,      100,      10,      1};
 #define DIGITS (sizeof powers / sizeof powers[0])
 
-void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
+void printer_fixed(struct printer *printer, int32_t value, uint8_t decimals)
 {
     uint32_t rest = value < 0 ? 0 - (uint32_t)value : (uint32_t)value;
     bool begun = false;
 
     if (value < 0)
-        writer_char(writer, '-');
+        printer_char(printer, '-');
     for (uint8_t left = DIGITS; left; left--) {
         uint32_t power = powers[DIGITS - left];
         char digit = '0';
@@ -182,29 +160,29 @@ void writer_fixed(struct writer *writer, int32_t value, uint8_t decimals)
         if (left <= decimals && rest == 0)
             return;
         if (left == decimals)
-            writer_char(writer, '.');
+            printer_char(printer, '.');
         for (; rest >= power; rest -= power)
             digit++;
         begun = begun || digit != '0' || left <= decimals + 1;
         if (begun)
-            writer_char(writer, digit);
+            printer_char(printer, digit);
     }
 }
 
 /* Short where most numbers are: ten digits of 32 bits take 0.1 ms. */
-void writer_decimal(struct writer *writer, uint16_t number)
+void printer_decimal(struct printer *printer, uint16_t number)
 {
     char tens = '0';
 
     if (number >= 100) {
-        writer_fixed(writer, number, 0);
+        printer_fixed(printer, number, 0);
         return;
     }
     for (; number >= 10; number -= 10)
         tens++;
     if (tens != '0')
-        writer_char(writer, tens);
-    writer_char(writer, (char)('0' + number));
+        printer_char(printer, tens);
+    printer_char(printer, (char)('0' + number));
 }
 
 static char hex_digit(uint8_t value)
@@ -212,22 +190,22 @@ static char hex_digit(uint8_t value)
     return (char)(value < 10 ? '0' + value : 'A' + value - 10);
 }
 
-void writer_hex(struct writer *writer, uint8_t byte)
+void printer_hex(struct printer *printer, uint8_t byte)
 {
-    writer_char(writer, hex_digit(byte >> 4));
-    writer_char(writer, hex_digit(byte & 0x0F));
+    printer_char(printer, hex_digit(byte >> 4));
+    printer_char(printer, hex_digit(byte & 0x0F));
 }
 
-void writer_address(struct writer *writer, uint8_t address)
+void printer_address(struct printer *printer, uint8_t address)
 {
-    writer_char(writer, '0');
-    writer_char(writer, 'x');
-    writer_hex(writer, address);
+    printer_char(printer, '0');
+    printer_char(printer, 'x');
+    printer_hex(printer, address);
 }
 
-void writer_equals(struct writer *writer)
+void printer_equals(struct printer *printer)
 {
     static const CDS_FLASH char text[] = " = ";
 
-    writer_flash(writer, text);
+    printer_flash(printer, text);
 }

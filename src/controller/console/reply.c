@@ -5,26 +5,37 @@
 #include "console/errors.h"
 #include "console/messages.h"
 
-uint8_t reply_condition(uint8_t bits, uint16_t *text)
-{
-    uint8_t bit = 1;
+static const CDS_FLASH char ok[] = "ok";
+static const CDS_FLASH char failed[] = "error %u: %s";
+static const CDS_FLASH char failed_too[] = "also %u: %s";
+static const CDS_FLASH char warning[] = "warning: %s";
 
-    *text = TEXT_CONDITION_VOLTAGE;
+const CDS_FLASH char *const CDS_FLASH reply_conditions[] = {
+    FLASH_TEXT("input voltage"), FLASH_TEXT("angle limit"), FLASH_TEXT("overheating"),
+    FLASH_TEXT("range"),         FLASH_TEXT("checksum"),    FLASH_TEXT("overload"),
+    FLASH_TEXT("instruction"),
+};
+
+uint8_t reply_condition(uint8_t bits, const CDS_FLASH char **text)
+{
+    uint8_t bit = 1, index = 0;
+
     for (; bits && !(bits & bit); bit = (uint8_t)(bit << 1))
-        *text = writer_text_at(*text, 1);
+        index++;
+    *text = reply_conditions[index];
     return (uint8_t)(bits & ~bit);
 }
 
 /* Names one condition that merely holds; false when there is none left. */
-static bool warning(struct console *console)
+static bool warn(struct console *console)
 {
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
 
     if (conditions == 0)
         return false;
     console->servo_error = (uint8_t)((console->servo_error & ~CDS_ERRORS_OF_CONDITION) |
-                                     reply_condition(conditions, &console->writer.values[0]));
-    writer_line(&console->writer, TEXT_WARNING);
+                                     reply_condition(conditions, &console->printer.values[0].text));
+    printer_line(&console->printer, warning);
     return true;
 }
 
@@ -36,9 +47,9 @@ static bool closing(struct console *console)
 
     if (number == 0)
         number = console->error;
-    console->writer.values[0] = number;
-    console->writer.values[1] = error_text(number);
-    writer_line(&console->writer, more ? TEXT_FAILED_TOO : number ? TEXT_FAILED : TEXT_OK);
+    console->printer.values[0].number = number;
+    console->printer.values[1].text = error_text(number);
+    printer_line(&console->printer, more ? failed_too : number ? failed : ok);
     return more;
 }
 
@@ -46,7 +57,7 @@ bool reply_piece(struct console *console)
 {
     if (console->closed)
         return false; // and the last line is out
-    if (!warning(console) && !closing(console))
+    if (!warn(console) && !closing(console))
         console->closed = true;
     return true;
 }

@@ -5,13 +5,18 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "flash.h" // CDS_FLASH
+
 struct console;
 
-/* Writes the next piece of it; the writer must be ready. False when the reply is complete. */
+/* Writes the next piece of it; the printer must be ready. False when the reply is complete. */
 bool reply_piece(struct console *console);
 
-/* The CDS_ERROR_* bits `bits` (not 0), a name at a time: that of the lowest one, for the writer,
- * into *text; returns the bits that are left. */
-uint8_t reply_condition(uint8_t bits, uint16_t *text);
+/* The name of a condition by the number of its CDS_ERROR_* bit: 0 to 6. */
+extern const CDS_FLASH char *const CDS_FLASH reply_conditions[];
+
+/* The name of the lowest condition in `bits`, CDS_ERROR_* bits but not 0, into *text; returns the
+ * bits that are left. */
+uint8_t reply_condition(uint8_t bits, const CDS_FLASH char **text);
 
 #endif

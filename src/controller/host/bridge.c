@@ -1,34 +1,34 @@
-/* What becomes of the host's packets; see bridge.h. */
+/* Packets of the host; see bridge.h. */
 #include "host/bridge.h"
 
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "compiler.h"     // NOINLINE
 
-void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host *host,
+void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
 {
     OPTIMIZER_BARRIER(bridge);
     *bridge = (struct bridge){.host = host};
     bridge->request.packet.bytes = bytes;
     bridge->request.packet.capacity = HOST_PACKET_MAX;
-    bridge->request.reply = bridge->reply + ANSWER_BEFORE;
+    bridge->request.reply = bridge->reply + STATUS_PACKET_HEAD;
     bridge->request.reply_capacity = CDS_REPLY_ANY;
     bridge->request.any_length = true;
     bridge->request.no_retry = true;
-    gather_open(&bridge->gather, bus, device, output);
+    bulk_read_open(&bridge->bulk_read, bus, device, output);
 }
 
+/* Begins a status packet to the host. */
 NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *parameters,
                             uint8_t length)
 {
-    answer_begin(&bridge->answer, bridge->request.id, error, parameters, length);
+    status_packet_begin(&bridge->status, bridge->request.id, error, parameters, length);
     bridge->state = BRIDGE_ANSWERING;
 }
 
-/* --- through the bus ---------------------------------------------------------------------------
- */
+/* ---- packets for the bus ---- */
 
-/* The bus does not send the packet, at once or when its turn has come. */
+/* The bus has refused the packet, at the submit or when its turn came. */
 static void refuse(struct bridge *bridge, uint8_t result)
 {
     bridge->counters.refused++;
@@ -41,8 +41,8 @@ static void pass(struct bridge *bridge)
     struct cds_request *request = &bridge->request;
     enum cds_result result;
 
-    request->reply_parameters = gather_reply_due(request->packet.bytes);
-    result = cds_bus_submit(bridge->gather.bus, request);
+    request->reply_parameters = status_packet_due(request->packet.bytes);
+    result = cds_bus_submit(bridge->bulk_read.bus, request);
     if (result != CDS_OK) {
         refuse(bridge, (uint8_t)result);
         return;
@@ -51,11 +51,12 @@ static void pass(struct bridge *bridge)
     bridge->state = BRIDGE_WAITING;
 }
 
-/* A packet that still waits for its turn on the bus when the client has given up is not sent. */
-static void give_up_late(struct bridge *bridge)
+/* Takes back a packet that still waits for its turn on the bus: by now the client of the host has
+ * given up waiting for the reply. */
+static void drop_expired(struct bridge *bridge)
 {
     if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
-        cds_bus_cancel(bridge->gather.bus, &bridge->request) != CDS_OK)
+        cds_bus_cancel(bridge->bulk_read.bus, &bridge->request) != CDS_OK)
         return;
     bridge->host->counters.late++;
     bridge->state = BRIDGE_IDLE;
@@ -66,11 +67,11 @@ static void await_reply(struct bridge *bridge)
     const struct cds_request *request = &bridge->request;
 
     if (request->result == CDS_PENDING) {
-        give_up_late(bridge);
+        drop_expired(bridge);
         return;
     }
     bridge->state = BRIDGE_IDLE;
-    if (request->result > CDS_LINE_BUSY) { // the observer has changed its mind
+    if (request->result > CDS_LINE_BUSY) { // the permit has refused it since
         refuse(bridge, request->result);
         return;
     }
@@ -84,53 +85,54 @@ static void await_reply(struct bridge *bridge)
     }
 }
 
-/* --- the device --------------------------------------------------------------------------------
- */
+/* ---- packets for the device, SYNC READ and BULK READ ---- */
 
 static void ask_device(struct bridge *bridge)
 {
-    struct device *device = bridge->gather.device;
+    struct device *device = bridge->bulk_read.device;
 
     bridge->state = BRIDGE_DEVICE;
     if (device_obey(device, bridge->request.packet.bytes))
         answer(bridge, device->error, bridge->request.packet.bytes, device->length);
 }
 
-static void gather(struct bridge *bridge)
+static void poll_bulk_read(struct bridge *bridge)
 {
-    switch (gather_poll(&bridge->gather)) {
-    case GATHER_MORE: break;
-    case GATHER_DONE: bridge->state = BRIDGE_IDLE; break;
-    case GATHER_ANSWER:
-        bridge->request.id = bridge->gather.device_id;
-        answer(bridge, bridge->gather.error, bridge->request.packet.bytes, bridge->gather.length);
+    switch (bulk_read_poll(&bridge->bulk_read)) {
+    case BULK_READ_MORE: break;
+    case BULK_READ_DONE: bridge->state = BRIDGE_IDLE; break;
+    case BULK_READ_ANSWER:
+        bridge->request.id = bridge->bulk_read.device_id;
+        answer(bridge, bridge->bulk_read.error, bridge->request.packet.bytes,
+               bridge->bulk_read.data_length);
         break;
     }
 }
 
-static void begin_gathering(struct bridge *bridge, uint8_t own)
+static void begin_bulk_read(struct bridge *bridge, uint8_t own)
 {
-    if (gather_begin(&bridge->gather, own, bridge->request.packet.bytes))
-        bridge->state = BRIDGE_GATHERING;
+    if (bulk_read_begin(&bridge->bulk_read, own, bridge->request.packet.bytes))
+        bridge->state = BRIDGE_BULK_READ;
     else
         bridge->counters.refused++;
 }
 
-/* Whose is it? Apart: a gathering shall not save registers for it. */
+/* Takes the packet and gives it to device, bulk read or bus. NOINLINE: a poll during a bulk read
+ * saves no registers for it. */
 NOINLINE static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
-    uint8_t own = device_id(bridge->gather.device);
+    uint8_t own = device_id(bridge->bulk_read.device);
     uint8_t id, instruction;
 
-    packet->bytes = host_take(bridge->host, packet->bytes);
+    packet->bytes = host_demux_take(bridge->host, packet->bytes);
     bridge->taken_us = bridge->host->whole_us;
     packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
     id = packet->bytes[CDS_AT_ID];
-    bridge->request.id = id; // the answer to a packet that changes it has the old one (R2)
+    bridge->request.id = id; // a packet that changes the ID is answered with the old one (R2)
     instruction = packet->bytes[CDS_AT_INSTRUCTION];
-    if (own <= CDS_ID_MAX && gather_knows(own, id, instruction))
-        begin_gathering(bridge, own);
+    if (own <= CDS_ID_MAX && bulk_read_handles(own, id, instruction))
+        begin_bulk_read(bridge, own);
     else if (own <= CDS_ID_MAX && id == own)
         ask_device(bridge);
     else
@@ -147,17 +149,18 @@ void bridge_poll(struct bridge *bridge)
         break;
     case BRIDGE_WAITING: await_reply(bridge); break;
     case BRIDGE_DEVICE: ask_device(bridge); break;
-    case BRIDGE_GATHERING: gather(bridge); break;
+    case BRIDGE_BULK_READ: poll_bulk_read(bridge); break;
     default: break;
     }
-    if (bridge->state == BRIDGE_ANSWERING && answer_put(&bridge->answer, bridge->gather.output))
+    if (bridge->state == BRIDGE_ANSWERING &&
+        status_packet_put(&bridge->status, bridge->bulk_read.output))
         bridge->state = BRIDGE_IDLE;
 }
 
 bool bridge_talks(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_ANSWERING ||
-           (bridge->state == BRIDGE_GATHERING && gather_talks(&bridge->gather));
+           (bridge->state == BRIDGE_BULK_READ && bulk_read_talks(&bridge->bulk_read));
 }
 
 bool bridge_idle(const struct bridge *bridge)

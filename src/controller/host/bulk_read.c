@@ -1,4 +1,4 @@
-/* SYNC READ and BULK READ; see gather.h. */
+/* SYNC READ and BULK READ; see bulk_read.h. */
 #include "host/bulk_read.h"
 
 #include <string.h>
@@ -9,17 +9,17 @@
 #define PACKET_MAX (CDS_LENGTH_MAX + 4)
 #define DATA_MAX   (CDS_LENGTH_MAX - CDS_LENGTH_MIN)
 #define MISSING    UINT8_MAX // each byte of a servo that failed
-#define BULK_ITEM  3         // length, ID, address
+#define BULK_ITEM  3         // bytes of a BULK READ for each servo: length, ID, address
 
-bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction)
+bool bulk_read_handles(uint8_t device_id, uint8_t id, uint8_t instruction)
 {
     bool to_all = id == CDS_BROADCAST_ID;
 
-    return (instruction == GATHER_SYNC_READ && (to_all || id == device_id)) ||
-           (instruction == GATHER_BULK_READ && to_all);
+    return (instruction == INSTRUCTION_SYNC_READ && (to_all || id == device_id)) ||
+           (instruction == INSTRUCTION_BULK_READ && to_all);
 }
 
-uint8_t gather_reply_due(const uint8_t *packet)
+uint8_t status_packet_due(const uint8_t *packet)
 {
     uint8_t instruction = packet[CDS_AT_INSTRUCTION];
     uint8_t count = packet[CDS_AT_PARAMETERS + 1];
@@ -28,228 +28,172 @@ uint8_t gather_reply_due(const uint8_t *packet)
         return instruction == CDS_PING ? 0 : CDS_REPLY_NONE;
     if (instruction != CDS_READ || packet[CDS_AT_LENGTH] != CDS_LENGTH_MIN + 2)
         return 0;
-    return count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
+    return count <= CDS_REPLY_MAX ? count : 0; // a servo refuses a longer READ
 }
 
-static void begin_sync(struct gather *gather, uint8_t *packet)
+/* ---- the packet of the host ---- */
+
+static void begin_sync(struct bulk_read *bulk, uint8_t *packet)
 {
     uint8_t parameters = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN);
     uint16_t size;
 
-    gather->to = packet;
-    gather->bulk = false;
-    gather->error = CDS_ERROR_RANGE;
-    gather->length = 0;
-    gather->left = 0;
+    bulk->to = packet;
+    bulk->is_bulk = false;
+    bulk->error = CDS_ERROR_RANGE;
+    bulk->data_length = 0;
+    bulk->servos = 0;
     if (parameters < 3)
         return;
-    gather->address = packet[CDS_AT_PARAMETERS];
-    gather->each = packet[CDS_AT_PARAMETERS + 1];
+    bulk->address = packet[CDS_AT_PARAMETERS];
+    bulk->length = packet[CDS_AT_PARAMETERS + 1];
     parameters = (uint8_t)(parameters - 2);
-    size = (uint16_t)(gather->each * parameters);
+    size = (uint16_t)(bulk->length * parameters);
     if (size == 0 || size > DATA_MAX)
         return;
-    gather->error = 0;
-    gather->left = parameters;
-    gather->length = (uint8_t)size;
-    /* The IDs give way to the data, which grow faster than IDs are used up: from the other end. */
-    gather->next =
+    bulk->error = 0;
+    bulk->servos = parameters;
+    bulk->data_length = (uint8_t)size;
+    /* The data grow from the front of the buffer, and at least as fast as IDs are used up: the IDs
+     * move to its end. */
+    bulk->next =
         memmove(packet + PACKET_MAX - parameters, packet + CDS_AT_PARAMETERS + 2, parameters);
 }
 
-static bool begin_bulk(struct gather *gather, const uint8_t *packet)
+static bool begin_bulk(struct bulk_read *bulk, const uint8_t *packet)
 {
     uint8_t left = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     const uint8_t *item = packet + CDS_AT_PARAMETERS + 1;
-    uint8_t servos = 0;
 
-    gather->bulk = true;
-    gather->next = item;
+    bulk->is_bulk = true;
+    bulk->servos = 0;
+    bulk->next = item;
     if (left > DATA_MAX)
         return false;
     for (; left >= BULK_ITEM; left = (uint8_t)(left - BULK_ITEM)) {
         if (item[1] > CDS_ID_MAX)
             return false;
         item += BULK_ITEM;
-        servos++;
+        bulk->servos++;
     }
-    gather->left = servos;
-    return left == 0 && servos;
+    return left == 0 && bulk->servos;
 }
 
-/* Makes a READ of the next servo, there being one. Its result: CDS_OK if it is to be sent;
- * CDS_PENDING if the device itself is asked, and nothing is sent. */
-static void build(struct gather *gather, struct cds_request *read)
+/* ---- one servo after the other ---- */
+
+/* The next READ of the pipeline. */
+static bool next(void *context, struct cds_read_item *item)
 {
-    const uint8_t *next = gather->next;
-    uint8_t id = next[0], address = gather->address, count = gather->each;
+    struct bulk_read *bulk = context;
+    const uint8_t *from = bulk->next;
 
-    gather->next = next + 1;
-    if (gather->bulk) {
-        gather->next = next + BULK_ITEM;
-        id = next[1];
-        address = next[2];
-        count = next[0];
-    }
-    cds_packet_begin(&read->packet, id, CDS_READ);
-    cds_packet_put(&read->packet, address);
-    cds_packet_put(&read->packet, count);
-    cds_packet_end(&read->packet);
-    read->id = id;
-    read->reply_parameters = count <= CDS_REPLY_MAX ? count : 0; // beyond it the servo refuses
-    read->result = CDS_OK;
-    if (id == gather->device_id) {
-        read->result = CDS_PENDING;
-        memcpy(read->reply, read->packet.bytes, CDS_PACKET_SIZE(2));
-    } else if (id > CDS_ID_MAX) {
-        read->result = CDS_BAD_ARGUMENT;
-    }
-}
-
-/* Of a SYNC READ, and of a servo that failed. Apart: a BULK READ that goes well shall not save
- * registers for it. */
-NOINLINE static void keep(struct gather *gather, const struct cds_request *read)
-{
-    uint8_t each = gather->each;
-    bool good = read->result == CDS_OK && read->length == each;
-
-    if (!good)
-        device_note_failure(gather->device, read->id);
-    if (gather->bulk)
-        return;
-    if (good) {
-        memcpy(gather->to, read->reply, each);
+    if (bulk->is_bulk) {
+        *item = (struct cds_read_item){.length = from[0], .id = from[1], .address = from[2]};
+        bulk->next = from + BULK_ITEM;
     } else {
-        memset(gather->to, MISSING, each);
-        gather->error = GATHER_ERROR_FAILED;
+        *item = (struct cds_read_item){from[0], bulk->address, bulk->length};
+        bulk->next = from + 1;
     }
-    gather->to += each;
+    return item->id != bulk->device_id && item->id <= CDS_ID_MAX;
 }
 
-/* What has come of the READ that has ended; not yet, if the host has no room. */
-static void hand_over(struct gather *gather)
+/* The device answers its own READ. False: it cannot yet. Its data are no longer than a servo's. */
+static bool ask_device(struct bulk_read *bulk, struct cds_request *read)
 {
-    const struct cds_request *read = gather->spare;
-
-    if (!gather->bulk || read->result != CDS_OK)
-        keep(gather, read);
-    else if (!answer_at_once(gather->output, read->id, read->error, read->reply, read->length))
-        return;
-    gather->other = GATHER_SPENT;
-}
-
-/* There is nothing to hand over: the READ after the one that is asked is built. */
-static void prepare(struct gather *gather)
-{
-    const struct cds_request *asked = gather->asked;
-    bool waits = asked->result == CDS_PENDING && asked->id != gather->device_id;
-
-    gather->other = waits ? GATHER_WAITS : GATHER_READY;
-    if (gather->left > 1)
-        build(gather, gather->spare);
-}
-
-/* The servo asked has ended. In a BULK READ the others would wait in vain for one that failed. */
-static void go_on(struct gather *gather)
-{
-    struct cds_request *ended = gather->asked, *next = gather->spare;
-
-    gather->asked = next;
-    gather->spare = ended;
-    gather->other = GATHER_ENDED;
-    gather->left--;
-    if (gather->bulk && ended->result != CDS_OK)
-        gather->left = 0;
-    if (gather->left && next->result == CDS_OK)
-        cds_bus_submit(gather->bus, next); // next->result says why, if it is refused
-    hand_over(gather);                     // while the next one is asked
-}
-
-/* If the host has not taken the reply before this one, gather_poll() goes on. */
-static void on_end(struct cds_request *ended)
-{
-    struct gather *gather = ended->context;
-
-    if (gather->other == GATHER_WAITS)
-        go_on(gather);
-}
-
-void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
-                 struct cds_ring *output)
-{
-    OPTIMIZER_BARRIER(gather);
-    *gather = (struct gather){.bus = bus, .device = device, .output = output};
-    for (uint8_t i = 0; i < 2; i++) {
-        gather->read[i].packet.bytes = gather->packets[i];
-        gather->read[i].packet.capacity = sizeof gather->packets[i];
-        gather->read[i].reply = gather->replies[i];
-        gather->read[i].reply_capacity = sizeof gather->replies[i];
-        gather->read[i].on_end = on_end;
-        gather->read[i].context = gather;
-    }
-}
-
-bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet)
-{
-    bool sense = true;
-
-    OPTIMIZER_BARRIER(gather);
-    gather->device_id = device_id;
-    gather->asked = gather->read;
-    gather->spare = gather->read + 1;
-    gather->other = GATHER_SPENT;
-    if (packet[CDS_AT_INSTRUCTION] == GATHER_SYNC_READ)
-        begin_sync(gather, packet);
-    else
-        sense = begin_bulk(gather, packet);
-    if (sense && gather->left) {
-        build(gather, gather->asked);
-        if (gather->asked->result == CDS_OK)
-            cds_bus_submit(gather->bus, gather->asked);
-    }
-    device_forget_failures(gather->device); // while the first servo is asked
-    return sense;
-}
-
-/* The device's own answer is no longer than a servo's. */
-static void obey(struct gather *gather, struct cds_request *read)
-{
-    struct device *device = gather->device;
+    struct device *device = bulk->device;
 
     if (read->reply_parameters == 0) {
         read->error = CDS_ERROR_RANGE;
-        read->length = 0;
-    } else if (device_obey(device, read->reply)) {
-        read->error = device->error;
-        read->length = device->length;
-    } else {
+        return true;
+    }
+    if (!device_is_busy(device))
+        memcpy(read->reply, read->packet.bytes, CDS_PACKET_SIZE(2));
+    if (!device_obey(device, read->reply))
+        return false;
+    read->error = device->error;
+    read->length = device->length;
+    return true;
+}
+
+/* Keeps the data of a SYNC READ, or notes that a servo failed. NOINLINE: a BULK READ without a
+ * failure saves no registers for it. */
+NOINLINE static void keep(struct bulk_read *bulk, const struct cds_request *read)
+{
+    uint8_t length = bulk->length;
+    bool is_good = read->result == CDS_OK && read->id <= CDS_ID_MAX && read->length == length;
+
+    if (!is_good)
+        device_note_failure(bulk->device, read->id);
+    if (bulk->is_bulk)
         return;
+    if (is_good) {
+        memcpy(bulk->to, read->reply, length);
+    } else {
+        memset(bulk->to, MISSING, length);
+        bulk->error = BULK_READ_ERROR_FAILED;
     }
-    read->result = CDS_OK;
+    bulk->to += length;
 }
 
-/* The servo asked, unless its end is seen to by the bus. */
-static void look_after(struct gather *gather)
+/* Takes over the outcome of a READ. False: the device or the ring to the host is not ready. */
+static bool take(void *context, struct cds_request *read)
 {
-    struct cds_request *asked = gather->asked;
+    struct bulk_read *bulk = context;
 
-    if (asked->result == CDS_PENDING && asked->id == gather->device_id)
-        obey(gather, asked);
-    else if (asked->result == CDS_BUSY) // an operation held the bus
-        cds_bus_submit(gather->bus, asked);
-    if (asked->result != CDS_PENDING)
-        go_on(gather);
+    if (read->id == bulk->device_id && !ask_device(bulk, read))
+        return false;
+    if (bulk->is_bulk && read->result == CDS_OK)
+        return status_packet_put_whole(bulk->output, read->id, read->error, read->reply,
+                                       read->length);
+    keep(bulk, read);
+    return true;
 }
 
-enum gather_turn gather_poll(struct gather *gather)
+/* ---- calls ---- */
+
+void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *device,
+                    struct cds_ring *output)
 {
-    switch (gather->other) {
-    case GATHER_ENDED: hand_over(gather); break;
-    case GATHER_SPENT: prepare(gather); break;
-    default:
-        if (!gather->left)
-            return gather->bulk ? GATHER_DONE : GATHER_ANSWER;
-        look_after(gather);
+    OPTIMIZER_BARRIER(bulk);
+    *bulk = (struct bulk_read){.bus = bus, .device = device, .output = output};
+    for (uint8_t i = 0; i < 2; i++) {
+        bulk->requests[i].packet.bytes = bulk->packets[i];
+        bulk->requests[i].packet.capacity = sizeof bulk->packets[i];
+        bulk->requests[i].reply = bulk->replies[i];
+        bulk->requests[i].reply_capacity = sizeof bulk->replies[i];
     }
-    return GATHER_MORE;
+}
+
+bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet)
+{
+    bool makes_sense = true;
+
+    OPTIMIZER_BARRIER(bulk);
+    bulk->device_id = device_id;
+    bulk->pipeline.result = CDS_OK;
+    if (packet[CDS_AT_INSTRUCTION] == INSTRUCTION_SYNC_READ)
+        begin_sync(bulk, packet);
+    else
+        makes_sense = begin_bulk(bulk, packet);
+    if (makes_sense && bulk->servos) {
+        cds_read_pipeline_begin(
+            &bulk->pipeline, &(struct cds_read_pipeline_config){.bus = bulk->bus,
+                                                                .requests = bulk->requests,
+                                                                .count = bulk->servos,
+                                                                .longest = CDS_REPLY_MAX,
+                                                                .stops_on_failure = bulk->is_bulk,
+                                                                .context = bulk,
+                                                                .next = next,
+                                                                .take = take});
+        cds_read_pipeline_poll(&bulk->pipeline);
+    }
+    device_forget_failures(bulk->device); // while the first servo is asked
+    return makes_sense;
+}
+
+enum bulk_read_progress bulk_read_poll(struct bulk_read *bulk)
+{
+    if (cds_read_pipeline_poll(&bulk->pipeline) == CDS_PENDING)
+        return BULK_READ_MORE;
+    return bulk->is_bulk ? BULK_READ_DONE : BULK_READ_ANSWER;
 }

@@ -1,91 +1,86 @@
 /* SYNC READ (0x84, as USB2AX and ArbotiX define it) and BULK READ (0x92, as Robotis protocol 1.0
- * does) for servos that know single READ only (manual 2.4.2): a READ of each, one behind the other;
- * a reply leaves for the host while the next servo is asked.
+ * defines it) for servos that know single READ only (manual 2.4.2): one READ for each servo, by
+ * read_pipeline.h.
  *
- *   SYNC READ  to the device or to all: FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM. One status
- *              packet of the device with N bytes for each ID in order; those of a servo that failed
- *              are 0xFF, and then error bit 7 is set. More than 252 bytes, or none: range error
+ *   SYNC READ  to the device or to all: FF FF FE LENGTH 84 ADDRESS N ID... CHECKSUM. The device
+ *              sends one status packet with N bytes for each ID, in order. The bytes of a servo
+ *              that failed are 0xFF, and then error bit 7 is set. More than 252 bytes in all, or
+ *              none: range error
  *   BULK READ  to all: FF FF FE LENGTH 92 00 (N ID ADDRESS)... CHECKSUM. The status packets of the
- *              servos in order. Each waits for the one before, so behind one that does not answer
- *              none follows, as if the servos did it themselves
+ *              servos in order. Nothing follows a servo that does not answer: servos that know
+ *              BULK READ wait for the status packet of the servo before them
  *
- * Which servos failed last time stands in device registers, a bit for each ID. Main context.
+ * Device registers FAILED and FAILED_IDS tell which servos failed last time. Main context.
  */
-#ifndef CONTROLLER_GATHER_H
-#define CONTROLLER_GATHER_H
+#ifndef CONTROLLER_BULK_READ_H
+#define CONTROLLER_BULK_READ_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "cds55xx/bus.h"  // struct cds_request
-#include "cds55xx/ring.h" // struct cds_ring
-#include "host/device.h"  // struct device
+#include "cds55xx/read_pipeline.h" // struct cds_read_pipeline
+#include "cds55xx/ring.h"          // struct cds_ring
+#include "host/device.h"           // struct device
 
-#define GATHER_SYNC_READ    0x84
-#define GATHER_BULK_READ    0x92
-#define GATHER_ERROR_FAILED 0x80 // of a SYNC READ: at least one servo failed
+#define INSTRUCTION_SYNC_READ  0x84
+#define INSTRUCTION_BULK_READ  0x92
+#define BULK_READ_ERROR_FAILED 0x80 // error bit of a SYNC READ: at least one servo failed
 
-enum gather_turn {
-    GATHER_MORE,
-    GATHER_ANSWER, // over: a status packet of the device is due
-    GATHER_DONE,   // over
+/* What bulk_read_poll() tells. */
+enum bulk_read_progress {
+    BULK_READ_MORE,   // call again
+    BULK_READ_ANSWER, // ended: a status packet of the device is due
+    BULK_READ_DONE,   // ended: nothing more is due
 } __attribute__((packed));
 
-enum gather_other {
-    GATHER_ENDED, // its reply is there, or none
-    GATHER_SPENT, // ... and was handed over
-    GATHER_READY, // to be sent to the next servo, if there is one
-    GATHER_WAITS, // likewise, and a servo is asked: the bus sees to its end
-} __attribute__((packed));
-
-/* All state of it. Fields without a word are its own. */
-struct gather { // the buffers last: what is near costs less to reach
+/* All state of it. The buffers stand last: an AVR reaches the first 64 bytes with less code. */
+struct bulk_read {
+    struct cds_read_pipeline pipeline;
     struct cds_bus *bus;
     struct device *device;
     struct cds_ring *output;
-    struct cds_request *asked; // what was asked last;
-    struct cds_request *spare; // the other one, and how far it is:
-    uint8_t other;             // enum gather_other
-    bool bulk;                 // else a SYNC READ
-    uint8_t left;              // servos that have not answered
-    uint8_t address, each;
+    const uint8_t *next; // the part of the packet that tells the next READ
+    uint8_t *to;         // SYNC READ: where the next data of the status packet go
+    bool is_bulk;        // a BULK READ, else a SYNC READ
+    uint8_t servos;      // that the packet names
+    uint8_t address;     // SYNC READ: of the first register
+    uint8_t length;      // SYNC READ: bytes of each servo
     uint8_t device_id;
-    uint8_t error, length;      // of GATHER_ANSWER
-    uint8_t *to;                // of a SYNC READ: where the next data of the status packet go
-    const uint8_t *next;        // what is asked of whom, from the READ built next on
-    struct cds_request read[2]; // in turn
+    uint8_t error, data_length;     // of the status packet that BULK_READ_ANSWER tells
+    struct cds_request requests[2]; // of the pipeline
     uint8_t packets[2][CDS_PACKET_SIZE(2)];
-    uint8_t replies[2][CDS_REPLY_MAX]; // of the device too, which finds its packet there
+    uint8_t replies[2][CDS_REPLY_MAX]; // the device finds its packet there, too
 };
 
-/* Once. */
-void gather_open(struct gather *gather, struct cds_bus *bus, struct device *device,
-                 struct cds_ring *output);
+/* Opens it. Call once. */
+void bulk_read_open(struct bulk_read *bulk, struct cds_bus *bus, struct device *device,
+                    struct cds_ring *output);
 
-/* Is it one of the two? `device_id`: the device's own. */
-bool gather_knows(uint8_t device_id, uint8_t id, uint8_t instruction);
+/* True if a packet with this ID and instruction is a SYNC READ or a BULK READ. `device_id`: of the
+ * device. */
+bool bulk_read_handles(uint8_t device_id, uint8_t id, uint8_t instruction);
 
-/* Begins, with a whole packet in a buffer of 258 bytes, which becomes the data. False: it makes no
- * sense, and no servo would answer it. */
-bool gather_begin(struct gather *gather, uint8_t device_id, uint8_t *packet);
+/* Begins with a whole packet in a buffer of 258 bytes; the data of a SYNC READ replace it. False: a
+ * BULK READ that names no servos; a servo would not answer such a packet. */
+bool bulk_read_begin(struct bulk_read *bulk, uint8_t device_id, uint8_t *packet);
 
-/* Moves on; behind cds_bus_poll(). */
-enum gather_turn gather_poll(struct gather *gather);
+/* Moves on; call it after cds_bus_poll(). */
+enum bulk_read_progress bulk_read_poll(struct bulk_read *bulk);
 
-/* Does a status packet wait for room in the ring? */
-static inline bool gather_talks(const struct gather *gather)
+/* True while a status packet waits for room in the ring. */
+static inline bool bulk_read_talks(const struct bulk_read *bulk)
 {
-    return gather->other == GATHER_ENDED;
+    return bulk->pipeline.state == CDS_READ_ENDED;
 }
 
-/* Is there nothing to do before the servo asked has answered? */
-static inline bool gather_waits(const struct gather *gather)
+/* True while only cds_bus_poll() can move it on. */
+static inline bool bulk_read_is_awaiting(const struct bulk_read *bulk)
 {
-    return gather->other >= GATHER_WAITS;
+    return cds_read_pipeline_is_awaiting(&bulk->pipeline);
 }
 
-/* How many parameters the reply to a packet may have: CDS_REPLY_NONE if none is due, else 0 to
- * CDS_REPLY_MAX. Manual: 2.4, R1. */
-uint8_t gather_reply_due(const uint8_t *packet);
+/* Returns how many parameters the reply to `packet` may have: CDS_REPLY_NONE if no reply is due,
+ * else 0 to CDS_REPLY_MAX. Manual 2.4; ruling R1. */
+uint8_t status_packet_due(const uint8_t *packet);
 
 #endif

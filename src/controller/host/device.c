@@ -7,12 +7,12 @@
 #include "cds55xx/version.h"
 #include "flash.h"
 
-/* Registers looked at in a call: a READ of all of them must not hold up the bus. */
+/* Registers that one call looks at: a READ of all registers must not hold up the bus. */
 #define READ_PER_CALL 8
 
 enum access { RD, RW } __attribute__((packed));
 
-/* A row of the table. */
+/* A row of the register table. */
 struct row {
     uint8_t address, bytes, access;
     uint16_t lowest, highest;
@@ -27,7 +27,7 @@ static const CDS_FLASH struct row rows[DEVICE_REGISTER_COUNT] = {
 
 uint8_t device_id(const struct device *device)
 {
-    return (uint8_t)device->world->get(device->owner, DEVICE_ID);
+    return (uint8_t)device->ops->get(device->context, DEVICE_ID);
 }
 
 void device_forget_failures(struct device *device)
@@ -51,7 +51,7 @@ static uint16_t value_of(const struct device *device, uint8_t reg)
     case DEVICE_MODEL: return DEVICE_MODEL_NUMBER;
     case DEVICE_VERSION: return (uint16_t)((version[0] - '0') << 4 | (version[2] - '0'));
     case DEVICE_FAILED: return device->failed;
-    default: return device->world->get(device->owner, reg);
+    default: return device->ops->get(device->context, reg);
     }
 }
 
@@ -63,10 +63,9 @@ static uint8_t byte_of(const struct device *device, uint8_t reg, uint16_t value,
     return (uint8_t)(index ? value >> 8 : value);
 }
 
-/* --- READ --------------------------------------------------------------------------------------
- */
+/* ---- READ ---- */
 
-/* Does the register share a byte with `count` bytes from `from` on? */
+/* True if the register has a byte among the `count` bytes from address `from` on. */
 static bool overlaps(uint8_t reg, uint8_t from, uint8_t count)
 {
     uint8_t ahead = (uint8_t)(rows[reg].address - from);
@@ -85,7 +84,7 @@ static uint8_t read(struct device *device, uint8_t *packet)
     device->from = from;
     device->length = count;
     device->left = DEVICE_REGISTER_COUNT;
-    memset(packet, 0, count); // where there is no register
+    memset(packet, 0, count); // addresses without a register read 0
     return 0;
 }
 
@@ -101,7 +100,7 @@ static void put_register(const struct device *device, uint8_t *packet, uint8_t r
     }
 }
 
-/* Goes on with a READ; true when all of it is there. */
+/* Goes on with a READ; true when all its bytes are there. */
 static bool read_on(struct device *device, uint8_t *packet)
 {
     for (uint8_t looks = READ_PER_CALL; looks && device->left; looks--) {
@@ -113,10 +112,9 @@ static bool read_on(struct device *device, uint8_t *packet)
     return device->left == 0;
 }
 
-/* --- WRITE -------------------------------------------------------------------------------------
- */
+/* ---- WRITE and RESET ---- */
 
-/* How many of the bytes written fall into this register; *value: what it will be. */
+/* Returns how many of the written bytes are of this register; *value: its value after the WRITE. */
 static uint8_t written(const struct device *device, const uint8_t *packet, uint8_t reg,
                        uint16_t *value)
 {
@@ -150,8 +148,8 @@ static bool may_be(uint8_t reg, uint16_t value)
 
 static uint8_t write(struct device *device, const uint8_t *packet)
 {
-    const CDS_FLASH struct device_world *world = device->world;
-    uint8_t due = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
+    const CDS_FLASH struct device_ops *ops = device->ops;
+    uint8_t remaining = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     uint16_t value = 0;
 
     if (packet[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2)
@@ -159,15 +157,15 @@ static uint8_t write(struct device *device, const uint8_t *packet)
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++) {
         uint8_t hits = written(device, packet, reg, &value);
 
-        if (hits && (!may_be(reg, value) || !world->allows(device->owner, reg)))
+        if (hits && (!may_be(reg, value) || !ops->allows(device->context, reg)))
             return CDS_ERROR_RANGE;
-        due = (uint8_t)(due - hits);
+        remaining = (uint8_t)(remaining - hits);
     }
-    if (due) // some fell where there is no register
+    if (remaining) // some addresses have no register
         return CDS_ERROR_RANGE;
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
         if (written(device, packet, reg, &value))
-            world->set(device->owner, reg, value);
+            ops->set(device->context, reg, value);
     device->unsettled = true;
     return 0;
 }
@@ -182,7 +180,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
     uint8_t error = without_parameters(packet);
 
     if (error == 0) {
-        device->world->reset(device->owner);
+        device->ops->reset(device->context);
         device->unsettled = true;
     }
     return error;
@@ -190,7 +188,7 @@ static uint8_t reset(struct device *device, const uint8_t *packet)
 
 bool device_obey(struct device *device, uint8_t *packet)
 {
-    if (!device->unsettled && !device->left) {
+    if (!device_is_busy(device)) {
         device->length = 0;
         switch (packet[CDS_AT_INSTRUCTION]) {
         case CDS_PING: device->error = without_parameters(packet); break;
@@ -201,6 +199,6 @@ bool device_obey(struct device *device, uint8_t *packet)
         }
     }
     if (device->unsettled)
-        device->unsettled = !device->world->settled(device->owner);
+        device->unsettled = !device->ops->settled(device->context);
     return !device->unsettled && read_on(device, packet);
 }

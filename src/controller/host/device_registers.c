@@ -1,4 +1,4 @@
-/* Behind the device's registers; see values.h. */
+/* The registers of the device; see device_registers.h. */
 #include "host/device_registers.h"
 
 #include <stddef.h>
@@ -8,29 +8,29 @@
 
 _Static_assert(DEVICE_KEPT == SETTINGS_COUNT, "the first registers are the settings");
 
-static void reset(void *owner)
+static void reset(void *context)
 {
-    struct values *values = owner;
+    struct device_registers *registers = context;
 
-    settings_default(values->keeper->settings);
+    settings_default(registers->failsafe->settings);
 }
 
-/* The registers stand in the order of the structs. */
-static uint16_t counter(const struct values *values, uint8_t reg)
+/* Counter registers have the order of the fields of their struct. */
+static uint16_t counter(const struct device_registers *registers, uint8_t reg)
 {
-    const struct cds_bus *bus = values->keeper->robot->bus;
+    const struct cds_bus *bus = registers->failsafe->robot->bus;
     struct cds_stats stats;
     const void *counters = &stats;
     uint8_t first = DEVICE_BUS_SENT;
     uint16_t value;
 
     if (reg == DEVICE_HOST_OVERFLOWS)
-        return cds_link_count(values->gaps);
+        return cds_link_count(registers->gaps);
     if (reg >= DEVICE_BRIDGE_PASSED) {
-        counters = &values->bridge->counters;
+        counters = &registers->bridge->counters;
         first = DEVICE_BRIDGE_PASSED;
     } else if (reg >= DEVICE_HOST_PACKETS) {
-        counters = &values->host->counters;
+        counters = &registers->host->counters;
         first = DEVICE_HOST_PACKETS;
     } else {
         cds_bus_stats(bus, &stats);
@@ -39,12 +39,13 @@ static uint16_t counter(const struct values *values, uint8_t reg)
     return value;
 }
 
+/* The value of register SAVE. */
 static uint16_t saving(const struct settings_store *store)
 {
     return store->result == SETTINGS_SAVING ? 1 : store->result == SETTINGS_FAILED ? 2 : 0;
 }
 
-/* The first servo that has an alarm; UINT8_MAX: none that is known. */
+/* ID of the first servo with an alarm; UINT8_MAX: no known servo has one. */
 static uint16_t alarm_id(const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -55,69 +56,71 @@ static uint16_t alarm_id(const struct cds_servos *servos)
     return UINT8_MAX;
 }
 
-static uint16_t get(void *owner, uint8_t reg)
+static uint16_t get(void *context, uint8_t reg)
 {
-    const struct values *values = owner;
-    const struct keeper *keeper = values->keeper;
-    const struct robot *robot = keeper->robot;
+    const struct device_registers *registers = context;
+    const struct failsafe *failsafe = registers->failsafe;
+    const struct robot *robot = failsafe->robot;
 
     if (reg < DEVICE_KEPT)
-        return settings_get(keeper->settings, reg);
+        return settings_get(failsafe->settings, reg);
     switch (reg) {
-    case DEVICE_SAVE: return saving(keeper->store);
+    case DEVICE_SAVE: return saving(failsafe->store);
     case DEVICE_BUS_STATE: return cds_bus_line(robot->bus);
-    case DEVICE_RESET_CAUSE: return keeper->reset_cause;
-    case DEVICE_LINK_LOST: return keeper->link_lost;
+    case DEVICE_RESET_CAUSE: return failsafe->reset_cause;
+    case DEVICE_LINK_LOST: return failsafe->link_lost;
     case DEVICE_INHIBIT: return robot_is_inhibited(robot);
     case DEVICE_DELAYS_REFUSED: return robot->servos.too_early;
     case DEVICE_ALARMS: return robot->servos.alarms;
     case DEVICE_ALARM_ID: return alarm_id(&robot->servos);
-    default: return counter(values, reg);
+    default: return counter(registers, reg);
     }
 }
 
-static void set(void *owner, uint8_t reg, uint16_t value)
+static void set(void *context, uint8_t reg, uint16_t value)
 {
-    struct values *values = owner;
+    struct device_registers *registers = context;
 
     if (reg < DEVICE_KEPT)
-        settings_set(values->keeper->settings, reg, value);
+        settings_set(registers->failsafe->settings, reg, value);
     else if (reg == DEVICE_SAVE)
-        values->to_save = value;
+        registers->to_save = value;
     else if (reg == DEVICE_LINK_LOST)
-        keeper_clear(values->keeper);
+        failsafe_clear(registers->failsafe);
     else if (reg == DEVICE_INHIBIT)
-        robot_release(values->keeper->robot);
+        robot_release(registers->failsafe->robot);
     else if (reg == DEVICE_ALARMS)
-        cds_servos_acknowledge(&values->keeper->robot->servos, NULL);
+        cds_servos_acknowledge(&registers->failsafe->robot->servos, NULL);
 }
 
-/* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at
- * the console. */
-static bool allows(void *owner, uint8_t reg)
+/* As at the console: torque off that is under way cannot be taken back, and LINK_LOST is cleared
+ * before INHIBIT. */
+static bool allows(void *context, uint8_t reg)
 {
-    const struct keeper *keeper = ((const struct values *)owner)->keeper;
+    const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;
 
     if (reg != DEVICE_INHIBIT && reg != DEVICE_LINK_LOST)
         return true;
-    return !robot_is_stopping(keeper->robot) && (reg == DEVICE_LINK_LOST || !keeper->link_lost);
+    return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);
 }
 
-/* Does what was asked, if it can: the rate of the bus changes between two exchanges, and a save
- * waits for the one before it. True: all is done, and the device may answer. */
-static bool settled(void *owner)
+/* Carries out what was set. The rate of the bus changes between two transactions, and a save waits
+ * until the save before it has ended. True when all is done. */
+static bool settled(void *context)
 {
-    struct values *values = owner;
-    struct keeper *keeper = values->keeper;
+    struct device_registers *registers = context;
+    struct failsafe *failsafe = registers->failsafe;
 
-    values->to_save = values->to_save && !settings_save(keeper->store, keeper->settings);
-    return keeper_follow(keeper) && !values->to_save;
+    registers->to_save = registers->to_save && !settings_save(failsafe->store, failsafe->settings);
+    return failsafe_follow(failsafe) && !registers->to_save;
 }
 
-const CDS_FLASH struct device_world values_world = {get, set, allows, reset, settled};
+const CDS_FLASH struct device_ops device_registers_ops = {get, set, allows, reset, settled};
 
-void values_open(struct values *values, struct keeper *keeper, const struct host *host,
-                 const struct bridge *bridge, const volatile uint16_t *gaps)
+void device_registers_open(struct device_registers *registers, struct failsafe *failsafe,
+                           const struct host_demux *host, const struct bridge *bridge,
+                           const volatile uint16_t *gaps)
 {
-    *values = (struct values){.keeper = keeper, .host = host, .bridge = bridge, .gaps = gaps};
+    *registers = (struct device_registers){
+        .failsafe = failsafe, .host = host, .bridge = bridge, .gaps = gaps};
 }

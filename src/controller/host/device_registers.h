@@ -1,28 +1,30 @@
-/* What stands behind the registers of the virtual device (device.h). Main context. */
-#ifndef CONTROLLER_VALUES_H
-#define CONTROLLER_VALUES_H
+/* Connects the registers of the virtual device (device.h) with settings, failsafe, bus, host link
+ * and bridge. Main context. */
+#ifndef CONTROLLER_DEVICE_REGISTERS_H
+#define CONTROLLER_DEVICE_REGISTERS_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
 #include "host/bridge.h"     // struct bridge
-#include "host/device.h"     // struct device_world
-#include "host/host_demux.h" // struct host
-#include "robot/failsafe.h"  // struct keeper
+#include "host/device.h"     // struct device_ops
+#include "host/host_demux.h" // struct host_demux
+#include "robot/failsafe.h"  // struct failsafe
 
-struct values {
-    struct keeper *keeper;
-    const struct host *host;
+struct device_registers {
+    struct failsafe *failsafe; // holds settings, robot and bus
+    const struct host_demux *host;
     const struct bridge *bridge;
-    const volatile uint16_t *gaps; // bytes of the host that the receive handler lost
-    bool to_save;                  // was asked for, and could not be begun yet
+    const volatile uint16_t *gaps; // times that the receive handler of the host link lost bytes
+    bool to_save;                  // a save was asked for and has not begun
 };
 
-/* For a device whose owner is a struct values. */
-extern const CDS_FLASH struct device_world values_world;
+/* For a device whose context is a struct device_registers. */
+extern const CDS_FLASH struct device_ops device_registers_ops;
 
-/* The settings, robot and bus are those of `keeper`, which has begun. */
-void values_open(struct values *values, struct keeper *keeper, const struct host *host,
-                 const struct bridge *bridge, const volatile uint16_t *gaps);
+/* `failsafe` has begun. */
+void device_registers_open(struct device_registers *registers, struct failsafe *failsafe,
+                           const struct host_demux *host, const struct bridge *bridge,
+                           const volatile uint16_t *gaps);
 
 #endif

@@ -1,4 +1,4 @@
-/* Packets and text on the host link; see host.h. */
+/* Packets and text on the host link; see host_demux.h. */
 #include "host/host_demux.h"
 
 #include <string.h>
@@ -7,33 +7,33 @@
 #include "compiler.h"      // OPTIMIZER_BARRIER(), NOINLINE
 #include "console/input.h" // input_peek(), input_drop()
 
-/* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
- */
-#define BYTES_PER_POLL   3
-#define STALE_PER_POLL   16 // after a silence: a stop among them must be found soon
-#define COUNTED_PER_POLL 32
+/* Bounds of a poll, since the bus must not wait. */
+#define BYTES_PER_POLL   3  // bytes examined one by one
+#define STALE_PER_POLL   16 // the same after a silence: Ctrl-X among them must be found soon
+#define COUNTED_PER_POLL 32 // bytes that LENGTH counts
 
-void host_open(struct host *host, struct cds_ring *input, struct cds_ring *text, uint8_t *bytes)
+void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cds_ring *text,
+                     uint8_t *bytes)
 {
-    OPTIMIZER_BARRIER(host);
-    *host = (struct host){.input = input, .text = text, .bytes = bytes};
+    OPTIMIZER_BARRIER(demux);
+    *demux = (struct host_demux){.input = input, .text = text, .bytes = bytes};
 }
 
-static bool is_open(const struct host *host)
+static bool is_open(const struct host_demux *demux)
 {
-    return host->count != 0;
+    return demux->count != 0;
 }
 
-/* False: there is no room for it. */
-static bool put(struct host *host, uint8_t byte)
+/* Puts a byte of text into its ring. False: the ring has no room. */
+static bool put(struct host_demux *demux, uint8_t byte)
 {
-    if (host->lost) {
-        if (!cds_ring_put(host->text, HOST_MARK_LOST))
+    if (demux->lost) {
+        if (!cds_ring_put(demux->text, HOST_MARK_LOST))
             return false;
-        host->lost = false;
-        host->typing = false;
+        demux->lost = false;
+        demux->typing = false;
     }
-    return cds_ring_put(host->text, byte);
+    return cds_ring_put(demux->text, byte);
 }
 
 #define STOP 0x18 // Ctrl-X
@@ -43,317 +43,319 @@ static bool ends_line(uint8_t byte)
     return byte == '\r' || byte == '\n';
 }
 
-/* A Ctrl-X that is no part of a good packet. */
-static void find_stop(struct host *host, uint8_t byte, bool damaged)
+/* Notes Ctrl-X outside a good packet. */
+static void find_stop(struct host_demux *demux, uint8_t byte, bool damaged)
 {
     if (byte != STOP)
         return;
-    host->stop = true;
+    demux->stop = true;
     if (damaged)
-        host->counters.stops++;
+        demux->counters.stops++;
 }
 
-static void take_text(struct host *host, uint8_t byte)
+static void take_text(struct host_demux *demux, uint8_t byte)
 {
-    find_stop(host, byte, host->suspect);
-    if (host->skipping) {
-        host->skipping = !ends_line(byte);
+    find_stop(demux, byte, demux->suspect);
+    if (demux->skipping) {
+        demux->skipping = !ends_line(byte);
     } else if (byte != HOST_MARK_DROPPED && byte != HOST_MARK_LOST) {
-        if (!put(host, byte))
-            host_gap(host);
+        if (!put(demux, byte))
+            host_demux_gap(demux);
         else
-            host->typing = !ends_line(byte);
-        host->suspect = host->suspect && host->typing;
+            demux->typing = !ends_line(byte);
+        demux->suspect = demux->suspect && demux->typing;
     }
 }
 
-/* What was typed of this line is gone. */
-static void drop_line(struct host *host)
+/* Drops the line that is being typed. */
+static void drop_line(struct host_demux *demux)
 {
-    if (!host->typing)
+    if (!demux->typing)
         return;
-    if (put(host, HOST_MARK_DROPPED))
-        host->typing = false;
+    if (put(demux, HOST_MARK_DROPPED))
+        demux->typing = false;
     else
-        host->lost = true; // there is half a line in the ring, which must not be joined
+        demux->lost = true; // the next text must not join the half line in the ring
 }
 
-/* Nothing stands there, or, if `count` is 1, a 0xFF. */
-static void restart(struct host *host, uint16_t count)
+/* Empties the buffer. If `count` is 1, a 0xFF stands there. */
+static void restart(struct host_demux *demux, uint16_t count)
 {
-    host->bytes[0] = CDS_HEADER;
-    host->from = host->end = 0;
-    host->count = host->seen = count;
-    host->stale = host->searched_again = false;
+    demux->bytes[0] = CDS_HEADER;
+    demux->from = demux->end = 0;
+    demux->count = demux->seen = count;
+    demux->stale = demux->searched_again = false;
 }
 
 /* 0xFF: a packet may begin. */
-static void begin(struct host *host, bool late)
+static void begin(struct host_demux *demux, bool late)
 {
-    host->skipping = false;
-    host->late = late;
-    host->begun_us = cds_port_now_us();
-    restart(host, 1);
-    drop_line(host);
+    demux->skipping = false;
+    demux->late = late;
+    demux->begun_us = cds_port_now_us();
+    restart(demux, 1);
+    drop_line(demux);
 }
 
-/* What stands at `from` begins no packet: the search goes on behind its first byte. The bytes up to
- * the next 0xFF are no part of a packet. */
-static void refute(struct host *host)
+/* No packet begins at `from`: drops its first byte and the bytes up to the next 0xFF, and searches
+ * on from there. */
+static void reject(struct host_demux *demux)
 {
-    uint16_t from = host->from;
+    uint16_t from = demux->from;
 
     do {
-        find_stop(host, host->bytes[from], true);
+        find_stop(demux, demux->bytes[from], true);
         from++;
-    } while (from < host->count && host->bytes[from] != CDS_HEADER);
-    host->from = from;
-    host->seen = (uint16_t)(from + 1);
-    host->end = 0;
-    if (host->seen >= host->count)
-        restart(host, from < host->count);
+    } while (from < demux->count && demux->bytes[from] != CDS_HEADER);
+    demux->from = from;
+    demux->seen = (uint16_t)(from + 1);
+    demux->end = 0;
+    if (demux->seen >= demux->count)
+        restart(demux, from < demux->count);
     else
-        host->searched_again = true;
+        demux->searched_again = true;
 }
 
-/* Something is lost behind all that was taken. The bytes of a packet that has begun are searched
- * for a stop only; a packet that waits for the bridge is not concerned. */
-NOINLINE void host_gap(struct host *host)
+/* The bytes of a packet that has begun are only searched for Ctrl-X. A packet that waits for the
+ * bridge stays. */
+NOINLINE void host_demux_gap(struct host_demux *demux)
 {
-    host->counters.gaps++;
-    host->stale = is_open(host);
-    if (is_open(host) && !host->whole)
-        refute(host);
-    host->lost = true;
-    host->skipping = true;
+    demux->counters.gaps++;
+    demux->stale = is_open(demux);
+    if (is_open(demux) && !demux->whole)
+        reject(demux);
+    demux->lost = true;
+    demux->skipping = true;
 }
 
-static void refute_counted(struct host *host)
+static void reject_malformed(struct host_demux *demux)
 {
-    host->counters.broken++;
-    host->suspect = true;
-    refute(host);
+    demux->counters.malformed++;
+    demux->suspect = true;
+    reject(demux);
 }
 
-static void move_to_front(struct host *host)
+static void move_to_front(struct host_demux *demux)
 {
-    uint16_t from = host->from;
+    uint16_t from = demux->from;
 
     if (from == 0)
         return;
-    memmove(host->bytes, host->bytes + from, (uint16_t)(host->count - from));
-    host->count = (uint16_t)(host->count - from);
-    host->seen = (uint16_t)(host->seen - from);
-    if (host->end)
-        host->end = (uint16_t)(host->end - from);
-    host->from = 0;
+    memmove(demux->bytes, demux->bytes + from, (uint16_t)(demux->count - from));
+    demux->count = (uint16_t)(demux->count - from);
+    demux->seen = (uint16_t)(demux->seen - from);
+    if (demux->end)
+        demux->end = (uint16_t)(demux->end - from);
+    demux->from = 0;
 }
 
-/* Drops the good packet at `from`; what stands behind it is searched on. */
-static void drop_late(struct host *host)
+/* Drops the good packet at `from`, and searches on after its end. */
+static void drop_late(struct host_demux *demux)
 {
-    host->counters.late++;
-    host->whole = false;
-    host->from = host->end;
-    host->seen = (uint16_t)(host->from + 1);
-    host->end = 0;
-    if (host->from >= host->count)
-        restart(host, 0);
-    else if (host->bytes[host->from] != CDS_HEADER)
-        refute(host);
+    demux->counters.late++;
+    demux->whole = false;
+    demux->from = demux->end;
+    demux->seen = (uint16_t)(demux->from + 1);
+    demux->end = 0;
+    if (demux->from >= demux->count)
+        restart(demux, 0);
+    else if (demux->bytes[demux->from] != CDS_HEADER)
+        reject(demux);
 }
 
-/* The checksum was the last byte: all of the packet adds up to 0xFF. */
-static void judge(struct host *host)
+/* The whole packet is there. With a good checksum its bytes add up to 0xFF. */
+static void check_packet(struct host_demux *demux)
 {
     uint32_t now_us = cds_port_now_us();
 
-    if (host->sum != UINT8_MAX) {
-        refute_counted(host);
+    if (demux->sum != UINT8_MAX) {
+        reject_malformed(demux);
         return;
     }
-    if (host->stale || host->late ||
-        (host->searched_again && now_us - host->begun_us >= HOST_SILENCE_US)) {
-        drop_late(host);
+    if (demux->stale || demux->late ||
+        (demux->searched_again && now_us - demux->begun_us >= HOST_SILENCE_US)) {
+        drop_late(demux);
         return;
     }
-    host->counters.packets++;
-    host->whole_us = now_us;
-    host->whole = true;
+    demux->counters.packets++;
+    demux->whole_us = now_us;
+    demux->whole = true;
 }
 
 /* Examines the next byte. */
-static void examine(struct host *host)
+static void examine(struct host_demux *demux)
 {
-    uint8_t byte = host->bytes[host->seen];
-    uint16_t at = (uint16_t)(host->seen++ - host->from);
+    uint8_t byte = demux->bytes[demux->seen];
+    uint16_t at = (uint16_t)(demux->seen++ - demux->from);
 
-    host->sum = (uint8_t)(host->sum + byte);
+    demux->sum = (uint8_t)(demux->sum + byte);
     if (at == 1 && byte != CDS_HEADER) {
-        bool lone = host->count == 2; // nothing but 0xFF came: this byte stands outside
+        bool lone = demux->count == 2; // only 0xFF came before: this byte is text
 
         if (lone) {
-            restart(host, 0);
-            take_text(host, byte);
+            restart(demux, 0);
+            take_text(demux, byte);
         } else {
-            refute(host);
+            reject(demux);
         }
     } else if (at == CDS_AT_ID) {
-        host->sum = byte;
-        if (byte == CDS_HEADER) // R27: still header; the last two of them count
-            host->from++;
+        demux->sum = byte;
+        if (byte == CDS_HEADER) // R27: more than two 0xFF; the last two are the header
+            demux->from++;
     } else if (at == CDS_AT_LENGTH) {
-        host->end = (uint16_t)(host->seen + byte);
+        demux->end = (uint16_t)(demux->seen + byte);
         if (byte < CDS_LENGTH_MIN || byte > CDS_LENGTH_MAX)
-            refute_counted(host);
-        else if (host->stale && host->end > host->count)
-            refute(host); // its end will not come
+            reject_malformed(demux);
+        else if (demux->stale && demux->end > demux->count)
+            reject(demux); // the end of the packet will not come
     }
 }
 
-/* LENGTH is known: adds up as many of the bytes that it counts as stand there already. */
-static uint8_t examine_counted(struct host *host)
+/* LENGTH is known: adds up bytes of the packet that stand in the buffer. Returns their number. */
+static uint8_t examine_counted(struct host_demux *demux)
 {
-    uint16_t to = host->end < host->count ? host->end : host->count;
-    const uint8_t *from = host->bytes + host->seen;
-    uint8_t sum = host->sum;
+    uint16_t to = demux->end < demux->count ? demux->end : demux->count;
+    const uint8_t *from = demux->bytes + demux->seen;
+    uint8_t sum = demux->sum;
     uint8_t count = COUNTED_PER_POLL;
 
-    if (count > to - host->seen)
-        count = (uint8_t)(to - host->seen);
+    if (count > to - demux->seen)
+        count = (uint8_t)(to - demux->seen);
     for (uint8_t left = count; left; left--)
         sum = (uint8_t)(sum + *from++);
-    host->sum = sum;
-    host->seen = (uint16_t)(host->seen + count);
-    if (host->seen == host->end)
-        judge(host);
+    demux->sum = sum;
+    demux->seen = (uint16_t)(demux->seen + count);
+    if (demux->seen == demux->end)
+        check_packet(demux);
     return count;
 }
 
-/* The same, of those that are in the ring. The bulk of what the host says, at 160 cycles a byte and
- * more: here cycles count. */
-static uint8_t take_counted(struct host *host)
+/* LENGTH is known: takes bytes of the packet from the ring and adds them up. Returns their number.
+ * Most bytes of the host come this way, one each 160 cycles at 1 Mbps, so it is written for few
+ * cycles. */
+static uint8_t take_counted(struct host_demux *demux)
 {
-    const volatile uint8_t *ring = host->input->bytes;
-    uint8_t tail = host->input->tail, sum = host->sum;
-    uint8_t count = cds_ring_count(host->input);
+    const volatile uint8_t *ring = demux->input->bytes;
+    uint8_t tail = demux->input->tail, sum = demux->sum;
+    uint8_t count = cds_ring_count(demux->input);
     uint8_t *to;
 
-    if (host->end > HOST_PACKET_MAX)
-        move_to_front(host);
+    if (demux->end > HOST_PACKET_MAX)
+        move_to_front(demux);
     if (count > COUNTED_PER_POLL)
         count = COUNTED_PER_POLL;
-    if (count > host->end - host->count)
-        count = (uint8_t)(host->end - host->count);
-    to = host->bytes + host->count;
+    if (count > demux->end - demux->count)
+        count = (uint8_t)(demux->end - demux->count);
+    to = demux->bytes + demux->count;
     for (uint8_t left = count; left; left--) {
         uint8_t byte = ring[tail++ & (CDS_RING_SIZE - 1)];
 
         *to++ = byte;
         sum = (uint8_t)(sum + byte);
     }
-    host->input->tail = tail; // behind the bytes
-    host->old = host->old > count ? (uint8_t)(host->old - count) : 0;
-    host->sum = sum;
-    host->count = host->seen = (uint16_t)(host->count + count);
-    if (host->count == host->end)
-        judge(host);
+    demux->input->tail = tail; // only when the bytes are copied
+    demux->old = demux->old > count ? (uint8_t)(demux->old - count) : 0;
+    demux->sum = sum;
+    demux->count = demux->seen = (uint16_t)(demux->count + count);
+    if (demux->count == demux->end)
+        check_packet(demux);
     return count;
 }
 
-/* Takes a byte out of the input ring; *late: it came too long ago for a packet. */
-static uint8_t next_byte(struct host *host, bool *late)
+/* Takes a byte out of the input ring. *late: it is too old for a packet. */
+static uint8_t next_byte(struct host_demux *demux, bool *late)
 {
-    uint8_t byte = input_peek(host->input, 0);
+    uint8_t byte = input_peek(demux->input, 0);
 
-    input_drop(host->input, 1);
-    *late = host->old != 0;
+    input_drop(demux->input, 1);
+    *late = demux->old != 0;
     if (*late)
-        host->old--;
+        demux->old--;
     return byte;
 }
 
-static void take_byte(struct host *host)
+static void take_byte(struct host_demux *demux)
 {
     bool late;
-    uint8_t byte = next_byte(host, &late);
+    uint8_t byte = next_byte(demux, &late);
 
-    if (is_open(host)) {
-        if (host->count == HOST_PACKET_MAX)
-            move_to_front(host);
-        host->bytes[host->count++] = byte;
-        examine(host);
+    if (is_open(demux)) {
+        if (demux->count == HOST_PACKET_MAX)
+            move_to_front(demux);
+        demux->bytes[demux->count++] = byte;
+        examine(demux);
     } else if (byte == CDS_HEADER) {
-        begin(host, late);
+        begin(demux, late);
     } else {
-        take_text(host, byte);
+        take_text(demux, byte);
     }
 }
 
-/* All that came was taken: for how long has the host been silent? */
-static void listen(struct host *host)
+/* All bytes were taken. Ends line and packet when the host has been silent for HOST_SILENCE_US. */
+static void check_silence(struct host_demux *demux)
 {
-    if (!is_open(host) && !host->skipping && !host->suspect)
+    if (!is_open(demux) && !demux->skipping && !demux->suspect)
         return;
-    if (cds_port_now_us() - host->heard_us < HOST_SILENCE_US)
+    if (cds_port_now_us() - demux->heard_us < HOST_SILENCE_US)
         return;
-    host->skipping = false;
-    if (host->suspect)
-        drop_line(host);
-    host->suspect = false;
-    if (is_open(host)) {
-        if (host->count > 1) // a lone 0xFF is no packet
-            host->counters.silent++;
-        host->stale = true;
-        refute(host);
+    demux->skipping = false;
+    if (demux->suspect)
+        drop_line(demux);
+    demux->suspect = false;
+    if (is_open(demux)) {
+        if (demux->count > 1) // a single 0xFF counts as no packet
+            demux->counters.silent++;
+        demux->stale = true;
+        reject(demux);
     }
 }
 
-/* Behind a packet that waits for its turn: Ctrl-X must not wait with it. */
-static bool text_follows(const struct host *host)
+/* True if text follows the packet that waits for the bridge: Ctrl-X must not wait with it. */
+static bool text_follows(const struct host_demux *demux)
 {
-    return host->count == host->end && cds_ring_count(host->input) &&
-           input_peek(host->input, 0) != CDS_HEADER;
+    return demux->count == demux->end && cds_ring_count(demux->input) &&
+           input_peek(demux->input, 0) != CDS_HEADER;
 }
 
-static void take_following(struct host *host)
+static void take_following(struct host_demux *demux)
 {
     bool late;
-    uint8_t byte = next_byte(host, &late);
+    uint8_t byte = next_byte(demux, &late);
 
     if (byte == STOP)
-        drop_late(host); // or a release that was said before the stop would be carried out after it
-    take_text(host, byte);
+        drop_late(demux); // it may be a release, which must not act after the stop
+    take_text(demux, byte);
 }
 
-static void work(struct host *host)
+static void work(struct host_demux *demux)
 {
-    uint8_t left = host->stale ? STALE_PER_POLL : BYTES_PER_POLL;
+    uint8_t left = demux->stale ? STALE_PER_POLL : BYTES_PER_POLL;
 
-    while (!host->whole || text_follows(host)) {
+    while (!demux->whole || text_follows(demux)) {
         uint8_t done = 1;
 
-        if (host->whole)
-            take_following(host);
-        else if (host->seen < host->count && host->end)
-            done = examine_counted(host);
-        else if (host->seen < host->count)
-            examine(host);
-        else if (host->stale)
-            refute(host); // no end of a packet will come: before another byte is taken
-        else if (cds_ring_count(host->input) == 0)
+        if (demux->whole)
+            take_following(demux);
+        else if (demux->seen < demux->count && demux->end)
+            done = examine_counted(demux);
+        else if (demux->seen < demux->count)
+            examine(demux);
+        else if (demux->stale)
+            reject(demux); // the end of the packet will not come; do so before taking another byte
+        else if (cds_ring_count(demux->input) == 0)
             break;
-        else if (host->end)
-            done = take_counted(host);
+        else if (demux->end)
+            done = take_counted(demux);
         else
-            take_byte(host);
+            take_byte(demux);
         if (done >= left)
             break;
         left = (uint8_t)(left - done);
     }
 }
 
-/* One mark is enough where nothing was heard since the last: each costs the console a line. */
+/* Puts one mark, unless the last byte of the text is such a mark: the console answers each of them
+ * with a line. */
 static bool mark_lost(struct cds_ring *text)
 {
     if (cds_ring_count(text) &&
@@ -362,61 +364,62 @@ static bool mark_lost(struct cds_ring *text)
     return cds_ring_put(text, HOST_MARK_LOST);
 }
 
-/* When did the host say something last, and how long has the packet waited for the bridge? Behind a
- * packet that has waited for too long, all that came meanwhile is too old for a packet. */
-static void watch_time(struct host *host)
+/* Notes when the last byte came. Drops a packet that has waited too long for the bridge; the bytes
+ * that came meanwhile are then too old for a packet, too. */
+static void watch_time(struct host_demux *demux)
 {
-    uint8_t head = host->input->head;
+    uint8_t head = demux->input->head;
 
-    if (head != host->head) {
-        host->head = head;
-        host->heard_us = cds_port_now_us();
+    if (head != demux->head) {
+        demux->head = head;
+        demux->heard_us = cds_port_now_us();
     }
-    if (host->whole && cds_port_now_us() - host->whole_us >= HOST_SILENCE_US) {
-        host->old = cds_ring_count(host->input);
-        drop_late(host);
+    if (demux->whole && cds_port_now_us() - demux->whole_us >= HOST_SILENCE_US) {
+        demux->old = cds_ring_count(demux->input);
+        drop_late(demux);
     }
 }
 
-bool host_poll(struct host *host)
+bool host_demux_poll(struct host_demux *demux)
 {
     uint8_t tail;
 
-    OPTIMIZER_BARRIER(host);
-    tail = host->input->tail;
-    watch_time(host);
-    if (host->lost && !host->skipping && mark_lost(host->text)) { // the line's end may be lost, too
-        host->lost = false;
-        host->typing = false;
+    OPTIMIZER_BARRIER(demux);
+    tail = demux->input->tail;
+    watch_time(demux);
+    if (demux->lost && !demux->skipping &&
+        mark_lost(demux->text)) { // the end of the line may be lost, too
+        demux->lost = false;
+        demux->typing = false;
     }
-    work(host);
-    if (tail != host->input->tail)
-        return host->end && !host->whole;
-    if (!host->whole && host->seen == host->count)
-        listen(host);
+    work(demux);
+    if (tail != demux->input->tail)
+        return demux->end && !demux->whole;
+    if (!demux->whole && demux->seen == demux->count)
+        check_silence(demux);
     return false;
 }
 
-uint8_t *host_take(struct host *host, uint8_t *other)
+uint8_t *host_demux_take(struct host_demux *demux, uint8_t *other)
 {
-    uint8_t *packet = host->bytes;
+    uint8_t *packet = demux->bytes;
     uint16_t size;
 
-    move_to_front(host);
+    move_to_front(demux);
     size = (uint16_t)(packet[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
-    host->count = (uint16_t)(host->count - size);
-    memcpy(other, packet + size, host->count);
-    host->bytes = other;
-    host->seen = host->count ? 1 : 0;
-    host->end = 0;
-    host->whole = false;
-    if (host->count && other[0] != CDS_HEADER)
-        refute(host); // what was within a broken packet is no text
+    demux->count = (uint16_t)(demux->count - size);
+    memcpy(other, packet + size, demux->count);
+    demux->bytes = other;
+    demux->seen = demux->count ? 1 : 0;
+    demux->end = 0;
+    demux->whole = false;
+    if (demux->count && other[0] != CDS_HEADER)
+        reject(demux); // bytes within a damaged packet are no text
     return packet;
 }
 
-bool host_idle(const struct host *host)
+bool host_demux_idle(const struct host_demux *demux)
 {
-    return !host->whole && !is_open(host) && !host->lost && !host->skipping &&
-           cds_ring_count(host->input) == 0;
+    return !demux->whole && !is_open(demux) && !demux->lost && !demux->skipping &&
+           cds_ring_count(demux->input) == 0;
 }

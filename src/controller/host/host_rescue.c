@@ -1,9 +1,9 @@
-/* The window for a host at the board's own rate; see host_rescue.h. */
+/* Two seconds at the board's own rate; see host_rescue.h. */
 #include "host/host_rescue.h"
 
 #include "cds55xx/port.h"   // cds_port_now_us()
 #include "console/input.h"  // input_peek(), input_drop()
-#include "robot/failsafe.h" // KEEPER_RESET_...
+#include "robot/failsafe.h" // FAILSAFE_RESET_...
 #include "compiler.h"       // OPTIMIZER_BARRIER(), NOINLINE
 
 #define CTRL_X  0x18
@@ -25,8 +25,8 @@ static uint8_t silence_time(uint32_t now_us)
 bool host_rescue_begin(struct host_rescue *rescue, uint8_t reset_cause)
 {
     rescue->begun = window_time(cds_port_now_us());
-    if (reset_cause & (KEEPER_RESET_POWER | KEEPER_RESET_EXTERNAL) ||
-        !(reset_cause & (KEEPER_RESET_BROWN_OUT | KEEPER_RESET_WATCHDOG)))
+    if (reset_cause & (FAILSAFE_RESET_POWER | FAILSAFE_RESET_EXTERNAL) ||
+        !(reset_cause & (FAILSAFE_RESET_BROWN_OUT | FAILSAFE_RESET_WATCHDOG)))
         rescue->state = HOST_RESCUE_OPEN;
     return rescue->state;
 }

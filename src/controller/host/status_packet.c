@@ -1,41 +1,41 @@
-/* A status packet for the host; see answer.h. */
+/* Status packets to the host; see status_packet.h. */
 #include "host/status_packet.h"
 
 #include "compiler.h" // NOINLINE
 
-void answer_begin(struct answer *answer, uint8_t id, uint8_t error, uint8_t *parameters,
-                  uint8_t length)
+void status_packet_begin(struct status_packet *status, uint8_t id, uint8_t error,
+                         uint8_t *parameters, uint8_t length)
 {
-    uint8_t *packet = parameters - ANSWER_BEFORE;
+    uint8_t *packet = parameters - STATUS_PACKET_HEAD;
 
     packet[0] = packet[1] = CDS_HEADER;
     packet[CDS_AT_ID] = id;
     packet[CDS_AT_LENGTH] = (uint8_t)(length + CDS_LENGTH_MIN);
     packet[CDS_AT_ERROR] = error;
     parameters[length] = cds_packet_checksum(packet);
-    answer->from = packet;
-    answer->left = (uint16_t)CDS_PACKET_SIZE(length);
+    status->from = packet;
+    status->left = (uint16_t)CDS_PACKET_SIZE(length);
 }
 
-bool answer_put(struct answer *answer, struct cds_ring *ring)
+bool status_packet_put(struct status_packet *status, struct cds_ring *ring)
 {
-    const uint8_t *from = answer->from;
+    const uint8_t *from = status->from;
     uint8_t head = ring->head;
     uint8_t room = (uint8_t)(CDS_RING_SIZE - (uint8_t)(head - ring->tail));
     uint8_t count = room;
 
-    if (count > answer->left)
-        count = (uint8_t)answer->left;
+    if (count > status->left)
+        count = (uint8_t)status->left;
     for (uint8_t left = count; left; left--)
         ring->bytes[head++ & (CDS_RING_SIZE - 1)] = *from++;
-    ring->head = head; // behind the bytes it vouches for
-    answer->from = from;
-    answer->left = (uint16_t)(answer->left - count);
-    return answer->left == 0;
+    ring->head = head; // only when the bytes are there
+    status->from = from;
+    status->left = (uint16_t)(status->left - count);
+    return status->left == 0;
 }
 
-/* Copies bytes and adds them to `sum`. The ring's bytes are written here as any others: that is
- * half as long, and the barrier keeps them before the index that vouches for them. */
+/* Copies bytes into the ring and returns `sum` plus their sum. Without volatile the loop takes half
+ * the cycles; the barrier keeps the bytes before the store of the ring's head. */
 NOINLINE static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_t count,
                              uint8_t sum)
 {
@@ -55,8 +55,8 @@ NOINLINE static uint8_t copy(volatile uint8_t *ring, const uint8_t *from, uint8_
 
 #define PUT(byte) bytes[head++ & (CDS_RING_SIZE - 1)] = (byte)
 
-bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint8_t *parameters,
-                    uint8_t length)
+bool status_packet_put_whole(struct cds_ring *ring, uint8_t id, uint8_t error,
+                             const uint8_t *parameters, uint8_t length)
 {
     uint8_t head = ring->head, sum = (uint8_t)(id + length + CDS_LENGTH_MIN + error);
     volatile uint8_t *bytes = ring->bytes;
@@ -72,7 +72,7 @@ bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint
     at = head & (CDS_RING_SIZE - 1);
     head = (uint8_t)(head + length);
     first = (uint8_t)(CDS_RING_SIZE - at);
-    if (first < length) { // over the ring's end
+    if (first < length) { // the parameters wrap around the end of the ring
         sum = copy(bytes + at, parameters, first, sum);
         parameters += first;
         length = (uint8_t)(length - first);
@@ -80,6 +80,6 @@ bool answer_at_once(struct cds_ring *ring, uint8_t id, uint8_t error, const uint
     }
     sum = copy(bytes + at, parameters, length, sum);
     PUT((uint8_t)~sum);
-    ring->head = head; // behind the bytes it vouches for
+    ring->head = head; // only when the bytes are there
     return true;
 }

@@ -1,4 +1,4 @@
-/* The watch over host link and alarms; see keeper.h. */
+/* Host link, alarms and repeated stops; see failsafe.h. */
 #include "robot/failsafe.h"
 
 #include <stddef.h>
@@ -6,68 +6,69 @@
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "compiler.h"     // OPTIMIZER_BARRIER()
 
-void keeper_begin(struct keeper *keeper, uint8_t reset_cause)
+void failsafe_begin(struct failsafe *failsafe, uint8_t reset_cause)
 {
-    keeper->reset_cause = reset_cause;
+    failsafe->reset_cause = reset_cause;
 }
 
-void keeper_heard(struct keeper *keeper)
+void failsafe_heard(struct failsafe *failsafe)
 {
-    keeper->heard_us = cds_port_now_us();
-    keeper->watching = true;
+    failsafe->heard_us = cds_port_now_us();
+    failsafe->watching = true;
 }
 
-static bool is_at_its_rate(const struct keeper *keeper)
+static bool is_at_its_rate(const struct failsafe *failsafe)
 {
-    return keeper->robot->bus->baud_reg == keeper->settings->bus_baud;
+    return failsafe->robot->bus->baud_reg == failsafe->settings->bus_baud;
 }
 
-bool keeper_follow(struct keeper *keeper)
+bool failsafe_follow(struct failsafe *failsafe)
 {
-    const struct settings *settings = keeper->settings;
-    struct cds_bus *bus = keeper->robot->bus;
+    const struct settings *settings = failsafe->settings;
+    struct cds_bus *bus = failsafe->robot->bus;
 
     cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
-    cds_queue_set_retries(&keeper->robot->queue, settings->repeats);
-    if (!is_at_its_rate(keeper))
-        keeper->robot->strangers = ROBOT_NOT_SCANNED;
-    keeper->unsettled =
-        !is_at_its_rate(keeper) && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
-    return !keeper->unsettled;
+    cds_queue_set_retries(&failsafe->robot->queue, settings->repeats);
+    if (!is_at_its_rate(failsafe))
+        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
+    failsafe->unsettled =
+        !is_at_its_rate(failsafe) && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
+    return !failsafe->unsettled;
 }
 
-/* An operation may be at another rate for a while, but not for good unless it says so. */
-static void watch_rate(struct keeper *keeper)
+/* A rate that an operation has left becomes the setting; a running operation may use other rates.
+ */
+static void watch_rate(struct failsafe *failsafe)
 {
-    if (keeper->unsettled)
-        keeper_follow(keeper);
-    else if (!robot_is_exclusive(keeper->robot) && !is_at_its_rate(keeper)) {
-        keeper->settings->bus_baud = keeper->robot->bus->baud_reg;
-        keeper->robot->strangers = ROBOT_NOT_SCANNED;
+    if (failsafe->unsettled)
+        failsafe_follow(failsafe);
+    else if (!robot_is_exclusive(failsafe->robot) && !is_at_its_rate(failsafe)) {
+        failsafe->settings->bus_baud = failsafe->robot->bus->baud_reg;
+        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
     }
 }
 
-/* Torque off comes with a hold: or the next goal would switch torque on again. */
-static void lose_link(struct keeper *keeper)
+/* Torque off also inhibits driving: the next goal would switch torque on again. */
+static void lose_link(struct failsafe *failsafe)
 {
-    keeper->link_lost = true;
-    if (keeper->settings->link_loss_action == KEEPER_TORQUE_OFF)
-        robot_stop(keeper->robot);
-    else if (keeper->settings->link_loss_action == KEEPER_HOLD)
-        robot_inhibit(keeper->robot);
+    failsafe->link_lost = true;
+    if (failsafe->settings->link_loss_action == FAILSAFE_TORQUE_OFF)
+        robot_stop(failsafe->robot);
+    else if (failsafe->settings->link_loss_action == FAILSAFE_HOLD)
+        robot_inhibit(failsafe->robot);
 }
 
-static void watch_link(struct keeper *keeper)
+static void watch_link(struct failsafe *failsafe)
 {
-    uint32_t limit_us = keeper->settings->link_loss_ms * (uint32_t)1000;
+    uint32_t limit_us = failsafe->settings->link_loss_ms * (uint32_t)1000;
 
-    if (limit_us && keeper->watching && !keeper->link_lost &&
-        cds_port_now_us() - keeper->heard_us >= limit_us)
-        lose_link(keeper);
+    if (limit_us && failsafe->watching && !failsafe->link_lost &&
+        cds_port_now_us() - failsafe->heard_us >= limit_us)
+        lose_link(failsafe);
 }
 
-/* A servo whose torque was read as on behind the stop. A servo that the stop itself read as on does
- * not let go: it is told no more. */
+/* True if the torque of a servo was read as on after the stop. A servo whose torque the stop itself
+ * read as on cannot be switched off: it is not counted. */
 static bool has_torque(const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
@@ -78,11 +79,11 @@ static bool has_torque(const struct robot *robot)
     return false;
 }
 
-/* A stop begins anew when the line is quiet again after the stop gave up, or if a servo did not
- * hear the stop. */
-static void insist_on_stop(struct keeper *keeper)
+/* A stop begins again when the line is quiet after the stop gave up, or if a servo did not receive
+ * the stop. */
+static void insist_on_stop(struct failsafe *failsafe)
 {
-    struct robot *robot = keeper->robot;
+    struct robot *robot = failsafe->robot;
 
     if (robot->stop_told && !robot_is_stopping(robot) &&
         cds_bus_line(robot->bus) == CDS_BUS_LINE_QUIET &&
@@ -90,42 +91,42 @@ static void insist_on_stop(struct keeper *keeper)
         robot_stop(robot);
 }
 
-/* Alarms that were acknowledged in the meantime are told again when they come again. */
-static void watch_alarms(struct keeper *keeper)
+/* An alarm that was acknowledged is reported again when it comes again. */
+static void watch_alarms(struct failsafe *failsafe)
 {
-    const struct cds_servos *servos = &keeper->robot->servos;
+    const struct cds_servos *servos = &failsafe->robot->servos;
     const struct cds_servo_state *servo;
     uint8_t *told;
 
-    if (keeper->alarm || !keeper->settings->alarm_report || servos->count == 0)
+    if (failsafe->alarm || !failsafe->settings->alarm_report || servos->count == 0)
         return;
-    if (keeper->next >= servos->count)
-        keeper->next = 0;
-    servo = &servos->states[keeper->next];
-    told = &keeper->told[keeper->next++];
-    keeper->alarm = (uint8_t)(servo->alarms & ~*told);
-    keeper->alarm_id = servo->id;
+    if (failsafe->next >= servos->count)
+        failsafe->next = 0;
+    servo = &servos->states[failsafe->next];
+    told = &failsafe->told[failsafe->next++];
+    failsafe->alarm = (uint8_t)(servo->alarms & ~*told);
+    failsafe->alarm_id = servo->id;
     *told = servo->alarms;
 }
 
-void keeper_poll(struct keeper *keeper)
+void failsafe_poll(struct failsafe *failsafe)
 {
-    OPTIMIZER_BARRIER(keeper);
-    watch_rate(keeper);
-    keeper->robot->servos.grows = keeper->settings->link_loss_ms // all are to be looked at then
-                                      ? CDS_GROWS_ALWAYS
-                                      : CDS_GROWS_ON_ALARM_OR_SETTING;
-    watch_link(keeper);
-    insist_on_stop(keeper);
-    watch_alarms(keeper);
+    OPTIMIZER_BARRIER(failsafe);
+    watch_rate(failsafe);
+    failsafe->robot->servos.grows = failsafe->settings->link_loss_ms // all are to be looked at then
+                                        ? CDS_GROWS_ALWAYS
+                                        : CDS_GROWS_ON_ALARM_OR_SETTING;
+    watch_link(failsafe);
+    insist_on_stop(failsafe);
+    watch_alarms(failsafe);
 }
 
-bool keeper_clear(struct keeper *keeper)
+bool failsafe_clear(struct failsafe *failsafe)
 {
-    if (!robot_allow(keeper->robot))
+    if (!robot_allow(failsafe->robot))
         return false;
-    cds_servos_acknowledge(&keeper->robot->servos, NULL);
-    keeper->link_lost = false;
-    keeper_heard(keeper); // who has asked for this is there
+    cds_servos_acknowledge(&failsafe->robot->servos, NULL);
+    failsafe->link_lost = false;
+    failsafe_heard(failsafe); // the request came from the host
     return true;
 }

@@ -11,7 +11,7 @@ void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_dela
 {
     OPTIMIZER_BARRIER(robot);
     robot->bus = bus;
-    robot->strangers = ROBOT_NOT_SCANNED;
+    robot->unlisted = ROBOT_NOT_SCANNED;
     cds_servos_begin(&robot->servos,
                      &(struct cds_servos_config){.bus = bus,
                                                  .queue = &robot->queue,
@@ -64,75 +64,73 @@ void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_o
         robot_inhibit(robot);
 }
 
-uint8_t robot_strangers(const struct robot *robot)
+uint8_t robot_unlisted(const struct robot *robot)
 {
-    if (robot->strangers == ROBOT_NOT_SCANNED)
+    if (robot->unlisted == ROBOT_NOT_SCANNED)
         return (uint8_t)(CDS_ID_MAX + 1 - robot->servos.count);
-    return robot->strangers == 0 && robot->servos.is_full ? 1 : robot->strangers;
+    return robot->unlisted == 0 && robot->servos.is_full ? 1 : robot->unlisted;
 }
 
 bool robot_is_exclusive(const struct robot *robot)
 {
-    return robot->operation > ROBOT_CYCLE;
+    return robot->operation && robot->cycle == NULL;
 }
 
 bool robot_idle(const struct robot *robot)
 {
-    return robot->operation == ROBOT_IDLE && !robot_is_stopping(robot);
+    return robot->operation == NULL && !robot_is_stopping(robot);
 }
 
 bool robot_cycles(const struct robot *robot, uint8_t id)
 {
-    return robot->operation == ROBOT_CYCLE &&
-           (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
+    return robot->cycle && (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
 }
 
-uint8_t robot_claim(struct robot *robot, enum robot_operation operation)
+/* The state check, once it has begun, sends between the goals of the cycle; if they leave no time,
+ * it pauses. */
+static void check_beside_cycle(struct robot *robot)
 {
-    if (robot_is_stopping(robot))
-        return ERROR_STOPPED;
-    if (robot->operation != ROBOT_IDLE)
-        return ERROR_CYCLE;
-    robot->operation = (uint8_t)operation;
-    robot->result = CDS_PENDING;
-    robot->baud = robot->bus->baud_reg;
-    if (operation == ROBOT_SCAN || operation == ROBOT_DIAGNOSE)
-        robot->servos.is_paused = true; // a servo that is silent at another rate is not offline
-    return 0;
+    robot->health_pauses =
+        robot->health_servos && cds_health_set_cycle(&robot->health, robot->cycle) != CDS_OK;
 }
 
-NOINLINE static void let_go(struct robot *robot)
+void robot_share_bus(struct robot *robot, struct cds_cycle *cycle)
 {
-    if (robot->operation == ROBOT_CYCLE)
-        cds_health_set_cycle(&robot->watch, NULL);
-    if (robot->operation == ROBOT_IDENTITY)
-        cds_servos_allow_reset(&robot->servos, false);
-    robot->watch_rests = false;
-    robot->operation = ROBOT_IDLE;
+    robot->cycle = cycle;
+    check_beside_cycle(robot);
+}
+
+NOINLINE static void end_operation(struct robot *robot)
+{
+    robot->cycle = NULL;
+    check_beside_cycle(robot);
+    robot->operation = NULL;
     robot->servos.is_paused = false;
 }
 
-uint8_t robot_begun(struct robot *robot, enum cds_result begun)
+uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
+                    const void *config)
 {
+    enum cds_result begun;
+
+    if (robot_is_stopping(robot))
+        return ERROR_STOPPED;
+    if (robot->operation)
+        return ERROR_CYCLE;
+    robot->operation = operation;
+    robot->result = CDS_PENDING;
+    robot->baud = robot->bus->baud_reg;
+    robot->servos.is_paused = operation->changes_rate;
+    begun = operation->begin(robot, config);
     if (begun != CDS_OK)
-        let_go(robot);
-    else if (robot->operation == ROBOT_CYCLE) // goals that leave no time for it go before it
-        robot->watch_rests =
-            cds_health_set_cycle(&robot->watch, &robot->work.cycle.cycle) != CDS_OK;
+        end_operation(robot);
     return (uint8_t)begun;
 }
 
 void robot_abort(struct robot *robot)
 {
-    switch (robot->operation) {
-    case ROBOT_CYCLE: cds_cycle_abort(&robot->work.cycle.cycle); break;
-    case ROBOT_SCAN: cds_scan_abort(&robot->work.scan.scan); break;
-    case ROBOT_DIAGNOSE:
-        if (ROBOT_DIAGNOSES)
-            cds_diagnose_abort(&robot->work.diagnose);
-        break;
-    default: break;
-    }
+    if (robot->operation && robot->operation->abort)
+        robot->operation->abort(robot);
 }
 
 NOINLINE static void begin_stop(struct robot *robot)
@@ -165,7 +163,7 @@ void robot_stop(struct robot *robot)
 
 static void poll_stop(struct robot *robot)
 {
-    if (robot->stop_waits && robot->operation == ROBOT_IDLE) {
+    if (robot->stop_waits && robot->operation == NULL) {
         robot->stop_waits = false;
         begin_stop(robot);
     } else if (robot->stop_waits && !robot->stop_told && is_at_own_rate(robot)) {
@@ -180,57 +178,43 @@ static void poll_stop(struct robot *robot)
     }
 }
 
-static enum cds_result poll_operation(struct robot *robot)
-{
-    switch (robot->operation) {
-    case ROBOT_CYCLE: return cds_cycle_poll(&robot->work.cycle.cycle);
-    case ROBOT_SCAN: return cds_scan_poll(&robot->work.scan.scan);
-    case ROBOT_DIAGNOSE:
-        if (ROBOT_DIAGNOSES)
-            return cds_diagnose_poll(&robot->work.diagnose);
-        return CDS_OK;
-    case ROBOT_IDENTITY: return cds_identity_poll(&robot->work.identity);
-    default: return cds_registered_move_poll(&robot->work.move.move);
-    }
-}
-
 /* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
 NOINLINE static void poll_work(struct robot *robot)
 {
     poll_stop(robot);
-    if (robot->operation == ROBOT_IDLE)
+    if (robot->operation == NULL)
         return;
-    robot->result = (uint8_t)poll_operation(robot);
+    robot->result = (uint8_t)robot->operation->poll(robot);
     if (robot->result != CDS_PENDING)
-        let_go(robot);
+        end_operation(robot);
 }
 
 /* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
-static bool begin_watch(struct robot *robot)
+static bool begin_health(struct robot *robot)
 {
-    struct cds_health *watch = &robot->watch;
+    struct cds_health *health = &robot->health;
 
-    if (cds_health_begin(watch, &(struct cds_health_config){.servos = &robot->servos,
-                                                            .period_us = CDS_HEALTH_PERIOD_US}) !=
+    if (cds_health_begin(health, &(struct cds_health_config){.servos = &robot->servos,
+                                                             .period_us = CDS_HEALTH_PERIOD_US}) !=
         CDS_OK)
         return false;
-    watch->look_us += watch->step_us; // who has joined was heard just now
-    robot->watched = robot->servos.count;
-    if (robot->operation == ROBOT_CYCLE)
-        robot->watch_rests = cds_health_set_cycle(watch, &robot->work.cycle.cycle) != CDS_OK;
+    health->look_us += health->step_us; // a servo that has joined was heard just now
+    robot->health_servos = robot->servos.count;
+    if (robot->cycle)
+        check_beside_cycle(robot);
     return true;
 }
 
 /* The state check goes on beside the cycle; during all else it pauses. */
-NOINLINE static void poll_watch(struct robot *robot)
+NOINLINE static void poll_health(struct robot *robot)
 {
-    if (robot->stopping || robot->watch_rests || robot_is_exclusive(robot))
+    if (robot->stopping || robot->health_pauses || robot_is_exclusive(robot))
         return;
-    if (robot->servos.count != robot->watched && !begin_watch(robot))
+    if (robot->servos.count != robot->health_servos && !begin_health(robot))
         return;
     if (!robot->chosen)
         robot_yield(robot);
-    cds_health_poll(&robot->watch);
+    cds_health_poll(&robot->health);
 }
 
 /* While there is nothing to do, it saves no register: each turn of the main loop calls it. */
@@ -239,7 +223,7 @@ void robot_poll(struct robot *robot)
     if (!robot_idle(robot))
         poll_work(robot);
     if (robot->servos.count)
-        poll_watch(robot);
+        poll_health(robot);
 }
 
 bool robot_add(struct robot *robot, uint8_t id)
@@ -250,19 +234,19 @@ bool robot_add(struct robot *robot, uint8_t id)
 
 NOINLINE void robot_yield(struct robot *robot)
 {
-    struct cds_health *watch = &robot->watch;
+    struct cds_health *health = &robot->health;
 
-    watch->look_us = cds_port_now_us() + ROBOT_REST_US;
-    if (watch->sought >= robot->servos.count ||
-        robot->states[watch->sought].presence != CDS_PRESENCE_RETURNED)
-        watch->seek_us = watch->look_us;
+    health->look_us = cds_port_now_us() + ROBOT_REST_US;
+    if (health->sought >= robot->servos.count ||
+        robot->states[health->sought].presence != CDS_PRESENCE_RETURNED)
+        health->seek_us = health->look_us;
 }
 
 void robot_forget(struct robot *robot)
 {
     cds_servos_forget(&robot->servos);
-    robot->strangers = ROBOT_NOT_SCANNED;
+    robot->unlisted = ROBOT_NOT_SCANNED;
     robot->group_count = 0;
-    robot->watched = 0;
+    robot->health_servos = 0;
     robot->chosen = false;
 }

@@ -324,7 +324,7 @@ static COLD bool note_malformed(struct cds_bus *bus)
 }
 
 /* Bytes were damaged or lost: what stands on both sides of them must never be joined. All up to the
- * last of them goes, and the search begins anew behind it. */
+ * last of them goes, and the search begins again behind it. */
 static COLD bool drop_damage(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;

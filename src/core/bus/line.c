@@ -87,7 +87,7 @@ COLD void cds_line_check_rest(struct cds_bus *bus)
         gate |= GATE_FAULT;
     }
     bus->gate = gate;
-    cds_line_rest(bus, 0); // the two byte times begin anew
+    cds_line_rest(bus, 0); // the two byte times begin again
 }
 
 bool cds_bus_is_resting(const struct cds_bus *bus)

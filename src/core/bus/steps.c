@@ -37,7 +37,7 @@ NOINLINE void cds_steps_begin(struct cds_steps *steps, struct cds_bus *bus,
     };
 }
 
-/* Restores and unlocks the bus. Does nothing if the bus was opened anew since, or if another
+/* Restores and unlocks the bus. Does nothing if the bus was opened again since, or if another
  * request is in flight at the operation's rate. */
 static void restore(struct cds_steps *steps)
 {
@@ -142,7 +142,7 @@ enum cds_result cds_steps_poll(struct cds_steps *steps, void *operation,
         steps->is_submitted = false;
     }
     if (steps->is_exclusive && steps->bus->lock != &steps->lock)
-        cds_steps_end(steps, CDS_CANCELLED); // aborted, or the bus was opened anew
+        cds_steps_end(steps, CDS_CANCELLED); // aborted, or the bus was opened again
     if (steps->outcome == CDS_PENDING) {
         result = send(operation);
         if (result == CDS_OK)

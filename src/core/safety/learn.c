@@ -1,5 +1,6 @@
-/* What is learnt of the servos from the packets that pass; see servos.h and docs/permit.md. Manual:
- * 3.1, registers 0x03 to 0x10, 0x18, 0x1E to 0x21, 0x2C; 2.3 (error bits). */
+/* What is learnt of the servos from the packets that pass; see servos.h and
+ * docs/internals/permit.md. Manual: 3.1, registers 0x03 to 0x10, 0x18, 0x1E to 0x21, 0x2C; 2.3
+ * (error bits). */
 #include "cds55xx/control_table.h" // CDS_REG_*
 #include "cds55xx/packet.h"        // CDS_AT_*
 #include "compiler.h"              // NOINLINE

@@ -1,4 +1,5 @@
-/* The one door; see permit.h. Rows in the comments are those of docs/permit.md. Manual: 2.4; 3.1.
+/* The one door; see permit.h. Rows in the comments are those of docs/internals/permit.md.
+ * Manual: 2.4; 3.1.
  */
 #include "safety/permit.h"
 
@@ -273,7 +274,7 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
         return result;
     }
     if (servos->walk_request == request)
-        servos->walk_request = NULL; // the next check of this request begins anew
+        servos->walk_request = NULL; // the next check of this request begins again
     if (result == CDS_OK)
         request->permit_epoch = servos->epoch;
     else

@@ -1,5 +1,5 @@
-/* The one door: may this packet leave? docs/permit.md states the rules; not installed. Main
- * context.
+/* The one door: may this packet leave? docs/internals/permit.md states the rules; not installed.
+ * Main context.
  *
  * For registered_move.c, which lies below and calls this through bus->hooks->set_move:
  *   - set_move(context, request) when the move begins: the request that carries its packets.

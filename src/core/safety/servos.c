@@ -191,7 +191,7 @@ static enum cds_result submit(void *context, struct cds_request *request)
     return queue ? queue->hooks.submit(queue, request) : CDS_BUSY;
 }
 
-/* The bus is opened again, and its counts begin anew. A packet on the wire may be carried out. */
+/* The bus is opened again, and its counts begin again. A packet on the wire may be carried out. */
 static void learn_reopening(struct cds_servos *servos)
 {
     struct cds_request *request = servos->bus->request;

@@ -39,7 +39,7 @@ struct cds_walk {
 #define CDS_WALK_ENDS UINT8_MAX // from cds_walk_next()
 
 /* Begins the part of this call. The walk goes on where the last call for `request` has stopped; it
- * begins anew if `epoch` differs. */
+ * begins again if `epoch` differs. */
 void cds_walk_begin(struct cds_walk *walk, struct cds_servos *servos,
                     const struct cds_request *request, uint16_t epoch);
 

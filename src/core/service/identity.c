@@ -192,7 +192,7 @@ static void refused(struct cds_identity *identity, enum cds_result result)
     settle(identity, is_there ? CDS_IDENTITY_UNCHANGED : CDS_IDENTITY_UNDECIDED, (uint8_t)result);
 }
 
-/* Its request was cancelled. If the bus was opened anew, the packet may have left before. */
+/* Its request was cancelled. If the bus was opened again, the packet may have left before. */
 static void cancelled(struct cds_identity *identity)
 {
     const struct cds_steps *steps = &identity->steps;

@@ -297,7 +297,7 @@ static void check_some(struct cds_cycle *cycle)
         check_again(cycle, cycle->back, i, servos);
 }
 
-/* Asks which servos a change concerns. A round of checks under way begins anew. */
+/* Asks which servos a change concerns. A round of checks under way begins again. */
 static void note_changes(struct cds_cycle *cycle)
 {
     const struct cds_bus_hooks *hooks = cycle->bus->hooks;

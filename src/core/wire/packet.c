@@ -85,7 +85,7 @@ void cds_packet_start(struct cds_packet *packet, const uint8_t *data, uint8_t co
 
     if (packet->capacity >= CDS_PACKET_SIZE(0))
         put_head(packet->bytes, id, (uint8_t)(id + instruction), instruction);
-    OPTIMIZER_BARRIER(size); // or gcc loads both bytes anew
+    OPTIMIZER_BARRIER(size); // or gcc loads both bytes again
     if (id == CDS_NO_ID)
         size |= CDS_PACKET_REFUSED;
     packet->size = size;

@@ -4,15 +4,42 @@
 
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
+
+static const CDS_FLASH char message_found_damaged[] = ": reply damaged, two servos with one ID?";
+static const CDS_FLASH char message_found_neighbour[] = ", set to another rate";
+static const CDS_FLASH char message_found_too_many[] = ": no room to remember it";
+static const CDS_FLASH char message_found_model[] = " model %u";
+static const CDS_FLASH char message_found_rate[] = " at %b";
+static const CDS_FLASH char message_found[] = "id %u%s%s%s";
+static const CDS_FLASH char message_found_in_all[] = "%u found, %u asked";
+static const CDS_FLASH char message_asked[] = "%u of %u asked, now at %b";
 
 /* ---- scan ---- */
 
 enum scan_choice { SCAN_HERE, SCAN_ALL, SCAN_RESCUE } __attribute__((packed));
 
-uint8_t scan_begin(struct console *console)
+static enum cds_result begin_scan(struct robot *robot, const void *config)
+{
+    return cds_scan_begin(&robot->work.scan.scan, config);
+}
+
+static enum cds_result poll_scan(struct robot *robot)
+{
+    return cds_scan_poll(&robot->work.scan.scan);
+}
+
+static void abort_scan(struct robot *robot)
+{
+    cds_scan_abort(&robot->work.scan.scan);
+}
+
+static const CDS_FLASH struct robot_operation scan = {
+    .begin = begin_scan, .poll = poll_scan, .abort = abort_scan, .changes_rate = true};
+
+static uint8_t scan_begin(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_scan_config config = {
@@ -24,53 +51,50 @@ uint8_t scan_begin(struct console *console)
         .tries_every_rate = console->line.choice == SCAN_RESCUE,
         .reads_details = true,
     };
-    uint8_t error = robot_claim(robot, ROBOT_SCAN);
 
-    if (error)
-        return error;
     if (console->line.choice == SCAN_HERE) {
-        config.baud_regs = &robot->baud;
+        config.baud_regs = &robot->baud; // which robot_start() sets
         config.baud_count = 1;
     }
-    return robot_begun(robot, cds_scan_begin(&robot->work.scan.scan, &config));
+    return robot_start(robot, &scan, &config);
 }
 
 /* What else is to be said of it, if it does not simply belong to the robot from now on.
  * console->part counts those that do. */
-static uint16_t remark(struct console *console, const struct cds_scan_found *found)
+static const CDS_FLASH char *remark(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
-        return TEXT_FOUND_DAMAGED;
+        return message_found_damaged;
     if (found->details == CDS_OK && found->own_baud_reg != found->baud_reg)
-        return TEXT_FOUND_NEIGHBOUR;
+        return message_found_neighbour;
     if (found->baud_reg != console->robot->baud)
-        return TEXT_NOTHING;
+        return message_nothing;
     if (!robot_add(console->robot, found->id))
-        return TEXT_FOUND_TOO_MANY;
+        return message_found_too_many;
     console->part++;
-    return TEXT_NOTHING;
+    return message_nothing;
 }
 
 /* "id 5 model 1 at 57600bps" */
 NOINLINE static void tell_found(struct console *console, const struct cds_scan_found *found)
 {
-    uint16_t *value = console->writer.values;
+    union printer_value *value = console->printer.values;
 
-    *value++ = found->id;
+    (value++)->number = found->id;
     if (found->details == CDS_OK) {
-        *value++ = TEXT_FOUND_MODEL;
-        *value++ = found->model;
+        (value++)->text = message_found_model;
+        (value++)->number = found->model;
     } else {
-        *value++ = TEXT_NOTHING;
+        (value++)->text = message_nothing;
     }
     if (console->line.choice != SCAN_HERE) {
-        *value++ = TEXT_FOUND_RATE;
-        *value++ = found->baud_reg;
+        (value++)->text = message_found_rate;
+        (value++)->number = found->baud_reg;
     } else {
-        *value++ = TEXT_NOTHING;
+        (value++)->text = message_nothing;
     }
-    *value = remark(console, found);
-    writer_line(&console->writer, TEXT_FOUND);
+    value->text = remark(console, found);
+    printer_line(&console->printer, message_found);
 }
 
 /* Is all known of what was found as number `index`? */
@@ -78,51 +102,68 @@ static bool is_whole(const struct robot *robot, uint8_t index)
 {
     const struct cds_scan_found *found = &robot->work.scan.found[index];
 
-    return found->details != CDS_PENDING || found->result != CDS_OK ||
-           robot->operation != ROBOT_SCAN;
+    return found->details != CDS_PENDING || found->result != CDS_OK || robot->operation == NULL;
 }
 
 /* A whole scan at the robot's rate tells how many servos are not of the robot. */
 static bool sum_up(struct console *console)
 {
     struct robot *robot = console->robot;
-    const struct cds_scan *scan = &robot->work.scan.scan;
+    const struct cds_scan *state = &robot->work.scan.scan;
 
     if (console->error == 0 && console->line.choice == SCAN_HERE)
-        robot->strangers = (uint8_t)(scan->count - console->part);
-    console->writer.values[0] = scan->count;
-    console->writer.values[1] = scan->asked;
-    writer_line(&console->writer, TEXT_FOUND_IN_ALL);
+        robot->unlisted = (uint8_t)(state->count - console->part);
+    console->printer.values[0].number = state->count;
+    console->printer.values[1].number = state->asked;
+    printer_line(&console->printer, message_found_in_all);
     return false;
 }
 
-/* Progress is told at each new rate, and whenever somebody was found. */
-bool scan_poll(struct console *console)
+/* Prints progress at each new rate, and each servo found. */
+static bool scan_poll(struct console *console)
 {
     struct robot *robot = console->robot;
-    const struct cds_scan *scan = &robot->work.scan.scan;
+    const struct cds_scan *state = &robot->work.scan.scan;
     uint8_t *index = &console->index;
-    bool over = !console_operates(console, ROBOT_SCAN);
+    bool over = !console_operates(console);
 
-    if (*index < scan->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
+    if (*index < state->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
         tell_found(console, &robot->work.scan.found[(*index)++]);
         return true;
     }
     if (over)
         return sum_up(console);
-    if (console->line.choice != SCAN_HERE && scan->total && scan->baud_index == console->phase) {
-        console->writer.values[0] = scan->asked;
-        console->writer.values[1] = scan->total;
-        console->writer.values[2] = scan->config.tries_every_rate
-                                        ? scan->baud_index
-                                        : scan->config.baud_regs[scan->baud_index];
-        writer_line(&console->writer, TEXT_ASKED);
+    if (console->line.choice != SCAN_HERE && state->total && state->baud_index == console->phase) {
+        console->printer.values[0].number = state->asked;
+        console->printer.values[1].number = state->total;
+        console->printer.values[2].number = state->config.tries_every_rate
+                                                ? state->baud_index
+                                                : state->config.baud_regs[state->baud_index];
+        printer_line(&console->printer, message_asked);
         console->phase++;
     }
     return true;
 }
 
 /* ---- counters ---- */
+
+static const CDS_FLASH char *const CDS_FLASH counter_lines[] = {
+    FLASH_TEXT("sent %u"),
+    FLASH_TEXT("retried %u"),
+    FLASH_TEXT("ok %u"),
+    FLASH_TEXT("timeouts %u"),
+    FLASH_TEXT("corrupt %u"),
+    FLASH_TEXT("line busy %u"),
+    FLASH_TEXT("malformed %u"),
+    FLASH_TEXT("noise bytes %u"),
+    FLASH_TEXT("stale replies %u"),
+    FLASH_TEXT("duplicate replies %u"),
+    FLASH_TEXT("unexpected packets %u"),
+    FLASH_TEXT("framing errors %u"),
+    FLASH_TEXT("overruns %u"),
+    FLASH_TEXT("ring overflows %u"),
+    FLASH_TEXT("echo errors %u"),
+};
 
 /* Those of a servo, in the order of their struct: which of the bus's they are called like. */
 static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
@@ -134,7 +175,7 @@ static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
 _Static_assert(sizeof(struct cds_servo_counters) == SERVO_COUNTERS + SERVO_BYTES_AT / 2,
                "each has a name");
 
-uint8_t counters_begin(struct console *console)
+static uint8_t counters_begin(struct console *console)
 {
     return console->line.id == CDS_BROADCAST_ID || console_servo(console) ? 0 : ERROR_NOT_KNOWN;
 }
@@ -152,11 +193,11 @@ static uint16_t servo_counter(const struct cds_servo_counters *counters, uint8_t
 }
 
 /* A line a call: number `index`. */
-bool counters_poll(struct console *console)
+static bool counters_poll(struct console *console)
 {
     struct cds_stats counters;
     uint8_t index = console->index++, name = index, count = BUS_COUNTERS;
-    uint16_t *value = &console->writer.values[0];
+    uint16_t *value = &console->printer.values[0].number;
 
     if (console->line.id != CDS_BROADCAST_ID) {
         const struct cds_servo_state *servo = console_servo(console);
@@ -172,32 +213,75 @@ bool counters_poll(struct console *console)
         cds_bus_stats(console->bus, &counters);
         memcpy(value, (const uint8_t *)&counters + 2 * index, sizeof *value);
     }
-    writer_line_at(&console->writer, TEXT_COUNTER_SENT, name);
+    printer_line(&console->printer, counter_lines[name]);
     return console->index < count;
 }
 
 /* ---- bus ---- */
 
-uint8_t bus_begin(struct console *console)
+static const CDS_FLASH char *const CDS_FLASH bus_lines[] = {
+    [CDS_BUS_LINE_QUIET] = FLASH_TEXT("bus ok at %b"),
+    [1] = FLASH_TEXT("bus busy: others use it at %b"),
+    [2] = FLASH_TEXT("bus held low at %b"),
+};
+
+static uint8_t bus_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     uint8_t error;
 
     if (line->numbers == 0)
         return 0;
-    if (console->robot->operation != ROBOT_IDLE)
+    if (console->robot->operation)
         return ERROR_CYCLE;
     error = console_number(console, 0, CDS_UNIT_BPS);
-    line->to = (uint8_t)console->raw;
     return error;
 }
 
 /* A request of the state check may be on its way: it changes when that is over. */
-bool bus_poll(struct console *console)
+static bool bus_poll(struct console *console)
 {
-    if (console->line.numbers && cds_bus_set_baud(console->bus, console->line.to) == CDS_BUSY)
+    if (console->line.numbers && cds_bus_set_baud(console->bus, (uint8_t)console->raw) == CDS_BUSY)
         return true;
-    console->writer.values[0] = console->bus->baud_reg;
-    writer_line_at(&console->writer, TEXT_BUS_IS_OK, cds_bus_line(console->bus));
+    console->printer.values[0].number = console->bus->baud_reg;
+    printer_line(&console->printer, bus_lines[cds_bus_line(console->bus)]);
     return false;
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("scan [all|rescue]"),
+        .what = FLASH_TEXT("find servos on the bus"),
+        .details = COMMAND_DETAILS(
+            "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
+            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it"),
+        .example = COMMAND_DETAILS("scan"),
+        .begin = scan_begin,
+        .poll = scan_poll,
+    },
+    {
+        .usage = FLASH_TEXT("counters [ID]"),
+        .what = FLASH_TEXT("count of packets sent, answered, lost"),
+        .details = COMMAND_DETAILS(
+            "Since power-up, modulo 65536; of the bus, or of a servo of the robot, whose stale "
+            "replies, duplicate replies, unexpected packets and echo errors stop at 255"),
+        .example = COMMAND_DETAILS("counters"),
+        .begin = counters_begin,
+        .poll = counters_poll,
+    },
+    {
+        .usage = FLASH_TEXT("bus [RATE]"),
+        .what = FLASH_TEXT("baud rate of the bus"),
+        .details = COMMAND_DETAILS(
+            "RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. No RATE: shows it"),
+        .example = COMMAND_DETAILS("bus 1000000bps"),
+        .begin = bus_begin,
+        .poll = bus_poll,
+    },
+};
+
+const CDS_FLASH struct command_group bus_commands = {
+    .heading = FLASH_TEXT("The bus:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

@@ -5,8 +5,14 @@
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
+#include "console/commands/shared.h"
 #include "console/messages.h"
+
+static const CDS_FLASH char message_inhibited[] = " inhibited";
+static const CDS_FLASH char message_cycle_servo[] = "servo %u: %s";
+static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
+static const CDS_FLASH char message_cycle_bus[] = ", bus ";
 
 #define PERIOD_MIN_MS 2
 #define PERIOD_MAX_MS 65
@@ -15,13 +21,45 @@
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
 enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
 
+/* `config`: the period in us, a uint16_t. */
+static enum cds_result begin_cycle(struct robot *robot, const void *config)
+{
+    union robot_work *work = &robot->work;
+    enum cds_result result;
+
+    memset(work, 0, sizeof *work);
+    result = cds_cycle_begin(&work->cycle.cycle,
+                             &(struct cds_cycle_config){.bus = robot->bus,
+                                                        .ids = robot->group,
+                                                        .packets = work->cycle.packets,
+                                                        .feedback = work->cycle.feedback,
+                                                        .count = robot->group_count,
+                                                        .period_us = *(const uint16_t *)config});
+    if (result == CDS_OK)
+        robot_share_bus(robot, &work->cycle.cycle);
+    return result;
+}
+
+static enum cds_result poll_cycle(struct robot *robot)
+{
+    return cds_cycle_poll(&robot->work.cycle.cycle);
+}
+
+static void abort_cycle(struct robot *robot)
+{
+    cds_cycle_abort(&robot->work.cycle.cycle);
+}
+
+const CDS_FLASH struct robot_operation cycle_operation = {
+    .begin = begin_cycle, .poll = poll_cycle, .abort = abort_cycle};
+
 /* As said, or as set: 0 and console->raw in us, or an error. */
 static uint8_t period(struct console *console)
 {
     uint8_t error;
 
     if (console->line.numbers == 0) {
-        console->raw = console->keeper->settings->cycle_us;
+        console->raw = console->failsafe->settings->cycle_us;
         return 0;
     }
     error = console_ms(console);
@@ -34,36 +72,24 @@ static uint8_t period(struct console *console)
 static uint8_t start(struct console *console)
 {
     struct robot *robot = console->robot;
-    union robot_work *work = &robot->work;
     uint8_t error = period(console);
 
     if (error)
         return error;
     if (robot->group_count == 0)
         return ERROR_NO_GROUP;
-    error = robot_claim(robot, ROBOT_CYCLE);
-    if (error)
-        return error;
-    memset(work, 0, sizeof *work);
     console->phase = CYCLE_LOOK;
-    console_job(console)->since_us = cds_port_now_us();
-    return robot_begun(robot,
-                       cds_cycle_begin(&work->cycle.cycle,
-                                       &(struct cds_cycle_config){.bus = console->bus,
-                                                                  .ids = robot->group,
-                                                                  .packets = work->cycle.packets,
-                                                                  .feedback = work->cycle.feedback,
-                                                                  .count = robot->group_count,
-                                                                  .period_us = console->raw}));
+    *(uint32_t *)console_job(console) = cds_port_now_us(); // when it began
+    return robot_start(robot, &cycle_operation, &console->raw);
 }
 
-uint8_t cycle_begin(struct console *console)
+static uint8_t cycle_begin(struct console *console)
 {
     struct robot *robot = console->robot;
 
     if (console->line.choice == CHOICE_EVERY)
         return start(console);
-    if (robot->operation != ROBOT_CYCLE)
+    if (robot->cycle == NULL)
         return ERROR_NO_CYCLE;
     if (console->line.choice == CHOICE_OFF) {
         if (console->line.numbers)
@@ -82,14 +108,14 @@ static bool look_poll(struct console *console)
     struct robot *robot = console->robot;
     const struct cds_feedback *feedback = robot->work.cycle.feedback;
 
-    if (robot->operation != ROBOT_CYCLE) {
+    if (robot->cycle == NULL) {
         console->error = ERROR_STOPPED;
         return false;
     }
     for (uint8_t left = robot->group_count; left; left--, feedback++) {
         if (feedback->known)
             continue;
-        if (cds_port_now_us() - console_job(console)->since_us > KNOWN_US) {
+        if (cds_port_now_us() - *(const uint32_t *)console_job(console) > KNOWN_US) {
             console->error = feedback->result;
             robot_abort(robot);
             console->phase = CYCLE_END;
@@ -120,25 +146,30 @@ static void tell_servo(struct console *console, uint8_t index)
 {
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
-    struct writer *writer = &console->writer;
-    uint16_t held =
-        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? TEXT_HELD : TEXT_NOTHING;
+    struct printer *printer = &console->printer;
+    const CDS_FLASH char *inhibited =
+        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_inhibited : message_nothing;
 
-    writer->values[0] = robot->group[index];
-    writer->values[1] = held;
+    printer->values[0].number = robot->group[index];
+    printer->values[1].text = inhibited;
     if (!feedback->known) {
-        writer_line(writer, TEXT_CYCLE_SERVO);
+        printer_line(printer, message_cycle_servo);
         return;
     }
-    writer->values[1] = feedback->position;
-    writer->values[2] = feedback->speed;
-    writer->values[3] = feedback->voltage;
-    writer->values[4] = feedback->temperature;
-    writer->values[5] = held;
-    writer_line(writer, TEXT_CYCLE_SERVO_KNOWN);
+    printer->values[1].number = feedback->position;
+    printer->values[2].number = feedback->speed;
+    printer->values[3].number = feedback->voltage;
+    printer->values[4].number = feedback->temperature;
+    printer->values[5].text = inhibited;
+    printer_line(printer, message_cycle_servo_known);
 }
 
-/* In the order of the sentences. */
+static const CDS_FLASH char *const CDS_FLASH counter_texts[] = {
+    FLASH_TEXT("periods %l"), FLASH_TEXT(", missed %l"), FLASH_TEXT(", unsent %l"),
+    FLASH_TEXT("reads %l"),   FLASH_TEXT(", failed %l"), FLASH_TEXT("oldest us %l"),
+};
+
+/* In the order of counter_texts. */
 static const CDS_FLASH uint8_t counters[] = {
     offsetof(struct cds_cycle_counters, periods), offsetof(struct cds_cycle_counters, missed),
     offsetof(struct cds_cycle_counters, unsent),  offsetof(struct cds_cycle_counters, reads),
@@ -147,41 +178,45 @@ static const CDS_FLASH uint8_t counters[] = {
 
 #define COUNTERS (sizeof counters)
 
-static void tell_counter(struct writer *writer, const struct cds_cycle *cycle, uint8_t index)
+static void tell_counter(struct printer *printer, const struct cds_cycle *state, uint8_t index)
 {
-    memcpy(writer->values, (const uint8_t *)&cycle->counters + counters[index], sizeof(uint32_t));
-    writer_line_at(writer, TEXT_CYCLE_PERIODS, index);
-    writer->ends = index == 2 || index == 4; // the last ones of their lines
+    uint32_t value;
+
+    memcpy(&value, (const uint8_t *)&state->counters + counters[index], sizeof value);
+    printer->values[0].number = (uint16_t)value;
+    printer->values[1].number = (uint16_t)(value >> 16);
+    printer_line(printer, counter_texts[index]);
+    printer->ends = index == 2 || index == 4; // the last ones of their lines
 }
 
 /* Counters, the share of the bus, then a servo a line; false when there are no more. */
 static bool tell(struct console *console, uint8_t index)
 {
-    const struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
-    struct writer *writer = &console->writer;
+    const struct cds_cycle *state = &console->robot->work.cycle.cycle;
+    struct printer *printer = &console->printer;
 
     if (index < COUNTERS) {
-        tell_counter(writer, cycle, index);
+        tell_counter(printer, state, index);
     } else if (index == COUNTERS) {
-        writer_text(writer, TEXT_CYCLE_BUS);
+        printer_text(printer, message_cycle_bus);
     } else if (index == COUNTERS + 1) {
-        writer_fixed(writer, cds_cycle_utilisation_permille(cycle), 1);
-        writer_char(writer, '%');
-        writer_end_of_line(writer);
+        printer_fixed(printer, cds_cycle_utilisation_permille(state), 1);
+        printer_char(printer, '%');
+        printer_end_of_line(printer);
     } else {
         tell_servo(console, (uint8_t)(index - COUNTERS - 2));
-        return index - COUNTERS - 1 < cycle->count;
+        return index - COUNTERS - 1 < state->count;
     }
     return true;
 }
 
-bool cycle_poll(struct console *console)
+static bool cycle_poll(struct console *console)
 {
     switch (console->phase) {
     case CYCLE_LOOK: return look_poll(console);
     case CYCLE_GOALS: return goals_poll(console);
     case CYCLE_END:
-        if (console->robot->operation == ROBOT_CYCLE)
+        if (console->robot->cycle)
             return true;
         if (console->error)
             return false;
@@ -190,3 +225,21 @@ bool cycle_poll(struct console *console)
     default: return tell(console, console->index++);
     }
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("cycle [every|off [MS]]"),
+        .what = FLASH_TEXT("send goals and read feedback at a fixed rate, or show the counters"),
+        .details =
+            COMMAND_DETAILS("For the group; MS: 2 to 65ms, only with every; default: the setting "
+                            "cycle_us. Goals are the present positions until pose sets others"),
+        .example = COMMAND_DETAILS("cycle every 4ms"),
+        .begin = cycle_begin,
+        .poll = cycle_poll,
+    },
+};
+
+const CDS_FLASH struct command_group cycle_commands = {
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

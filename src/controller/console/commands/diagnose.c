@@ -1,75 +1,117 @@
 /* diagnose: why does it not answer? */
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
 
-uint8_t diagnose_begin(struct console *console)
-{
-    struct robot *robot = console->robot;
-    uint8_t error;
+static const CDS_FLASH char message_waits[] = ", return delay us %u";
+static const CDS_FLASH char message_supply[] = ", supply mV %u";
+static const CDS_FLASH char message_hot[] = ", hot C %u";
+static const CDS_FLASH char message_place[] = "ID %u at %b%s";
+static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
+static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
-    if (!ROBOT_DIAGNOSES)
-        return ERROR_OMITTED;
-    error = robot_claim(robot, ROBOT_DIAGNOSE);
-    if (error)
-        return error;
-    return robot_begun(
-        robot, cds_diagnose_begin(&robot->work.diagnose,
-                                  &(struct cds_diagnose_config){.bus = console->bus,
-                                                                .request = console->line.request,
-                                                                .id = console->line.id}));
+static enum cds_result begin_diagnosis(struct robot *robot, const void *config)
+{
+    return cds_diagnose_begin(&robot->work.diagnose, config);
 }
 
+static enum cds_result poll_diagnosis(struct robot *robot)
+{
+    return cds_diagnose_poll(&robot->work.diagnose);
+}
+
+static void abort_diagnosis(struct robot *robot)
+{
+    cds_diagnose_abort(&robot->work.diagnose);
+}
+
+static const CDS_FLASH struct robot_operation diagnosis = {.begin = begin_diagnosis,
+                                                           .poll = poll_diagnosis,
+                                                           .abort = abort_diagnosis,
+                                                           .changes_rate = true};
+
+static uint8_t diagnose_begin(struct console *console)
+{
+    return robot_start(console->robot, &diagnosis,
+                       &(struct cds_diagnose_config){.bus = console->bus,
+                                                     .request = console->line.request,
+                                                     .id = console->line.id});
+}
+
+static const CDS_FLASH char *const CDS_FLASH findings[] = {
+#define ROW(name, number, text, remedy) [number] = FLASH_TEXT(text "; " remedy),
+    CDS_FINDINGS(ROW)
+#undef ROW
+};
+
 /* What the value of the finding is. Not by a switch: a table for it would stand in RAM. */
-static uint16_t value_text(uint8_t finding)
+static const CDS_FLASH char *value_text(uint8_t finding)
 {
     if (finding == CDS_FINDING_SLOW)
-        return TEXT_WAITS;
+        return message_waits;
     if (finding == CDS_FINDING_LOW_SUPPLY || finding == CDS_FINDING_HIGH_SUPPLY)
-        return TEXT_SUPPLY;
-    return finding == CDS_FINDING_OVERHEATED ? TEXT_HOT : TEXT_NOTHING;
+        return message_supply;
+    return finding == CDS_FINDING_OVERHEATED ? message_hot : message_nothing;
 }
 
 /* Whom it is about, and the value that the finding has. */
-static void tell_who(struct writer *writer, const struct cds_diagnose *diagnose)
+static void tell_who(struct printer *printer, const struct cds_diagnose *diagnose)
 {
-    writer->values[0] = diagnose->found_id;
-    writer->values[1] = diagnose->found_baud_reg;
-    writer->values[2] = value_text(diagnose->finding);
-    writer->values[3] = diagnose->value;
-    writer_line(writer, TEXT_PLACE);
+    printer->values[0].number = diagnose->found_id;
+    printer->values[1].number = diagnose->found_baud_reg;
+    printer->values[2].text = value_text(diagnose->finding);
+    printer->values[3].number = diagnose->value;
+    printer_line(printer, message_place);
 }
 
-static void tell_tally(struct writer *writer, const struct cds_diagnose *diagnose)
+static void tell_tally(struct printer *printer, const struct cds_diagnose *diagnose)
 {
-    writer->values[0] = diagnose->total.asked;
-    writer->values[1] = diagnose->total.answered;
-    writer->values[2] = diagnose->total.damaged;
-    writer->values[3] = diagnose->total.silent;
-    writer_line(writer, TEXT_TALLY);
+    printer->values[0].number = diagnose->total.asked;
+    printer->values[1].number = diagnose->total.answered;
+    printer->values[2].number = diagnose->total.damaged;
+    printer->values[3].number = diagnose->total.silent;
+    printer_line(printer, message_tally);
 }
 
-static bool tell(struct writer *writer, const struct cds_diagnose *diagnose, uint8_t line)
+static bool tell(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line)
 {
     switch (line) {
     case 0:
-        writer->values[0] = diagnose->finding;
-        writer->values[1] = writer_text_at(TEXT_FINDING, diagnose->finding);
-        writer_line(writer, TEXT_FINDING_IS);
+        printer->values[0].number = diagnose->finding;
+        printer->values[1].text = findings[diagnose->finding];
+        printer_line(printer, message_finding_is);
         return true;
-    case 1: tell_tally(writer, diagnose); return diagnose->found_id != CDS_NO_ID;
-    default: tell_who(writer, diagnose); return false;
+    case 1: tell_tally(printer, diagnose); return diagnose->found_id != CDS_NO_ID;
+    default: tell_who(printer, diagnose); return false;
     }
 }
 
-bool diagnose_poll(struct console *console)
+static bool diagnose_poll(struct console *console)
 {
     struct robot *robot = console->robot;
 
-    if (console_operates(console, ROBOT_DIAGNOSE))
+    if (console_operates(console))
         return true;
-    if (!ROBOT_DIAGNOSES || console->error)
+    if (console->error)
         return false;
-    return tell(&console->writer, &robot->work.diagnose, console->index++);
+    return tell(&console->printer, &robot->work.diagnose, console->index++);
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("diagnose [ID|254]"),
+        .what = FLASH_TEXT("find out why a servo does not answer"),
+        .details =
+            COMMAND_DETAILS("Distinguishes silence, echo, noise, wrong rate, collision, two servos "
+                            "with one ID, low supply. No ID: any servo. A key ends it"),
+        .example = COMMAND_DETAILS("diagnose 1"),
+        .begin = diagnose_begin,
+        .poll = diagnose_poll,
+    },
+};
+
+const CDS_FLASH struct command_group diagnose_commands = {
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

@@ -4,10 +4,17 @@
 #include "cds55xx/sync_write.h" // cds_sync_write_begin()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
 
-/* 20 RPM, if nobody says how fast: gentle. */
+static const CDS_FLASH char message_by_action[] = " action";
+static const CDS_FLASH char message_by_sync[] = " sync";
+static const CDS_FLASH char message_one_more[] = " %u";
+static const CDS_FLASH char message_group[] = "group %u";
+static const CDS_FLASH char message_armed[] = ", may still be registered";
+static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
+
+/* 20 RPM, the default speed. */
 #define POSE_SPEED 330
 
 /* Is there room for those that are not known yet? All of them, or none, are taken in. */
@@ -25,7 +32,7 @@ static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
     return true;
 }
 
-uint8_t group_begin(struct console *console)
+static uint8_t group_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
     const uint8_t *ids = line->request->packet.bytes;
@@ -33,7 +40,7 @@ uint8_t group_begin(struct console *console)
 
     if (line->values == 0)
         return robot->group_count ? 0 : ERROR_NO_GROUP;
-    if (robot->operation != ROBOT_IDLE)
+    if (robot->operation)
         return ERROR_CYCLE;
     if (!fit(robot, ids, line->values))
         return ERROR_TOO_MANY;
@@ -46,17 +53,17 @@ uint8_t group_begin(struct console *console)
 }
 
 /* "group 1 2 3 sync", an ID at a time. */
-bool group_poll(struct console *console)
+static bool group_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
     uint8_t *index = &console->index;
 
     if (*index == robot->group_count) {
-        writer_line(&console->writer, robot->group_acts ? TEXT_BY_ACTION : TEXT_BY_SYNC);
+        printer_line(&console->printer, robot->group_acts ? message_by_action : message_by_sync);
         return false;
     }
-    console->writer.values[0] = robot->group[*index];
-    writer_text(&console->writer, *index ? TEXT_ONE_MORE : TEXT_GROUP);
+    console->printer.values[0].number = robot->group[*index];
+    printer_text(&console->printer, *index ? message_one_more : message_group);
     (*index)++;
     return true;
 }
@@ -95,24 +102,33 @@ static uint8_t sync(struct console *console)
     return (uint8_t)cds_sync_write_send(console->bus, request);
 }
 
+static enum cds_result begin_move(struct robot *robot, const void *config)
+{
+    return cds_registered_move_begin(&robot->work.move.move, config);
+}
+
+static enum cds_result poll_move(struct robot *robot)
+{
+    return cds_registered_move_poll(&robot->work.move.move);
+}
+
+static const CDS_FLASH struct robot_operation registered_move = {.begin = begin_move,
+                                                                 .poll = poll_move};
+
 static uint8_t act(struct console *console)
 {
     struct robot *robot = console->robot;
-    struct cds_registered_move *move = &robot->work.move.move;
-    uint8_t error = robot_claim(robot, ROBOT_MOVE);
 
-    if (error)
-        return error;
     console->phase = POSE_ACTION;
-    return robot_begun(robot, cds_registered_move_begin(move, &(struct cds_registered_move_config){
-                                                                  .bus = console->bus,
-                                                                  .request = console->line.request,
-                                                                  .goals = robot->work.move.goals,
-                                                                  .count = robot->group_count,
-                                                                  .verify = true}));
+    return robot_start(robot, &registered_move,
+                       &(struct cds_registered_move_config){.bus = console->bus,
+                                                            .request = console->line.request,
+                                                            .goals = robot->work.move.goals,
+                                                            .count = robot->group_count,
+                                                            .verify = true});
 }
 
-uint8_t pose_begin(struct console *console)
+static uint8_t pose_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     uint8_t error;
@@ -125,7 +141,7 @@ uint8_t pose_begin(struct console *console)
         return ERROR_NO_GROUP;
     if (line->values != console->robot->group_count)
         return ERROR_GROUP_SIZE;
-    if (console->robot->operation == ROBOT_CYCLE) {
+    if (console->robot->cycle) {
         console->phase = POSE_CYCLE;
         return 0;
     }
@@ -140,7 +156,7 @@ static bool cycle_poll_goals(struct console *console)
     uint8_t *index = &console->index;
     enum cds_result result = CDS_OK;
 
-    if (console->robot->operation != ROBOT_CYCLE) {
+    if (console->robot->cycle == NULL) {
         console->error = ERROR_NO_CYCLE;
         return false;
     }
@@ -164,7 +180,7 @@ static bool action_poll(struct console *console)
     struct robot *robot = console->robot;
     uint8_t *index = &console->index;
 
-    if (robot->operation == ROBOT_MOVE)
+    if (robot->operation)
         return true;
     console->error = robot->result;
     while (console->error && *index < robot->group_count) {
@@ -172,16 +188,16 @@ static bool action_poll(struct console *console)
 
         if (goal->result == CDS_OK || goal->result == CDS_PENDING)
             continue;
-        console->writer.values[0] = goal->id;
-        console->writer.values[1] = goal->registered ? TEXT_ARMED : TEXT_NOTHING;
-        console->writer.values[2] = error_text(goal->result);
-        writer_line(&console->writer, TEXT_SERVO_FAILED);
+        console->printer.values[0].number = goal->id;
+        console->printer.values[1].text = goal->registered ? message_armed : message_nothing;
+        console->printer.values[2].text = error_text(goal->result);
+        printer_line(&console->printer, message_servo_failed);
         return true;
     }
     return false;
 }
 
-bool pose_poll(struct console *console)
+static bool pose_poll(struct console *console)
 {
     switch (console->phase) {
     case POSE_CYCLE: return cycle_poll_goals(console);
@@ -189,3 +205,32 @@ bool pose_poll(struct console *console)
     default: return console_waits(console);
     }
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("group [ID... [sync|action]]"),
+        .what = FLASH_TEXT("choose the servos of pose and cycle, or show them"),
+        .details = COMMAND_DETAILS(
+            "sync: one SYNC WRITE, without replies. action: each servo confirms a REG WRITE, then "
+            "one ACTION starts all; if a servo fails, none starts. Default: sync"),
+        .example = COMMAND_DETAILS("group 1 2 3 action"),
+        .begin = group_begin,
+        .poll = group_poll,
+    },
+    {
+        .usage = FLASH_TEXT("pose ANGLE... [at SPEED]"),
+        .what = FLASH_TEXT("move all servos of the group at once"),
+        .details = COMMAND_DETAILS(
+            "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 "
+            "as fast as it can, default 20rpm. A running cycle takes over the goals"),
+        .example = COMMAND_DETAILS("pose 90 150.5 210 at 20rpm"),
+        .begin = pose_begin,
+        .poll = pose_poll,
+    },
+};
+
+const CDS_FLASH struct command_group group_commands = {
+    .heading = FLASH_TEXT("Many servos:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

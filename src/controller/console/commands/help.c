@@ -1,9 +1,12 @@
 /* help, version, echo. */
 #include "cds55xx/version.h"
-#include "console/commands.h"
 #include "console/console.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
+
+static const CDS_FLASH char message_usage[] = "%s: %s";
+static const CDS_FLASH char message_listed[] = "  %s: %s";
+static const CDS_FLASH char message_example_is[] = "Example: %s";
 
 #ifndef BOARD_NAME
 #define BOARD_NAME "host"
@@ -11,50 +14,95 @@
 
 static const CDS_FLASH char version_text[] = "cds55xx " CDS_VERSION " " BOARD_NAME;
 
-/* Rows before which a heading stands. */
-static const CDS_FLASH uint8_t first_of_group[COMMAND_GROUP_COUNT] = TEXT_FIRST_OF_GROUP;
-
 /* The next command, or the heading before it. */
 static bool list_poll(struct console *console)
 {
-    uint8_t *group = &console->part, *index = &console->index;
+    uint8_t *index = &console->index;
+    const CDS_FLASH struct command_group *group = command_set.groups[console->part];
+    const CDS_FLASH struct command *row;
 
-    if (*group < COMMAND_GROUP_COUNT && *index == first_of_group[*group]) {
-        writer_line_at(&console->writer, TEXT_HEADING, (*group)++);
+    if (group == NULL)
+        return false;
+    if (*index == 0 && group->heading && !console->phase) {
+        console->phase = 1; // the heading is printed
+        printer_line(&console->printer, group->heading);
         return true;
     }
-    console->writer.values[0] = writer_text_at(TEXT_USAGE, (*index)++);
-    writer_char(&console->writer, ' '); // and a second one
-    writer_line(&console->writer, TEXT_LISTED);
-    return *index < COMMAND_COUNT;
+    row = &group->rows[*index];
+    console->printer.values[0].text = row->usage;
+    console->printer.values[1].text = row->what;
+    printer_line(&console->printer, message_listed);
+    if (++*index == group->count) {
+        *index = 0;
+        console->phase = 0;
+        console->part++;
+    }
+    return true;
 }
 
-bool help_poll(struct console *console)
+static bool help_poll(struct console *console)
 {
-    uint8_t row = console->line.to;
+    const CDS_FLASH struct command *topic = console->line.topic;
+    struct printer *printer = &console->printer;
 
-    if (console->line.words == 1)
+    if (topic == NULL)
         return list_poll(console);
     if (console->step == 0) {
-        writer_line_at(&console->writer, TEXT_USAGE, row);
-    } else if (console->step == 1) {
-        writer_line_at(&console->writer, TEXT_DETAILS, row);
-    } else {
-        console->writer.values[0] = writer_text_at(TEXT_EXAMPLE, row);
-        writer_line(&console->writer, TEXT_EXAMPLE_IS);
+        printer->values[0].text = topic->usage;
+        printer->values[1].text = topic->what;
+        printer_line(printer, message_usage);
+        return true;
     }
-    return console->step < 2;
-}
-
-bool version_poll(struct console *console)
-{
-    writer_flash(&console->writer, version_text);
-    writer_end_of_line(&console->writer);
+    if (topic->details == NULL)
+        return false;
+    if (console->step == 1) {
+        printer_line(printer, topic->details);
+        return true;
+    }
+    printer->values[0].text = topic->example;
+    printer_line(printer, message_example_is);
     return false;
 }
 
-uint8_t echo_begin(struct console *console)
+static bool version_poll(struct console *console)
 {
-    console->keeper->settings->echo = console->line.choice == 1;
+    printer_flash(&console->printer, version_text);
+    printer_end_of_line(&console->printer);
+    return false;
+}
+
+static uint8_t echo_begin(struct console *console)
+{
+    console->failsafe->settings->echo = console->line.choice == 1;
     return 0;
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("help [COMMAND]"),
+        .what = FLASH_TEXT("this list, or one command"),
+        .details = COMMAND_DETAILS("COMMAND: a name out of the list"),
+        .example = COMMAND_DETAILS("help move"),
+        .poll = help_poll,
+    },
+    {
+        .usage = FLASH_TEXT("version"),
+        .what = FLASH_TEXT("version and board"),
+        .details = COMMAND_DETAILS("Of this firmware"),
+        .example = COMMAND_DETAILS("version"),
+        .poll = version_poll,
+    },
+    {
+        .usage = FLASH_TEXT("echo on|off"),
+        .what = FLASH_TEXT("show what is typed"),
+        .details = COMMAND_DETAILS("Scripts read replies more easily with echo off"),
+        .example = COMMAND_DETAILS("echo off"),
+        .begin = echo_begin,
+    },
+};
+
+const CDS_FLASH struct command_group help_commands = {
+    .heading = FLASH_TEXT("The console:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

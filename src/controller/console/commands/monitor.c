@@ -2,15 +2,37 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "cds55xx/port.h" // cds_port_now_us()
+#include "cds55xx/feedback.h" // struct cds_feedback
+#include "cds55xx/port.h"     // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
+#include "console/number_format.h"
+
+static const CDS_FLASH char message_lines[] = "%u lines, %u answers missing";
 
 #define PERIOD_MS     100
 #define PERIOD_MIN_MS 10
 #define PERIOD_MAX_MS 60000
+
+/* Servos of a line. */
+#define MONITOR_SERVOS 8
+
+struct monitor {
+    uint32_t next_us; // when the next line begins
+    uint32_t period_us;
+    struct cds_feedback feedback;
+    uint16_t lines;
+    uint16_t failed;
+    uint8_t ids[MONITOR_SERVOS];
+    uint8_t count;
+    uint8_t index; // servo being read
+    uint8_t value; // of that servo, being printed
+    bool begun;    // the line has a value already
+};
+
+_Static_assert(sizeof(struct monitor) <= CONSOLE_JOB_SIZE, "the job must fit");
 
 enum monitor_phase {
     PAUSE, // until the next line is due
@@ -20,9 +42,9 @@ enum monitor_phase {
     SUM_UP,
 } __attribute__((packed));
 
-uint8_t monitor_begin(struct console *console)
+static uint8_t monitor_begin(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     const struct command_line *line = &console->line;
     uint8_t error;
 
@@ -60,27 +82,27 @@ static const CDS_FLASH struct {
 /* "1deg:150.147", behind the first one with a comma before it */
 static void tell(struct console *console, uint8_t value)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
-    struct writer *writer = &console->writer;
+    struct monitor *monitor = console_job(console);
+    struct printer *printer = &console->printer;
     uint16_t raw = 0;
 
     if (monitor->begun)
-        writer_char(writer, ',');
+        printer_char(printer, ',');
     monitor->begun = true;
-    writer_decimal(writer, monitor->ids[monitor->index]);
-    writer_flash(writer, values[value].label);
+    printer_decimal(printer, monitor->ids[monitor->index]);
+    printer_flash(printer, values[value].label);
     memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
            values[value].bytes); // low byte first, on an AVR and on the host
-    number_write_bare(writer, (enum cds_unit)values[value].unit, raw);
+    number_write_bare(printer, (enum cds_unit)values[value].unit, raw);
 }
 
 static void end_of_line(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     uint32_t now_us = cds_port_now_us();
 
     if (monitor->begun)
-        writer_end_of_line(&console->writer);
+        printer_end_of_line(&console->printer);
     if (monitor->lines < UINT16_MAX)
         monitor->lines++;
     monitor->next_us += monitor->period_us;
@@ -93,7 +115,7 @@ static void end_of_line(struct console *console)
 
 static void next(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
 
     monitor->index++;
     if (monitor->index < monitor->count)
@@ -105,7 +127,7 @@ static void next(struct console *console)
 /* One that fails is left out of the line; in the first one it ends all. */
 static void take(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     struct cds_feedback *feedback = &monitor->feedback;
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
@@ -125,21 +147,21 @@ static void take(struct console *console)
 /* "42 lines, 0 answers missing" */
 static bool sum_up(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
 
-    if (console->writer.within) {
-        writer_end_of_line(&console->writer);
+    if (console->printer.within) {
+        printer_end_of_line(&console->printer);
         return true;
     }
-    console->writer.values[0] = monitor->lines;
-    console->writer.values[1] = monitor->failed;
-    writer_line(&console->writer, TEXT_LINES);
+    console->printer.values[0].number = monitor->lines;
+    console->printer.values[1].number = monitor->failed;
+    printer_line(&console->printer, message_lines);
     return false;
 }
 
 static void ask(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     enum cds_result result =
         cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
 
@@ -147,9 +169,9 @@ static void ask(struct console *console)
     console->phase = result == CDS_OK ? TAKE : SUM_UP;
 }
 
-bool monitor_poll(struct console *console)
+static bool monitor_poll(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     bool asked = console->phase == TAKE;
 
     if (asked && console->line.request->result == CDS_PENDING)
@@ -171,3 +193,20 @@ bool monitor_poll(struct console *console)
     default: return sum_up(console);
     }
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("monitor ID... [every MS]"),
+        .what = FLASH_TEXT("print feedback of servos until a key"),
+        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. One line "
+                                   "each period, for serial plotters"),
+        .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
+        .begin = monitor_begin,
+        .poll = monitor_poll,
+    },
+};
+
+const CDS_FLASH struct command_group monitor_commands = {
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

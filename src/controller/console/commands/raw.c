@@ -1,30 +1,28 @@
 /* The instructions of the manual: ping, read, write, regwrite, action, reset, sync. */
 #include "cds55xx/control_table.h"
 #include "console/console.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "console/messages.h"
+#include "console/number_format.h"
+
+static const CDS_FLASH char message_id[] = "id %u";
 
 #define BYTES_IN_LINE 8
 
-uint8_t raw_begin(struct console *console)
+static uint8_t raw_begin(struct console *console)
 {
     console->line.request->no_retry = true; // what was typed is sent once
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
-bool exchange_poll(struct console *console)
-{
-    return console_waits(console);
-}
-
-/* A broadcast PING tells who answered. */
-bool ping_poll(struct console *console)
+/* After a broadcast PING: prints the ID that answered. */
+static bool ping_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
     if (console->error == 0 && console->line.id == CDS_BROADCAST_ID) {
-        console->writer.values[0] = console->line.request->id;
-        writer_line(&console->writer, TEXT_ID);
+        console->printer.values[0].number = console->line.request->id;
+        printer_line(&console->printer, message_id);
     }
     return false;
 }
@@ -34,13 +32,13 @@ static void dump_line(struct console *console, uint8_t first)
 {
     const struct cds_request *request = console->line.request;
 
-    writer_address(&console->writer, (uint8_t)(console->line.address + first));
-    writer_char(&console->writer, ':');
+    printer_address(&console->printer, (uint8_t)(console->line.address + first));
+    printer_char(&console->printer, ':');
     for (uint8_t i = first; i < request->length && i < first + BYTES_IN_LINE; i++) {
-        writer_char(&console->writer, ' ');
-        writer_hex(&console->writer, request->reply[i]);
+        printer_char(&console->printer, ' ');
+        printer_hex(&console->printer, request->reply[i]);
     }
-    writer_end_of_line(&console->writer);
+    printer_end_of_line(&console->printer);
 }
 
 /* "GOAL_POSITION = 512", of a register that was read whole */
@@ -49,14 +47,14 @@ static void value_line(struct console *console)
     const struct cds_request *request = console->line.request;
     const uint8_t *bytes = request->reply;
 
-    number_write_name(&console->writer, console->line.address);
-    writer_decimal(&console->writer,
-                   (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
-    writer_end_of_line(&console->writer);
+    number_write_name(&console->printer, console->line.address);
+    printer_decimal(&console->printer,
+                    (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
+    printer_end_of_line(&console->printer);
 }
 
 /* The bytes, and the value of a register that was named and read whole. */
-bool read_poll(struct console *console)
+static bool read_poll(struct console *console)
 {
     const struct cds_request *request = console->line.request;
     uint8_t *line = &console->index;
@@ -76,3 +74,76 @@ bool read_poll(struct console *console)
         value_line(console);
     return false;
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("ping ID|254"),
+        .what = FLASH_TEXT("check that a servo answers"),
+        .details = COMMAND_DETAILS("ID 254 finds a servo that is alone on the bus"),
+        .example = COMMAND_DETAILS("ping 1"),
+        .begin = raw_begin,
+        .poll = ping_poll,
+        .instruction = CDS_PING,
+    },
+    {
+        .usage = FLASH_TEXT("read ID REG [LENGTH]"),
+        .what = FLASH_TEXT("read a register, or LENGTH bytes from there"),
+        .details = COMMAND_DETAILS("REG: name or address, 0 to 0x31. LENGTH: 1 to 50"),
+        .example = COMMAND_DETAILS("read 1 PRESENT_POSITION"),
+        .begin = raw_begin,
+        .poll = read_poll,
+        .instruction = CDS_READ,
+    },
+    {
+        .usage = FLASH_TEXT("write ID|254 REG VALUE..."),
+        .what = FLASH_TEXT("write a register and the ones after it"),
+        .details = COMMAND_DETAILS(
+            "By name: values of registers. By address: bytes, 0 to 255. ID 254: all"),
+        .example = COMMAND_DETAILS("write 1 GOAL_POSITION 512 300"),
+        .begin = raw_begin,
+        .poll = console_waits,
+        .instruction = CDS_WRITE,
+    },
+    {
+        .usage = FLASH_TEXT("regwrite ID|254 REG VALUE..."),
+        .what = FLASH_TEXT("write later: the servo keeps it until action"),
+        .details = COMMAND_DETAILS("As write"),
+        .example = COMMAND_DETAILS("regwrite 2 GOAL_POSITION 700"),
+        .begin = raw_begin,
+        .poll = console_waits,
+        .instruction = CDS_REG_WRITE,
+    },
+    {
+        .usage = FLASH_TEXT("action [ID|254]"),
+        .what = FLASH_TEXT("carry out what regwrite sent (no ID: all servos)"),
+        .details = COMMAND_DETAILS("All start at the same moment"),
+        .example = COMMAND_DETAILS("action"),
+        .begin = raw_begin,
+        .poll = console_waits,
+        .instruction = CDS_ACTION,
+    },
+    {
+        .usage = FLASH_TEXT("reset ID"),
+        .what = FLASH_TEXT("factory values: then ID 1 at 1 Mbps"),
+        .details = COMMAND_DETAILS("factory does the same and checks the result"),
+        .example = COMMAND_DETAILS("reset 1"),
+        .begin = raw_begin,
+        .poll = console_waits,
+        .instruction = CDS_RESET,
+    },
+    {
+        .usage = FLASH_TEXT("sync REG LENGTH ID:BYTE,... ..."),
+        .what = FLASH_TEXT("write many servos at once"),
+        .details = COMMAND_DETAILS("LENGTH: bytes for each servo, 1 to 50. No replies"),
+        .example = COMMAND_DETAILS("sync GOAL_POSITION 4 1:0,2,44,1 2:0,1,44,1"),
+        .begin = raw_begin,
+        .poll = console_waits,
+        .instruction = CDS_SYNC_WRITE,
+    },
+};
+
+const CDS_FLASH struct command_group raw_commands = {
+    .heading = FLASH_TEXT("Instructions of the manual:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

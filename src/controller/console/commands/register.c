@@ -2,8 +2,13 @@
 #include "cds55xx/control_table.h"
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
+#include "console/commands/shared.h"
 #include "console/messages.h"
+#include "console/number_format.h"
+
+static const CDS_FLASH char message_in_eeprom[] = " EEPROM";
+static const CDS_FLASH char message_in_ram[] = " RAM";
 
 /* In endless turn MOVING_SPEED has a direction (R16), which no speed of position mode has. */
 static enum cds_unit unit_of(uint8_t address, uint16_t raw)
@@ -14,17 +19,17 @@ static enum cds_unit unit_of(uint8_t address, uint16_t raw)
 }
 
 /* "GOAL_POSITION = 150.147deg (512)": at most 44 characters. */
-static void write_register(struct writer *writer, uint8_t address, uint16_t raw)
+static void write_register(struct printer *printer, uint8_t address, uint16_t raw)
 {
     enum cds_unit unit = unit_of(address, raw);
 
-    number_write_name(writer, address);
-    number_write(writer, unit, raw);
+    number_write_name(printer, address);
+    number_write(printer, unit, raw);
     if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
-        writer_char(writer, ' ');
-        writer_char(writer, '(');
-        writer_decimal(writer, raw);
-        writer_char(writer, ')');
+        printer_char(printer, ' ');
+        printer_char(printer, '(');
+        printer_decimal(printer, raw);
+        printer_char(printer, ')');
     }
 }
 
@@ -35,7 +40,7 @@ static uint16_t raw_at(const uint8_t *bytes, uint8_t width)
 
 /* ---- get ---- */
 
-uint8_t get_begin(struct console *console)
+static uint8_t get_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     struct cds_register at;
@@ -47,7 +52,7 @@ uint8_t get_begin(struct console *console)
     return servo_read(console, at.address, at.width);
 }
 
-bool get_poll(struct console *console)
+static bool get_poll(struct console *console)
 {
     const struct command_line *line = &console->line;
 
@@ -55,17 +60,17 @@ bool get_poll(struct console *console)
         return true;
     if (!console_answered(console))
         return false;
-    write_register(&console->writer, line->address, raw_at(line->request->reply, line->length));
-    writer_end_of_line(&console->writer);
+    write_register(&console->printer, line->address, raw_at(line->request->reply, line->length));
+    printer_end_of_line(&console->printer);
     return false;
 }
 
 /* ---- set ---- */
 
-uint8_t set_begin(struct console *console)
+static uint8_t set_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint8_t *data = console_job(console)->set.data;
+    uint8_t *data = set_job(console)->data;
     struct cds_register at;
     uint16_t raw = 0;
     uint8_t error;
@@ -86,20 +91,20 @@ uint8_t set_begin(struct console *console)
     return servo_write(console, at.address, at.width);
 }
 
-bool set_poll(struct console *console)
+static bool set_poll(struct console *console)
 {
     return console->phase ? console_waits(console) : setup_poll(console);
 }
 
 /* ---- info ---- */
 
-uint8_t info_begin(struct console *console)
+static uint8_t info_begin(struct console *console)
 {
     return servo_read(console, 0, CDS_TABLE_SIZE);
 }
 
 /* "0x1E GOAL_POSITION = 150.147deg (512) RAM" */
-bool info_poll(struct console *console)
+static bool info_poll(struct console *console)
 {
     uint8_t *address = &console->index;
     struct cds_register at;
@@ -108,11 +113,48 @@ bool info_poll(struct console *console)
         return true;
     if (!console_answered(console) || !cds_register_at(*address, &at))
         return false;
-    writer_address(&console->writer, at.address);
-    writer_char(&console->writer, ' ');
-    write_register(&console->writer, at.address,
+    printer_address(&console->printer, at.address);
+    printer_char(&console->printer, ' ');
+    write_register(&console->printer, at.address,
                    raw_at(console->line.request->reply + at.address, at.width));
-    writer_line(&console->writer, at.area == CDS_AREA_EEPROM ? TEXT_IN_EEPROM : TEXT_IN_RAM);
+    printer_line(&console->printer,
+                 at.area == CDS_AREA_EEPROM ? message_in_eeprom : message_in_ram);
     *address = (uint8_t)(at.address + at.width);
     return *address < CDS_TABLE_SIZE;
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("get ID REG"),
+        .what = FLASH_TEXT("a register, with its unit"),
+        .details = COMMAND_DETAILS("REG: its name as in docs/registers.md and info, or an address. "
+                                   "In brackets: the register value"),
+        .example = COMMAND_DETAILS("get 1 PRESENT_VOLTAGE"),
+        .begin = get_begin,
+        .poll = get_poll,
+    },
+    {
+        .usage = FLASH_TEXT("set ID REG VALUE"),
+        .what = FLASH_TEXT("set a register"),
+        .details = COMMAND_DETAILS(
+            "VALUE in the unit that get shows, or another of its kind (deg mdeg, rpm mrpm, V mV, "
+            "us ms s, bps kbps), or raw. A register in EEPROM is written only if its value "
+            "differs, and read back. ID and BAUD_RATE: use id and baud"),
+        .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
+        .begin = set_begin,
+        .poll = set_poll,
+    },
+    {
+        .usage = FLASH_TEXT("info ID"),
+        .what = FLASH_TEXT("all registers of a servo"),
+        .details = COMMAND_DETAILS("Address, name, value with unit, register value, area"),
+        .example = COMMAND_DETAILS("info 1"),
+        .begin = info_begin,
+        .poll = info_poll,
+    },
+};
+
+const CDS_FLASH struct command_group register_commands = {
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

@@ -2,9 +2,15 @@
 #include "cds55xx/servo.h" // cds_servo_write()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
+#include "console/commands/shared.h"
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
+
+static const CDS_FLASH char message_torque_is_off[] =
+    "torque is off: it goes there once torque is on";
+static const CDS_FLASH char message_limits_are_off[] =
+    "angle limits set to 0: it turns without end";
 
 /* What move looks at first, in one READ. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
@@ -15,7 +21,7 @@ enum phase { LOOK, WRITE } __attribute__((packed));
 /* Number `index` of the line as what is written; its error, or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
-    uint8_t *data = &console_job(console)->set.data[2 * index];
+    uint8_t *data = &set_job(console)->data[2 * index];
     uint8_t error = console_number(console, index, unit);
 
     data[0] = (uint8_t)console->raw;
@@ -36,10 +42,10 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
 
     console->phase = WRITE;
     return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
-                                    console_job(console)->set.data, length);
+                                    set_job(console)->data, length);
 }
 
-uint8_t move_begin(struct console *console)
+static uint8_t move_begin(struct console *console)
 {
     struct command_line *line = &console->line;
     uint8_t result = take_raw(console, 0, CDS_UNIT_MDEG);
@@ -70,10 +76,10 @@ static void look(struct console *console)
     console->error =
         servo_write(console, CDS_REG_GOAL_POSITION, (uint8_t)(2 * console->line.numbers));
     if (off && console->error == 0)
-        writer_line(&console->writer, TEXT_TORQUE_IS_OFF);
+        printer_line(&console->printer, message_torque_is_off);
 }
 
-bool move_poll(struct console *console)
+static bool move_poll(struct console *console)
 {
     if (console_waits(console))
         return true;
@@ -84,9 +90,9 @@ bool move_poll(struct console *console)
 }
 
 /* Both angle limits 0 make it an endless turn (manual 3.2). */
-uint8_t turn_begin(struct console *console)
+static uint8_t turn_begin(struct console *console)
 {
-    const uint8_t *no_limits = console_job(console)->set.no_limits; // zero since it began
+    const uint8_t *no_limits = set_job(console)->no_limits; // zero since it began
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0 && robot_cycles(console->robot, console->line.id))
@@ -96,7 +102,7 @@ uint8_t turn_begin(struct console *console)
     return setup_write(console, CDS_REG_CW_ANGLE_LIMIT, no_limits, 4);
 }
 
-bool turn_poll(struct console *console)
+static bool turn_poll(struct console *console)
 {
     if (console->phase == WRITE)
         return console_waits(console);
@@ -104,24 +110,69 @@ bool turn_poll(struct console *console)
         return true;
     if (console->error)
         return false;
-    if (console_job(console)->set.setup.is_written)
-        writer_line(&console->writer, TEXT_LIMITS_ARE_OFF);
+    if (set_job(console)->setup.is_written)
+        printer_line(&console->printer, message_limits_are_off);
     console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
     return console->error == 0;
 }
 
 NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 {
-    console_job(console)->set.data[0] = console->line.choice == 1;
+    set_job(console)->data[0] = console->line.choice == 1;
     return servo_write(console, address, 1);
 }
 
-uint8_t torque_begin(struct console *console)
+static uint8_t torque_begin(struct console *console)
 {
     return write_switch(console, CDS_REG_TORQUE_ENABLE);
 }
 
-uint8_t led_begin(struct console *console)
+static uint8_t led_begin(struct console *console)
 {
     return write_switch(console, CDS_REG_LED);
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("move ID|254 ANGLE [SPEED]"),
+        .what = FLASH_TEXT("go to an angle"),
+        .details = COMMAND_DETAILS("ANGLE: 0 to 300deg, or 0raw to 1023raw. SPEED: 0 to 62rpm, 0 "
+                                   "as fast as it can; without it the servo's speed stays as it "
+                                   "is. ID 254: all"),
+        .example = COMMAND_DETAILS("move 1 90deg 30rpm"),
+        .begin = move_begin,
+        .poll = move_poll,
+    },
+    {
+        .usage = FLASH_TEXT("turn ID SPEED"),
+        .what = FLASH_TEXT("turn without end"),
+        .details = COMMAND_DETAILS("SPEED: -62 to 62rpm, positive CCW, 0 stands still. Sets both "
+                                   "angle limits to 0, for which the servo must not be locked; "
+                                   "'set ID CCW_ANGLE_LIMIT 300' ends it"),
+        .example = COMMAND_DETAILS("turn 1 -20rpm"),
+        .begin = turn_begin,
+        .poll = turn_poll,
+    },
+    {
+        .usage = FLASH_TEXT("torque ID|254 on|off"),
+        .what = FLASH_TEXT("torque on or off"),
+        .details = COMMAND_DETAILS("With torque off the output turns freely. ID 254: all"),
+        .example = COMMAND_DETAILS("torque 1 on"),
+        .begin = torque_begin,
+        .poll = console_waits,
+    },
+    {
+        .usage = FLASH_TEXT("led ID|254 on|off"),
+        .what = FLASH_TEXT("LED on or off"),
+        .details = COMMAND_DETAILS("ID 254: all"),
+        .example = COMMAND_DETAILS("led 1 on"),
+        .begin = led_begin,
+        .poll = console_waits,
+    },
+};
+
+const CDS_FLASH struct command_group servo_commands = {
+    .heading = FLASH_TEXT("One servo:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

@@ -1,10 +1,43 @@
 /* id, baud, factory, lock: what a servo keeps. */
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
+#include "console/commands/shared.h"
 #include "console/messages.h"
 
+static const CDS_FLASH char message_until_power_off[] = ", until power-off";
+static const CDS_FLASH char message_place[] = "ID %u at %b%s";
+static const CDS_FLASH char message_unchanged_place[] = "unchanged: ID %u at %b";
+static const CDS_FLASH char message_written[] = "written";
+static const CDS_FLASH char message_unchanged[] = "unchanged";
+
 /* ---- ID, baud rate, factory values: a transaction ---- */
+
+static enum cds_result end_reset(struct robot *robot, enum cds_result result)
+{
+    if (result != CDS_PENDING)
+        cds_servos_allow_reset(&robot->servos, false);
+    return result;
+}
+
+static enum cds_result begin_identity(struct robot *robot, const void *config)
+{
+    const struct cds_identity_config *to = config;
+    enum cds_result result;
+
+    if (to->change == CDS_IDENTITY_RESET_ALL)
+        cds_servos_allow_reset(&robot->servos, true); // until the operation has ended
+    result = cds_identity_begin(&robot->work.identity, to);
+    return result == CDS_OK ? CDS_OK : end_reset(robot, result);
+}
+
+static enum cds_result poll_identity(struct robot *robot)
+{
+    return end_reset(robot, cds_identity_poll(&robot->work.identity));
+}
+
+static const CDS_FLASH struct robot_operation identity = {.begin = begin_identity,
+                                                          .poll = poll_identity};
 
 /* `change`: enum cds_identity_change; `to`: the new ID or baud register. */
 static uint8_t change_begin(struct console *console, uint8_t change, uint8_t to)
@@ -18,28 +51,23 @@ static uint8_t change_begin(struct console *console, uint8_t change, uint8_t to)
         .new_id = to,
         .new_baud_reg = to,
     };
-    uint8_t error = robot_claim(robot, ROBOT_IDENTITY);
 
-    if (error)
-        return error;
-    if (change == CDS_IDENTITY_RESET_ALL)
-        cds_servos_allow_reset(&robot->servos, true); // until the operation has ended
-    return robot_begun(robot, cds_identity_begin(&robot->work.identity, &config));
+    return robot_start(robot, &identity, &config);
 }
 
-uint8_t id_begin(struct console *console)
+static uint8_t id_begin(struct console *console)
 {
-    return change_begin(console, CDS_IDENTITY_ID, console->line.to);
+    return change_begin(console, CDS_IDENTITY_ID, console->line.new_id);
 }
 
-uint8_t baud_begin(struct console *console)
+static uint8_t baud_begin(struct console *console)
 {
     uint8_t error = console_number(console, 0, CDS_UNIT_BPS);
 
     return error ? error : change_begin(console, CDS_IDENTITY_BAUD, (uint8_t)console->raw);
 }
 
-uint8_t factory_begin(struct console *console)
+static uint8_t factory_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
     bool all = line->id == CDS_BROADCAST_ID;
@@ -49,39 +77,39 @@ uint8_t factory_begin(struct console *console)
     return change_begin(console, all ? CDS_IDENTITY_RESET_ALL : CDS_IDENTITY_RESET, 0);
 }
 
-/* Where it answers, as `sentence` says it. */
-static void tell_place(struct console *console, uint16_t sentence,
+/* Where it answers, as `message` says it. */
+static void tell_place(struct console *console, const CDS_FLASH char *message,
                        const struct cds_identity_place *place)
 {
-    console->writer.values[0] = place->id;
-    console->writer.values[1] = place->baud_reg;
-    console->writer.values[2] =
-        cds_units_baud_is_kept(place->baud_reg) ? TEXT_NOTHING : TEXT_UNTIL_POWER_OFF;
-    writer_line(&console->writer, sentence);
+    console->printer.values[0].number = place->id;
+    console->printer.values[1].number = place->baud_reg;
+    console->printer.values[2].text =
+        cds_units_baud_is_kept(place->baud_reg) ? message_nothing : message_until_power_off;
+    printer_line(&console->printer, message);
 }
 
 static bool conclude(struct console *console)
 {
-    const struct cds_identity *identity = &console->robot->work.identity;
+    const struct cds_identity *state = &console->robot->work.identity;
 
-    console->servo_error = identity->error;
-    switch (identity->state) {
-    case CDS_IDENTITY_CHANGED: tell_place(console, TEXT_PLACE, &identity->to); return false;
+    console->servo_error = state->error;
+    switch (state->state) {
+    case CDS_IDENTITY_CHANGED: tell_place(console, message_place, &state->to); return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
     case CDS_IDENTITY_LOST: // or it was never there
-        console->error = identity->is_written ? (uint8_t)ERROR_LOST : identity->steps.result;
+        console->error = state->is_written ? (uint8_t)ERROR_LOST : state->steps.result;
         return false;
     case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
-    default: console->error = identity->steps.result; break;
+    default: console->error = state->steps.result; break;
     }
-    if (identity->state == CDS_IDENTITY_UNCHANGED)
-        tell_place(console, TEXT_UNCHANGED_PLACE, &identity->from);
+    if (state->state == CDS_IDENTITY_UNCHANGED)
+        tell_place(console, message_unchanged_place, &state->from);
     return false;
 }
 
-bool identity_poll(struct console *console)
+static bool identity_poll(struct console *console)
 {
-    return console->robot->operation == ROBOT_IDENTITY || conclude(console);
+    return console->robot->operation || conclude(console);
 }
 
 /* ---- settings that are written only if they differ ---- */
@@ -91,10 +119,10 @@ static uint8_t begin(struct console *console, struct cds_setup_config *config)
     config->bus = console->bus;
     config->request = console->line.request;
     config->id = console->line.id;
-    return (uint8_t)cds_setup_begin(&console_job(console)->set.setup, config);
+    return (uint8_t)cds_setup_begin(&set_job(console)->setup, config);
 }
 
-uint8_t lock_begin(struct console *console)
+static uint8_t lock_begin(struct console *console)
 {
     return begin(console, &(struct cds_setup_config){.setting = CDS_SETUP_LOCK});
 }
@@ -109,7 +137,7 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
 
 bool setup_waits(struct console *console)
 {
-    struct cds_setup *setup = &console_job(console)->set.setup;
+    struct cds_setup *setup = &set_job(console)->setup;
 
     if (cds_setup_poll(setup) == CDS_PENDING)
         return true;
@@ -123,7 +151,51 @@ bool setup_poll(struct console *console)
     if (setup_waits(console))
         return true;
     if (console->error == 0)
-        writer_line(&console->writer,
-                    console_job(console)->set.setup.is_written ? TEXT_WRITTEN : TEXT_UNCHANGED);
+        printer_line(&console->printer,
+                     set_job(console)->setup.is_written ? message_written : message_unchanged);
     return false;
 }
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("id OLD NEW"),
+        .what = FLASH_TEXT("give a servo another ID"),
+        .details = COMMAND_DETAILS(
+            "0 to 253. Checks first that NEW is free, and afterwards where the servo answers"),
+        .example = COMMAND_DETAILS("id 1 5"),
+        .begin = id_begin,
+        .poll = identity_poll,
+    },
+    {
+        .usage = FLASH_TEXT("baud ID RATE"),
+        .what = FLASH_TEXT("give a servo another baud rate"),
+        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
+                                   "bus changes with it; 'bus' changes it back"),
+        .example = COMMAND_DETAILS("baud 1 57600bps"),
+        .begin = baud_begin,
+        .poll = identity_poll,
+    },
+    {
+        .usage = FLASH_TEXT("factory ID|254 [force]"),
+        .what = FLASH_TEXT("factory values: then ID 1 at 1 Mbps"),
+        .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, and no "
+                                   "servo can be addressed alone"),
+        .example = COMMAND_DETAILS("factory 1"),
+        .begin = factory_begin,
+        .poll = identity_poll,
+    },
+    {
+        .usage = FLASH_TEXT("lock ID"),
+        .what = FLASH_TEXT("lock the set-up until power-off"),
+        .details = COMMAND_DETAILS("Then only registers 0x18 to 0x23 can be written"),
+        .example = COMMAND_DETAILS("lock 1"),
+        .begin = lock_begin,
+        .poll = setup_poll,
+    },
+};
+
+const CDS_FLASH struct command_group setup_commands = {
+    .heading = FLASH_TEXT("Set-up of servos:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

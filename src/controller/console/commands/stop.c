@@ -1,25 +1,42 @@
-/* stop, release, limits, servos: who is held, and why. */
+/* stop, release, limits, servos: torque off, and which servos may be driven. */
 #include <stddef.h>
 #include <string.h>
 
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/handlers.h"
+#include "console/commands/groups.h"
 #include "compiler.h" // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"
 
+static const CDS_FLASH char message_stop_unlisted[] =
+    "up to %u more servos were told and not checked";
+static const CDS_FLASH char message_alarms_more[] = " + %s";
+static const CDS_FLASH char message_alarms[] = ", alarms: %s";
+static const CDS_FLASH char message_on[] = "on";
+static const CDS_FLASH char message_off[] = "off";
+static const CDS_FLASH char message_lost[] = ", inhibited: lost its state, torque went off";
+static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
+static const CDS_FLASH char message_nobody[] = "no servo is known: 'scan' finds servos";
+
 /* ---- stop ---- */
 
-uint8_t stop_begin(struct console *console)
+static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
+    [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("servo %u: not checked"),
+    [CDS_TORQUE_OFF_ON] = FLASH_TEXT("servo %u: torque is still on"),
+    [CDS_TORQUE_OFF_SILENT] = FLASH_TEXT("servo %u: no answer"),
+    [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("servo %u: told, but set not to answer"),
+};
+
+static uint8_t stop_begin(struct console *console)
 {
     robot_stop(console->robot);
     return 0;
 }
 
-/* Waits until it is over, whoever began it, then tells of those that are not known to be off. */
-bool stop_poll(struct console *console)
+/* Waits until the stop is over, then prints the servos whose torque was not read as off. */
+static bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
     uint8_t *index = &console->index;
@@ -32,24 +49,25 @@ bool stop_poll(struct console *console)
 
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             continue;
-        console->writer.values[0] = servo->id;
-        writer_line_at(&console->writer, TEXT_STOP_UNKNOWN, servo->torque_off);
+        console->printer.values[0].number = servo->id;
+        printer_line(&console->printer, stop_outcomes[servo->torque_off]);
         return true;
     }
-    console->writer.values[0] = robot_strangers(robot);
-    if (console->writer.values[0] && console->error != CDS_LINE_BUSY) // else nothing was sent
-        writer_line(&console->writer, TEXT_STOP_STRANGERS);
+    console->printer.values[0].number = robot_unlisted(robot);
+    if (console->printer.values[0].number &&
+        console->error != CDS_LINE_BUSY) // else nothing was sent
+        printer_line(&console->printer, message_stop_unlisted);
     return false;
 }
 
-uint8_t release_begin(struct console *console)
+static uint8_t release_begin(struct console *console)
 {
     struct robot *robot = console->robot;
     struct cds_servo_state *servo = console_servo(console);
 
     if (robot_is_stopping(robot))
         return ERROR_STOPPING;
-    if (console->keeper->link_lost)
+    if (console->failsafe->link_lost)
         return ERROR_LINK_LOST;
     if (console->line.id == CDS_BROADCAST_ID) {
         robot_release(robot);
@@ -65,7 +83,7 @@ uint8_t release_begin(struct console *console)
 
 /* ---- limits ---- */
 
-uint8_t limits_begin(struct console *console)
+static uint8_t limits_begin(struct console *console)
 {
     const struct command_line *line = &console->line;
     struct cds_servos *servos = &console->robot->servos;
@@ -97,71 +115,122 @@ enum servos_part {
     PARTS,
 } __attribute__((packed));
 
-uint8_t servos_begin(struct console *console)
+static uint8_t servos_begin(struct console *console)
 {
     struct robot *robot = console->robot;
 
     if (console->line.choice == 0)
         return 0;
-    if (robot->operation != ROBOT_IDLE)
+    if (robot->operation)
         return ERROR_CYCLE;
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     robot_forget(robot);
-    memset(console->keeper->told, 0, sizeof console->keeper->told); // others take their places
+    memset(console->failsafe->told, 0, sizeof console->failsafe->told); // others take their places
     return 0;
 }
 
+static const CDS_FLASH char *const CDS_FLASH presences[] = {
+    [CDS_PRESENCE_UNKNOWN] = FLASH_TEXT("servo %u: not asked yet, torque %s"),
+    [CDS_PRESENCE_ONLINE] = FLASH_TEXT("servo %u: online, torque %s"),
+    [CDS_PRESENCE_OFFLINE] = FLASH_TEXT("servo %u: offline, torque %s"),
+    [CDS_PRESENCE_RETURNED] = FLASH_TEXT("servo %u: returned, being checked, torque %s"),
+};
+
 /* Of the conditions in `alarms`, number `index`, if it is one. */
-static void tell_alarm(struct writer *writer, uint8_t alarms, uint8_t index)
+static void tell_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
 {
     uint8_t bit = (uint8_t)(1u << index);
 
     if (!(alarms & bit))
         return;
-    writer->values[0] = writer_text_at(TEXT_CONDITION_VOLTAGE, index);
-    writer_text(writer, alarms & (bit - 1) ? TEXT_ALARMS_MORE : TEXT_ALARMS);
+    printer->values[0].text = reply_conditions[index];
+    printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
 }
 
-/* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
-NOINLINE static void servo_part(struct writer *writer, const struct cds_servos *servos,
+/* "servo 1: online, torque on, inhibited: stopped", one part at a time. */
+NOINLINE static void servo_part(struct printer *printer, const struct cds_servos *servos,
                                 const struct cds_servo_state *servo, uint8_t part)
 {
     switch (part) {
     case PART_STATE:
-        writer->values[0] = servo->id;
-        writer->values[1] = servo->torque ? TEXT_ON : TEXT_OFF;
-        writer_text(writer, writer_text_at(TEXT_PRESENCE_UNKNOWN, servo->presence));
+        printer->values[0].number = servo->id;
+        printer->values[1].text = servo->torque ? message_on : message_off;
+        printer_text(printer, presences[servo->presence]);
         break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
-            writer_text(writer, TEXT_HELD_LOST);
+            printer_text(printer, message_lost);
         break;
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
-            writer_text(writer, TEXT_HELD_STOPPED);
+            printer_text(printer, message_stopped);
         break;
-    case PART_END: writer_end_of_line(writer); break;
+    case PART_END: printer_end_of_line(printer); break;
     default:
-        tell_alarm(writer, servo->alarms & CDS_ERRORS_OF_CONDITION, (uint8_t)(part - PART_ALARMS));
+        tell_alarm(printer, servo->alarms & CDS_ERRORS_OF_CONDITION, (uint8_t)(part - PART_ALARMS));
         break;
     }
 }
 
-bool servos_poll(struct console *console)
+static bool servos_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
     uint8_t *index = &console->index;
     uint8_t *part = &console->part;
 
     if (robot->servos.count == 0) {
-        writer_line(&console->writer, TEXT_NOBODY);
+        printer_line(&console->printer, message_nobody);
         return false;
     }
-    servo_part(&console->writer, &robot->servos, &robot->states[*index], (*part)++);
+    servo_part(&console->printer, &robot->servos, &robot->states[*index], (*part)++);
     if (*part == PARTS) {
         *part = PART_STATE;
         (*index)++;
     }
     return *index < robot->servos.count;
 }
+
+const CDS_FLASH struct command stop_rows[] = {
+    {
+        .usage = FLASH_TEXT("stop"),
+        .what = FLASH_TEXT("torque off for all servos, at once"),
+        .details = COMMAND_DETAILS("Ctrl-X does the same at any time, before everything else. "
+                                   "Driving is inhibited until release"),
+        .example = COMMAND_DETAILS("stop"),
+        .begin = stop_begin,
+        .poll = stop_poll,
+    },
+    {
+        .usage = FLASH_TEXT("release [ID]"),
+        .what = FLASH_TEXT("allow driving again"),
+        .details = COMMAND_DETAILS("No ID: all servos, after stop. ID: a servo that lost its "
+                                   "state. Nothing moves: set torque and goal again"),
+        .example = COMMAND_DETAILS("release"),
+        .begin = release_begin,
+    },
+    {
+        .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
+        .what = FLASH_TEXT("how far and how fast a servo may be driven"),
+        .details = COMMAND_DETAILS(
+            "Angles, 0 to 300deg, and a speed, up to 62rpm. The controller does not send a goal or "
+            "speed beyond them, whether it comes from the console, the bridge or a cycle. Until "
+            "power-off; for a servo of the robot. 'limits ID 0 300' removes them"),
+        .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
+        .begin = limits_begin,
+    },
+    {
+        .usage = FLASH_TEXT("servos [forget]"),
+        .what = FLASH_TEXT("the servos of the robot and their state"),
+        .details = COMMAND_DETAILS("scan finds servos. forget: empties the list"),
+        .example = COMMAND_DETAILS("servos"),
+        .begin = servos_begin,
+        .poll = servos_poll,
+    },
+};
+
+const CDS_FLASH struct command_group stop_commands = {
+    .heading = FLASH_TEXT("Safety:"),
+    .rows = stop_rows,
+    .count = sizeof stop_rows / sizeof stop_rows[0],
+};

@@ -1,0 +1,378 @@
+/* status, alarms, clear, settings, save, defaults: the controller itself. */
+#include "console/console.h"
+#include "console/errors.h"
+#include "console/commands/groups.h"
+#include "compiler.h"      // NOINLINE
+#include "console/reply.h" // reply_condition()
+#include "console/messages.h"
+
+static const CDS_FLASH char message_of_others[] = "of others";
+static const CDS_FLASH char message_decimal[] = "%u";
+static const CDS_FLASH char message_alarm[] = "alarm %s: %s";
+static const CDS_FLASH char message_reset[] = "reset by%s%s%s%s%s";
+static const CDS_FLASH char message_link_lost[] = "host link: lost";
+static const CDS_FLASH char message_link_on[] = "host link: watched";
+static const CDS_FLASH char message_link_off[] = "host link: not watched";
+static const CDS_FLASH char message_torque_pending[] = "last stop: under way";
+static const CDS_FLASH char message_torque_never[] = "last stop: none";
+static const CDS_FLASH char message_torque_some_on[] =
+    "last stop: %u of %u servos read back as off, some are on%s";
+static const CDS_FLASH char message_torque_read[] = "last stop: %u of %u servos read back as off%s";
+static const CDS_FLASH char message_unlisted[] = "; up to %u more were not checked";
+static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
+static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
+static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
+static const CDS_FLASH char message_delays[] =
+    "RETURN_DELAY refused: %u; this board bears %u or more";
+static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
+static const CDS_FLASH char message_and_more[] = " and more";
+static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
+static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
+
+/* ---- settings, save, defaults ---- */
+
+static const CDS_FLASH char *const CDS_FLASH origins[] = {
+    [SETTINGS_NONE] = FLASH_TEXT("settings at start: defaults: nothing was ever saved"),
+    [SETTINGS_DAMAGED] = FLASH_TEXT("settings at start: defaults: what was saved is damaged"),
+    [SETTINGS_OTHER_VERSION] =
+        FLASH_TEXT("settings at start: defaults: what was saved is of another version"),
+    [SETTINGS_OLDER] =
+        FLASH_TEXT("settings at start: as saved by an older firmware; new ones are defaults"),
+    [SETTINGS_NEWER] = FLASH_TEXT("settings at start: as saved by a newer firmware"),
+    [SETTINGS_STORED] = FLASH_TEXT("settings at start: as saved"),
+    [SETTINGS_CORRECTED] =
+        FLASH_TEXT("settings at start: as saved, but one was out of range and is its default"),
+};
+
+static void say_origin(struct console *console)
+{
+    printer_line(&console->printer, origins[console->failsafe->store->origin]);
+}
+
+/* "link_loss_ms = 500 ms" */
+static void setting_line(struct console *console, uint8_t index)
+{
+    const CDS_FLASH struct setting *row = &settings_table[index];
+    struct printer *printer = &console->printer;
+
+    printer_flash(printer, row->name);
+    printer_equals(printer);
+    printer_decimal(printer, settings_get(console->failsafe->settings, index));
+    if (*row->unit != '-') {
+        printer_char(printer, ' ');
+        printer_flash(printer, row->unit);
+    }
+    printer_end_of_line(printer);
+}
+
+static uint8_t settings_begin(struct console *console)
+{
+    struct command_line *line = &console->line;
+    uint8_t error;
+
+    if (line->numbers == 0)
+        return 0;
+    error = console_number(console, 0, CDS_UNIT_NUMBER);
+    if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
+        error = ERROR_SETTING_RANGE;
+    if (error == 0)
+        failsafe_follow(console->failsafe);
+    return error;
+}
+
+static uint8_t defaults_begin(struct console *console)
+{
+    settings_default(console->failsafe->settings);
+    failsafe_follow(console->failsafe);
+    return 0;
+}
+
+/* One; none, if it was set; or all, and where they came from. */
+static bool settings_poll(struct console *console)
+{
+    if (console->line.words == 3)
+        return console->failsafe->unsettled; // in force with the ok
+    if (console->line.words == 2) {
+        setting_line(console, console->line.setting);
+        return false;
+    }
+    if (console->step < SETTINGS_COUNT) {
+        setting_line(console, console->step);
+        return true;
+    }
+    say_origin(console);
+    return false;
+}
+
+/* In force with the ok. */
+static bool defaults_poll(struct console *console)
+{
+    return console->failsafe->unsettled;
+}
+
+static uint8_t save_begin(struct console *console)
+{
+    struct failsafe *failsafe = console->failsafe;
+
+    return settings_save(failsafe->store, failsafe->settings) ? 0 : ERROR_SAVING;
+}
+
+static bool save_poll(struct console *console)
+{
+    uint8_t result = console->failsafe->store->result;
+
+    if (result == SETTINGS_FAILED)
+        console->error = ERROR_NOT_SAVED;
+    return result == SETTINGS_SAVING;
+}
+
+/* ---- alarms ---- */
+
+/* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
+NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits)
+{
+    union printer_value *value = printer->values;
+
+    if (id == CDS_BROADCAST_ID) {
+        (value++)->text = message_of_others;
+    } else {
+        (value++)->text = message_decimal;
+        (value++)->number = id;
+    }
+    bits = reply_condition(bits, &value->text);
+    printer_line(printer, message_alarm);
+    return bits;
+}
+
+/* The alarms of the robot's servo `index`; behind the last servo: alarms of unknown servos. */
+static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
+{
+    const struct cds_servo_state *servo = servos->states;
+    uint8_t others = servos->alarms;
+
+    if (index < servos->count)
+        return servo[index].alarms;
+    for (uint8_t left = servos->count; left; left--, servo++)
+        others = (uint8_t)(others & ~servo->alarms);
+    return others;
+}
+
+/* A line a call: `part` is what was told of servo `index`. */
+static bool alarms_poll(struct console *console)
+{
+    const struct cds_servos *servos = &console->robot->servos;
+    uint8_t *index = &console->index, left = 0;
+
+    while (*index <= servos->count &&
+           (left = (uint8_t)(alarms_of(servos, *index) & ~console->part)) == 0) {
+        (*index)++;
+        console->part = 0;
+    }
+    if (left == 0)
+        return false;
+    left ^= alarm_line(&console->printer,
+                       *index < servos->count ? servos->states[*index].id : CDS_BROADCAST_ID, left);
+    console->part |= left;
+    return true;
+}
+
+static uint8_t clear_begin(struct console *console)
+{
+    return failsafe_clear(console->failsafe) ? 0 : ERROR_STOPPING;
+}
+
+bool alarms_report(struct console *console)
+{
+    struct failsafe *failsafe = console->failsafe;
+
+    if (!console->printer.text && (!failsafe->alarm || console->editor.length))
+        return false;
+    if (printer_ready(&console->printer) && failsafe->alarm)
+        failsafe->alarm = alarm_line(&console->printer, failsafe->alarm_id, failsafe->alarm);
+    return true;
+}
+
+/* ---- status ---- */
+
+/* In the order of enum failsafe_reset. */
+static const CDS_FLASH char *const CDS_FLASH reset_causes[] = {
+    FLASH_TEXT(" power"),    FLASH_TEXT(" external"), FLASH_TEXT(" brown-out"),
+    FLASH_TEXT(" watchdog"), FLASH_TEXT(" JTAG"),
+};
+
+static const CDS_FLASH char *const CDS_FLASH bus_lines[] = {
+    [CDS_BUS_LINE_QUIET] = FLASH_TEXT("bus: ok"),
+    [1] = FLASH_TEXT("bus: busy"),
+    [2] = FLASH_TEXT("bus: fault"),
+};
+
+static void tell_reset(struct printer *printer, uint8_t causes)
+{
+    for (uint8_t i = 0; i < 5; i++, causes >>= 1)
+        printer->values[i].text = causes & 1 ? reset_causes[i] : message_nothing;
+    printer_line(printer, message_reset);
+}
+
+static const CDS_FLASH char *link_text(const struct failsafe *failsafe)
+{
+    if (failsafe->link_lost)
+        return message_link_lost;
+    return failsafe->settings->link_loss_ms ? message_link_on : message_link_off;
+}
+
+static const CDS_FLASH char *stop_text(const struct robot *robot)
+{
+    if (robot_is_stopping(robot))
+        return message_torque_pending;
+    if (!robot->stop.servos)
+        return message_torque_never;
+    return robot->stop.steps.result == CDS_REFUSED ? message_torque_some_on : message_torque_read;
+}
+
+/* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
+ * joined the robot after the stop is not among those that were read back. */
+static void tell_torque(struct printer *printer, const struct robot *robot)
+{
+    const struct cds_servo_state *servo = robot->states;
+    uint8_t unlisted = robot_unlisted(robot), off = 0;
+
+    for (uint8_t left = robot->servos.count; left; left--, servo++)
+        if (servo->torque_off == CDS_TORQUE_OFF_OFF)
+            off++;
+    printer->values[0].number = off;
+    printer->values[1].number = robot->servos.count;
+    printer->values[2].text = unlisted ? message_unlisted : message_nothing;
+    printer->values[3].number = unlisted;
+    printer_line(printer, stop_text(robot));
+}
+
+static const CDS_FLASH char *inhibit_text(const struct failsafe *failsafe)
+{
+    if (!robot_is_inhibited(failsafe->robot))
+        return message_inhibit_off;
+    return failsafe->link_lost ? message_inhibit_link : message_inhibit_on;
+}
+
+static void tell_delays(struct printer *printer, const struct cds_servos *servos)
+{
+    printer->values[0].number = servos->too_early;
+    printer->values[1].number = servos->shortest_delay;
+    printer_line(printer, message_delays);
+}
+
+static void tell_stops(struct printer *printer, const struct failsafe *failsafe)
+{
+    printer->values[0].number = *failsafe->damaged_stops;
+    printer_line(printer, message_stops);
+}
+
+/* "servos: 18, inhibited 0, offline 1" */
+static void tell_servos(struct printer *printer, const struct cds_servos *servos)
+{
+    const struct cds_servo_state *servo = servos->states;
+    uint8_t inhibited = 0, offline = 0;
+
+    for (uint8_t left = servos->count; left; left--, servo++) {
+        if (cds_servos_inhibits(servos, servo))
+            inhibited++;
+        if (servo->presence == CDS_PRESENCE_OFFLINE)
+            offline++;
+    }
+    printer->values[0].number = servos->count;
+    printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
+    printer->values[2].number = inhibited;
+    printer->values[3].number = offline;
+    printer_line(printer, message_servos);
+}
+
+static void tell_stack(struct printer *printer, const struct failsafe *failsafe)
+{
+    printer->values[0].number = failsafe->spare_bytes;
+    printer->values[1].number = failsafe->room_bytes;
+    printer_line(printer, message_stack);
+}
+
+static bool status_poll(struct console *console)
+{
+    struct printer *printer = &console->printer;
+
+    switch (console->step) {
+    case 0:
+        console->failsafe->counts_stack = true;
+        tell_reset(printer, console->failsafe->reset_cause);
+        return true;
+    case 1: say_origin(console); return true;
+    case 2: printer_line(printer, link_text(console->failsafe)); return true;
+    case 3: printer_line(printer, inhibit_text(console->failsafe)); return true;
+    case 4: tell_torque(printer, console->robot); return true;
+    case 5: tell_stops(printer, console->failsafe); return true;
+    case 6: printer_line(printer, bus_lines[cds_bus_line(console->bus)]); return true;
+    case 7: tell_servos(printer, &console->robot->servos); return true;
+    case 8: tell_delays(printer, &console->robot->servos); return true;
+    default:
+        if (console->failsafe->counts_stack) {
+            console->step--; // this step once more
+            return true;
+        }
+        tell_stack(printer, console->failsafe);
+        return false;
+    }
+}
+
+static const CDS_FLASH struct command rows[] = {
+    {
+        .usage = FLASH_TEXT("status"),
+        .what = FLASH_TEXT("state of the controller"),
+        .details =
+            COMMAND_DETAILS("Reset, settings, host link, inhibit, torque off, bus, servos, stack"),
+        .example = COMMAND_DETAILS("status"),
+        .poll = status_poll,
+    },
+    {
+        .usage = FLASH_TEXT("alarms"),
+        .what = FLASH_TEXT("alarms of servos since clear"),
+        .details = COMMAND_DETAILS(
+            "From all replies, also to the bridge. Printed at once if alarm_report is 1"),
+        .example = COMMAND_DETAILS("alarms"),
+        .poll = alarms_poll,
+    },
+    {
+        .usage = FLASH_TEXT("clear"),
+        .what = FLASH_TEXT("acknowledge alarms and a lost host link"),
+        .details = COMMAND_DETAILS(
+            "Servos inhibited for that or by stop may be driven again; nothing moves"),
+        .example = COMMAND_DETAILS("clear"),
+        .begin = clear_begin,
+    },
+    {
+        .usage = FLASH_TEXT("settings [NAME [VALUE]]"),
+        .what = FLASH_TEXT("the controller's settings, or one of them"),
+        .details = COMMAND_DETAILS("As in docs/settings.md. A value is in force at once, and after "
+                                   "power-off only if saved"),
+        .example = COMMAND_DETAILS("settings link_loss_ms 500"),
+        .begin = settings_begin,
+        .poll = settings_poll,
+    },
+    {
+        .usage = FLASH_TEXT("save"),
+        .what = FLASH_TEXT("keep the settings over power-off"),
+        .details = COMMAND_DETAILS("In the EEPROM; takes 0.2 s, the bus goes on"),
+        .example = COMMAND_DETAILS("save"),
+        .begin = save_begin,
+        .poll = save_poll,
+    },
+    {
+        .usage = FLASH_TEXT("defaults"),
+        .what = FLASH_TEXT("settings of a new controller"),
+        .details = COMMAND_DETAILS("Kept only by save"),
+        .example = COMMAND_DETAILS("defaults"),
+        .begin = defaults_begin,
+        .poll = defaults_poll,
+    },
+};
+
+const CDS_FLASH struct command_group controller_commands = {
+    .heading = FLASH_TEXT("The controller:"),
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+};

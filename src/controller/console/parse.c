@@ -1,0 +1,411 @@
+/* From the words of a line to what its command takes; see parse.h. */
+#include "console/parse.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "cds55xx/control_table.h"
+#include "compiler.h" // NOINLINE
+#include "console/errors.h"
+#include "robot/settings.h" // settings_named()
+
+/* What an argument in capitals is. */
+enum argument {
+    ARGUMENT_NONE, // there is none, or it is one of several words
+    ARGUMENT_ID,
+    ARGUMENT_ID_OR_ALL,
+    ARGUMENT_NEW_ID,
+    ARGUMENT_REGISTER,
+    ARGUMENT_LENGTH,
+    ARGUMENT_COMMAND,
+    ARGUMENT_SETTING,
+    ARGUMENT_NUMBER, // and all names that are not below
+    ARGUMENT_VALUES, // from here on: one word or more
+    ARGUMENT_BLOCKS,
+    ARGUMENT_IDS,
+    ARGUMENT_ANGLES,
+} __attribute__((packed));
+
+static const CDS_FLASH struct {
+    char name[12]; // not ended by a NUL if it fills the field
+    uint8_t argument;
+} arguments[] = {
+    {"ID", ARGUMENT_ID},
+    {"OLD", ARGUMENT_ID},
+    {"ID|254", ARGUMENT_ID_OR_ALL},
+    {"NEW", ARGUMENT_NEW_ID},
+    {"REG", ARGUMENT_REGISTER},
+    {"LENGTH", ARGUMENT_LENGTH},
+    {"COMMAND", ARGUMENT_COMMAND},
+    {"NAME", ARGUMENT_SETTING},
+    {"VALUE...", ARGUMENT_VALUES},
+    {"ID:BYTE,...", ARGUMENT_BLOCKS},
+    {"ID...", ARGUMENT_IDS},
+    {"ANGLE...", ARGUMENT_ANGLES},
+};
+
+#define ARGUMENTS (sizeof arguments / sizeof arguments[0])
+
+NOINLINE void parse_begin(struct command_line *line)
+{
+    struct cds_request *request = line->request;
+
+    memset(line, 0, sizeof *line);
+    line->request = request;
+    request->no_retry = false; // until raw_begin()
+    line->usage = message_nothing;
+    line->id = CDS_BROADCAST_ID;
+}
+
+/* ---- the usage string ---- */
+
+/* True at the end of an argument. */
+static bool ends(char c)
+{
+    return c == '\0' || c == ' ' || c == ']';
+}
+
+static bool is_capital(char c)
+{
+    return c >= 'A' && c <= 'Z';
+}
+
+/* True if the token is the word at `name`, which ends as an argument or at a '|'. */
+static bool is_word(const struct token *token, const CDS_FLASH char *name)
+{
+    if (token->length > TOKEN_MAX)
+        return false;
+    for (uint8_t i = 0; i < token->length; i++, name++)
+        if (ends(*name) || *name == '|' || token->text[i] != *name)
+            return false;
+    return ends(*name) || *name == '|';
+}
+
+/* True if the argument at `usage` has the name `name`. */
+static bool has_name(const CDS_FLASH char *usage, const CDS_FLASH char *name)
+{
+    while (*name && *usage == *name) {
+        usage++;
+        name++;
+    }
+    return *name == '\0' && ends(*usage);
+}
+
+/* The first argument at `usage`, or behind a bracket. */
+static uint8_t argument_at(const CDS_FLASH char *usage)
+{
+    while (*usage == '[')
+        usage++;
+    if (!is_capital(*usage))
+        return ARGUMENT_NONE;
+    for (uint8_t i = 0; i < ARGUMENTS; i++)
+        if (has_name(usage, arguments[i].name))
+            return arguments[i].argument;
+    return ARGUMENT_NUMBER;
+}
+
+/* Goes on to the argument behind the one at line->usage, or to the end. */
+static void move_on(struct command_line *line)
+{
+    const CDS_FLASH char *usage = line->usage;
+
+    while (!ends(*usage))
+        usage++;
+    while (*usage == ' ' || *usage == ']')
+        usage++;
+    line->usage = usage;
+    line->argument = argument_at(usage);
+}
+
+/* Commands differ in the first letter, nearly all of them: comparing it first keeps the bus from
+ * waiting for a list of names. */
+const CDS_FLASH struct command *parse_command(const struct token *token)
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+    char first = token->text[0];
+
+    for (; *group; group++) {
+        const CDS_FLASH struct command *row = (*group)->rows;
+
+        for (uint8_t left = (*group)->count; left; left--, row++)
+            if (*row->usage == first && is_word(token, row->usage))
+                return row;
+    }
+    return NULL;
+}
+
+/* ---- words: these functions return the error of the line that the word is, or 0 ---- */
+
+static uint8_t take_name(struct command_line *line, const struct token *token)
+{
+    line->command = parse_command(token);
+    if (line->command == NULL)
+        return ERROR_UNKNOWN_COMMAND;
+    line->usage = line->command->usage;
+    move_on(line);
+    return 0;
+}
+
+/* A number from 0 to `highest`; *byte is 0 if it is none. */
+static uint8_t take_byte(const struct token *token, uint8_t highest, uint8_t *byte)
+{
+    uint16_t value = 0;
+    uint8_t error = number_whole(token, highest, &value);
+
+    *byte = (uint8_t)value;
+    return error;
+}
+
+/* The register is known: the packet can begin, unless it is a READ, which is built at the end. */
+static void begin_packet(struct command_line *line)
+{
+    uint8_t instruction = line->command->instruction;
+
+    if (instruction == 0)
+        return;
+    cds_packet_begin(&line->request->packet, line->id, instruction);
+    cds_packet_put(&line->request->packet, line->address);
+}
+
+static bool is_letter(char c)
+{
+    return (c | 0x20) >= 'a' && (c | 0x20) <= 'z';
+}
+
+static uint8_t take_register(struct command_line *line, const struct token *token)
+{
+    struct cds_register found;
+    uint8_t error = 0;
+
+    if (token->length == 0 || !is_letter(token->text[0])) {
+        error = take_byte(token, CDS_TABLE_SIZE - 1, &line->address);
+        line->length = 1;
+    } else if (token->length <= TOKEN_MAX &&
+               cds_register_named(token->text, token->length, &found)) {
+        line->address = found.address;
+        line->length = found.width;
+        line->named = true;
+    } else {
+        return ERROR_UNKNOWN_REGISTER;
+    }
+    line->next = line->address;
+    begin_packet(line);
+    return error;
+}
+
+/* A value for the register `next`: a byte, or, if registers go by name, as wide as the register. */
+static uint8_t take_value(struct command_line *line, const struct token *token)
+{
+    struct cds_packet *packet = &line->request->packet;
+    struct cds_register at;
+    uint16_t value = 0;
+    uint8_t error;
+
+    if (!cds_register_at(line->next, &at))
+        return ERROR_OUT_OF_RANGE;
+    if (!line->named) {
+        at.width = 1;
+        at.highest = 255;
+    }
+    error = number_whole(token, at.highest, &value);
+    cds_packet_put(packet, (uint8_t)value);
+    if (at.width == 2)
+        cds_packet_put(packet, (uint8_t)(value >> 8));
+    line->next = (uint8_t)(line->next + at.width);
+    line->values++;
+    return error;
+}
+
+/* LENGTH of a READ, or of a SYNC WRITE, whose packet says it after the address. */
+static uint8_t take_length(struct command_line *line, const struct token *token)
+{
+    uint8_t error = take_byte(token, (uint8_t)(CDS_TABLE_SIZE - line->address), &line->length);
+
+    cds_packet_put(&line->request->packet, line->length);
+    return error == 0 && line->length == 0 ? (uint8_t)ERROR_OUT_OF_RANGE : error;
+}
+
+/* A word of a block: the ID, ended by ':', or a byte, ended by ',' or, the last one, by a space. */
+static uint8_t take_block(struct command_line *line, const struct token *token, char separator)
+{
+    bool is_id = line->remaining == 0;
+    uint8_t byte;
+    uint8_t error = take_byte(token, is_id ? CDS_ID_MAX : 255, &byte);
+    char due = ':';
+
+    if (is_id)
+        line->remaining = line->length;
+    else
+        due = --line->remaining ? ',' : ' ';
+    cds_packet_put(&line->request->packet, byte);
+    line->values = 1;
+    return separator == due ? error : (uint8_t)ERROR_BLOCK;
+}
+
+/* An ID of a list, kept in the request's buffer. */
+static uint8_t take_id(struct command_line *line, const struct token *token)
+{
+    uint8_t *ids = line->request->packet.bytes;
+    uint8_t id;
+    uint8_t error = take_byte(token, CDS_ID_MAX, &id);
+
+    if (error)
+        return error;
+    if (line->values == PARSE_LIST_MAX)
+        return ERROR_TOO_MANY;
+    if (memchr(ids, id, line->values))
+        return ERROR_TWICE;
+    ids[line->values++] = id;
+    return 0;
+}
+
+/* An angle of a list, kept there as a word. */
+static uint8_t take_angle(struct command_line *line, const struct token *token)
+{
+    uint8_t *word = line->request->packet.bytes + 2 * line->values;
+    struct number number;
+    uint16_t raw = 0;
+    uint8_t error;
+
+    if (line->values == PARSE_LIST_MAX)
+        return ERROR_TOO_MANY;
+    error = number_parse(token, &number);
+    if (error == 0)
+        error = number_within(&number, CDS_UNIT_MDEG, &raw);
+    word[0] = (uint8_t)raw;
+    word[1] = (uint8_t)(raw >> 8);
+    line->values++;
+    return error;
+}
+
+/* One of the words at line->usage. */
+static uint8_t take_choice(struct command_line *line, const struct token *token)
+{
+    const CDS_FLASH char *word = line->usage;
+
+    for (uint8_t index = 1;; index++) {
+        if (is_word(token, word)) {
+            line->choice = index;
+            return 0;
+        }
+        while (!ends(*word) && *word != '|')
+            word++;
+        if (*word++ != '|')
+            return ERROR_UNKNOWN_WORD;
+    }
+}
+
+static uint8_t take_topic(struct command_line *line, const struct token *token)
+{
+    line->topic = parse_command(token);
+    return line->topic ? 0 : ERROR_UNKNOWN_COMMAND;
+}
+
+static uint8_t take_setting(struct command_line *line, const struct token *token)
+{
+    line->setting = settings_named(token->text, token->length); // no name is as long as a token
+    return line->setting < SETTINGS_COUNT ? 0 : ERROR_UNKNOWN_SETTING;
+}
+
+NOINLINE static uint8_t take_argument(struct command_line *line, const struct token *token,
+                                      char separator)
+{
+    switch (line->argument) {
+    case ARGUMENT_ID: return take_byte(token, CDS_ID_MAX, &line->id);
+    case ARGUMENT_ID_OR_ALL: return take_byte(token, CDS_BROADCAST_ID, &line->id);
+    case ARGUMENT_NEW_ID: return take_byte(token, CDS_ID_MAX, &line->new_id);
+    case ARGUMENT_REGISTER: return take_register(line, token);
+    case ARGUMENT_LENGTH: return take_length(line, token);
+    case ARGUMENT_COMMAND: return take_topic(line, token);
+    case ARGUMENT_SETTING: return take_setting(line, token);
+    case ARGUMENT_NUMBER: return number_parse(token, &line->number[line->numbers++]);
+    case ARGUMENT_VALUES: return take_value(line, token);
+    case ARGUMENT_BLOCKS: return take_block(line, token, separator);
+    case ARGUMENT_IDS: return take_id(line, token);
+    case ARGUMENT_ANGLES: return take_angle(line, token);
+    default: return *line->usage ? take_choice(line, token) : (uint8_t)ERROR_COUNT;
+    }
+}
+
+static bool repeats(const struct command_line *line)
+{
+    return line->argument >= ARGUMENT_VALUES;
+}
+
+/* Goes on to the argument that this word is for: a word ends a list of numbers. */
+static void find_argument(struct command_line *line, const struct token *token)
+{
+    if (line->argument >= ARGUMENT_IDS && line->values && is_letter(token->text[0]))
+        move_on(line);
+    while (*line->usage == '[')
+        line->usage++;
+}
+
+void parse_word(struct command_line *line, const struct token *token, char separator)
+{
+    if (line->error)
+        return;
+    if (line->words == 0) {
+        line->error = take_name(line, token);
+    } else {
+        find_argument(line, token);
+        line->error = take_argument(line, token, separator);
+        if (!repeats(line))
+            move_on(line);
+    }
+    if (line->words < UINT8_MAX)
+        line->words++;
+}
+
+bool parse_in_block(const struct command_line *line)
+{
+    return line->argument == ARGUMENT_BLOCKS;
+}
+
+/* ---- the end of the line ---- */
+
+/* Number of parameters due in the reply. */
+static uint8_t reply_of(const struct command_line *line, uint8_t instruction)
+{
+    if (instruction == CDS_PING)
+        return 0;
+    if (line->id == CDS_BROADCAST_ID || instruction == CDS_SYNC_WRITE)
+        return CDS_REPLY_NONE;
+    return instruction == CDS_READ ? line->length : 0;
+}
+
+/* Completes the packet of a command that has one. */
+static enum cds_result finish_packet(struct command_line *line, uint8_t instruction)
+{
+    struct cds_packet *packet = &line->request->packet;
+
+    line->request->reply_parameters = reply_of(line, instruction);
+    switch (instruction) {
+    case CDS_PING: return cds_packet_ping(packet, line->id);
+    case CDS_ACTION: return cds_packet_action(packet, line->id);
+    case CDS_RESET: return cds_packet_reset(packet, line->id);
+    case CDS_READ: return cds_packet_read(packet, line->id, line->address, line->length);
+    default: return cds_packet_end(packet);
+    }
+}
+
+/* True if no argument is missing. */
+static bool is_complete(const struct command_line *line)
+{
+    char next = *line->usage;
+
+    return next == '\0' || next == '[' || (repeats(line) && line->values);
+}
+
+NOINLINE uint8_t parse_end(struct command_line *line)
+{
+    if (line->error)
+        return line->error;
+    if (!is_complete(line))
+        line->error = ERROR_COUNT;
+    else if (line->remaining)
+        line->error = ERROR_BLOCK;
+    else if (line->command->instruction)
+        line->error = (uint8_t)finish_packet(line, line->command->instruction);
+    return line->error;
+}

@@ -1,0 +1,55 @@
+/* From the words of a line, as they arrive, to what the usage string of its command asks for. No
+ * line is ever stored whole, so a SYNC WRITE may be as long as its packet. */
+#ifndef CONTROLLER_PARSE_H
+#define CONTROLLER_PARSE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "cds55xx/bus.h"          // struct cds_request
+#include "console/command.h"      // struct command
+#include "console/lexer.h"        // struct token
+#include "console/number_parse.h" // struct number
+
+#define PARSE_LIST_MAX 50 // IDs or angles in a line
+
+/* A line being read. */
+struct command_line {
+    struct cds_request *request;             // its packet is built here, and a list is kept here
+    const CDS_FLASH struct command *command; // NULL: not known yet
+    const CDS_FLASH struct command *topic;   // that help is asked about
+    const CDS_FLASH char *usage;             // the next argument
+    uint8_t argument;                        // that it is
+    uint8_t id;
+    uint8_t new_id;
+    uint8_t setting;   // row of settings_table
+    uint8_t address;   // of the register named first
+    uint8_t length;    // bytes to read, or for each servo
+    uint8_t choice;    // which of several words, from 1 on; 0: none
+    uint8_t numbers;   // count of `number`
+    uint8_t values;    // count of a list, or of values of registers
+    uint8_t words;     // so far, the command's name included
+    uint8_t error;     // number of the first error, 0 if none so far
+    uint8_t next;      // register the next value goes to
+    bool named;        // the register was given by its name
+    uint8_t remaining; // bytes still due in a block of SYNC WRITE
+    struct number number[3];
+};
+
+/* The command named by `token`; NULL: there is none. */
+const CDS_FLASH struct command *parse_command(const struct token *token);
+
+/* Forgets the line and begins a new one. */
+void parse_begin(struct command_line *line);
+
+/* Takes the next word, and the character that ended it (space, or ':' or ',' within a block). */
+void parse_word(struct command_line *line, const struct token *token, char separator);
+
+/* The line is complete: returns its error, or 0. Then, if the command has an instruction, the
+ * packet in line->request is ready to be submitted. */
+uint8_t parse_end(struct command_line *line);
+
+/* True if ':' and ',' are separators where the line now is. */
+bool parse_in_block(const struct command_line *line);
+
+#endif

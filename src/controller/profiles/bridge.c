@@ -1,0 +1,34 @@
+/* The profile `bridge`: no console. Text of the host is dropped, but for Ctrl-X, which stops the
+ * robot; a host releases it by the virtual device. */
+#include "console/console.h"
+#include "console/input.h"
+
+void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
+                  struct cds_ring *output)
+{
+    console->failsafe = failsafe;
+    console->robot = failsafe->robot;
+    console->input = input;
+    console->printer.ring = output;
+}
+
+void console_poll(struct console *console)
+{
+    bool stop = false;
+
+    printer_ready(&console->printer); // prints on
+    for (; cds_ring_count(console->input); input_drop(console->input, 1))
+        stop = stop || input_peek(console->input, 0) == CONSOLE_STOP;
+    if (stop)
+        console_stop(console);
+}
+
+void console_stop(struct console *console)
+{
+    robot_stop(console->robot);
+}
+
+bool console_idle(const struct console *console)
+{
+    return cds_ring_count(console->input) == 0 && !console->printer.text;
+}

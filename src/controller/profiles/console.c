@@ -1,0 +1,45 @@
+/* The profile `console`: all commands but diagnose. */
+#include <stddef.h>
+
+#include "console/commands/groups.h"
+#include "console/errors.h"
+
+static uint8_t omitted_begin(struct console *console)
+{
+    (void)console;
+    return ERROR_OMITTED;
+}
+
+/* So that diagnose is not an unknown command. */
+static const CDS_FLASH struct command omitted_rows[] = {
+    {
+        .usage = FLASH_TEXT("diagnose [ID|254]"),
+        .what = FLASH_TEXT("not in this firmware"),
+        .begin = omitted_begin,
+    },
+};
+
+static const CDS_FLASH struct command_group omitted_commands = {.rows = omitted_rows, .count = 1};
+
+/* In the order of the list. */
+static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {
+    &help_commands,
+    &servo_commands,
+    &register_commands,
+    &monitor_commands,
+    &group_commands,
+    &cycle_commands,
+    &stop_commands,
+    &setup_commands,
+    &bus_commands,
+    &omitted_commands,
+    &raw_commands,
+    &controller_commands,
+    NULL,
+};
+
+const CDS_FLASH struct command_set command_set = {
+    .groups = groups,
+    .on_stop = stop_rows,
+    .report = alarms_report,
+};

@@ -1,0 +1,210 @@
+/* The table of commands, and lines that are read by it. */
+#include <string.h>
+
+#include "console/errors.h"
+#include "console/parse.h"
+#include "unity.h"
+
+static uint8_t packet[258];
+static struct cds_request request;
+static struct command_line line;
+
+void setUp(void)
+{
+    request = (struct cds_request)CDS_REQUEST_WITHOUT_DATA(packet);
+    line.request = &request;
+    parse_begin(&line);
+}
+
+void tearDown(void)
+{
+}
+
+/* Reads a line: its error, or 0. */
+static uint8_t read_line(const char *text)
+{
+    struct token token = {0};
+
+    parse_begin(&line);
+    for (;; text++) {
+        bool block = parse_in_block(&line) && (*text == ':' || *text == ',');
+
+        if (*text != '\0' && *text != ' ' && !block) {
+            lexer_add(&token, *text);
+            continue;
+        }
+        if (token.length || block)
+            parse_word(&line, &token, block ? *text : ' ');
+        token.length = 0;
+        if (*text == '\0')
+            return parse_end(&line);
+    }
+}
+
+/* Calls `check` with every command. */
+static void each_command(void (*check)(const CDS_FLASH struct command *command))
+{
+    const CDS_FLASH struct command_group *const CDS_FLASH *group = command_set.groups;
+
+    for (; *group; group++)
+        for (uint8_t i = 0; i < (*group)->count; i++)
+            check(&(*group)->rows[i]);
+}
+
+static uint8_t read_example(const CDS_FLASH struct command *command)
+{
+    char text[80];
+    uint8_t length = 0;
+
+    for (; command->example[length]; length++)
+        text[length] = command->example[length];
+    text[length] = '\0';
+    return read_line(text);
+}
+
+static uint8_t length_of(const CDS_FLASH char *text)
+{
+    uint8_t length = 0;
+
+    while (*text++)
+        length++;
+    return length;
+}
+
+static void check_row(const CDS_FLASH struct command *command)
+{
+    TEST_ASSERT_GREATER_THAN(2, length_of(command->usage));
+    TEST_ASSERT_GREATER_THAN(3, length_of(command->what));
+    TEST_ASSERT_GREATER_THAN(3, length_of(command->details));
+    TEST_ASSERT_TRUE_MESSAGE(command->begin || command->poll, "it does nothing");
+}
+
+void test_every_row_is_whole(void)
+{
+    each_command(check_row);
+}
+
+static void check_name(const CDS_FLASH struct command *command)
+{
+    struct token token = {0};
+
+    for (const CDS_FLASH char *c = command->usage; *c && *c != ' '; c++)
+        lexer_add(&token, *c);
+    TEST_ASSERT_LESS_THAN(TOKEN_MAX, token.length);
+    TEST_ASSERT_TRUE(command == parse_command(&token));
+    lexer_add(&token, 'x');
+    TEST_ASSERT_TRUE(parse_command(&token) == NULL);
+    token.length = (uint8_t)(token.length - 2);
+    if (token.length) // no name is the beginning of another one
+        TEST_ASSERT_TRUE(parse_command(&token) == NULL);
+}
+
+void test_every_name_finds_its_row(void)
+{
+    each_command(check_name);
+}
+
+static void check_example(const CDS_FLASH struct command *command)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, read_example(command));
+    TEST_ASSERT_TRUE(line.command == command);
+}
+
+void test_every_example_is_a_line_of_its_command(void)
+{
+    each_command(check_example);
+}
+
+static void check_many_words(const CDS_FLASH struct command *command)
+{
+    struct token word = {.length = 1, .text = "1"};
+
+    read_example(command);
+    for (uint8_t more = 0; more < 60; more++)
+        parse_word(&line, &word, ' ');
+    TEST_ASSERT_NOT_EQUAL(0, parse_end(&line));
+}
+
+void test_a_word_too_many_is_an_error_of_every_command(void)
+{
+    each_command(check_many_words);
+}
+
+void test_optional_words(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("move 7 90.5"));
+    TEST_ASSERT_EQUAL_UINT8(7, line.id);
+    TEST_ASSERT_EQUAL_UINT8(1, line.numbers);
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("move 254 90 30rpm"));
+    TEST_ASSERT_EQUAL_UINT8(2, line.numbers);
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("scan"));
+    TEST_ASSERT_EQUAL_UINT8(0, line.choice);
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("scan rescue"));
+    TEST_ASSERT_EQUAL_UINT8(2, line.choice);
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("diagnose"));
+    TEST_ASSERT_EQUAL_UINT8(CDS_BROADCAST_ID, line.id);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("scan all all"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("move 7"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("move 7 1 2 3"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("scan al"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("scan all|rescue"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("led 1 onn"));
+}
+
+void test_lists_of_servos(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("monitor 3 1 253 every 50ms"));
+    TEST_ASSERT_EQUAL_UINT8(3, line.values);
+    TEST_ASSERT_EQUAL_UINT8(253, packet[2]);
+    TEST_ASSERT_EQUAL_UINT8(1, line.choice);
+    TEST_ASSERT_EQUAL_UINT8(1, line.numbers);
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("group"));
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("group 1 2 action"));
+    TEST_ASSERT_EQUAL_UINT8(2, line.values);
+    TEST_ASSERT_EQUAL_UINT8(2, line.choice);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("monitor"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_NOT_A_NUMBER, read_line("monitor every 50"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("monitor 1 every"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("monitor 1 every 50 60"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, read_line("group 254"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TWICE, read_line("group 1 2 1"));
+}
+
+void test_lists_of_angles(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(0, read_line("pose 90 512raw 300deg at 20rpm"));
+    TEST_ASSERT_EQUAL_UINT8(3, line.values);
+    TEST_ASSERT_EQUAL_HEX8(307 & 0xFF, packet[0]);
+    TEST_ASSERT_EQUAL_HEX8(307 >> 8, packet[1]);
+    TEST_ASSERT_EQUAL_HEX8(1023 & 0xFF, packet[4]);
+    TEST_ASSERT_EQUAL_HEX8(1023 >> 8, packet[5]);
+    TEST_ASSERT_EQUAL_UINT8(ERROR_OUT_OF_RANGE, read_line("pose 90 1024raw"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNIT, read_line("pose 90 20rpm"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_UNKNOWN_WORD, read_line("pose 90 by 20rpm"));
+    TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("pose 90 at"));
+}
+
+void test_a_list_is_never_longer_than_its_room(void)
+{
+    struct token word = {.length = 1, .text = "1"};
+
+    read_line("pose 1");
+    for (uint8_t i = 0; i < 200; i++)
+        parse_word(&line, &word, ' ');
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, parse_end(&line));
+    TEST_ASSERT_EQUAL_UINT8(PARSE_LIST_MAX, line.values);
+}
+
+void test_a_list_of_ids_neither(void)
+{
+    read_line("group 100");
+    for (uint8_t id = 0; id < 60; id++) {
+        struct token word = {.length = 2};
+
+        word.text[0] = (char)('0' + id / 10);
+        word.text[1] = (char)('0' + id % 10);
+        parse_word(&line, &word, ' ');
+    }
+    TEST_ASSERT_EQUAL_UINT8(ERROR_TOO_MANY, parse_end(&line));
+    TEST_ASSERT_EQUAL_UINT8(PARSE_LIST_MAX, line.values);
+}

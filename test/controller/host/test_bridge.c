@@ -1,0 +1,934 @@
+/* The bridge, the virtual device and the reads of many servos, between host bytes and bus bytes. */
+#include <string.h>
+
+#include "host/bridge.h"
+#include "cds55xx/control_table.h"
+#include "cds55xx/servo.h"
+#include "eeprom_fake.h"
+#include "console/input.h"
+#include "port_fake.h"
+#include "unity.h"
+#include "host/device_registers.h"
+
+static struct cds_bus bus;
+static struct cds_ring input, text, output;
+static struct host_demux host;
+static struct bridge bridge;
+static struct device device;
+static struct device_registers registers;
+static struct robot robot;
+static struct settings settings;
+static struct settings_store store;
+static struct failsafe failsafe;
+static uint8_t buffers[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
+static uint16_t gaps;
+
+/* What the host has heard. */
+static uint8_t heard[300];
+static uint16_t heard_size;
+
+static void attach(const struct cds_bus_hooks *hooks)
+{
+    bus.hooks = NULL;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_attach(&bus, hooks));
+}
+
+void setUp(void)
+{
+    port_fake_reset();
+    memset(&input, 0, sizeof input);
+    memset(&text, 0, sizeof text);
+    memset(&output, 0, sizeof output);
+    memset(&device, 0, sizeof device);
+    memset(&bus, 0, sizeof bus);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    host_demux_open(&host, &input, &text, buffers[0] + STATUS_PACKET_HEAD);
+    eeprom_fake_reset();
+    memset(&store, 0, sizeof store);
+    memset(&robot, 0, sizeof robot);
+    robot_begin(&robot, &bus, 0);
+    attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
+    settings_default(&settings);
+    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    device_registers_open(&registers, &failsafe, &host, &bridge, &gaps);
+    device.ops = &device_registers_ops;
+    device.context = &registers;
+    bridge_open(&bridge, &bus, &host, &device, &output, buffers[1] + STATUS_PACKET_HEAD);
+    heard_size = 0;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+static void turn(void)
+{
+    port_fake.now_us += 2;
+    cds_bus_poll(&bus);
+    host_demux_poll(&host);
+    bridge_poll(&bridge);
+    for (; cds_ring_count(&output); input_drop(&output, 1))
+        if (heard_size < sizeof heard)
+            heard[heard_size++] = input_peek(&output, 0);
+}
+
+static void turns(uint16_t count)
+{
+    while (count--)
+        turn();
+}
+
+/* The host says a packet. */
+static void say(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
+{
+    uint8_t head[5] = {0xFF, 0xFF, id, (uint8_t)(count + 2), instruction};
+    uint8_t sum = (uint8_t)(id + head[3] + instruction);
+
+    heard_size = 0;
+    for (uint16_t i = 0; i < count + 6u; i++) {
+        uint8_t byte = i < 5 ? head[i] : i < count + 5u ? parameters[i - 5] : (uint8_t)~sum;
+
+        if (i >= 5)
+            sum = (uint8_t)(sum + byte);
+        while (!cds_ring_put(&input, byte))
+            turn();
+    }
+    turns(60);
+}
+
+#define SAY(id, instruction, ...)                                                                  \
+    do {                                                                                           \
+        const uint8_t parameters_[] = {__VA_ARGS__};                                               \
+        say(id, instruction, parameters_, sizeof parameters_);                                     \
+    } while (0)
+
+/* What the bus has sent is out. */
+static bool sent(void)
+{
+    for (uint16_t i = 0; i < 1200 && bus.link.state != CDS_LINK_TALKING; i++)
+        turn();
+    return port_fake_transmit(&bus.link, 0);
+}
+
+static void assert_sent(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
+{
+    TEST_ASSERT_TRUE(sent());
+    TEST_ASSERT_EQUAL_UINT16(count + 6u, port_fake.sent_size);
+    TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+    TEST_ASSERT_EQUAL_UINT8(count + 2, port_fake.sent[3]);
+    TEST_ASSERT_EQUAL_UINT8(instruction, port_fake.sent[4]);
+    if (count)
+        TEST_ASSERT_EQUAL_UINT8_ARRAY(parameters, &port_fake.sent[5], count);
+}
+
+static void answer(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
+{
+    port_fake_answer(&bus.link, id, error, parameters, count);
+    turns(20);
+}
+
+/* The host has heard one status packet, and nothing else. */
+static void assert_heard(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
+{
+    uint8_t sum = (uint8_t)(id + count + 2 + error);
+
+    for (uint8_t i = 0; i < count; i++)
+        sum = (uint8_t)(sum + parameters[i]);
+    TEST_ASSERT_EQUAL_UINT16(count + 6u, heard_size);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, heard[0]);
+    TEST_ASSERT_EQUAL_HEX8(0xFF, heard[1]);
+    TEST_ASSERT_EQUAL_UINT8(id, heard[2]);
+    TEST_ASSERT_EQUAL_UINT8(count + 2, heard[3]);
+    TEST_ASSERT_EQUAL_HEX8(error, heard[4]);
+    if (count)
+        TEST_ASSERT_EQUAL_HEX8_ARRAY(parameters, &heard[5], count);
+    TEST_ASSERT_EQUAL_HEX8((uint8_t)~sum, heard[5 + count]);
+    heard_size = 0;
+}
+
+static void wait_for_deadline(void)
+{
+    turns(1500); // 3 ms
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+}
+
+static uint8_t data[255];
+
+static void fill(uint8_t count, uint8_t from)
+{
+    for (uint8_t i = 0; i < count; i++)
+        data[i] = (uint8_t)(from + i);
+}
+
+void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
+{
+    struct cds_stats stats;
+
+    for (uint8_t count = 0; count <= 252; count = (uint8_t)(count + 21)) {
+        fill(count, 200);
+        say(254, 0x83, data, count);
+        assert_sent(254, 0x83, data, count);
+        wait_for_deadline();
+    }
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    cds_bus_stats(&bus, &stats);
+    TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, stats.ok);
+}
+
+void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
+{
+    for (uint8_t count = 0; count <= CDS_REPLY_ANY; count++) {
+        SAY(9, CDS_READ, 0, count);
+        TEST_ASSERT_TRUE(sent());
+        fill(count, 0xF0);
+        answer(9, count & 0x7F, data, count);
+        assert_heard(9, count & 0x7F, data, count);
+    }
+    SAY(9, 0x77, 1, 2, 3); // whatever that is
+    assert_sent(9, 0x77, (const uint8_t *)"\1\2\3", 3);
+    answer(9, 0x40, data, 5);
+    assert_heard(9, 0x40, data, 5);
+    TEST_ASSERT_EQUAL_UINT16(bridge.counters.answered, bridge.counters.passed);
+}
+
+static uint8_t due(uint8_t id, uint8_t length, uint8_t instruction, uint8_t count)
+{
+    const uint8_t packet[] = {0xFF, 0xFF, id, length, instruction, 0, count, 0};
+
+    return status_packet_due(packet);
+}
+
+void test_how_long_a_reply_may_be(void)
+{
+    TEST_ASSERT_EQUAL_UINT8(8, due(1, 4, CDS_READ, 8));
+    TEST_ASSERT_EQUAL_UINT8(50, due(1, 4, CDS_READ, 50));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 4, CDS_READ, 51));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 5, CDS_READ, 8)); // no READ that a servo knows
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 2, CDS_PING, 8));
+    TEST_ASSERT_EQUAL_UINT8(0, due(1, 4, CDS_WRITE, 8));
+    TEST_ASSERT_EQUAL_UINT8(0, due(254, 2, CDS_PING, 8));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 4, CDS_READ, 8));
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 8, 0x83, 8));
+}
+
+void test_a_reply_of_any_length_must_fit(void)
+{
+    static uint8_t packet[CDS_PACKET_SIZE(0)], bytes[CDS_REPLY_ANY];
+    struct cds_request request = CDS_REQUEST(packet, bytes);
+
+    request.any_length = true;
+    cds_packet_ping(&request.packet, 1);
+    request.reply_capacity--;
+    TEST_ASSERT_EQUAL(CDS_NO_ROOM, cds_bus_submit(&bus, &request));
+    request.reply_capacity++;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &request));
+    TEST_ASSERT_TRUE(sent());
+    answer(1, 0, data, CDS_REPLY_ANY);
+    TEST_ASSERT_EQUAL(CDS_OK, request.result);
+    TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_ANY, request.length);
+}
+
+void test_no_reply_or_a_damaged_one_is_no_answer(void)
+{
+    SAY(9, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    wait_for_deadline();
+    SAY(9, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    port_fake_hear(&bus.link, (const uint8_t *)"\xFF\xFF\x09\x02\x00\x00", 6);
+    wait_for_deadline();
+    SAY(9, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    answer(8, 0, NULL, 0); // another one's
+    wait_for_deadline();
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(3, bridge.counters.unanswered);
+    TEST_ASSERT_EQUAL_UINT16(3, port_fake.packets); // none was sent twice
+}
+
+void test_only_a_broadcast_ping_is_answered(void)
+{
+    SAY(254, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    answer(42, 0, NULL, 0);
+    assert_heard(42, 0, NULL, 0);
+    SAY(254, CDS_READ, 0, 1);
+    TEST_ASSERT_TRUE(sent());
+    turns(2);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge)); // without waiting for any
+    TEST_ASSERT_EQUAL_UINT16(0, bridge.counters.unanswered);
+}
+
+void test_the_next_packet_waits_for_the_reply_to_this_one(void)
+{
+    SAY(1, CDS_PING);
+    SAY(2, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    TEST_ASSERT_EQUAL_UINT8(1, port_fake.sent[2]);
+    answer(1, 0, NULL, 0);
+    assert_heard(1, 0, NULL, 0);
+    TEST_ASSERT_TRUE(sent());
+    TEST_ASSERT_EQUAL_UINT8(2, port_fake.sent[2]);
+    answer(2, 0, NULL, 0);
+    assert_heard(2, 0, NULL, 0);
+}
+
+void test_a_host_that_does_not_listen_gets_the_answer_later_and_whole(void)
+{
+    SAY(1, CDS_READ, 0, 50);
+    TEST_ASSERT_TRUE(sent());
+    while (cds_ring_put(&output, 'x')) {
+    }
+    fill(50, 0);
+    port_fake_answer(&bus.link, 1, 0, data, 50);
+    for (uint8_t i = 0; i < 20; i++) {
+        cds_bus_poll(&bus);
+        bridge_poll(&bridge);
+    }
+    TEST_ASSERT_TRUE(bridge_talks(&bridge));
+    for (uint16_t i = 0; i < 64 + 56; i++) { // a byte at a time
+        if (input_peek(&output, 0) != 'x' || i >= 64)
+            heard[heard_size++] = input_peek(&output, 0);
+        input_drop(&output, 1);
+        bridge_poll(&bridge);
+    }
+    TEST_ASSERT_FALSE(bridge_talks(&bridge));
+    assert_heard(1, 0, data, 50);
+}
+
+/* --- the device --------------------------------------------------------------------------------
+ */
+
+#define DEVICE_IS 253
+
+void test_registers_lie_apart_and_within_the_table(void)
+{
+    static const uint8_t row[][2] = {
+#define ROW(name, address, bytes, access, lowest, highest, unit, what) {address, bytes},
+        DEVICE_REGISTERS(ROW)
+#undef ROW
+    };
+    static uint8_t used[DEVICE_TABLE_SIZE];
+
+    memset(used, 0, sizeof used);
+    for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
+        for (uint8_t i = 0; i < row[reg][1]; i++) {
+            TEST_ASSERT_LESS_THAN(DEVICE_TABLE_SIZE, row[reg][0] + i);
+            TEST_ASSERT_EQUAL_UINT8(0, used[row[reg][0] + i]++);
+        }
+    TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_KEPT); // the first that is no setting
+}
+
+void test_the_device_answers_and_the_bus_stays_silent(void)
+{
+    SAY(DEVICE_IS, CDS_PING);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_READ, 0, 4);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x55\xCD\x01\xFD", 4);
+    SAY(DEVICE_IS, CDS_READ, 0x0F, 3); // where nothing is it reads 0
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0\0\0", 3);
+    SAY(DEVICE_IS, CDS_READ, 0x6F, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+    SAY(DEVICE_IS, CDS_READ, 0x6F, 2);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_REG_WRITE, 7, 1);
+    assert_heard(DEVICE_IS, CDS_ERROR_INSTRUCTION, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_a_write_is_carried_out_whole_or_not_at_all(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x06, 7, 2, 0, 1, 0x34, 0x12); // 0x06 to 0x0B
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(7, settings.return_delay);
+    TEST_ASSERT_EQUAL_UINT16(2, settings.repeats);
+    TEST_ASSERT_EQUAL_UINT16(0x1234, settings.link_loss_ms);
+    TEST_ASSERT_EQUAL_UINT16(14, bus.return_delay_us);
+    TEST_ASSERT_EQUAL_UINT8(2, robot.queue.retries);
+    SAY(DEVICE_IS, CDS_WRITE, 0x06, 9, 3); // 3 is out of range
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0F, 0); // nothing there
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x02, 1, 5); // VERSION is read-only
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(7, settings.return_delay);
+    TEST_ASSERT_EQUAL_UINT16(DEVICE_IS, settings.device_id);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0B, 0x56); // the high byte alone
+    TEST_ASSERT_EQUAL_UINT16(0x5634, settings.link_loss_ms);
+    SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0xCF, 0x07); // 1999
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, 255);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_a_change_of_id_is_answered_with_the_old_one(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, 7);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(7, CDS_RESET);
+    assert_heard(7, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, DEVICE_OFF);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_PING);
+    assert_sent(DEVICE_IS, CDS_PING, NULL, 0);
+}
+
+void test_the_rate_of_the_bus_waits_for_the_exchange_on_it(void)
+{
+    static uint8_t bytes[64];
+    struct cds_request other = CDS_REQUEST_WITHOUT_DATA(bytes);
+
+    cds_packet_ping(&other.packet, 5);
+    other.reply_parameters = 0;
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit(&bus, &other));
+    SAY(DEVICE_IS, CDS_WRITE, 0x05, 34);
+    TEST_ASSERT_EQUAL_UINT8(1, bus.baud_reg);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_TRUE(sent());
+    turns(2000);
+    TEST_ASSERT_EQUAL_UINT8(34, bus.baud_reg);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+}
+
+void test_save_keeps_the_settings_and_says_when_it_is_done(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x04, 16);
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_READ, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1); // waits for the one before it
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    while (settings_save_poll(&store)) {
+    }
+    turns(60);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    while (settings_save_poll(&store)) {
+    }
+    SAY(DEVICE_IS, CDS_READ, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+    settings_load(&store, &settings);
+    TEST_ASSERT_EQUAL_UINT8(16, settings.host_baud);
+    TEST_ASSERT_EQUAL_UINT8(3, store.sequence + 1); // two were saved
+}
+
+void test_a_save_that_fails_is_told(void)
+{
+    eeprom_fake.dead = SETTINGS_PLACE + 3;
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
+    while (settings_save_poll(&store)) {
+    }
+    SAY(DEVICE_IS, CDS_READ, 0x10, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\2", 1);
+}
+
+void test_a_reset_brings_back_the_defaults(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0x88, 0x13);
+    TEST_ASSERT_EQUAL_UINT16(5000, settings.cycle_us);
+    SAY(DEVICE_IS, CDS_RESET);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
+}
+
+void test_registers_hold_what_the_failsafe_knows(void)
+{
+    failsafe.reset_cause = FAILSAFE_RESET_WATCHDOG;
+    failsafe.link_lost = true;
+    cds_servos_add(&robot.servos, 7);
+    cds_servos_add(&robot.servos, 9);
+    robot_inhibit(&robot);
+    robot.states[1].alarms = robot.servos.alarms = CDS_ERROR_OVERLOAD;
+    SAY(DEVICE_IS, CDS_READ, 0x12, 4);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x20\x09", 4);
+    SAY(DEVICE_IS, CDS_WRITE, 0x14, 0);
+    SAY(DEVICE_IS, CDS_READ, 0x12, 4);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x08\x01\x00\xFF", 4);
+    TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STOPPED,
+                            cds_servos_inhibits(&robot.servos, &robot.states[0]));
+    robot.stopping = true;
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 0); // not before torque is off
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+    robot.stopping = false;
+    turns(60);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 0);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+    TEST_ASSERT_EQUAL_UINT8(0, cds_servos_inhibits(&robot.servos, &robot.states[0]));
+    SAY(DEVICE_IS, CDS_WRITE, 0x13, 1);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_inhibit_register_written_0_releases(void)
+{
+    robot_inhibit(&robot);
+    SAY(DEVICE_IS, CDS_READ, 0x17, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 1); // a stop is a broadcast of torque off, not this
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    failsafe.link_lost = true;
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    failsafe.link_lost = false;
+    robot.stopping = true;
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0); // not before torque is off
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    robot.stopping = false;
+    turns(60);
+    TEST_ASSERT_TRUE(robot_is_inhibited(&robot));
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    SAY(DEVICE_IS, CDS_READ, 0x17, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+}
+
+void test_inhibit_of_a_host_packet_sends_nothing(void)
+{
+    attach(&robot.servos.hooks);
+    robot_inhibit(&robot);
+    SAY(99, CDS_WRITE, 0x18, 1);
+    SAY(254, CDS_WRITE, 0x1E, 0, 2);
+    SAY(254, CDS_SYNC_WRITE, 0x1E, 2, 7, 0, 2);
+    SAY(99, CDS_REG_WRITE, 0x1E, 0, 2);
+    SAY(254, CDS_ACTION);
+    SAY(99, CDS_RESET);
+    SAY(99, 0x84, 1, 2);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(7, bridge.counters.refused);
+    SAY(99, CDS_WRITE, 0x18, 0);
+    assert_sent(99, CDS_WRITE, (const uint8_t *)"\x18\0", 2);
+}
+
+void test_delay_below_what_the_board_bears_is_a_range_error(void)
+{
+    attach(&robot.servos.hooks);
+    robot.servos.shortest_delay = 1;
+    SAY(99, CDS_WRITE, 0x05, 0);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    SAY(99, CDS_REG_WRITE, 0x05, 0);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    SAY(254, CDS_WRITE, 0x05, 0); // a broadcast is never answered
+    SAY(254, CDS_SYNC_WRITE, 0x05, 1, 99, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(4, robot.servos.too_early);
+    SAY(99, CDS_WRITE, 0x05, 1);
+    assert_sent(99, CDS_WRITE, (const uint8_t *)"\x05\1", 2);
+}
+
+/* What the bus refuses when the packet's turn has come is counted and answered as at once. */
+void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
+{
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(buffer);
+
+    attach(&robot.servos.hooks);
+    cds_servo_ping(&bus, &ping, 7);
+    SAY(99, CDS_WRITE, 0x18, 1);
+    robot_inhibit(&robot);
+    TEST_ASSERT_TRUE(sent());
+    answer(7, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(1, bridge.counters.refused);
+    TEST_ASSERT_EQUAL_UINT16(0, bridge.counters.unanswered);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    cds_servo_ping(&bus, &ping, 7);
+    SAY(99, CDS_WRITE, 0x05, 0);
+    robot.servos.shortest_delay = 1;
+    TEST_ASSERT_TRUE(robot_release(&robot)); // a change, so that what waits is checked again
+    TEST_ASSERT_TRUE(sent());
+    answer(7, 0, NULL, 0);
+    assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(2, bridge.counters.refused);
+}
+
+/* At 7843 bit/s a PING of another one takes 16 ms. */
+void test_packet_that_waits_15_ms_for_the_bus_is_dropped(void)
+{
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(buffer);
+
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_set_baud(&bus, CDS_BAUD_MAX));
+    cds_servo_ping(&bus, &ping, 7);
+    SAY(99, CDS_WRITE, 0x1E, 0, 2);
+    TEST_ASSERT_FALSE(bridge_idle(&bridge));
+    turns(HOST_SILENCE_US / 2);
+    TEST_ASSERT_EQUAL(CDS_PENDING, ping.result);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    TEST_ASSERT_EQUAL_UINT16(1, host.counters.late);
+    turns(20000);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+/* The bridge is held up, as by an operation that has the bus for itself. */
+void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
+{
+    static const uint8_t ping_7[] = {0xFF, 0xFF, 7, 2, 1, 0xF5},
+                         read_24[] = {0xFF, 0xFF, 7, 4, 2, 0x18, 1, 0xD9};
+
+    for (uint8_t i = 0; i < sizeof ping_7; i++)
+        cds_ring_put(&input, ping_7[i]);
+    for (uint8_t i = 0; i < sizeof read_24; i++)
+        cds_ring_put(&input, read_24[i]);
+    for (uint8_t i = 0; i < 200; i++) {
+        port_fake.now_us += 100;
+        host_demux_poll(&host);
+    }
+    TEST_ASSERT_FALSE(host.whole);
+    TEST_ASSERT_EQUAL_UINT16(2, host.counters.late);
+    TEST_ASSERT_FALSE(host.stop); // the 0x18 stands in a good packet
+    turns(200);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    SAY(7, CDS_PING);
+    assert_sent(7, CDS_PING, NULL, 0);
+}
+
+void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
+{
+    static uint8_t buffer[CDS_PACKET_SIZE(0)];
+    struct cds_request action = CDS_REQUEST_WITHOUT_DATA(buffer);
+
+    cds_servo_action(&bus, &action,
+                     CDS_BROADCAST_ID); // the rate of the bus cannot change before its end
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, 9, 255, 3);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_TRUE(sent());
+    turns(20);
+    assert_heard(DEVICE_IS, 0, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT8(9, settings.device_id);
+    TEST_ASSERT_EQUAL_UINT8(3, bus.baud_reg);
+}
+
+void test_each_counter_is_the_one_that_its_register_names(void)
+{
+    struct cds_bus_counts *c = &bus.stats;
+    uint16_t *const counts[] = {&c->sent,
+                                &c->retried,
+                                &c->timeouts,
+                                &c->corrupt,
+                                &c->line_busy,
+                                &c->malformed,
+                                &c->not_due[CDS_EVENT_STALE_REPLY],
+                                &c->not_due[CDS_EVENT_DUPLICATE_REPLY],
+                                &c->not_due[CDS_EVENT_UNEXPECTED_PACKET],
+                                &host.counters.malformed,
+                                &host.counters.silent,
+                                &host.counters.gaps,
+                                &host.counters.late,
+                                &host.counters.stops,
+                                &robot.servos.too_early,
+                                &bridge.counters.passed,
+                                &bridge.counters.answered,
+                                &bridge.counters.unanswered,
+                                &bridge.counters.refused};
+    static const uint8_t at[] = {0x18, 0x1A, 0x1E, 0x20, 0x22, 0x24, 0x26, 0x28, 0x2A, 0x36,
+                                 0x38, 0x3A, 0x4C, 0x48, 0x4A, 0x3E, 0x40, 0x42, 0x44};
+
+    for (uint8_t i = 0; i < sizeof at; i++) {
+        uint16_t value = (uint16_t)(0x0100u * (i + 1u) + i);
+        uint8_t bytes[2] = {(uint8_t)value, (uint8_t)(value >> 8)};
+
+        *counts[i] = value;
+        SAY(DEVICE_IS, CDS_READ, at[i], 2);
+        assert_heard(DEVICE_IS, 0, bytes, 2);
+    }
+    c->sent = 0x1234;
+    c->timeouts = 0x0030;
+    c->corrupt = 0x0200;
+    SAY(DEVICE_IS, CDS_READ, 0x1C, 2); // ok: all others
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x04\x10", 2);
+    gaps = 0x4321;
+    SAY(DEVICE_IS, CDS_READ, 0x3C, 2);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x21\x43", 2);
+    gaps = 0;
+}
+
+/* --- many servos -------------------------------------------------------------------------------
+ */
+
+#define SYNC_READ INSTRUCTION_SYNC_READ
+#define BULK_READ INSTRUCTION_BULK_READ
+
+static void read_and_answer(uint8_t id, uint8_t address, uint8_t count, uint8_t error,
+                            uint8_t answered)
+{
+    const uint8_t parameters[] = {address, count};
+
+    assert_sent(id, CDS_READ, parameters, 2);
+    fill(answered, (uint8_t)(10 * id));
+    answer(id, error, data, answered);
+}
+
+void test_sync_read_gathers_all_in_one_packet(void)
+{
+    SAY(254, SYNC_READ, 0x24, 2, 3, 1, DEVICE_IS, 2);
+    read_and_answer(3, 0x24, 2, 0, 2);
+    read_and_answer(1, 0x24, 2, CDS_ERROR_OVERLOAD, 2);
+    read_and_answer(2, 0x24, 2, 0, 2);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x1E\x1F\x0A\x0B\x00\x00\x14\x15", 8);
+    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
+}
+
+void test_sync_read_marks_who_failed(void)
+{
+    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 1, 2, 3, 254, 5);
+    TEST_ASSERT_TRUE(sent());
+    turns(450); // 1 is absent
+    read_and_answer(2, 0x24, 2, 0, 2);
+    read_and_answer(3, 0x24, 2, CDS_ERROR_RANGE, 0); // refuses
+    read_and_answer(5, 0x24, 2, 0, 2);
+    turns(20);
+    assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\xFF\xFF\x14\x15\xFF\xFF\xFF\xFF\x32\x33", 10);
+    TEST_ASSERT_EQUAL_UINT8(3, device.failed);
+    SAY(DEVICE_IS, CDS_READ, 0x50, 32);
+    TEST_ASSERT_EQUAL_HEX8(0x0A, heard[5]);
+    TEST_ASSERT_EQUAL_HEX8(0x40, heard[5 + 31]);
+    SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 5);
+    read_and_answer(5, 0x24, 2, 0, 2);
+    turns(20);
+    TEST_ASSERT_EQUAL_UINT8(0, device.failed);
+    SAY(DEVICE_IS, CDS_READ, 0x50, 1);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
+}
+
+void test_the_reads_of_many_servos_are_sent_again_if_that_is_set(void)
+{
+    cds_queue_set_retries(&robot.queue, 1);
+    SAY(254, SYNC_READ, 0x24, 2, 1);
+    TEST_ASSERT_TRUE(sent());
+    turns(450);
+    read_and_answer(1, 0x24, 2, 0, 2);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x0B", 2);
+}
+
+void test_sync_read_of_more_data_than_ids(void)
+{
+    uint8_t list[14] = {0x24, 21, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1}, expected[252];
+
+    say(254, SYNC_READ, list, 14);
+    for (uint8_t id = 12; id; id--) {
+        read_and_answer(id, 0x24, 21, 0, 21);
+        memcpy(&expected[21 * (12 - id)], data, 21);
+    }
+    turns(40);
+    assert_heard(DEVICE_IS, 0, expected, 252);
+}
+
+void test_sync_read_of_all_that_one_packet_holds(void)
+{
+    uint8_t list[254] = {0x03, 1};
+
+    for (uint8_t i = 0; i < 250; i++)
+        list[2 + i] = i;
+    say(254, SYNC_READ, list, 252);
+    for (uint8_t i = 0; i < 250; i++)
+        read_and_answer(i, 3, 1, 0, 1);
+    turns(40);
+    for (uint8_t i = 0; i < 250; i++)
+        list[i] = (uint8_t)(10 * i);
+    assert_heard(DEVICE_IS, 0, list, 250);
+}
+
+void test_sync_read_of_too_much_or_nothing_is_out_of_range(void)
+{
+    SAY(254, SYNC_READ, 0, 85, 1, 2, 3);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(254, SYNC_READ, 0, 0, 1, 2, 3);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    SAY(254, SYNC_READ, 0, 4);
+    assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+}
+
+void test_bulk_read_hands_over_each_reply_while_the_next_servo_is_asked(void)
+{
+    SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, DEVICE_IS, 3, 2, 2, 0x24);
+    read_and_answer(1, 0x24, 8, 0, 8);
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state); // the third, as the second is ours
+    TEST_ASSERT_EQUAL_UINT16(14 + 7, heard_size);
+    TEST_ASSERT_EQUAL_UINT8(DEVICE_IS, heard[14 + 2]);
+    heard_size = 14;
+    assert_heard(1, 0, data, 8);
+    read_and_answer(2, 0x24, 2, CDS_ERROR_VOLTAGE, 2);
+    assert_heard(2, CDS_ERROR_VOLTAGE, data, 2);
+    turns(20);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+}
+
+void test_the_next_servo_is_asked_by_the_poll_that_ends_the_reply(void)
+{
+    SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, 2, 3);
+    TEST_ASSERT_TRUE(sent());
+    turns(3);
+    fill(8, 0);
+    port_fake_answer(&bus.link, 1, 0, data, 8);
+    for (uint8_t i = 0; i < 3; i++)
+        cds_bus_poll(&bus);
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state);
+    TEST_ASSERT_EQUAL_UINT8(14, cds_ring_count(&output));
+    read_and_answer(2, 3, 1, 0, 1);
+}
+
+void test_a_reply_goes_into_the_ring_wherever_that_begins(void)
+{
+    for (uint8_t head = 48; head <= 64; head++) { // from its last 14 bytes on, then over its end
+        output.head = output.tail = head;
+        SAY(254, BULK_READ, 0, 8, 1, 0x24);
+        read_and_answer(1, 0x24, 8, 0, 8);
+        assert_heard(1, 0, data, 8);
+    }
+    SAY(254, BULK_READ, 0, 8, 1, 0x24);
+    read_and_answer(1, 0x24, 8, CDS_ERROR_RANGE, 0);
+    assert_heard(1, CDS_ERROR_RANGE, NULL, 0);
+}
+
+void test_a_reply_that_the_ring_just_holds_need_not_wait(void)
+{
+    for (uint8_t room = 13; room <= 14; room++) {
+        SAY(254, BULK_READ, 0, 8, 1, 0x24);
+        TEST_ASSERT_TRUE(sent());
+        turns(3);
+        while (cds_ring_count(&output) < 64 - room)
+            cds_ring_put(&output, 'x');
+        fill(8, 0);
+        port_fake_answer(&bus.link, 1, 0, data, 8);
+        for (uint8_t i = 0; i < 3; i++)
+            cds_bus_poll(&bus);
+        TEST_ASSERT_EQUAL_UINT8(room == 14 ? 64 : 64 - 13, cds_ring_count(&output));
+        turns(20);
+    }
+}
+
+void test_a_bulk_read_waits_for_a_host_that_does_not_listen(void)
+{
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1, 2, 3, 1, 4, 3);
+    while (cds_ring_put(&output, 'x')) {
+    }
+    for (uint8_t id = 1; id <= 2; id++) {
+        TEST_ASSERT_TRUE(port_fake_transmit(&bus.link, 0));
+        TEST_ASSERT_EQUAL_UINT8(id, port_fake.sent[2]);
+        port_fake_answer(&bus.link, id, 0, &id, 1);
+        for (uint8_t i = 0; i < 20; i++) {
+            cds_bus_poll(&bus);
+            bridge_poll(&bridge);
+        }
+    }
+    TEST_ASSERT_EQUAL(CDS_LINK_LISTENING, bus.link.state); // there is no place for a third reply
+    TEST_ASSERT_TRUE(bridge_talks(&bridge));               // text is not to take the room
+    turns(20);
+    TEST_ASSERT_EQUAL_UINT16(64 + 7 + 7, heard_size);
+    TEST_ASSERT_EQUAL_UINT8(1, heard[64 + 2]);
+    TEST_ASSERT_EQUAL_UINT8(2, heard[64 + 7 + 2]);
+    heard_size = 0;
+    read_and_answer(4, 3, 1, 0, 1);
+    assert_heard(4, 0, data, 1);
+}
+
+/* Servo 3 is asked, and answers 500 us later. */
+static void hear_slow_servo_3(void)
+{
+    TEST_ASSERT_TRUE(sent());
+    turns(250);
+    fill(1, 30);
+    answer(3, 0, data, 1);
+    turns(20);
+}
+
+void test_what_the_observer_says_of_a_read_holds(void)
+{
+    attach(&robot.servos.hooks);
+    cds_servos_add(&robot.servos, 2);
+    cds_servos_add(&robot.servos, 3);
+    robot.states[0].status_return_level = 0; // answers PING only
+    robot.states[1].return_delay = 250;      // 500 us
+    cds_bus_set_return_delay(&bus, 2);
+    SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
+    read_and_answer(1, 0x24, 1, 0, 1);
+    hear_slow_servo_3();
+    assert_heard(DEVICE_IS, 0x80, (const uint8_t *)"\x0A\xFF\x1E", 3);
+    TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
+}
+
+void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
+{
+    attach(&robot.servos.hooks);
+    cds_servos_add(&robot.servos, 3);
+    robot.states[0].return_delay = 250; // 500 us
+    cds_bus_set_return_delay(&bus, 2);
+    SAY(254, SYNC_READ, 0x24, 1, 1, 3);
+    read_and_answer(1, 0x24, 1, 0, 1);
+    hear_slow_servo_3();
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x1E", 2);
+}
+
+void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
+{
+    static uint8_t bytes[2][16];
+    struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes[0]),
+                       torque = CDS_REQUEST_WITHOUT_DATA(bytes[1]);
+
+    attach(&robot.servos.hooks);
+    cds_servos_add(&robot.servos, 7);
+    SAY(254, SYNC_READ, 0x24, 1, 1, 2, 3);
+    cds_servo_ping(&bus, &ping, 7);
+    read_and_answer(1, 0x24, 1, 0, 1);
+    assert_sent(7, CDS_PING, NULL, 0);
+    answer(7, 0, NULL, 0);
+    cds_servo_write(&bus, &torque, 7, CDS_REG_TORQUE_ENABLE, (const uint8_t *)"\1", 1);
+    TEST_ASSERT_EQUAL(CDS_PENDING, torque.result);
+    robot_inhibit(&robot);
+    read_and_answer(2, 0x24, 1, 0, 1);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, torque.result);
+    read_and_answer(3, 0x24, 1, 0, 1);
+    turns(20);
+    assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x14\x1E", 3);
+}
+
+void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
+{
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1, 9, 3, 1, 2, 3, 1, 4, 3);
+    read_and_answer(1, 3, 1, 0, 1);
+    assert_heard(1, 0, data, 1);
+    TEST_ASSERT_TRUE(sent()); // 9
+    TEST_ASSERT_FALSE(bridge_idle(&bridge));
+    turns(650);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+    TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
+    TEST_ASSERT_TRUE(bridge_idle(&bridge));
+    TEST_ASSERT_EQUAL_UINT8(1, device.failed);
+    SAY(3, CDS_PING);
+    TEST_ASSERT_TRUE(sent());
+    answer(3, 0, NULL, 0);
+    assert_heard(3, 0, NULL, 0);
+}
+
+void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
+{
+    memset(buffers, 1, sizeof buffers); // a servo's ID, where none is said
+    say(254, BULK_READ, NULL, 0);
+    SAY(254, BULK_READ, 0);
+    SAY(254, BULK_READ, 0, 1, 1);
+    SAY(254, BULK_READ, 0, 1, 254, 3);
+    SAY(254, BULK_READ, 0, 1, 1, 3, 1);
+    TEST_ASSERT_EQUAL_UINT16(5, bridge.counters.refused);
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
+    TEST_ASSERT_EQUAL_UINT16(0, heard_size);
+}
+
+void test_without_the_device_both_go_out_as_any_other(void)
+{
+    SAY(DEVICE_IS, CDS_WRITE, 0x03, DEVICE_OFF);
+    SAY(254, BULK_READ, 0, 1, 1, 3);
+    assert_sent(254, BULK_READ, (const uint8_t *)"\0\1\1\3", 4);
+    turns(3);
+    SAY(DEVICE_IS, SYNC_READ, 3, 1, 1);
+    assert_sent(DEVICE_IS, SYNC_READ, (const uint8_t *)"\3\1\1", 3);
+    wait_for_deadline();
+    SAY(254, SYNC_READ, 3, 1, 1);
+    assert_sent(254, SYNC_READ, (const uint8_t *)"\3\1\1", 3);
+}

@@ -1,0 +1,365 @@
+/* The failsafe of the robot: loss of the host link, torque off, alarms; and the crew it looks
+ * after.
+ */
+#include "robot/failsafe.h"
+
+#include <string.h>
+
+#include "cds55xx/sync_write.h"
+#include "cds55xx/servo.h"
+#include "port_fake.h"
+#include "torque_fake.h"
+#include "unity.h"
+
+#define LIMIT_MS 3
+
+static struct cds_bus bus;
+static struct robot robot;
+static struct failsafe failsafe;
+static struct settings settings;
+static struct settings_store store;
+static uint8_t buffer[64], reply[CDS_REPLY_MAX];
+static struct cds_request request;
+
+void setUp(void)
+{
+    port_fake_reset();
+    port_fake.now_us = UINT32_MAX - 1000; // the clock wraps in every test
+    memset(&wire, 0, sizeof wire);
+    memset(&bus, 0, sizeof bus);
+    memset(&robot, 0, sizeof robot);
+    memset(&request, 0, sizeof request);
+    request = (struct cds_request)CDS_REQUEST(buffer, reply);
+    cds_bus_open(&bus, 0, CDS_BAUD_1M);
+    robot_begin(&robot, &bus, 0);
+    robot.servos.grows = CDS_GROWS_ALWAYS;
+    settings_default(&settings);
+    settings.link_loss_ms = LIMIT_MS;
+    failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
+    failsafe_begin(&failsafe, FAILSAFE_RESET_WATCHDOG);
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        wire.servo[i].torque = 1;
+}
+
+void tearDown(void)
+{
+    TEST_ASSERT_EQUAL_UINT16(0, port_fake.breaches);
+}
+
+/* The main loop, for so long. */
+static void run(uint32_t us)
+{
+    while (us--) {
+        torque_wire(&bus);
+        cds_bus_poll(&bus);
+        robot_poll(&robot);
+        failsafe_poll(&failsafe);
+    }
+}
+
+static void lose_link(uint8_t action)
+{
+    settings.link_loss_action = action;
+    failsafe_heard(&failsafe);
+    run(LIMIT_MS * 1000ul + 1);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+}
+
+static enum cds_result goal(uint8_t id)
+{
+    return cds_servo_write_word(&bus, &request, id, CDS_REG_GOAL_POSITION, 512);
+}
+
+static void meet(uint8_t id)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &request, id));
+    run(2000);
+}
+
+/* A servo says this, unasked for. */
+static void says(uint8_t id, uint8_t error)
+{
+    port_fake_answer(&bus.link, id, error, NULL, 0);
+    run(2);
+}
+
+static const struct cds_servo_state *known(uint8_t id)
+{
+    return cds_servos_find(&robot.servos, id);
+}
+
+/* ---- the host link ---- */
+
+void test_nothing_is_watched_before_the_host_was_heard(void)
+{
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+}
+
+void test_nothing_is_watched_if_the_time_is_0(void)
+{
+    settings.link_loss_ms = 0;
+    failsafe_heard(&failsafe);
+    run(3 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+}
+
+/* The byte that ends the line may be noted before the line is carried out. */
+void test_the_watch_begins_when_the_time_is_set(void)
+{
+    settings.link_loss_ms = 0;
+    failsafe_heard(&failsafe);
+    run(10);
+    settings.link_loss_ms = LIMIT_MS;
+    run(LIMIT_MS * 1000ul - 11);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+    run(1);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+}
+
+void test_the_link_is_lost_when_its_time_is_over_and_not_before(void)
+{
+    failsafe_heard(&failsafe);
+    for (uint8_t i = 0; i < 3; i++) {
+        run(LIMIT_MS * 1000ul - 1);
+        TEST_ASSERT_FALSE(failsafe.link_lost);
+        failsafe_heard(&failsafe);
+    }
+    run(LIMIT_MS * 1000ul - 1);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+    run(1);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+}
+
+void test_a_loss_stays_until_it_is_cleared_also_when_the_host_is_back(void)
+{
+    lose_link(FAILSAFE_HOLD);
+    failsafe_heard(&failsafe);
+    run(10);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
+    TEST_ASSERT_TRUE(failsafe_clear(&failsafe));
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+    TEST_ASSERT_EQUAL(CDS_OK, goal(2));
+    run(1000);
+    TEST_ASSERT_EQUAL(CDS_OK, goal(3)); // who is met now is held no more than the others
+}
+
+void test_a_host_that_falls_silent_again_is_lost_only_once(void)
+{
+    uint8_t packets;
+
+    lose_link(FAILSAFE_TORQUE_OFF);
+    run(3000);
+    packets = wire.count;
+    failsafe_heard(&failsafe);
+    run(2 * LIMIT_MS * 1000ul);
+    TEST_ASSERT_EQUAL_UINT8(packets, wire.count);
+}
+
+void test_after_a_clear_the_watch_begins_anew(void)
+{
+    lose_link(FAILSAFE_HOLD);
+    failsafe_heard(&failsafe); // it is the host who clears
+    failsafe_clear(&failsafe);
+    run(LIMIT_MS * 1000ul - 1);
+    TEST_ASSERT_FALSE(failsafe.link_lost);
+    run(1);
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+}
+
+void test_a_loss_that_is_only_shown_holds_nobody_and_sends_nothing(void)
+{
+    meet(1);
+    lose_link(FAILSAFE_SHOW);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
+    TEST_ASSERT_EQUAL(CDS_OK, goal(1));
+}
+
+void test_hold_sends_nothing_and_refuses_goals_to_whoever_was_met_or_not(void)
+{
+    meet(1);
+    lose_link(FAILSAFE_HOLD);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+    TEST_ASSERT_EQUAL(1, wire.servo[0].torque);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(3));
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 2);
+    cds_sync_write_add(&request, 2, (const uint8_t[]){0, 2});
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, cds_sync_write_send(&bus, &request));
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT8(1, wire.count);
+}
+
+void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
+{
+    meet(1);
+    meet(2);
+    lose_link(FAILSAFE_TORQUE_OFF);
+    TEST_ASSERT_TRUE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
+    run(3000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.steps.result);
+    TEST_ASSERT_EQUAL_UINT8(2 + CDS_TORQUE_OFF_BROADCASTS + CDS_TORQUE_OFF_CLEARS + 2, wire.count);
+    for (uint8_t i = 2; i < 5; i++) {
+        TEST_ASSERT_EQUAL_HEX8(CDS_BROADCAST_ID, wire.log[i].id);
+        TEST_ASSERT_EQUAL_HEX8(CDS_REG_TORQUE_ENABLE, wire.log[i].address);
+        TEST_ASSERT_EQUAL_HEX8(0, wire.log[i].data);
+    }
+    for (uint8_t i = 0; i < TORQUE_SERVOS; i++)
+        TEST_ASSERT_EQUAL_UINT8(0, wire.servo[i].torque);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(2));
+}
+
+void test_nothing_is_cleared_while_torque_off_is_under_way(void)
+{
+    meet(1);
+    lose_link(FAILSAFE_TORQUE_OFF);
+    TEST_ASSERT_FALSE(failsafe_clear(&failsafe));
+    TEST_ASSERT_TRUE(failsafe.link_lost);
+    run(3000);
+    TEST_ASSERT_TRUE(failsafe_clear(&failsafe));
+    TEST_ASSERT_EQUAL(CDS_OK, goal(1));
+}
+
+void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
+{
+    meet(1);
+    meet(2);
+    lose_link(FAILSAFE_HOLD);
+    cds_servos_inhibit(&robot.servos, cds_servos_find(&robot.servos, 1), CDS_INHIBIT_STATE_LOST);
+    failsafe_clear(&failsafe);
+    TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
+    TEST_ASSERT_EQUAL(CDS_OK, goal(2));
+}
+
+void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
+{
+    meet(1);
+    port_fake.low = true;
+    lose_link(FAILSAFE_TORQUE_OFF);
+    for (uint16_t i = 0; i < 3000; i++) { // CDS_TORQUE_OFF_TRIES and more
+        port_fake.now_us += 3000;
+        run(1);
+    }
+    TEST_ASSERT_EQUAL_UINT8(1, wire.servo[0].torque);
+    port_fake.low = false;
+    run(10000);
+    TEST_ASSERT_FALSE(robot_is_stopping(&robot));
+    TEST_ASSERT_EQUAL_UINT8(CDS_OK, robot.stop.steps.result);
+    TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
+}
+
+/* ---- the crew ---- */
+
+void test_a_servo_is_met_when_it_answers_and_not_when_it_is_only_asked(void)
+{
+    wire.servo[1].dead = true;
+    meet(1);
+    meet(2);
+    TEST_ASSERT_NOT_NULL(known(1));
+    TEST_ASSERT_NULL(known(2));
+    TEST_ASSERT_EQUAL_UINT8(1, robot.servos.count);
+    meet(1);
+    TEST_ASSERT_EQUAL_UINT8(1, robot.servos.count);
+}
+
+void test_a_servo_is_met_when_it_is_written_to(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK, goal(77));
+    run(3000);
+    TEST_ASSERT_NOT_NULL(known(77));
+    cds_sync_write_begin(&request, CDS_REG_GOAL_POSITION, 2);
+    cds_sync_write_add(&request, 5, (const uint8_t[]){0, 2});
+    cds_sync_write_add(&request, 6, (const uint8_t[]){0, 2});
+    TEST_ASSERT_EQUAL(CDS_OK, cds_sync_write_send(&bus, &request));
+    run(1000);
+    TEST_ASSERT_NOT_NULL(known(5));
+    TEST_ASSERT_NOT_NULL(known(6));
+    TEST_ASSERT_EQUAL_UINT8(3, robot.servos.count);
+    TEST_ASSERT_EQUAL_UINT16(CDS_VALUE_MAX, known(6)->highest);
+    run(1000);
+}
+
+void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
+{
+    for (uint8_t id = 10; id < 10 + ROBOT_SERVOS; id++)
+        says(id, 0);
+    TEST_ASSERT_FALSE(robot.servos.is_full);
+    says(10, 0);
+    TEST_ASSERT_FALSE(robot.servos.is_full);
+    says(99, CDS_ERROR_OVERLOAD);
+    TEST_ASSERT_TRUE(robot.servos.is_full);
+    TEST_ASSERT_EQUAL_UINT8(ROBOT_SERVOS, robot.servos.count);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, robot.servos.alarms);
+}
+
+void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(void)
+{
+    TEST_ASSERT_EQUAL(CDS_OK,
+                      cds_servo_write_byte(&bus, &request, 1, CDS_REG_STATUS_RETURN_LEVEL, 0));
+    run(1000);
+    TEST_ASSERT_EQUAL_UINT8(0, known(1)->status_return_level);
+    goal(1);
+    TEST_ASSERT_TRUE(request.is_muted);
+    run(1000); // it answers all the same
+    TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, known(1)->status_return_level);
+    goal(1);
+    TEST_ASSERT_FALSE(request.is_muted);
+    run(1000);
+}
+
+/* ---- alarms ---- */
+
+void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_clear(void)
+{
+    settings.alarm_report = 1;
+    for (uint8_t bit = 1; bit < 0x80; bit = (uint8_t)(bit << 1)) {
+        for (uint8_t again = 0; again < 2; again++) {
+            says(3, bit);
+            TEST_ASSERT_EQUAL_HEX8(bit, failsafe.alarm);
+            TEST_ASSERT_EQUAL_UINT8(3, failsafe.alarm_id);
+            failsafe.alarm = 0;
+            says(3, bit);
+            says(3, 0);
+            run(10);
+            TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+            TEST_ASSERT_EQUAL_HEX8(bit, known(3)->alarms);
+            failsafe_clear(&failsafe);
+            TEST_ASSERT_EQUAL_HEX8(0, known(3)->alarms);
+            TEST_ASSERT_EQUAL_HEX8(0, robot.servos.alarms);
+            run(10);
+        }
+    }
+}
+
+void test_a_further_alarm_is_told_alone(void)
+{
+    settings.alarm_report = 1;
+    says(3, CDS_ERROR_VOLTAGE);
+    failsafe.alarm = 0;
+    says(3, CDS_ERROR_OVERLOAD | CDS_ERROR_VOLTAGE);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, failsafe.alarm);
+}
+
+void test_alarms_of_several_servos_wait_for_one_another(void)
+{
+    settings.alarm_report = 1;
+    says(1, CDS_ERROR_OVERLOAD);
+    says(2, CDS_ERROR_VOLTAGE);
+    run(10);
+    TEST_ASSERT_EQUAL_UINT8(1, failsafe.alarm_id);
+    failsafe.alarm = 0;
+    run(10);
+    TEST_ASSERT_EQUAL_UINT8(2, failsafe.alarm_id);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, failsafe.alarm);
+}
+
+void test_alarms_are_latched_and_not_told_unless_asked(void)
+{
+    says(3, CDS_ERROR_OVERLOAD);
+    run(10);
+    TEST_ASSERT_EQUAL_HEX8(0, failsafe.alarm);
+    TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, known(3)->alarms);
+}

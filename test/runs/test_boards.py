@@ -1,0 +1,257 @@
+"""The firmware of every board on its own wiring, and three buses at once."""
+# needs: $(CONSOLE_ELFS) build/arduino-uno/controller.elf $(TEST_BOARDS:%=build/%/controller.elf)
+# needs: $(patsubst %,build/%/firmware/soak.elf,atmega128 arbotix $(TEST_BOARDS)) build/arduino-mega/firmware/three_buses.elf
+import os
+import pathlib
+import re
+import subprocess
+import shutil
+import tempfile
+import unittest
+
+from simulator import ROOT, Run, call, controller
+from test_manual import manual_packets
+
+# atmega128 and arduino-mega: test_manual.py, test_firmware.py
+CONSOLES = ["cm510", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
+
+
+class Boards(unittest.TestCase):
+    def test_all_packets_of_the_manual(self):
+        for board in CONSOLES:
+            run = controller((ROOT / "examples/manual.script").read_text(), board)
+            self.assertEqual(run.status, 0, run.output)
+            self.assertEqual([packet[1:] for packet in run.packets], manual_packets(), board)
+
+    def test_a_thousand_pings_break_no_rule(self):
+        for board in CONSOLES:
+            run = controller("".join(f"ping {1 + n % 3}\n" for n in range(1000)), board, "1-3")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertIn("rules:   none broken", run.output)
+            self.assertEqual(len(run.packets), 2000)
+
+    def test_tied_pins_work_without_return_delay(self):
+        script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} 0 50\n" for n in range(300))
+        run = controller("write 254 RETURN_DELAY 0\n" + script, "arbotix", "1-3")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        self.assertEqual(len(run.packets), 1201)
+
+    def test_an_adapter_works_at_a_return_delay_of_2_us_and_not_without(self):
+        script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} 0 50\n" for n in range(300))
+        for board in CONSOLES[2:]:
+            run = controller("write 254 RETURN_DELAY 1\n" + script, board, "1-3")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertIn("rules:   none broken", run.output)
+            self.assertEqual(len(run.packets), 1201)
+            run = controller("write 254 RETURN_DELAY 0\nping 1\n", board, "1-3")
+            self.assertIn("BROKEN:  two-drivers, 1 times", run.output)
+
+    def test_the_firmware_of_an_arduino_uno_is_the_readme_program(self):
+        run = Run("build/arduino-uno/controller.elf", "--seconds", "2.5", board="arduino-uno",
+                  servos="1,2")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        self.assertEqual([packet for _, _, packet in run.packets],
+                         ["FF FF FE 04 03 18 01 E1",
+                          "FF FF FE 0E 83 1E 04 01 C8 00 00 02 02 20 03 00 02 5C",
+                          "FF FF FE 0E 83 1E 04 01 20 03 00 02 02 C8 00 00 02 5C"])
+
+
+class NewBoard(unittest.TestCase):
+    """Mistakes in the two files of a board of one's own: what the first error says."""
+
+    def header(self, board, chip, pattern="", text="", source="src/avr/usart.c"):
+        """The first error of `source` for `board`, where in board.h `text` is put for `pattern`."""
+        before = (ROOT / f"boards/{board}/board.h").read_text()
+        after = re.sub(pattern, text, before)
+        self.assertTrue(after != before or not pattern, pattern)
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "board.h").write_text(after)
+            status, output = call(
+                "avr-gcc", f"-mmcu={chip}", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", "-Wall",
+                "-Wextra", "-Iinclude", "-Isrc/avr", "-Isrc/controller", f"-I{folder}", "-c", source, "-o",
+                "/dev/null", cwd=ROOT)
+        errors = re.findall(r"error: (.*)", output)
+        self.assertEqual(status != 0, bool(errors), output)
+        return errors[0] if errors else ""
+
+    def test_a_good_header_has_no_error(self):
+        for board, chip in [("cm510", "atmega2561"), ("arduino-mega", "atmega2560"),
+                            ("arduino-uno", "atmega328p"), ("arbotix", "atmega644p"),
+                            ("cm510", "atmega1281"), ("arduino-uno", "atmega168")]:
+            for source in ["src/avr/usart.c", "src/avr/clock.c", "src/avr/now.c"]:
+                self.assertEqual(self.header(board, chip, source=source), "")
+
+    def test_what_is_missing_is_named(self):
+        for board, chip, macros in [
+                ("cm510", "atmega2561", ["BUS_COUNT", "BUS0_USART"] + [
+                    f"BUS0_{pin}_{end}" for pin in ["RXD", "TXD", "TX_ENABLE", "RX_ENABLE"]
+                    for end in ["PORT", "BIT"]]),
+                ("arduino-uno", "atmega328p", ["BUS0_ENABLE_PORT", "BUS0_ENABLE_BIT",
+                                               "CLOCK_TIMER"]),
+                ("arduino-mega", "atmega2560", ["BUS1_USART", "BUS1_RX_ENABLE_PORT", "BUS2_USART",
+                                                "BUS2_TXD_BIT"]),
+                ("arbotix", "atmega644p", ["BUS0_TXD_PORT"])]:
+            for macro in macros:
+                self.assertRegex(self.header(board, chip, rf"#define BOARD_{macro} .*\n"),
+                                 rf"board\.h: .*\bBOARD_{macro}\b")
+
+    def test_what_a_chip_lacks_is_named(self):
+        self.assertIn("this chip is not supported: registers of its USART have no digit",
+                      self.header("arduino-uno", "atmega32"))
+        self.assertIn("BOARD_BUS0_USART is missing, or this chip has no USART of that number",
+                      self.header("cm510", "atmega2561", r"(BUS0_USART +)0", r"\g<1>2"))
+        self.assertIn("there is no such BOARD_BUS0_WIRING",
+                      self.header("cm510", "atmega2561", "TWO_ENABLES", "THREE_ENABLES"))
+        for timer, chip in [("2", "atmega2561"), ("0", "atmega328p"), ("3", "atmega328p")]:
+            self.assertIn("BOARD_CLOCK_TIMER is no 16-bit timer of this chip", self.header(
+                "cm510", chip, r"TIMER 1", f"TIMER {timer}", "src/avr/clock.c"))
+        self.assertEqual(self.header("cm510", "atmega2561", "TIMER 1", "TIMER 3", "src/avr/clock.c"), "")
+
+    def test_a_console_without_a_host_link_is_named(self):
+        self.assertIn("the console wants BOARD_HOST_USART and _BAUD in board.h; or name a FIRMWARE",
+                      self.header("arduino-uno", "atmega328p", source="src/controller/avr/serial.c"))
+
+class Exchanges(unittest.TestCase):
+    """What soak.c says on each wiring."""
+    WIRINGS = ["atmega128", "arbotix", "test/boards/adapter", "test/boards/adapter-echo"]
+    ECHOES = {"arbotix", "test/boards/adapter-echo"}
+
+    def figures(self, board, *options):
+        run = Run(f"build/{board.rsplit('/', 1)[-1]}/firmware/soak.elf", "--host", "stdout",
+                  "--seconds", "5", *options, board=board, servos="1-3")
+        self.assertEqual(run.status, 0, run.output)
+        return {name: int(number) for name, number in
+                re.findall(r"^(\w+) (\d+)$", run.output, re.M)}
+
+    def test_a_thousand_exchanges_go_well_on_every_wiring(self):
+        for board in self.WIRINGS:
+            figure = self.figures(board)
+            self.assertEqual(figure["good"], 200, board)
+            self.assertEqual(figure["txd_output"], board != "arbotix", board)
+            self.assertEqual(figure["sent"], 801, board)
+            self.assertEqual(figure["ok"], 801, board)
+            for name in ["timeouts", "corrupt", "refuted", "foreign", "framing_errors", "overruns",
+                         "echo_errors"]:
+                self.assertEqual(figure[name], 0, (board, name))
+
+    def test_each_own_byte_that_comes_back_changed_is_counted(self):
+        for board in self.WIRINGS:
+            figure = self.figures(board, "--fault", "flip in every 4 3")
+            self.assertEqual(figure["echo_errors"], figure["sent"] if board in self.ECHOES else 0,
+                             board)
+
+    def test_nothing_is_sent_into_a_line_that_babbles(self):
+        for board in self.WIRINGS:
+            figure = self.figures(board, "--fault", "babble 0x55")
+            self.assertEqual((figure["sent"], figure["unsent"]), (0, 801), board)
+
+
+class SeveralBuses(unittest.TestCase):
+    """Two and three buses at once, a servo on each: test/firmware/library/three_buses.c."""
+
+    def simulate(self, return_delay, length, buses, *options):
+        """What the program says of each bus; delay in register units, READs of so many bytes."""
+        with tempfile.NamedTemporaryFile() as eeprom:
+            eeprom.write(bytes([return_delay, length, buses]) + b"\xff" * 4093)
+            eeprom.flush()
+            run = Run("build/arduino-mega/firmware/three_buses.elf", "--servos", "1:2", "--servos",
+                      "2:3", "--eeprom", eeprom.name, "--host", "stdout", "--seconds", "3", *options,
+                      board="arduino-mega")
+        said = re.split(r"^bus \d$", run.output.split("\ntime:")[0], flags=re.M)[1:]
+        self.assertEqual(len(said), buses, run.output)
+        run.buses = [{name: int(n) for name, n in re.findall(r"^(\w+) (\d+)$", text, re.M)}
+                     for text in said]
+        for bus in run.buses:
+            self.assert_reconciled(bus)
+        return run
+
+    def assert_reconciled(self, bus):
+        self.assertEqual(bus["sent"] + bus["unsent"], bus["reads"])
+        self.assertEqual(bus["sent"], bus["ok"] + bus["timeouts"] + bus["corrupt"])
+        self.assertEqual(bus["ok"], bus["good"] + bus["refused"])
+        self.assertEqual(bus["foreign"], 0)
+
+    def assert_well(self, bus):
+        self.assertEqual(bus["ok"], bus["sent"])
+        for name in ("refused", "timeouts", "corrupt", "refuted", "framing", "overruns", "overflows"):
+            self.assertEqual(bus[name], 0, name)
+
+    def assert_undisturbed(self, run, number):
+        """Nothing failed, and it counts what its wire saw; a WRITE to all came before."""
+        bus = run.buses[number]
+        self.assert_well(bus)
+        seen = re.findall(rf"^ *\d+ bus{number} (->in|<-out): FF FF (\S\S) [^(]*\(LEN:\d+\)$",
+                          run.transcript, re.M)
+        self.assertEqual(seen.count(("->in", "FE")), 1)
+        sent = [(way, who) for way, who in seen if way == "->in" and who != "FE"]
+        replies = [(way, who) for way, who in seen if way == "<-out"]
+        self.assertEqual(set(sent + replies), {("->in", f"{number + 1:02}"),
+                                               ("<-out", f"{number + 1:02}")})
+        self.assertEqual(len(sent), bus["sent"])
+        self.assertEqual(len(replies), bus["ok"])
+
+    def test_short_reads_at_a_return_delay_of_10_us_lose_nothing(self):
+        """160 cycles: two handlers of the other buses may come before the one that turns around."""
+        for buses in [2, 3]:
+            for length in [1, 2, 11]:
+                run = self.simulate(5, length, buses)
+                self.assertEqual(run.status, 0, run.output)
+                for number, bus in enumerate(run.buses):
+                    self.assert_undisturbed(run, number)
+                    self.assertGreater(bus["ok"], 700)
+
+    def test_long_reads_may_lose_bytes_and_never_unnoticed(self):
+        """Three whole tables at once ask for more receive handlers than there are cycles."""
+        for delay in [1, 50]:
+            self.simulate(delay, 40, 3)
+
+    def test_two_buses_go_on_undisturbed_while_the_third_is_dead(self):
+        # At the factory's return delay the handlers of one bus may hold up the turnaround of another.
+        clean = self.simulate(5, 2, 3)
+        for fault in ["1:stuck low", "1:stuck high", "1:brownout 2 5000"]:
+            run = self.simulate(5, 2, 3, "--fault", fault)
+            self.assertEqual(run.status, 0, run.output)
+            for number in (0, 2):
+                bus, before = run.buses[number], clean.buses[number]
+                self.assert_undisturbed(run, number)
+                self.assertGreater(bus["ok"], before["ok"], fault)  # nobody else's work to do
+                self.assertLess(bus["longest_us"], before["longest_us"] + 200, fault)
+            self.assertEqual(run.buses[1]["ok"], 0, fault)
+            self.assertGreater(run.buses[1]["reads"], 100, fault)
+
+    def test_two_buses_go_on_undisturbed_while_the_third_babbles(self):
+        for what in ["0x55", "headers", "random"]:
+            run = self.simulate(5, 2, 3, "--fault", f"1:babble {what}")
+            self.assertEqual(run.status, 0, run.output)
+            for number in (0, 2):
+                self.assert_undisturbed(run, number)
+                self.assertGreater(run.buses[number]["ok"], 500, what)
+            self.assertEqual((run.buses[1]["sent"], run.buses[1]["ok"]), (0, 0), what)
+
+    def test_no_handler_can_come_while_the_port_of_the_enables_is_changed(self):
+        """All six are on PORTA: read, changed and written back it would lose what a handler did."""
+        code = subprocess.check_output(
+            ["avr-objdump", "-d", ROOT / "build/arduino-mega/firmware/three_buses.elf"], text=True)
+        lines = [line.split("\t")[2:] for line in code.splitlines() if line.count("\t") >= 2]
+        written = [at for at, words in enumerate(lines) if words[0].strip() == "out"
+                   and words[1].startswith("0x02,")]
+        self.assertGreater(len(written), 3)
+        for at in written:
+            before = [words[0].strip() for words in lines[at - 6:at]]
+            self.assertIn("cli", before, lines[at - 6:at + 1])
+            self.assertNotIn("sts", before[before.index("cli"):])  # of SREG, or to elsewhere
+
+    def test_a_bus_that_flips_bits_fails_alone(self):
+        run = self.simulate(25, 2, 3, "--fault", "1:noise 500")
+        self.assertEqual(run.status, 0, run.output)
+        for number in (0, 2):
+            self.assert_well(run.buses[number])
+        noisy = run.buses[1]
+        self.assertGreater(noisy["timeouts"] + noisy["corrupt"], 50)
+        self.assertGreater(noisy["ok"], 200)
+
+
+if __name__ == "__main__":
+    unittest.main()

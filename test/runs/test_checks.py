@@ -1,0 +1,359 @@
+"""The project's own checks notice what they are for."""
+# needs: $(BOARDS:%=build/%/controller.elf) build/atmega128/libcds55xx.a
+import contextlib
+import io
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from simulator import ROOT, SIM, call as run
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import elf
+
+
+class Layering(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        for name in ["include", "src", "sim", "boards", "examples"]:
+            shutil.copytree(ROOT / name, self.root / name)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def breach(self, file, line):
+        with open(self.root / file, "a") as source:
+            source.write(line + "\n")
+        status, output = run(sys.executable, ROOT / "scripts/layering.py", self.root)
+        self.assertEqual(status, 1, output)
+        self.assertIn(file, output)
+
+    def test_the_tree_as_it_is_passes(self):
+        self.assertEqual(run(sys.executable, ROOT / "scripts/layering.py", self.root), (0, ""))
+
+    def test_core_must_not_include_an_avr_header(self):
+        self.breach("src/core/bus/bus.c", "#include <avr/io.h>")
+
+    def test_core_must_not_know_a_register_or_the_clock(self):
+        self.breach("src/core/wire/link.c", "int x = UCSR1B;")
+        self.breach("include/cds55xx/bus.h", "#define X (F_CPU / 8)")
+
+    def test_core_must_not_know_a_board(self):
+        self.breach("src/core/bus/bus.c", '#include "board.h"')
+
+    def test_controller_must_not_know_a_register(self):
+        self.breach("src/controller/console/console.c", "int x = UCSR0A;")
+
+    def test_avr_port_includes_no_more_of_the_core_than_the_seam(self):
+        self.breach("src/avr/usart.c", '#include "cds55xx/bus.h"')
+
+    def test_a_lower_layer_includes_no_higher_one(self):
+        self.breach("src/core/wire/parser.c", '#include "cds55xx/bus.h"')
+        self.breach("include/cds55xx/bus.h", '#include "cds55xx/servos.h"')
+        self.breach("src/core/safety/servos.c", '#include "cds55xx/scan.h"')
+        self.breach("src/core/safety/permit.c", '#include "cds55xx/cycle.h"')
+        self.breach("src/core/wire/packet.c", '#include "cds55xx/units.h"')
+
+    def test_a_header_or_folder_without_a_storey_is_told(self):
+        (self.root / "src/core/new").mkdir()
+        self.breach("include/cds55xx/new.h", "")
+        self.assertIn("src/core/new: no storey", run(sys.executable, ROOT / "scripts/layering.py",
+                                                     self.root)[1])
+
+    def test_simulator_includes_nothing_of_the_library(self):
+        self.breach("sim/wire/codec.c", '#include "cds55xx/packet.h"')
+        self.breach("sim/servo/servo.c", '#include "../include/cds55xx/packet.h"')
+
+    def test_boards_hold_no_code(self):
+        self.breach("boards/atmega128/board.h", "static inline int f(void) { return 1; }")
+
+    def test_only_packet_h_says_what_a_header_is(self):
+        self.breach("src/core/wire/parser.c", "#define HEADER 0xFF")
+
+
+    def test_the_library_waits_for_nothing(self):
+        self.breach("src/core/service/scan.c", "static void f(void) { cds_blocking_for(0, 0, CDS_OK); }")
+        self.breach("src/avr/clock.c", "#include <util/delay.h>")
+
+
+class MachineCode(unittest.TestCase):
+    """scripts/elf.py, on objects compiled here."""
+
+    def check(self, code, name="bus", *options):
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder) / f"{name}.c"
+            source.write_text("#include <avr/interrupt.h>\n#include <avr/io.h>\n#include <stdint.h>\n"
+                              "extern volatile uint32_t a, b;\nvoid other(void);\n" + code)
+            out = pathlib.Path(folder) / f"{name}.o"
+            done = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", *options,
+                       *([] if options else ["-ffunction-sections", "-c"]), source, "-o", out)
+            self.assertEqual(done, (0, ""))
+            told = io.StringIO()
+            with contextlib.redirect_stdout(told):
+                return elf.main([out]), told.getvalue()
+
+    def breach(self, code, complaint, name="bus", *options):
+        status, output = self.check(code, name, *options)
+        self.assertEqual(status, 1, output)
+        self.assertIn(complaint, output)
+
+    def test_good_code_passes(self):
+        self.assertEqual(self.check("""
+            static volatile uint16_t counter;
+            struct item { struct item *next; void (*on_end)(struct item *); };
+            uint16_t cds_link_count(void)
+            {
+                uint16_t first, second = counter;
+                do {
+                    first = second;
+                    second = counter;
+                } while (first != second);
+                return first * 10u;
+            }
+            void cds_bus_poll(struct item *item)
+            {
+                volatile uint8_t room[20];
+                for (uint8_t i = 0; i < 20; i++)
+                    room[i] = UDR1;
+                while (item->next)
+                    item = item->next;
+                item->on_end(item);
+            }
+            uint32_t cds_units_to_register(void) { return a / b; }"""), (0, ""))
+
+    def test_nothing_to_check_does_not_pass(self):
+        self.assertEqual(self.check("uint8_t x;")[0], 1)
+
+    def test_recursion(self):
+        self.breach("uint8_t f(uint8_t n) { return n ? f(n - 1) * f(n >> 1) : 1; }", "f: is recursive")
+
+    def test_recursion_by_way_of_jumps(self):
+        self.breach("""void g(uint8_t n);
+            __attribute__((noinline)) void f(uint8_t n) { PORTA = n; g(n); }
+            __attribute__((noinline)) void g(uint8_t n) { PORTB = n; f(n); }""", "g: is recursive")
+
+    def test_recursion_by_way_of_a_pointer(self):
+        self.breach("""void cds_bus_poll(void (**f)(void)) { (*f)(); other(); }
+            static void again(void) { cds_bus_poll(0); other(); }
+            void cds_bus_set(void (**f)(void)) { *f = again; }""", "cds_bus_poll: is recursive")
+        self.breach("""void cds_bus_poll(void (**f)(void)) { (*f)(); other(); }
+            static void again(void) { cds_bus_poll(0); other(); }
+            void (*const table[])(void) = {again};""", "cds_bus_poll: is recursive")
+
+    def test_calls_through_a_pointer_are_for_the_bus_only(self):
+        self.breach("void f(void (**p)(void)) { (*p)(); other(); }",
+                    "scan.o: f: calls through a pointer", "scan")
+
+    def test_floating_point(self):
+        self.breach("uint32_t f(void) { return a * 0.5f; }", "f: uses floating point: f -> __")
+
+    def test_division_on_the_hot_path(self):
+        self.breach("void cds_bus_poll(void) { a = a / b; }",
+                    "cds_bus_poll: divides on the hot path: cds_bus_poll -> __udivmodsi4")
+        self.breach("""__attribute__((noinline)) void cds_units_to_register(void) { a = a / b; }
+            void cds_bus_submit(void) { cds_units_to_register(); other(); }""",
+                    "hot path: cds_bus_submit -> cds_units_to_register -> __udivmodsi4")
+
+    def test_division_of_16_and_64_bits(self):
+        self.breach("uint16_t cds_link_talk(uint16_t n, uint16_t m) { return n / m; }",
+                    "divides on the hot path: cds_link_talk -> __udivmodhi4")
+        self.breach("int64_t cds_servo_ping(int64_t n, int64_t m) { return n % m; }",
+                    "divides on the hot path: cds_servo_ping -> __moddi3")
+
+    def test_allocation(self):
+        self.breach("#include <stdlib.h>\nvoid *f(void) { return malloc(a); }", "f: allocates: f -> malloc")
+
+    def test_busy_waiting(self):
+        for loop in ["while (!(UCSR1A & 1 << UDRE1)) { }", "while (!(PINB & 4)) { }", "while (a) { }",
+                     "loop_until_bit_is_set(UCSR1A, 5);", "for (;;) { }"]:
+            self.breach("void f(void) { " + loop + " }", "only looks")
+
+    def test_busy_waiting_for_what_a_pointer_points_to(self):
+        self.breach("void f(volatile uint8_t *p) { other(); while (*p == 1) { } other(); }", "only looks")
+
+    def test_busy_waiting_within_a_loop(self):
+        self.breach("void f(uint8_t n) { for (; n; n--) { while (!(UCSR1A & 32)) { } UDR1 = n; } }",
+                    "only looks")
+
+    def test_delays(self):
+        self.breach("#include <util/delay.h>\nvoid f(void) { _delay_us(3); }", "only counts")
+        self.breach("#include <util/delay.h>\nvoid f(void) { _delay_ms(30); }", "only counts")
+
+    def test_waiting_for_the_clock_or_by_polling(self):
+        self.breach("uint32_t cds_port_now_us(void); void f(uint32_t t) { while (cds_port_now_us() < t) { } }",
+                    "calls cds_port_now_us()")
+        self.breach("uint8_t cds_bus_poll(void); void f(void) { while (cds_bus_poll()) { } }",
+                    "calls cds_bus_poll()")
+
+    def test_waiting_as_a_caller_may(self):
+        self.breach("void cds_blocking_for(void); void f(void) { cds_blocking_for(); other(); }", "f: waits")
+
+    def test_interrupts_off_and_sleep(self):
+        self.breach("void f(void) { cli(); a = 1; sei(); }", "f: turns interrupts off")
+        self.breach("void f(void) { uint8_t s = SREG; cli(); other(); SREG = s; }",
+                    "f: turns interrupts off")
+        self.breach("void f(void) { uint8_t s = SREG; cli(); while (a) { } SREG = s; }",
+                    "f: turns interrupts off")
+
+    def test_interrupts_off_for_a_moment(self):
+        status, output = self.check(
+            "void f(uint8_t m) { uint8_t s = SREG; cli(); PORTA |= m; SREG = s; }")
+        self.assertEqual(status, 0, output)
+        handler = ("ISR(USART1_RX_vect, ISR_NAKED) "
+                   "{ __asm__ volatile(\"cli\\n\\t%s pop r24\\n\\treti\"); }")
+        status, output = self.check(handler % "")
+        self.assertEqual(status, 0, output)
+        self.breach(handler % "1: sbis 5, 0\\n\\trjmp 1b\\n\\t", "__vector_30: turns interrupts off")
+        self.breach("void f(void) { __asm__ volatile(\"sleep\"); }", "f: sleeps")
+
+    def test_a_handler_of_a_linked_program(self):
+        self.breach("""volatile uint32_t a, b;
+            ISR(USART1_RX_vect) { a = a / b; }
+            int main(void) { for (;;) a = b / a; }""", "__vector_30: divides on the hot path",
+                    "program", "-flto")
+
+
+class Scripts(unittest.TestCase):
+    def test_a_gem_that_does_not_come_is_told_from_a_wrong_one(self):
+        """gem may fail with status 0, as without certificates."""
+        wrong = 'echo x > "$2-$4.gem"'
+        for gem, complaint in [("echo 'ERROR: SSL' >&2", "could not be fetched; without the network: make UNITY=dir"),
+                               ("exit 2", "could not be fetched; without the network: make UNITY=dir"),
+                               (wrong, "is not the one we know (SHA-256 differs)")]:
+            with tempfile.TemporaryDirectory() as folder:
+                stub = pathlib.Path(folder) / "gem"
+                stub.write_text(f"#!/bin/sh\n{gem}\n")
+                stub.chmod(0o755)
+                status, output = run(ROOT / "scripts/deps.sh", "unity", env={
+                    **os.environ, "PATH": f"{folder}:{os.environ['PATH']}", "DEPS": "yes",
+                    "UNITY": f"{folder}/unity"})
+                self.assertEqual(status, 1, output)
+                self.assertIn(complaint, output.splitlines()[-1])
+                self.assertFalse(os.path.exists(f"{folder}/unity"))
+
+    def test_a_firmware_over_budget_fails_the_size_check(self):
+        elf = ROOT / "build/atmega128/controller.elf"
+        flash, ram = re.findall(r"^(?:FLASH|RAM)_MAX *:= (\d+)$",
+                                (ROOT / "boards/atmega128/board.mk").read_text(), re.M)
+        self.assertEqual(run(ROOT / "scripts/size.py", elf, flash, ram)[0], 0)
+        for limits in [("100", ram), (flash, "100")]:
+            status, output = run(ROOT / "scripts/size.py", elf, *limits)
+            self.assertEqual(status, 1)
+            self.assertIn("OVER BUDGET", output)
+
+    def test_the_map_of_the_flash_has_all_of_it_and_each_byte_once(self):
+        elf = ROOT / "build/atmega128/controller.elf"
+        status, output = run(ROOT / "scripts/size-map.py", elf)
+        self.assertEqual(status, 0, output)
+        rows = re.findall(r"^ *(\d+) +(\d+|-)  ( *)(.+)$", output, re.M)
+        flash = {name: int(size) for size, _, _, name in rows}
+        tables = {name: int(size) for _, size, _, name in rows if size != "-"}
+        text, data = map(int, run("avr-size", elf)[1].splitlines()[1].split()[:2])
+        self.assertEqual(flash.pop("in all"), text + data)
+        folders = [name for _, _, inner, name in rows[:-1] if not inner]
+        self.assertEqual(sum(flash[name] for name in folders), text + data)
+        files = sum(int(size) for size, _, inner, _ in rows if inner)  # two folders may each have a bus.c
+        self.assertEqual(files, sum(flash[name] for name in folders if "/" in name))
+        self.assertTrue(0 < tables["printer.c"] < flash["printer.c"], output)
+        self.assertGreater(flash["strings in tables"], 5000, output)
+        self.assertNotIn("servos.c", tables)
+        self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
+        self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
+
+
+class Links(unittest.TestCase):
+    def links(self, text):
+        with tempfile.NamedTemporaryFile("w", suffix=".md") as file:
+            file.write("# A title\n" + text)
+            file.flush()
+            return run(ROOT / "scripts/links.py", file.name, cwd=ROOT)
+
+    def test_good_links_pass(self):
+        text = f"[a](#a-title) [b]({ROOT}/README.md#map) [c](https://x.y/z) `src/core/bus/bus.c`"
+        self.assertEqual(self.links(text), (0, ""))
+
+    def test_a_missing_file_heading_or_source_is_named(self):
+        for text, complaint in [("[a](gone.md)", "gone.md: there is no such file"),
+                                ("[a](#gone)", "#gone: there is no such heading"),
+                                ("`src/core/gone.c`", "src/core/gone.c: there is no such file")]:
+            status, output = self.links(text)
+            self.assertEqual(status, 1)
+            self.assertIn(complaint, output)
+
+
+class Readme(unittest.TestCase):
+    def test_a_program_outside_the_tree_builds_and_runs_with_its_command_line(self):
+        """The command line of "Link the library", word for word but for the folder."""
+        text = (ROOT / "docs/library.md").read_text()
+        command = re.search(r"```sh\n(avr-gcc (?:.*\\\n)*.*)\n```", text)[1]
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(ROOT / "examples/two_servos.c", f"{folder}/robot.c")
+            command = command.replace("robot.c", f"{folder}/robot.c")
+            command = command.replace("robot.elf", f"{folder}/robot.elf")
+            self.assertEqual(run("sh", "-c", command, cwd=ROOT), (0, ""))
+            status, output = run(SIM, "firmware", f"{folder}/robot.elf", "--board", "atmega128",
+                                 "--servos", "1,2", "--seconds", "2.5")
+        self.assertEqual(status, 0, output)
+        self.assertIn("3 packets in, 0 out, 0 damaged", output)
+
+    def test_unoptimised_programs_are_refused_with_the_remedy(self):
+        status, output = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-O0", "-Iinclude",
+                             "-Isrc/avr", "-Iboards/atmega128", "-c", "examples/two_servos.c", "-o",
+                             "/dev/null", cwd=ROOT)
+        self.assertNotEqual(status, 0)
+        self.assertIn("compile with -Os", output)
+
+
+class Turnaround(unittest.TestCase):
+    def test_the_transmit_complete_vector_turns_the_line_around_first(self):
+        """The enables before anything is saved; and no more than was written by hand."""
+        rest = ["push", "ldi", "sts", "ldi", "sts", "pop", "reti"]
+        for board, vector, turns in [("atmega128", "32", ["cbi", "sbi"] + rest),
+                                     ("arduino-mega", "38", ["cbi", "sbi"] + rest),
+                                     ("cm510", "27", ["cbi", "sbi"] + rest),
+                                     ("arduino-uno", "20", ["cbi"] + rest)]:
+            code = run("avr-objdump", "-d", "--no-show-raw-insn",
+                       ROOT / f"build/{board}/controller.elf")[1]
+            body = re.search(rf"<__vector_{vector}>:\n((?:.+\n)+)", code)[1]
+            self.assertEqual(re.findall(r":\s+([a-z]+)", body), turns, body)
+
+
+class Runner(unittest.TestCase):
+    """run-tests.py takes nothing for passed that did not say so."""
+
+    def outcome(self, body):
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder) / "suite"
+            program.write_text("#!/bin/sh\n" + body)
+            program.chmod(0o755)
+            status, output = run(ROOT / "scripts/run-tests.py", program)
+            return status, output.strip().splitlines()[-1]
+
+    def test_a_passing_suite(self):
+        self.assertEqual(self.outcome("echo '3 Tests 0 Failures 0 Ignored'"), (0, "3 passed, 0 failed"))
+
+    def test_a_failing_suite(self):
+        self.assertEqual(self.outcome("echo '3 Tests 1 Failures 0 Ignored'; exit 1"),
+                         (1, "2 passed, 1 failed"))
+
+    def test_ignored_tests_have_not_passed(self):
+        self.assertEqual(self.outcome("echo '3 Tests 0 Failures 2 Ignored'"), (1, "1 passed, 2 failed"))
+
+    def test_a_crash_after_the_summary(self):
+        self.assertEqual(self.outcome("echo '3 Tests 0 Failures 0 Ignored'; exit 139")[0], 1)
+
+    def test_silence_is_a_failure(self):
+        self.assertEqual(self.outcome("exit 0"), (1, "0 passed, 1 failed"))
+
+    def test_no_tests_is_a_failure(self):
+        self.assertEqual(self.outcome("echo '0 Tests 0 Failures 0 Ignored'")[0], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

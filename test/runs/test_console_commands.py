@@ -1,0 +1,487 @@
+"""Every command of the console, its help and each of its errors, on every board with a host link:
+by script, with what stands in the servos and on the wire afterwards, and over the pty, as a person
+would type it."""
+# needs: $(CONSOLE_ELFS)
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tty
+import unittest
+
+from client import BROADCAST, PING, READ, REG_WRITE, WRITE, packet, word
+from simulator import PATIENCE_S, ROOT, SIM, controller, settle
+
+sys.path.append(str(ROOT / "scripts"))
+import console  # the rows of the commands
+
+BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
+
+# Numbers that the console cannot say: 1 is no end; 4 and 8 are of requests that one console on one
+# bus never shares or takes back.
+UNSAID = {0, 1, 4, 8}
+
+
+def rows(path, name, fields):
+    """The rows X(first, ...) of the table `name`: {first: [all fields]}, texts without quotes."""
+    text = (ROOT / path).read_text().replace("\\\n", " ")
+    text = re.search(rf"#define {name}\(X\)(.*)", text)[1]
+    text = re.sub(r"/\*.*?\*/", "", text)
+    string = r'"(?:[^"\\]|\\.)*"'
+    found = {}
+    for row in re.findall(rf"X\(((?:{string}|[^()\"])*)\)", text):
+        row = re.sub(r'"\s+"', "", row)  # adjacent texts are one
+        values = [value.strip().strip('"') for value in re.findall(rf"{string}|[^,\"]+", row)]
+        values = [value for value, raw in zip(values, re.findall(rf"{string}|[^,\"]+", row))
+                  if raw.startswith('"') or value]
+        assert len(values) == fields, values
+        found[values[0]] = values
+    return found
+
+
+# By name: (heading, usage, what, details, example).
+COMMANDS = {row[1].split()[0]: row for row in console.commands()}
+ERRORS = {int(row[1]): row[2] + "; " + row[3]
+          for path, table in [("include/cds55xx/result.h", "CDS_RESULTS"),
+                              ("src/controller/console/errors.h", "CONSOLE_ERRORS")]
+          for row in rows(path, table, 4).values()}
+
+
+def wire(*arguments):
+    return f"@expect packet in {packet(*arguments).hex(' ').upper()}\n"
+
+
+def servo(what):
+    return f"@expect servo {what}\n"
+
+
+def text(what):
+    return f"@expect text {what}\n"
+
+
+def error(number, line):
+    return f"! {line}\n" + text(f"error {number}: {ERRORS[number]}"[:150])
+
+
+# The factory's return delay of 2 us is too short for a controller that hears the PC meanwhile.
+SLOWER = "".join(f"write {n} RETURN_DELAY 10\n" for n in (1, 2, 3))
+
+# By command; nothing is known of servos until scan, so that nobody else sends.
+SCRIPT = {
+    "echo": "echo on\nversion\n" + text("version") + "echo off\n",
+    "version": "version\n" + text("cds55xx 0.1.0 BOARD"),
+    "help": "help\n" + text("One servo:") + text("move ID|254 ANGLE [SPEED]: go to an angle")
+            + error(30, "help me"),
+    "ping": "ping 1\n" + wire(1, PING) + error(2, "ping 99") + error(31, "ping")
+            + error(32, "ping one") + error(33, "ping 255") + error(30, "pong 1")
+            + "@fault flip out 1 4 3\n" + error(3, "ping 1")
+            + "@fault stuck low 30\n" + error(9, "ping 1") + "@wait 40\n",
+    "read": "read 1 PRESENT_VOLTAGE\n" + wire(1, READ, [0x2A, 1]) + text("0x2A: 78")
+            + text("PRESENT_VOLTAGE = 120") + error(34, "read 1 NOTHING") + error(33, "read 1 0 51"),
+    "write": "write 1 LED 1\n" + wire(1, WRITE, [0x19, 1]) + servo("1 LED 1")
+             + error(21, "write 1 PRESENT_POSITION 1") + error(33, "write 1 LED 2")
+             + "@fault flip in 1 4 3\n" + error(22, "write 1 LED 1"),
+    "regwrite": "regwrite 1 LED 0\n" + wire(1, REG_WRITE, [0x19, 0])
+                + servo("1 REGISTERED_INSTRUCTION 1") + servo("1 LED 1"),
+    "action": "action\n" + wire(BROADCAST, 5) + servo("1 LED 0") + error(20, "action 1"),
+    "sync": "sync LED 1 1:1 2:1 3:0\n" + wire(BROADCAST, 0x83, [0x19, 1, 1, 1, 2, 1, 3, 0])
+            + servo("1,2 LED 1") + servo("3 LED 0") + error(37, "sync LED 1 1:1,2")
+            + error(6, "sync 0x1E 4 " + " ".join(f"{n}:1,0,1,0" for n in range(51))),
+    "led": "led 1 off\n" + wire(1, WRITE, [0x19, 0]) + servo("1 LED 0") + "led 254 on\n"
+           + servo("1-3 LED 1") + error(38, "led 1 maybe") + error(31, "led 1"),
+    "torque": "torque 1 on\n" + wire(1, WRITE, [0x18, 1]) + servo("1 torque on") + "torque 254 off\n"
+              + wire(BROADCAST, WRITE, [0x18, 0]) + servo("1-3 torque off")
+              + error(38, "torque 1 1"),
+    "move": "torque 1 on\nmove 1 90.5deg 30rpm\n" + wire(1, READ, [6, 19])
+            + wire(1, WRITE, [0x1E] + word(309) + word(495)) + servo("1 GOAL_POSITION 309")
+            + servo("1 PRESENT_POSITION 306..311 within 3000") + "move 1 512raw\n"
+            + servo("1 GOAL_POSITION 512") + servo("1 MOVING_SPEED 495") + "move 2 100\n"
+            + text("torque is off: it goes there once torque is on")
+            + servo("2 GOAL_POSITION 341") + servo("2 PRESENT_POSITION 512") + "move 254 150\n"
+            + wire(BROADCAST, WRITE, [0x1E] + word(512)) + servo("1-3 GOAL_POSITION 512")
+            + error(33, "move 1 301") + error(39, "move 1 90rpm") + error(32, "move 1 x")
+            + error(33, "move 1 90 63rpm") + error(33, "move 1 1024raw")
+            + "write 1 CCW_ANGLE_LIMIT 511\n" + error(23, "move 1 512raw")
+            + "write 1 CCW_ANGLE_LIMIT 1023\n",
+    "turn": "torque 2 on\nturn 2 -20rpm\n" + text("angle limits set to 0: it turns without end")
+            + servo("2 CCW_ANGLE_LIMIT 0") + servo(f"2 MOVING_SPEED {0x400 + 330}")
+            + servo("2 PRESENT_SPEED 1345..1364") + "turn 2 0\n" + servo("2 MOVING_SPEED 0")
+            + error(47, "move 2 90") + error(33, "turn 2 63") + "torque 2 off\n",
+    "get": "get 1 CCW_ANGLE_LIMIT\n" + wire(1, READ, [8, 2]) + text("CCW_ANGLE_LIMIT = 300deg (1023)")
+           + "get 1 0x09\n" + text("CCW_ANGLE_LIMIT = 300deg (1023)") + "get 1 ID\n" + text("ID = 1")
+           + "get 2 present-voltage\n" + text("PRESENT_VOLTAGE = 12V (120)") + error(34, "get 1 EYE"),
+    "set": "set 2 CCW_ANGLE_LIMIT 300\n" + text("written") + servo("2 CCW_ANGLE_LIMIT 1023")
+           + "set 2 CCW_ANGLE_LIMIT 300deg\n" + text("unchanged")
+           + "set 1 MIN_VOLTAGE 6.5V\n" + servo("1 MIN_VOLTAGE 65") + "set 1 MIN_VOLTAGE 6000mV\n"
+           + servo("1 MIN_VOLTAGE 60") + "set 1 ACC 0x20\n" + wire(1, WRITE, [0x22, 32])
+           + "set 1 MOVING_SPEED 30rpm\n" + servo("1 MOVING_SPEED 495")
+           + error(42, "set 1 PRESENT_POSITION 5") + error(42, "set 1 ID 5")
+           + error(39, "set 1 MIN_VOLTAGE 6C") + error(33, "set 1 MIN_VOLTAGE 26")
+           + error(33, "set 1 STATUS_RETURN_LEVEL 3"),
+    "info": "info 1\n" + wire(1, READ, [0, 50]) + text("0x03 ID = 1 EEPROM")
+            + text("0x04 BAUD_RATE = 1000000bps (1) EEPROM")
+            + text("0x1E GOAL_POSITION = 150.147deg (512) RAM")
+            + text("0x2B PRESENT_TEMPERATURE = 32C (32) RAM") + text("0x30 PUNCH = 90 RAM")
+            + error(2, "info 77"),
+    "monitor": error(40, "monitor 1 2 3 4 5 6 7 8 9") + error(41, "monitor 1 1")
+               + error(33, "monitor 1 every 9ms") + error(39, "monitor 1 every 9V")
+               + error(38, "monitor 1 often 9") + error(2, "monitor 77") + error(31, "monitor"),
+    "counters": "counters\n" + text("line busy 1") + error(48, "counters 9"),
+    "bus": "bus\n" + text("bus ok at 1000000bps") + "bus 57600bps\n" + error(2, "ping 1")
+           + "bus 1raw\nping 1\n" + error(33, "bus 1500000") + error(39, "bus 1deg")
+           + error(33, "bus 255raw"),
+    "id": "id 1 9\n" + text("ID 9 at 1000000bps") + servo("1 ID 9") + error(2, "ping 1") + "id 9 1\n"
+          + servo("1 ID 1") + error(50, "id 1 2") + servo("1 ID 1") + error(5, "id 1 1")
+          + error(2, "id 77 78") + "@fault unplug in 5 5 1 500\n" + error(51, "id 1 9") + "@wait 600\n"
+          + "ping 1\n" + "write 1 RETURN_DELAY 10\n",
+    "baud": "baud 3 57600\n" + text("ID 3 at 57143bps") + servo("3 BAUD_RATE 34") + "ping 3\n"
+            + error(2, "ping 1") + "baud 3 1000000bps\n" + servo("3 BAUD_RATE 1")
+            + "baud 3 500kbps\n" + "baud 3 66raw\n" + text("ID 3 at 29851bps, until power-off")
+            + "baud 3 1raw\nping 1\n"
+            + error(33, "baud 3 3000000") + error(39, "baud 3 5V") + error(33, "baud 3 255raw"),
+    "lock": "lock 3\n" + text("written") + servo("3 LOCK 1") + "lock 3\n" + text("unchanged")
+            + error(21, "set 3 MIN_VOLTAGE 7V") + error(21, "id 3 30") + error(2, "lock 77")
+            + "@power 3 off\n@power 3 on\n@wait 10\n" + servo("3 LOCK 0"),
+    "diagnose": "diagnose 1\n" + text("finding 1: the servo answers and is well; nothing to do")
+                + text("ID 1 at 1000000bps") + "diagnose 77\n" + text("finding 11:")
+                + "@expect rule collision\n"  # all that there are answer its broadcast PING
+                + "@power off\ndiagnose 1\n" + text("finding 9: no servo answers") + "@power on\n"
+                + "@wait 10\n@supply 1 5.5\n@wait 5\ndiagnose 1\n" + text("finding 14:")
+                + text("ID 1 at 1000000bps, supply mV 5500") + "@supply 1 12\n@wait 5\n",
+    "scan": "scan\n" + text("id 1 model 1") + text("id 2 model 1") + text("id 3 model 1")
+            + text("3 found, 254 asked") + "baud 3 57600\nbus 1000000\nscan all\n"
+            + text("id 2 model 1 at 1000000bps") + text("id 3 model 1 at 57143bps")
+            + text("3 found, 1524 asked") + "bus 57600\nbaud 3 1000000\n" + error(38, "scan here"),
+    "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: online, torque off")
+              + text("servo 3: online, torque off") + "counters 1\n" + text("timeouts 0")
+              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque on")
+              + "@power 1 on\n@wait 3000\nservos\n"
+              + text("servo 1: online, torque off, inhibited: lost its state, torque went off")
+              + error(12, "torque 1 on") + "release 1\ntorque 1 on\n" + servo("1 torque on")
+              + "@power 2 off\n@wait 10\n@power 2 on\n@wait 10\n",
+    "limits": "limits 2 60 240deg 31rpm\n" + error(11, "move 2 50") + error(11, "move 2 90 32rpm")
+              + "move 2 90 30rpm\n" + servo("2 GOAL_POSITION 307") + error(33, "limits 2 240 60")
+              + error(48, "limits 77 0 300") + error(39, "limits 2 0 3rpm") + "limits 2 0 300\n"
+              + "move 2 50\n",
+    "group": error(45, "group") + error(45, "pose 90") + error(45, "cycle every 4ms")
+             + "group 1 2 3\n" + text("group 1 2 3 sync") + "group\n" + text("group 1 2 3 sync")
+             + error(38, "group 1 2 maybe") + error(41, "group 1 2 1")
+             + error(40, "group " + " ".join(str(n) for n in range(51)))
+             + error(40, "group " + " ".join(str(n) for n in range(100, 116)))
+             + "servos\n" + text("servo 3: online") + "stop\nrelease\n",
+    "pose": "torque 254 on\npose 90 150.5 512raw at 30rpm\n" + servo("1 GOAL_POSITION 307")
+            + servo("2 GOAL_POSITION 513") + servo("3 GOAL_POSITION 512")
+            + servo("1-3 MOVING_SPEED 495") + error(46, "pose 1 2") + error(33, "pose 1 2 301")
+            + error(39, "pose 1 2 3rpm") + error(39, "pose 1 2 3 at 3deg") + "group 1 2 3 action\n"
+            + "pose 60 70 80\n" + servo("1-3 MOVING_SPEED 330") + servo("1 GOAL_POSITION 205")
+            + servo("1 PRESENT_POSITION 202..208 within 3000") + servo("1-3 torque on")
+            + "write 2 CCW_ANGLE_LIMIT 100\n" + error(7, "pose 100 110 120")
+            + servo("1 GOAL_POSITION 205") + servo("1-3 REGISTERED_INSTRUCTION 0")
+            + "write 2 CCW_ANGLE_LIMIT 1023\n",
+    "cycle": error(44, "cycle") + error(44, "cycle off") + error(33, "cycle every 1ms")
+             + "cycle every\ncycle\ncycle off\n" + error(39, "cycle every 4V") + "cycle every 5ms\n@wait 100\n"
+             + "cycle\n" + text("missed 0, unsent 0") + text("failed 0") + text("servo 1: ")
+             + "pose 100 110 120\n" + servo("1 GOAL_POSITION 341") + servo("3 GOAL_POSITION 409")
+             + error(43, "scan") + error(43, "id 1 9") + error(43, "group 1") + error(43, "diagnose")
+             + error(43, "move 1 90") + error(43, "turn 1 10rpm") + error(43, "move 254 90")
+             + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
+             + "led 1 off\n" + servo("1 LED 0") + "cycle off\n" + error(44, "cycle"),
+    "stop": "torque 254 on\n" + servo("1-3 torque on") + "stop\n" + servo("1-3 torque off")
+            + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(12, "torque 1 on")
+            + error(12, "move 1 90") + "torque 1 off\n@power 3 off\n" + error(2, "stop")
+            + text("servo 3: no answer") + "@power 3 on\n@wait 1500\n",
+    "release": error(54, "release 1") + error(12, "torque 2 on") + "release\ntorque 1 on\ntorque 2 on\n"
+               + servo("1,2 torque on") + error(48, "release 77"),
+    "factory": error(53, "factory 254") + error(50, "factory 3") + "set 1 MIN_VOLTAGE 7V\n"
+               + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
+               + "servos forget\nservos\n" + text("no servo is known") + "@servos 7\nfactory 254 force\n"
+               + servo("7 ID 1"),
+    "reset": "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
+}
+
+# Two of one ID, of which one takes another and the other is locked.
+BOTH = "lock 1\nservos forget\nwrite 2 ID 1\n" + error(52, "id 1 5") + "@expect rule collision\n"
+
+
+# A servo that is set not to answer, which the controller knows.
+MUTE = ("scan\nread 1 STATUS_RETURN_LEVEL\nwrite 1 STATUS_RETURN_LEVEL 0\n@wait 1200\n"
+        + error(10, "get 1 LED"))
+
+# A reply that comes too early for two enables.
+EARLY = (error(13, "set 1 RETURN_DELAY 0us") + error(13, "sync RETURN_DELAY 1 1:0 2:0")
+         + servo("1-3 RETURN_DELAY 10") + "status\n"
+         + text("RETURN_DELAY refused: 2; this board bears 1 or more"))
+
+# What the firmware of the ArbotiX leaves out.
+OMITTED = error(55, "diagnose") + error(55, "diagnose 1")
+
+
+def script_of(board):
+    """All commands; those that the board leaves out end with error 55."""
+    if board != "arbotix":
+        return "".join(SCRIPT.values())
+    return "".join(OMITTED if name == "diagnose" else lines.replace(error(43, "diagnose"), OMITTED)
+                   for name, lines in SCRIPT.items())
+
+
+class Scripts(unittest.TestCase):
+    def run_on(self, board, script, servos="1-3", *options):
+        run = controller("echo off\n" + SLOWER + script.replace("BOARD", board), board, servos,
+                         "--echo", *options)
+        self.assertEqual(run.status, 0, run.output[-3000:])
+        return run
+
+    def test_every_command_on_every_board(self):
+        for board in BOARDS:
+            with self.subTest(board):
+                self.run_on(board, script_of(board))
+
+    def test_every_row_of_the_table_has_a_test(self):
+        self.assertEqual(set(SCRIPT), set(COMMANDS) - set(KEEPER))
+
+    def test_every_error_is_provoked(self):
+        said = "".join(SCRIPT.values()) + BOTH + MUTE + EARLY + OMITTED
+        provoked = {int(number) for number in re.findall(r"@expect text error (\d+):", said)}
+        self.assertEqual(set(ERRORS) - UNSAID - provoked - set(TYPED) - KEEPER_ERRORS, set())
+
+    def test_two_of_one_id(self):
+        self.run_on("atmega128", BOTH)
+
+    def test_a_servo_that_does_not_answer(self):
+        self.run_on("atmega128", MUTE)
+
+    def test_delay_that_the_board_cannot_bear_is_refused(self):
+        run = self.run_on("atmega128", EARLY)
+        self.assertNotIn("03 05 00 ", run.output)
+
+
+# Rows and errors of test_keeper_commands.py.
+KEEPER = [name for name, row in COMMANDS.items() if row[0] == "The controller"]
+KEEPER_ERRORS = {number for number in ERRORS if number >= 60}
+
+# Errors that only typing provokes.
+TYPED = {35, 36, 49, 54}
+
+
+class Terminal:
+    """The firmware's console at a pty, in real time; `packets` are those on the wire when it is
+    closed."""
+
+    def __init__(self, board, servos="1-3", *options):
+        self.board = board
+        self.folder = tempfile.TemporaryDirectory()
+        self.transcript = os.path.join(self.folder.name, "transcript.txt")
+        self.process = subprocess.Popen(
+            [SIM, "firmware", ROOT / f"build/{board}/controller.elf", "--board", board, "--servos",
+             servos, "--host", "pty", "--transcript", self.transcript, *options],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL)
+        self.path = self.process.stdout.readline().decode().strip()
+        self.file = os.open(self.path, os.O_RDWR | os.O_NOCTTY)
+        tty.setraw(self.file)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        if self.process.poll() is None:
+            os.close(self.file)
+            self.process.send_signal(signal.SIGINT)
+        self.output = self.process.stdout.read().decode()
+        self.process.stdout.close()
+        self.process.wait(PATIENCE_S)
+        with open(self.transcript) as file:
+            self.packets = re.findall(r"(?:->in|<-out): ([0-9A-F ]+) \(LEN", file.read())
+        self.folder.cleanup()
+
+    def type(self, keys):
+        os.write(self.file, keys.encode("latin-1"))
+
+    def hear(self, until=r"^(ok|error \d+: [^\r]*)\r\n", timeout=PATIENCE_S):
+        """What is said up to and with what matches."""
+        said = ""
+        end = time.monotonic() + timeout
+        while not re.search(until, said, re.M):
+            rest = end - time.monotonic()
+            if rest <= 0 or not select.select([self.file], [], [], rest)[0]:
+                raise AssertionError(f"no {until!r} in {said!r}")
+            said += os.read(self.file, 1).decode("latin-1")
+        return said
+
+    def silence(self):
+        """What is said until nothing is for 0.15 s of the simulator."""
+        said = ""
+        while True:
+            settle(self.process, 0.15)
+            if not select.select([self.file], [], [], 0)[0]:
+                return said
+            said += os.read(self.file, 1000).decode("latin-1")
+
+    def ask(self, line):
+        self.type(line + "\r")
+        return self.hear()
+
+
+class Typed(unittest.TestCase):
+    def each_board(self, check):
+        for board in BOARDS:
+            with self.subTest(board), Terminal(board) as terminal:
+                terminal.ask("echo off")
+                for n in (1, 2, 3):
+                    terminal.ask(f"write {n} RETURN_DELAY 10")
+                check(terminal)
+
+    def test_the_help_of_every_command(self):
+        def check(terminal):
+            listed = terminal.ask("help")
+            brief = terminal.board == "arbotix"  # its profile leaves details to docs/console.md
+            for name, (_, usage, what, details, example) in COMMANDS.items():
+                if brief and name == "diagnose":
+                    what = "not in this firmware"
+                self.assertIn(f"\r\n  {usage}: {what}\r\n", listed)
+                more = "" if brief else f"{details}\r\nExample: {example}\r\n"
+                self.assertEqual(terminal.ask(f"help {name}"), f"{usage}: {what}\r\n{more}ok\r\n")
+        self.each_board(check)
+
+    def test_every_error_says_cause_and_remedy(self):
+        lines = [("frob", 30), ("ping", 31), ("ping x", 32), ("ping 999", 33), ("get 1 X", 34),
+                 ("sync LED 1 1", 37), ("led 1 x", 38), ("move 1 1V", 39), ("monitor 1 1", 41),
+                 ("set 1 MODEL_NUMBER 1", 42), ("cycle", 44), ("group", 45), ("release 9", 48),
+                 ("id 1 2", 50), ("factory 254", 53), ("ping 77", 2), ("id 1 1", 5),
+                 ("write 1 MODEL_NUMBER 1", 21), ("action 1", 20)]
+
+        def check(terminal):
+            for line, number in lines:
+                self.assertEqual(terminal.ask(line), f"error {number}: {ERRORS[number]}\r\n")
+            self.assertEqual(terminal.ask("version" + " " * 1400),
+                             f"error 35: {ERRORS[35]}\r\n")
+            terminal.type("help\r" + "x" * 600)  # nobody reads while help is written
+            self.assertTrue(terminal.hear().endswith("\r\nok\r\n"))
+            terminal.type("\r")
+            self.assertEqual(terminal.hear(), f"error 36: {ERRORS[36]}\r\n")
+            self.assertEqual(terminal.ask("ping 1"), "ok\r\n")
+        self.each_board(check)
+
+    def test_editing_history_and_echo(self):
+        with Terminal("atmega128") as terminal:
+            self.assertEqual(terminal.ask("echo on"), "ok\r\n")
+            self.assertEqual(terminal.ask("pong\b\b\bing 1"), "pong\b \b\b \b\b \bing 1\r\nok\r\n")
+            terminal.type("\x1B[A")
+            self.assertEqual(terminal.silence(), "ping 1")
+            terminal.type("\x7F2\r")
+            self.assertEqual(terminal.hear(), "\b \b2\r\nok\r\n")
+            terminal.type("\x10")
+            self.assertEqual(terminal.silence(), "ping 2")
+            terminal.type("\x03")
+            self.assertEqual(terminal.silence(), "\r\n")
+            self.assertEqual(terminal.ask("echo off"), "echo off\r\nok\r\n")
+            self.assertEqual(terminal.ask("ping 3"), "ok\r\n")
+            terminal.type("\x10\n")
+            self.assertEqual(terminal.hear(), "ok\r\n")
+            self.assertEqual(terminal.ask("echo on"), "ok\r\n")
+            self.assertEqual(terminal.ask("ping 1"), "ping 1\r\nok\r\n")
+        pings = [packet(n, PING).hex(" ").upper() for n in (1, 2, 3, 3, 1)]
+        self.assertEqual(terminal.packets[0::2], pings)
+
+    def test_monitor_draws_until_a_key(self):
+        def check(terminal):
+            terminal.type("monitor 1 2 every 50ms\r\n")
+            said = terminal.hear(r"(1deg.*\r\n){5}")
+            for line in said.split("\r\n")[:5]:
+                self.assertRegex(line, r"^1deg:150\.147,1rpm:0,1%:0,1V:12,1C:32,"
+                                       r"2deg:150\.147,2rpm:0,2%:0,2V:12,2C:32$")
+            terminal.type("q")
+            self.assertRegex(terminal.hear(), r"\d+ lines, 0 answers missing\r\nok\r\n$")
+            self.assertEqual(terminal.ask("ping 1"), "ok\r\n")
+        self.each_board(check)
+
+    def test_monitor_keeps_its_period(self):
+        with Terminal("atmega128") as terminal:
+            terminal.ask("echo off")
+            terminal.type("monitor 1 every 100ms\r")
+            terminal.hear(r"(1deg.*\r\n){12}")
+            terminal.type("\r")
+            terminal.hear()
+        # nothing but its READs
+        self.assertEqual(set(terminal.packets[0::2]),
+                         {packet(1, READ, [0x24, 11]).hex(" ").upper()})
+
+    def test_a_key_ends_scan_and_diagnose(self):
+        def check(terminal):
+            for line in ["scan all", "scan rescue"] + ["diagnose 77"] * (terminal.board != "arbotix"):
+                terminal.type(line + "\r")
+                if line != "diagnose 77":
+                    self.assertIn("now at", terminal.hear(r"now at \d+bps\r\n"))
+                terminal.type(" ")
+                said = terminal.hear()
+                self.assertIn(f"error 49: {ERRORS[49]}", said, line)
+                self.assertIn("at 1000000bps", terminal.ask("bus"))
+                self.assertEqual(terminal.ask("ping 2"), "ok\r\n")
+        self.each_board(check)
+
+
+class Stop(unittest.TestCase):
+    OFF = packet(BROADCAST, WRITE, [0x18, 0]).hex(" ").upper()
+
+    def prepare(self, terminal):
+        terminal.ask("echo off")
+        for n in (1, 2, 3):
+            terminal.ask(f"write {n} RETURN_DELAY 10")
+        terminal.ask("scan")
+        self.assertEqual(terminal.ask("torque 254 on"), "ok\r\n")
+
+    def check_stopped(self, terminal):
+        self.assertIn("error 12", terminal.ask("torque 1 on"))
+        said = terminal.ask("servos")
+        for n in (1, 2, 3):
+            self.assertIn(f"servo {n}: online, torque off, inhibited: stopped\r\n", said)
+        for n in (1, 2, 3):
+            self.assertIn("TORQUE_ENABLE = 0", terminal.ask(f"get {n} TORQUE_ENABLE"))
+        self.assertEqual(terminal.ask("release"), "ok\r\n")
+        self.assertEqual(terminal.ask("torque 254 on"), "ok\r\n")
+
+    def test_ctrl_x_anywhere(self):
+        for board in BOARDS:
+            with self.subTest(board), Terminal(board) as terminal:
+                self.prepare(terminal)
+                terminal.type("\x18")  # on an empty line
+                self.assertEqual(terminal.hear(), "ok\r\n")
+                self.check_stopped(terminal)
+                terminal.type("torque 1 o\x18")  # in a line, which is dropped
+                self.assertEqual(terminal.hear(), "ok\r\n")
+                self.check_stopped(terminal)
+                for line, begun in [("monitor 1 every 20ms", "1deg"), ("help", "move"),
+                                    ("scan all", "now at 1000000bps"),
+                                    ("scan rescue", "now at 500000bps")]:
+                    terminal.type(line + "\r")
+                    terminal.hear(begun)
+                    terminal.type("\x18")
+                    self.assertIn(f"\r\nerror 54: {ERRORS[54]}\r\n", terminal.hear(), line)
+                    self.assertEqual(terminal.hear(), "ok\r\n", line)
+                    self.check_stopped(terminal)
+                terminal.ask("group 1 2 3")
+                terminal.ask("cycle every 10ms")
+                terminal.type("\x18")
+                self.assertEqual(terminal.hear(), "ok\r\n")
+                self.check_stopped(terminal)
+                self.assertIn("error 44", terminal.ask("cycle"))
+
+    def test_ctrl_x_drops_what_was_typed_before_it(self):
+        with Terminal("atmega128") as terminal:
+            self.prepare(terminal)
+            terminal.type("help\rping 1\rping 1\r\x18")
+            self.assertIn("error 54", terminal.hear())  # of help
+            self.assertEqual(terminal.hear(), "ok\r\n")  # of stop
+            self.check_stopped(terminal)
+        self.assertEqual(terminal.packets.count(self.OFF), 3)
+        self.assertEqual(terminal.packets.count(packet(1, PING).hex(" ").upper()), 1)  # of scan
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,46 @@
+"""A robot in C++11 (test/firmware/library/cpp.cpp) and all headers, on boards with different handlers."""
+# needs: $(patsubst %,build/%/libcds55xx.a,atmega128 arduino-mega arbotix)
+import pathlib
+import tempfile
+import unittest
+
+from simulator import ROOT, Run, call as run
+
+CHIPS = {"atmega128": "atmega128", "arduino-mega": "atmega2560", "arbotix": "atmega644p"}
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror"]
+
+
+def compiler(board, standard):
+    return ["avr-g++", f"-mmcu={CHIPS[board]}", "-DF_CPU=16000000UL", f"-std={standard}", "-Os",
+            "-flto", "-Wl,--relax", "-Wl,--gc-sections", *WARNINGS, "-Iinclude", "-Isrc/avr",
+            f"-Iboards/{board}"]
+
+
+class Cpp(unittest.TestCase):
+    def test_all_headers_at_once(self):
+        headers = sorted(p.relative_to(ROOT / "include") for p in (ROOT / "include").rglob("*.h"))
+        with tempfile.TemporaryDirectory() as folder:
+            source = pathlib.Path(folder) / "all.cpp"
+            source.write_text("".join(f"#include <{h}>\n" for h in headers) +
+                              (ROOT / "test/firmware/library/cpp.cpp").read_text())
+            for standard in ["c++11", "gnu++14"]:
+                self.assertEqual(run(*compiler("arduino-mega", standard), "-c", source, "-o",
+                                     "/dev/null", cwd=ROOT), (0, ""))
+
+    def test_it_links_and_talks_to_its_servos(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for board in CHIPS:
+                elf = f"{folder}/{board}.elf"
+                self.assertEqual(run(*compiler(board, "c++11"), "test/firmware/library/cpp.cpp",
+                                     f"build/{board}/libcds55xx.a", "-o", elf, cwd=ROOT), (0, ""))
+                done = Run(elf, "--seconds", "0.05", board=board, servos="1-3")
+                self.assertEqual(done.status, 0, done.output)
+                self.assertIn("rules:   none broken", done.output)
+                self.assertEqual([packet for _, _, packet in done.packets], [
+                    "FF FF 02 04 02 03 01 F3", "FF FF 02 03 00 02 F8",
+                    "FF FF 02 04 03 19 01 DC", "FF FF 02 02 00 FB",
+                    "FF FF FE 0E 83 1E 04 01 BC 02 00 02 02 2C 01 00 02 5C"])
+
+
+if __name__ == "__main__":
+    unittest.main()

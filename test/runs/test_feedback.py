@@ -1,0 +1,22 @@
+"""What `make feedback` measures, on the boards that keep the limit."""
+# needs: $(CONSOLE_ELFS)
+import unittest
+
+from feedback import LIMIT_US, Feedback
+
+
+class WholeRobot(unittest.TestCase):
+    def test_one_bulk_read_instead_of_18_round_trips(self):
+        for board in ("atmega128", "arduino-mega", "cm510", "arbotix"):
+            with self.subTest(board):
+                run = Feedback(board)
+                self.assertEqual(run.status, 0, run.output)
+                self.assertEqual(run.bulk, run.trips)
+                self.assertEqual([run.bulk[at + 2] for at in range(0, len(run.bulk), 14)],
+                                 list(range(1, 19)))
+                self.assertLess(run.bulk_us, LIMIT_US)
+                self.assertGreater(run.trips_us, 18000)
+
+
+if __name__ == "__main__":
+    unittest.main()

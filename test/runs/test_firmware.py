@@ -1,0 +1,151 @@
+"""The firmware and programs linked with the library, in the simulator."""
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega) $(patsubst %,build/%/examples/two_servos.elf,atmega128 arduino-mega)
+# needs: $(patsubst %,build/atmega128/firmware/%.elf,absent clock line_errors slow_handler)
+import re
+import unittest
+
+from simulator import ROOT, Run, controller
+
+BOARDS = ["atmega128", "arduino-mega"]
+
+
+class Console(unittest.TestCase):
+    def expect(self, script, status=0, servos="1", board="atmega128"):
+        run = controller(script, board, servos, "--echo")
+        self.assertEqual(run.status, status, run.output)
+        return run.output
+
+    def test_an_absent_servo_is_an_error_and_the_console_goes_on(self):
+        output = self.expect("! ping 99\nping 1\n")
+        self.assertIn("error 2: no reply by the deadline", output)
+
+    def test_an_error_reply_fails_the_run(self):
+        self.assertIn("reply-was-error", self.expect("ping 99\n", status=1))
+
+    def test_an_expected_error_that_does_not_come_fails_the_run(self):
+        self.expect("! ping 1\n", status=1)
+
+    def test_a_mute_servo_still_answers_ping_and_is_not_waited_for_otherwise(self):
+        output = self.expect("write 1 STATUS_RETURN_LEVEL 0\nwrite 1 LED 1\n! read 1 LED\nping 1\n"
+                             "@expect servo 1 LED 1 within 0\n")
+        self.assertEqual(output.count("->in:"), 3) # the READ is not even sent
+
+    def test_read_only_register_and_locked_servo_are_range_errors(self):
+        output = self.expect("! write 1 PRESENT_POSITION 1\nwrite 1 LOCK 1\n! write 1 PUNCH 1\n"
+                             "@power off\n! ping 1\n@power on\nwrite 1 PUNCH 1\n")
+        self.assertEqual(output.count("error 21: servo: range error"), 2)
+
+    def test_goal_outside_the_limits_is_an_angle_error(self):
+        output = self.expect("write 1 CCW_ANGLE_LIMIT 511\n! write 1 GOAL_POSITION 512\n")
+        self.assertIn("error 23: servo: angle limit error", output)
+
+    def test_action_without_a_registered_write_is_an_instruction_error(self):
+        self.assertIn("error 20: servo: instruction error", self.expect("! action 1\n"))
+
+    def test_low_supply_is_a_warning_and_ok(self):
+        output = self.expect("write 1 MIN_VOLTAGE 130\n@wait 5\nping 1\n")
+        self.assertIn("warning: input voltage\nok", output)
+
+    def test_broadcast_ping_finds_a_lone_servo(self):
+        self.assertIn("id 17", self.expect("ping 254\n", servos="17"))
+
+    def test_a_whole_table_is_read(self):
+        output = self.expect("read 1 0 50\n")
+        self.assertIn("0x00: 00 01 01 01 01 01 00 00\n0x08: FF 03 00 50 3C A0 FF 03\n"
+                      "0x10: 02 25 04 00 00 00 00 00\n", output)
+
+    def test_sync_write_to_50_servos_moves_them_all(self):
+        goals = " ".join(f"{n}:{n},2" for n in range(50))
+        reads = "".join(f"read {n} GOAL_POSITION\n" for n in range(50))
+        output = self.expect(f"sync GOAL_POSITION 2 {goals}\n{reads}", servos="0-49")
+        self.assertEqual(re.findall(r"GOAL_POSITION = (\d+)", output),
+                         [str(512 + n) for n in range(50)])
+
+    def test_every_command_on_every_board(self):
+        script = ("help\nversion\nping 1\nread 1 ID\nwrite 1 LED 1\nregwrite 1 LED 0\naction 1\n"
+                  "sync LED 1 1:1\nreset 1\n")
+        for board in BOARDS:
+            self.assertIn(f"cds55xx 0.1.0 {board}\nok", self.expect(script, board=board))
+
+
+class Programs(unittest.TestCase):
+    def test_readme_program_moves_two_servos(self):
+        for board in BOARDS:
+            run = Run(f"build/{board}/examples/two_servos.elf", "--seconds", "3.5", board=board,
+                      servos="1,2")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertEqual([packet for _, _, packet in run.packets],
+                             ["FF FF FE 04 03 18 01 E1",
+                              "FF FF FE 0E 83 1E 04 01 C8 00 00 02 02 20 03 00 02 5C",
+                              "FF FF FE 0E 83 1E 04 01 20 03 00 02 02 C8 00 00 02 5C",
+                              "FF FF FE 0E 83 1E 04 01 C8 00 00 02 02 20 03 00 02 5C"])
+
+    def test_readme_shows_that_very_program(self):
+        source = (ROOT / "examples/two_servos.c").read_text().split("*/\n", 1)[1].strip()
+        self.assertIn(source, (ROOT / "README.md").read_text())
+
+    def figures(self, program, servos="none"):
+        """What a program of test/firmware/library/ says; the run must break no rule but those given."""
+        run = Run(f"build/atmega128/firmware/{program}.elf", "--host", "stdout", "--seconds", "20",
+                  servos=servos)
+        return run, {name: int(number) for name, number in
+                     re.findall(r"^(\w+) (\d+)$", run.output, re.M)}
+
+    def test_the_main_loop_turns_while_a_servo_is_absent(self):
+        run, figure = self.figures("absent")
+        # READ: 8 bytes out, 8 back, 10 us each; return delay 2 us; margin 100 us
+        deadline_us = 16 * 10 + 2 + 100
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(figure["result"], 2)  # CDS_TIMEOUT
+        self.assertGreaterEqual(figure["us"], deadline_us)
+        self.assertLess(figure["us"], deadline_us + figure["submit_us"] + 20)
+        self.assertLess(figure["submit_us"], 8 * 10)  # not even its own packet was waited for
+        self.assertGreater(figure["turns"], 20)
+
+    def test_the_clock_never_goes_back_nor_jumps_and_alarms_ring_in_time(self):
+        run, figure = self.figures("clock")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(figure["wrong"], 0)
+        self.assertGreater(figure["readings"], 10000)
+        self.assertEqual(figure["alarms"], 0)
+        self.assertEqual(figure["sums"], 0)
+        self.assertEqual(figure["laps"], 0)
+
+    def test_damaged_and_lost_bytes_are_counted_and_never_a_reply(self):
+        run, figure = self.figures("line_errors", servos="1")
+        self.assertEqual(figure["whole"], 0, run.output)
+        self.assertEqual(figure["paused"], 3)  # CDS_CORRUPT
+        self.assertGreaterEqual(figure["overruns"], 1)
+        self.assertEqual(figure["slower"], 0)
+        self.assertEqual(figure["mismatch"], 3)
+        self.assertGreaterEqual(figure["framing_errors"], 1)
+        self.assertEqual(re.findall(r"BROKEN: *([a-z-]+)", run.output), ["overrun"])
+
+    def test_a_stale_transmit_complete_never_releases_the_driver(self):
+        run, figure = self.figures("slow_handler", servos="1-3")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(figure["result"], 0)
+        self.assertEqual(len(run.packets), 500)
+        gap = max(b[0] - a[0] for a, b in zip(run.packets, run.packets[1:]))
+        self.assertGreater(gap, 9 * 160 * 2)  # there were gaps within the packets
+
+
+class Soak(unittest.TestCase):
+    """Ordinary traffic at the factory return delay, at ever other phases of clock and main loop."""
+
+    def soak(self, board):
+        script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} {n % 49} {1 + n % 2}\n"
+                         for n in range(3000))
+        run = controller(script, board, "1-3")
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual(len(run.packets), 12000)
+
+    def test_no_reply_is_lost_on_atmega128(self):
+        self.soak("atmega128")
+
+    def test_no_reply_is_lost_on_arduino_mega(self):
+        self.soak("arduino-mega")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,104 @@
+"""300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz, the
+servos at a return delay of 6 us: test/firmware/library/flood.c, the firmware with a cycle beside it."""
+# needs: $(patsubst %,build/%/firmware/flood.elf,atmega128 arduino-mega cm510 arbotix)
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+from client import BROADCAST, READ, WRITE, packet
+from simulator import PACKET, ROOT, SIM
+
+DEVICE, HOST_BAUD, BUS_SENT, HOST_OVERFLOWS = 253, 0x04, 0x18, 0x3C
+RETURN_DELAY = 0x05
+MHZ = 16
+PERIOD_US = 4000
+COUNTERS = HOST_OVERFLOWS + 2 - BUS_SENT
+NAMES = ("sent repeated ok timeouts corrupt unsent refuted late extra foreign framing overruns "
+         "overflows echoes packets broken silent gaps host_overflows").split()
+FLOOD = "flood 300000"
+BOARDS = ("atmega128", "arduino-mega", "cm510", "arbotix")
+
+
+class Run:
+    """.counters as the device has them at the end; .late_us of each period's goals, from the first
+    grid of periods; .reads and .replies on the wire."""
+
+    def __init__(self, board, during):
+        lines = ["say " + packet(BROADCAST, WRITE, [RETURN_DELAY, 3]).hex(" "), "wait 10000",
+                 "say " + packet(DEVICE, WRITE, [HOST_BAUD, 1]).hex(" "), "hear 6", "wait 6000",
+                 "baud 1000000", "wait 10000", during, "wait 500000",
+                 "say " + packet(DEVICE, READ, [BUS_SENT, COUNTERS]).hex(" "), f"hear {COUNTERS + 6}"]
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            (folder / "pc").write_text("\n".join(lines) + "\n")
+            done = subprocess.run(
+                [SIM, "firmware", ROOT / f"build/{board}/firmware/flood.elf", "--board", board,
+                 "--servos", "1-18", "--host", folder / "pc", "--transcript", folder / "transcript"],
+                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200)
+            wire = (folder / "transcript").read_text().splitlines()
+        wire = [match for match in map(PACKET.match, wire) if match]
+        self.status, self.output = done.returncode, done.stdout
+        heard = [line.split() for line in self.output.splitlines() if line.startswith("heard")]
+        said = [line.split() for line in self.output.splitlines() if line.startswith("said")]
+        raw = bytes.fromhex("".join(heard[-1][4:]))
+        words = [int.from_bytes(raw[at:at + 2], "little") for at in range(5, 5 + COUNTERS, 2)]
+        self.counters = dict(zip(NAMES, words))
+        broadcasts = sum(match[3].startswith("FF FF FE") for match in wire)
+        goals = [int(match[1]) for match in wire if re.match("FF FF FE .. 83", match[3])]
+
+        goals = goals[10:] # those before the host says anything, and what it says
+        self.seconds = (goals[-1] - goals[0]) / MHZ / 1e6
+        self.periods = len(goals)
+        self.late_us = [(cycle - goals[0]) / MHZ - PERIOD_US * period
+                        for period, cycle in enumerate(goals)]
+        self.sent = sum(match[2] == "->in" for match in wire)
+        # ... by when the counters were asked for, and by when they were told
+        self.asked, self.told = (sum(match[2] == "->in" and int(match[1]) <= int(cycle)
+                                     for match in wire) for cycle in (said[-1][2], heard[-1][1]))
+        self.reads = self.sent - broadcasts
+        self.replies = len(wire) - self.sent
+
+
+class Flood(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.runs = {(board, during): Run(board, during) for board in BOARDS
+                    for during in ("wait 3000000", FLOOD + " 7")}
+
+    def test_nothing_is_lost_on_the_bus(self):
+        for which, run in self.runs.items():
+            with self.subTest(which):
+                self.assertEqual(run.status, 0, run.output)  # no rule of the wire broken
+                self.assertIn(run.reads - run.replies, (0, 1))  # the last one may be cut
+                for name in NAMES[:14]:
+                    if name not in ("sent", "ok"):
+                        self.assertEqual(run.counters[name], 0, name)
+                self.assertLessEqual(run.counters["sent"] - run.counters["ok"], 1)
+                self.assertLessEqual(run.asked, run.counters["sent"])
+                self.assertLessEqual(run.counters["sent"], run.told)
+
+    def test_no_period_is_missed_and_goals_leave_on_time(self):
+        for which, run in self.runs.items():
+            with self.subTest(which):
+                self.assertEqual(run.periods, round(run.seconds * 1e6 / PERIOD_US) + 1)
+                self.assertLess(max(run.late_us) - min(run.late_us), 350)
+
+    def test_there_is_still_time_for_feedback(self):
+        for quiet, loud in self.pairs():
+            self.assertGreater(loud.reads, 0.7 * quiet.reads)
+
+    def test_what_was_too_much_is_counted_and_told(self):
+        for quiet, loud in self.pairs():
+            self.assertEqual((quiet.counters["gaps"], quiet.counters["broken"]), (0, 0))
+            self.assertGreater(loud.counters["gaps"], 100)
+            self.assertGreaterEqual(loud.counters["gaps"], loud.counters["host_overflows"])
+
+    def pairs(self):
+        runs = list(self.runs.values())
+        return zip(runs[::2], runs[1::2])
+
+
+if __name__ == "__main__":
+    unittest.main()

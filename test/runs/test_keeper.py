@@ -1,0 +1,370 @@
+"""The keeper in whole runs: settings when the power goes, loss of the host link, resets, alarms."""
+# needs: $(CONSOLE_ELFS)
+import pathlib
+import random
+import re
+import tempfile
+import unittest
+
+from simulator import LONG, Run, controller
+
+BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
+PERCENTS = (5, 47, 70, 95, 100) if LONG else (5, 95, 100)  # of a write, when the power goes
+TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
+CLOCK_KHZ = 16000
+
+# Two values for each setting that differ in every byte; the host's rate is the same for both (16 is
+# 117647 bit/s, which is what 115200 becomes at 16 MHz).
+NAMES = ["device_id", "host_baud", "bus_baud", "return_delay", "repeats", "echo", "link_loss_ms",
+         "link_loss_action", "alarm_report", "cycle_us"]
+DEFAULTS = [253, 255, 1, 254, 0, 0, 0, 1, 0, 4000]
+FIRST = [17, 16, 3, 100, 1, 1, 0xFFFF, 0, 1, 0x1234]
+SECOND = [200, 255, 1, 7, 2, 0, 0xEEEE, 2, 0, 0x2345]
+
+
+def change(values):
+    return "".join(f"settings {name} {value}\n" for name, value in zip(NAMES, values))
+
+
+def at_57600(values):
+    """The same with the host rate of the CM-510."""
+    return [34 if value == 16 else value for value in values]
+
+
+def crc(data):
+    """CRC-16/MCRF4XX, low byte first."""
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0x8408 if value & 1 else 0)
+    return value.to_bytes(2, "little")
+
+
+def listed(text):
+    """Values of the last list of settings in it, and where they came from."""
+    values = [int(re.findall(rf"^{name} = (\d+)", text, re.M)[-1]) for name in NAMES]
+    return values, re.findall(r"^settings at start: (.*)$", text, re.M)[-1]
+
+
+class Settings(unittest.TestCase):
+    def run_script(self, script, board="atmega128", *options):
+        run = controller(script, board, "1", "--echo", *options)
+        self.assertEqual(run.status, 0, run.output)
+        return run.output
+
+    def cut(self, before, write, percent, board="atmega128"):
+        """(was it cut?, settings, origin) after a save of SECOND over `before` saves of FIRST and so on,
+        cut within that write to the EEPROM."""
+        script = "".join(change(values) + "save\n" for values in before)
+        script += change(SECOND) + f"@reset brown-out write {write} {percent}\nsave\n@wait 300\nsettings\n"
+        output = self.run_script(script, board)
+        values, origin = listed(output)
+        return " reset\n" in output, values, origin
+
+    def cut_everywhere(self, before, allowed, board="atmega128", percents=PERCENTS):
+        """All writes of the save; returns how many there are and which settings were found."""
+        write, found = 0, []
+        while write < 100:
+            write += 1
+            outcomes = [self.cut(before, write, percent, board) for percent in percents]
+            for was_cut, values, origin in outcomes:
+                self.assertIn((values, origin), allowed if was_cut else [(SECOND, origin)], write)
+                found.append((values, origin))
+            if not outcomes[0][0]:
+                return write - 1, found
+        self.fail("it is cut for ever")
+
+    def test_power_lost_in_any_write_of_the_first_save(self):
+        saved = (SECOND, "as saved")
+        nothing = [(DEFAULTS, "defaults: nothing was ever saved"),
+                   (DEFAULTS, "defaults: what was saved is damaged")]
+        writes, found = self.cut_everywhere([], [saved, *nothing])
+        self.assertGreaterEqual(writes, 15) # all but those that are FF
+        for outcome in [saved, *nothing]:
+            self.assertIn(outcome, found)
+
+    def test_power_lost_in_any_write_of_a_later_save(self):
+        old, new = (FIRST, "as saved"), (SECOND, "as saved")
+        writes, found = self.cut_everywhere([SECOND, FIRST], [old, new])
+        self.assertGreaterEqual(writes, 5)
+        self.assertIn(old, found)
+        writes, found = self.cut_everywhere([FIRST], [old, new])
+        self.assertGreaterEqual(writes, 15)
+        self.assertIn(old, found)
+        self.assertIn(new, found)
+
+    def test_power_lost_on_the_other_boards(self):
+        for board in BOARDS[1:]:
+            first = at_57600(FIRST) if board == "cm510" else FIRST
+            old, new = (first, "as saved"), (SECOND, "as saved")
+            writes, found = self.cut_everywhere([first], [old, new], board, (60,))
+            self.assertGreaterEqual(writes, 15)
+            self.assertIn(old, found)
+
+    def test_both_places_are_used_in_turn_and_the_file_keeps_them_from_run_to_run(self):
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "eeprom")
+            records = []
+            for values in [FIRST, SECOND, FIRST]:
+                self.run_script(change(values) + "save\n", "atmega128", "--eeprom", file)
+                records.append((file.read_bytes()[16:80], file.read_bytes()[80:144]))
+                found = listed(self.run_script("settings\n", "atmega128", "--eeprom", file))
+                self.assertEqual(found, (values, "as saved"))
+            empty = b"\xFF" * 64
+            self.assertEqual(records[0][1], empty)
+            self.assertEqual(records[1][0], records[0][0])
+            self.assertEqual(records[2][1], records[1][1])
+            self.assertNotEqual(records[2][0], records[1][0])
+            bad = bytearray(file.read_bytes())
+            bad[16 + 5] ^= 1 # the newer one
+            file.write_bytes(bad)
+            found = listed(self.run_script("settings\n", "atmega128", "--eeprom", file))
+            self.assertEqual(found, (SECOND, "as saved"))
+            bad[80 + 5] ^= 1
+            file.write_bytes(bad)
+            found = listed(self.run_script("settings\n", "atmega128", "--eeprom", file))
+            self.assertEqual(found, (DEFAULTS, "defaults: what was saved is damaged"))
+
+    def start_with(self, record, script):
+        """The output of a run that finds these bytes in the first place for a record."""
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "eeprom")
+            file.write_bytes((b"\xFF" * 16 + record).ljust(4096, b"\xFF"))
+            return self.run_script(script, "atmega128", "--eeprom", file)
+
+    def test_record_of_another_firmware_is_read_and_told(self):
+        ten = "11 10 03 64 01 01 FF FF 00 01 34 12"  # FIRST, and a byte or a word for each setting
+        for record, values, origin in [
+                (f"01 0C 01 {ten}", FIRST, "as saved"),
+                (f"01 0A 01 {ten[:-6]}", FIRST[:9] + DEFAULTS[9:],
+                 "as saved by an older firmware; new ones are defaults"),
+                (f"01 0E 01 {ten} 55 AA", FIRST, "as saved by a newer firmware"),
+                (f"02 0C 01 {ten}", DEFAULTS,
+                 "defaults: what was saved is of another version")]:
+            data = bytes.fromhex(record)
+            output = self.start_with(data + crc(data), "settings\nsave\n@reset power\nsettings\n")
+            first, again = output.split(" reset\n")
+            self.assertEqual(listed(first), (values, origin))
+            saved = "as saved by a newer firmware" if "newer" in origin else "as saved"
+            self.assertEqual(listed(again), (values, saved))
+
+    def test_a_save_does_not_block_the_bus(self):
+        # The host waits for its ok, which is silence: torque goes off while bytes are being written,
+        # and the servo, at its factory return delay, is read without a loss.
+        for board in BOARDS:
+            first = at_57600(FIRST) if board == "cm510" else FIRST
+            output = self.run_script(change(first) + "settings bus_baud 1\nping 1\n"
+                                     "settings link_loss_action 2\nsettings link_loss_ms 20\nsave\n"
+                                     "@wait 200\nstatus\n@expect text last stop: 1 of 1 servos read back as off\n", board)
+            save = output.index("> save")
+            bus = [m.start() for m in re.finditer(f"{TORQUE_OFF}|FF FF 01 04 02 18 01 DF", output)]
+            self.assertEqual(len(bus), 4, f"{board}: {output}")
+            self.assertTrue(all(save < at < output.index("\nok", save) for at in bus), output)
+
+    def test_settings_hold_at_once_and_only_saved_ones_outlive_the_power(self):
+        output = self.run_script("settings bus_baud 3\n! ping 1\nwrite 254 BAUD_RATE 3\n@reset power\n"
+                                 "settings\n", "atmega128")
+        self.assertEqual(listed(output), (DEFAULTS, "defaults: nothing was ever saved"))
+        output = self.run_script("write 254 BAUD_RATE 3\nsettings bus_baud 3\nping 1\nsave\n"
+                                 "@reset power\nping 1\n@reset external\ndefaults\n! ping 1\n")
+        self.assertEqual(output.count("<-out: FF FF 01 02 00 FC"), 2)
+
+    def test_errors(self):
+        output = self.run_script("! settings nothing 1\n! settings repeats 3\n! settings repeats x\n"
+                                 "! settings repeats 1 1\nsettings repeats 2\nsettings repeats\n")
+        for error in [60, 61, 32, 31]:
+            self.assertIn(f"error {error}: ", output)
+        self.assertIn("repeats = 2\n", output)
+
+
+class HostLink(unittest.TestCase):
+    START = ("settings link_loss_ms 100\nwrite 1 TORQUE_ENABLE 1\nwrite 2 TORQUE_ENABLE 1\nwrite 1 GOAL_POSITION 300\n")
+
+    def run_script(self, script, board):
+        run = controller(script, board, "1,2", "--echo")
+        self.assertEqual(run.status, 0, f"{board}: {run.output}")
+        return run
+
+    def test_hold_sends_nothing_more_and_refuses_goals_until_it_is_cleared(self):
+        for board in BOARDS:
+            run = self.run_script(
+                self.START + "settings link_loss_action 1\n@wait 90\nwrite 1 GOAL_POSITION 301\n"
+                "@wait 300\n@expect silence 50\n@expect servo 1-2 torque on\nstatus\n"
+                "@expect text host link: lost\n@expect text servos: 2, inhibited 2\n"
+                "! write 1 GOAL_POSITION 400\n! sync GOAL_POSITION 2 2:0,2\nread 1 ID\nclear\n"
+                "write 1 GOAL_POSITION 401\nsync GOAL_POSITION 2 2:0,2\n@expect servo 2 GOAL_POSITION 512\n"
+                "status\n@expect text host link: watched\n@expect text servos: 2, inhibited 0\n", board)
+            sent = [packet for _, way, packet in run.packets if way == "->in"]
+            self.assertFalse([p for p in sent if p.startswith("FF FF 01 05 03 1E 90 01")])
+            self.assertEqual(len(sent), 7)
+
+    def test_the_watch_begins_with_the_line_that_sets_it_and_anew_with_clear(self):
+        for ms in (0, 1, 33, 100):
+            self.run_script(f"scan\n@wait {ms}\nsettings link_loss_ms 50\n@wait 200\nstatus\n"
+                            "@expect text host link: lost\n! release\n"
+                            "@expect text error 65: the host link was lost\n! release 1\n"
+                            "! write 1 GOAL_POSITION 400\nclear\n@wait 200\nstatus\n"
+                            "@expect text host link: lost\n", "atmega128")
+
+    def test_torque_off_goes_out_three_times_and_is_verified(self):
+        for board in BOARDS:
+            run = self.run_script(
+                self.START + "settings link_loss_action 2\n@wait 1\n" +
+                f"@expect packet in {TORQUE_OFF}\n" * 3 +
+                "@expect servo 1-2 torque off\n@wait 20\nstatus\n@expect text host link: lost\n"
+                "@expect text last stop: 2 of 2 servos read back as off\n! write 1 TORQUE_ENABLE 1\n! write 2 GOAL_POSITION 1\n"
+                "@expect servo 1-2 torque off\nclear\nwrite 1 TORQUE_ENABLE 1\n"
+                "@expect servo 1 torque on\n", board)
+            self.assertEqual(run.output.count("02 18 01 "), 2) # a READ of each
+            # 100 ms after the last byte of the host, as exactly as the main loop is woken
+            off = next(cycle for cycle, _, packet in run.packets if packet == TORQUE_OFF)
+            last = [cycle for cycle, _, _ in run.packets if cycle < off][-1]
+            self.assertGreater((off - last) / CLOCK_KHZ, 100)
+            self.assertLess((off - last) / CLOCK_KHZ, 100 + 33 + 20)
+
+    def test_a_dead_servo_is_not_said_to_be_off(self):
+        run = self.run_script(self.START + "settings link_loss_action 2\n@power 2 off\n@wait 200\nstatus\n"
+                              "@expect text last stop: 1 of 2 servos read back as off\n", "atmega128")
+        self.assertEqual(run.output.count(TORQUE_OFF), 3)
+
+    def test_a_loss_that_is_only_shown(self):
+        run = self.run_script(self.START + "settings link_loss_action 0\n@wait 200\n@expect silence 50\nstatus\n"
+                              "@expect text host link: lost\nwrite 1 GOAL_POSITION 400\n", "atmega128")
+        self.assertIn("host link: lost", run.output)
+
+
+class Resets(unittest.TestCase):
+    MOMENTS = 60
+    MOVE = "sync GOAL_POSITION 4 1:{0} 2:{0} 3:{0}\n"
+
+    def one(self, board, moment_ms, rng):
+        """A reset by the watchdog `moment_ms` after a command is begun that sets three servos in
+        motion: in its text, on the wire, in a reply, or behind it. What is left of its text may end up in
+        the line that follows: hence the nonsense."""
+        command = rng.choice(["write 1 GOAL_POSITION 800 1023\n", "read 2 0 50\n", "ping 3\n",
+                              "regwrite 2 GOAL_POSITION 800 1023\n", self.MOVE.format("255,3,255,3")])
+        script = ("write 1 RETURN_DELAY 254\n" if rng.random() < 0.5 else "") + \
+            "write 2 TORQUE_ENABLE 1\nregwrite 3 GOAL_POSITION 100\n" \
+            "settings link_loss_ms 60\nsettings link_loss_action 2\n" + self.MOVE.format("50,0,255,0") + \
+            f"@reset watchdog in {moment_ms:.3f}\n{command}@wait 400\n! nonsense\nstatus\n@wait 40\n"
+        run = controller(script, board, "1-3", "--echo", "--seed", str(rng.randrange(1 << 16)))
+        told = f"{board}, {command.strip()}, {moment_ms} ms: {run.output}"
+        self.assertEqual(run.status, 0, told)
+        before, after = run.output.split(" reset\n")
+        self.assertIn("reset by watchdog\n", after, told)
+        reset = int(before.rsplit("\n", 1)[-1])
+        # nothing is sent any more, not even a torque off
+        self.assertFalse([p for p in run.packets if p[1] == "->in" and p[0] >= reset], told)
+        return reset, run
+
+    def test_a_watchdog_reset_at_random_moments_with_the_bus_running(self):
+        rng = random.Random(6)
+        talking = 0
+        for number in range(self.MOMENTS):
+            board = BOARDS[number % len(BOARDS)]
+            at, run = self.one(board, round(rng.uniform(0, 5), 3), rng)
+            # how often an exchange was under way
+            sent = [cycle for cycle, way, _ in run.packets if way == "->in" and cycle < at]
+            talking += at - sent[-1] < 3 * CLOCK_KHZ
+        self.assertGreater(talking, 10)
+
+    def test_a_main_program_that_hangs_is_ended_by_the_watchdog(self):
+        for board in BOARDS:
+            run = controller("write 1 GOAL_POSITION 900 100\n@hang\nping 1\n@wait 100\nstatus\n"
+                             "@expect text reset by watchdog\n@wait 500\nstatus\n", board, "1", "--echo")
+            self.assertEqual(run.status, 0, f"{board}: {run.output}")
+            self.assertEqual(run.output.count(" reset\n"), 1) # and then it is fed again
+            hang = run.packets[-1][0]
+            reset = int(re.search(r"(\d+) reset\n", run.output)[1])
+            self.assertTrue(80 < (reset - hang) / CLOCK_KHZ < 160, (reset - hang) / CLOCK_KHZ)
+
+    def test_every_cause_is_told_and_only_the_latest(self):
+        for board in BOARDS:
+            script = "".join(f"@reset {cause}\nstatus\n@expect text reset by {cause}\n"
+                             for cause in ["external", "brown-out", "watchdog", "power", "watchdog"])
+            run = controller("status\n@expect text reset by power\n" + script, board, "1", "--echo")
+            self.assertEqual(run.status, 0, f"{board}: {run.output}")
+            self.assertEqual(re.findall(r"^reset by(.*)$", run.output, re.M),
+                             [" power", " external", " brown-out", " watchdog", " power", " watchdog"])
+
+    def test_an_idle_controller_is_not_bitten(self):
+        for board in BOARDS:
+            run = controller("@wait 3000\nstatus\n@expect text reset by power\n", board, "1", "--echo")
+            self.assertEqual(run.status, 0, run.output)
+            self.assertNotIn(" reset\n", run.output)
+
+
+# What brings each bit about, and its name.
+ALARMS = [
+    ("input voltage", "@supply 1 5.0\n@wait 20\nping 1\n", "@supply 1 12\n@wait 20\n"),
+    ("angle limit", "write 1 CCW_ANGLE_LIMIT 511\n! write 1 GOAL_POSITION 900\n", ""),
+    ("overheating", "@ambient 1 120\n@expect servo 1 error 0x04 within 60000\nping 1\n",
+     "@ambient 1 20\n@expect servo 1 error 0x00 within 60000\n"),
+    ("range", "! write 1 PRESENT_POSITION 1\n", ""),
+    ("checksum", "@fault flip in 1 5 3\n! write 1 LED 1\n", ""),
+    ("overload", "write 1 TORQUE_ENABLE 1\n@block 1 on\nwrite 1 GOAL_POSITION 1023\n"
+                 "@expect servo 1 error 0x20 within 2000\nping 1\n",
+     "@block 1 off\n@expect servo 1 error 0x00 within 5000\n"),
+    ("instruction", "! action 1\n", ""),
+]
+
+
+class Alarms(unittest.TestCase):
+    def test_an_alarm_of_every_kind_is_latched_shown_and_cleared(self):
+        for name, cause, end in ALARMS:
+            script = cause + end + ("ping 1\nalarms\n"
+                                    f"@expect text alarm 1: {name}\nclear\nalarms\nping 2\n")
+            run = controller(script, "atmega128", "1,2", "--echo")
+            self.assertEqual(run.status, 0, f"{name}: {run.output}")
+            listed_ = re.findall(r"> alarms\n((?:alarm .*\n)*)ok", run.output)
+            self.assertEqual(listed_, [f"alarm 1: {name}\n", ""], run.output)
+
+    def test_an_alarm_of_every_kind_is_told_at_once_if_asked(self):
+        for name, cause, end in ALARMS:
+            run = controller("settings alarm_report 1\n" + cause + f"@expect text alarm 1: {name}\n@wait 50\n",
+                             "atmega128", "1,2", "--echo")
+            self.assertEqual(run.status, 0, f"{name}: {run.output}")
+            self.assertEqual(run.output.count("alarm 1: "), 1, run.output)
+
+    def test_an_alarm_is_told_of_a_servo_in_the_place_of_one_forgotten(self):
+        run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm 1: range\n"
+                         "servos forget\n! write 2 PRESENT_POSITION 1\n@expect text alarm 2: range\n",
+                         "atmega128", "1,2", "--echo")
+        self.assertEqual(run.status, 0, run.output)
+
+    def test_alarms_of_several_servos_each_with_its_id(self):
+        for board in BOARDS:
+            run = controller("! write 2 PRESENT_POSITION 1\n! action 1\n! write 1 PRESENT_POSITION 1\nalarms\n",
+                             board, "1,2", "--echo")
+            self.assertIn("> alarms\nalarm 2: range\nalarm 1: range\nalarm 1: instruction\nok", run.output)
+
+
+class Memory(unittest.TestCase):
+    def test_the_deepest_stack_leaves_a_margin_on_every_board(self):
+        for board in BOARDS:
+            goals = " ".join(f"{n}:{n},2" for n in range(1, 19))
+            # a return delay that bears the handlers of the host link beside the bus
+            run = controller(f"write 254 RETURN_DELAY 10\nsettings link_loss_ms 50\nsettings link_loss_action 2\nread 1 0 50\n"
+                             f"sync GOAL_POSITION 2 {goals}\nsave\n@wait 200\nclear\nhelp\nalarms\n"
+                             "! action 1\n! reset 2\n@wait 50\nstatus\n", board, "1-18", "--echo")
+            self.assertEqual(run.status, 0, run.output)
+            spare, room = map(int, re.search(r"^stack: (\d+) of (\d+) bytes never used$", run.output,
+                                             re.M).groups())
+            self.assertGreater(room, spare)
+            self.assertGreater(room - spare, 40)
+            self.assertGreater(spare, 400, board)
+
+    def test_status_counts_the_stack_when_asked(self):
+        """The figure is as deep right behind a command as it is 20 s later."""
+        goals = " ".join(f"{n}:{n},2" for n in range(1, 19))
+        for board in BOARDS:
+            run = controller(f"status\nsync GOAL_POSITION 2 {goals}\nread 1 0 50\nstatus\n"
+                             "@wait 20000\nstatus\n", board, "1-18", "--echo")
+            before, behind, later = map(int, re.findall(r"^stack: (\d+) of", run.output, re.M))
+            self.assertEqual(behind, later, board)
+            self.assertLess(behind, before, board)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,44 @@
+"""The manual's own packets, on the wire, byte for byte and in order."""
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega)
+import subprocess
+import unittest
+
+from simulator import PACKET, ROOT, controller
+
+
+def manual_packets():
+    lines = (ROOT / "test/runs/manual_packets.tsv").read_text().splitlines()
+    rows = [line.split("\t") for line in lines if not line.startswith("#")]
+    return [("->in" if sender == "controller" else "<-out", bytes_) for _, sender, bytes_ in rows]
+
+
+class Manual(unittest.TestCase):
+    def all_packets_on(self, board):
+        run = controller((ROOT / "examples/manual.script").read_text(), board)
+        self.assertEqual(run.status, 0, run.output)
+        self.assertEqual([packet[1:] for packet in run.packets], manual_packets())
+
+    def test_there_are_41_packets(self):
+        self.assertEqual(len(manual_packets()), 41)
+
+    def test_all_packets_on_atmega128(self):
+        self.all_packets_on("atmega128")
+
+    def test_all_packets_on_arduino_mega(self):
+        self.all_packets_on("arduino-mega")
+
+    def test_the_demo_leaves_them_in_its_transcript_and_a_picture(self):
+        demo = subprocess.run([ROOT / "scripts/demo.sh"], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, timeout=120)
+        self.assertEqual(demo.returncode, 0, demo.stdout)
+        lines = (ROOT / "build/demo/transcript.txt").read_text().splitlines()
+        packets = [(m[2], m[3].strip()) for m in map(PACKET.match, lines) if m]
+        self.assertEqual(packets[:41], manual_packets())
+        self.assertGreater(len(packets), 400)
+        for number in [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 15, 16, 18, 19, 20, 21]:
+            self.assertIn(f"Example {number}: ", demo.stdout)
+        self.assertIn("present position", (ROOT / "build/demo/motion.svg").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()

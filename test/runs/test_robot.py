@@ -1,0 +1,92 @@
+"""examples/robot.c on every board: it gets up where it is, walks, and lets go when something is wrong."""
+# needs: $(BOARDS:%=build/%/examples/robot.elf)
+import csv
+import pathlib
+import tempfile
+import unittest
+
+from simulator import LONG, Run
+
+BOARDS = ["atmega128", "arduino-mega", "arduino-uno", "cm510", "arbotix"]
+SERVOS = 12
+CYCLES_MS = 16000
+TORQUE_ON, TORQUE_OFF = "FF FF FE 04 03 18 01 E1", "FF FF FE 04 03 18 00 E2"
+GOALS = "FF FF FE 40 83 1E 04"
+LIMIT = (300, 724)
+
+
+class Robot(unittest.TestCase):
+    def runs(self, *options, board="atmega128", seconds="4"):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / "motion.csv"
+            run = Run(f"build/{board}/examples/robot.elf", "--seconds", seconds, "--csv", table,
+                      *options, board=board, servos=f"1-{SERVOS}")
+            text = table.read_text().replace("bus0_", "")  # where there are several
+            run.rows = list(csv.DictReader(text.splitlines()))
+        self.assertEqual(run.status, 0, run.output)
+        self.assertIn("rules:   none broken", run.output)
+        run.sent = [(cycle, packet) for cycle, way, packet in run.packets if way == "->in"]
+        return run
+
+    def places(self, run, servo):
+        return [int(row[f"present_{servo}"]) for row in run.rows]
+
+    def check_lets_go(self, run):
+        """Three broadcasts, and nothing that drives a servo behind the first."""
+        first = next(at for at, (_, packet) in enumerate(run.sent) if packet == TORQUE_OFF)
+        behind = [packet for _, packet in run.sent[first:]]
+        self.assertEqual(behind.count(TORQUE_OFF), 3)
+        self.assertFalse([packet for packet in behind if packet.startswith(GOALS)])
+        looked = {packet[6:8] for packet in behind if packet[9:20] == "04 02 18 01"}
+        self.assertEqual(looked, {f"{servo:02X}" for servo in range(1, SERVOS + 1)})
+        return run.sent[first][0]
+
+    def test_it_walks_on_every_board(self):
+        for board in BOARDS:
+            with self.subTest(board):
+                run = self.runs(board=board)
+                starts = [cycle for cycle, packet in run.sent if packet.startswith(GOALS)]
+                self.assertGreater(len(starts), 400)
+                # the first one has all goals judged behind its beginning
+                gaps = [b - a for a, b in zip(starts, starts[1:])]
+                self.assertLess(max(abs(gap - 4 * CYCLES_MS) for gap in gaps[1:]), 200 * 16)
+                for servo in range(1, SERVOS + 1):
+                    places = self.places(run, servo)
+                    self.assertLess(min(places), 400)
+                    self.assertGreater(max(places), 600)
+                    self.assertTrue(LIMIT[0] <= min(places) <= max(places) <= LIMIT[1])
+                    # 31 RPM are 2.5 positions in 4 ms: nothing jumps, not at the start either
+                    self.assertLessEqual(max(abs(b - a) for a, b in zip(places, places[1:])), 4)
+                self.assertNotIn(TORQUE_OFF, [packet for _, packet in run.sent])
+
+    def test_torque_is_on_only_when_goals_are_where_the_servos_are(self):
+        run = self.runs(seconds="1.2")
+        drives = [packet for _, packet in run.sent if packet == TORQUE_ON or packet.startswith(GOALS)]
+        self.assertTrue(drives[0].startswith(GOALS))
+        self.assertEqual(drives[1], TORQUE_ON)
+        goal = bytes.fromhex(drives[0])[7:]
+        for i in range(SERVOS):
+            self.assertEqual(goal[5 * i + 1] + 256 * goal[5 * i + 2], int(run.rows[0][f"present_{i + 1}"]))
+
+    def test_a_servo_that_loses_its_power_for_a_moment_stops_all(self):
+        for board in BOARDS if LONG else BOARDS[:1] + BOARDS[-1:]:
+            for ms in (1, 30, 300) if board == "atmega128" else (100,):
+                with self.subTest(board, ms=ms):
+                    self.check_lets_go(self.runs("--fault", f"unplug in 1000 0 5 {ms}", "--rules",
+                                                 "warn", board=board))
+
+    def test_a_servo_that_loses_its_power_for_good_stops_all(self):
+        for board in BOARDS if LONG else BOARDS[:1] + BOARDS[-1:]:
+            with self.subTest(board):
+                run = self.runs("--fault", "unplug in 1000 0 5 60000", "--rules", "warn", board=board)
+                # within two periods of the state check, or a silence or two of its feedback
+                self.assertLess(self.check_lets_go(run), 3.5e3 * CYCLES_MS)
+
+    def test_a_missing_servo_is_found_before_anything_moves(self):
+        run = self.runs("--fault", "brownout 7 60000")
+        self.check_lets_go(run)
+        self.assertNotIn(TORQUE_ON, [packet for _, packet in run.sent])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,98 @@
+"""Every test/scenario/*.script: with the firmware on both boards, or on a bus of its own.
+
+A line `# run: bus` says that it needs no firmware; `# options: ...` adds options.
+"""
+# needs: $(patsubst %,build/%/controller.elf,atmega128 arduino-mega arduino-uno) build/atmega128/firmware/busy.elf
+import re
+import subprocess
+import unittest
+
+from simulator import ROOT, SIM
+
+BOARDS = ["atmega128", "arduino-mega"]
+SCENARIOS = sorted((ROOT / "test/scenario").glob("*.script"))
+
+
+def simulate(*arguments):
+    done = subprocess.run([SIM, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          stdin=subprocess.DEVNULL, timeout=300, text=True)
+    return done.returncode, done.stdout
+
+
+def firmware(board):
+    return ["firmware", ROOT / f"build/{board}/controller.elf", "--board", board]
+
+
+class Scenarios(unittest.TestCase):
+    def passes(self, path):
+        text = path.read_text()
+        on_bus = re.search(r"^# run: bus$", text, re.M)
+        options = re.search(r"^# options: (.*)$", text, re.M)
+        for way in [["bus"]] if on_bus else [firmware(board) for board in BOARDS]:
+            status, output = simulate(*way, "--servos", "1", *(options[1].split() if options else []),
+                                      "--script", path)
+            self.assertEqual(status, 0, output)
+
+
+for scenario in SCENARIOS:
+    setattr(Scenarios, f"test_{scenario.stem}", lambda self, path=scenario: self.passes(path))
+
+
+class Language(unittest.TestCase):
+    """What the tests of the parts (test/sim/test_script.c) do not see: the exit status."""
+
+    def run_text(self, text, way):
+        path = ROOT / "build/scenario_under_test.script"
+        path.write_text(text)
+        status, output = simulate(*way, "--servos", "1", "--script", path)
+        path.unlink()
+        return status, output, str(path)
+
+    def test_an_unmet_expectation_fails_with_its_line_and_what_was_seen(self):
+        for way in [["bus"], firmware("atmega128")]:
+            status, output, path = self.run_text("# one\n@expect servo 1 LED 1 within 5\n", way)
+            self.assertEqual(status, 1, output)
+            self.assertIn(f"expectation: {path}:2: @expect servo 1 LED 1 within 5: not met; "
+                          "seen: servo 1 has 0 (0x00)\n", output)
+
+    def test_a_scenario_that_does_not_reach_its_last_line_fails(self):
+        for way in [["bus", "--seconds", "0.1"], firmware("atmega128") + ["--seconds", "0.1"]]:
+            status, output, path = self.run_text("@wait 200\n@print done\n", way)
+            self.assertEqual(status, 1, output)
+            self.assertIn(f"script-unfinished: {path}:1", output)
+
+    def test_bad_lines_are_bad_input(self):
+        both = [["bus"], firmware("atmega128")]
+        for text, ways, what in [
+                ("\n@fly 1\n", both, "unknown @ command"),
+                ("\n@supply 1 99\n", both, "volts are wanted"),
+                ("\n@load 2 10\n", both, "there is no servo 2 at this line"),
+                ("\n@fault rain\n", both, ""),
+                ("\nping 1\n", both[:1], "there is no console here: use @send"),
+                ("\n@send FF\n", both[1:], "only without firmware: cds55xx-sim bus")]:
+            for way in ways:
+                status, output, path = self.run_text(text, way)
+                self.assertEqual(status, 2, output)
+                self.assertEqual(len(output.splitlines()), 1, output)
+                self.assertIn(f"{path}:2: {what}", output)
+
+    def test_orders_need_no_console(self):
+        text = "@servos 1-3\n@wait 5\n@power 2 off\n@expect servo 2 torque off\n@wait 30\n"
+        for elf, board in [("firmware/busy.elf", "atmega128"), ("controller.elf", "arduino-uno")]:
+            way = ["firmware", ROOT / f"build/{board}/{elf}", "--board", board]
+            status, output, path = self.run_text(text, way)
+            self.assertEqual(status, 0, output)
+            self.assertIn("time:    0.036", output)
+        status, output, path = self.run_text(text + "ping 1\n", way)
+        self.assertEqual(status, 2, output)
+        self.assertIn(f"{path}:6: there is no console here: only lines that begin with @", output)
+
+    def test_one_run_is_as_the_other(self):
+        path = ROOT / "test/scenario/alarm_voltage.script"
+        runs = {re.sub(r"speed: .*", "", simulate(*firmware("atmega128"), "--servos", "1", "--echo",
+                                                  "--script", path)[1]) for _ in range(2)}
+        self.assertEqual(len(runs), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
