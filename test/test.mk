@@ -156,7 +156,8 @@ run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/
 T ?=
 ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
 TESTS := $(if $(T),$(foreach t,$(ALL_TESTS),$(if $(findstring $(T),$(basename $(notdir $(t)))),$(t))),$(ALL_TESTS))
-test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(TEST_FIRMWARES)) \
+test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(TEST_FIRMWARES) build/host/cds55xx-sim) \
+	$(if $(filter %/test_rules,$(TESTS)),$(patsubst %,build/%/controller.elf,arduino-mega cm510)) \
 	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
 run_tests = SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \
 	--avr-board $(AVR_TEST_BOARD)
