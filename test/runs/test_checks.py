@@ -1,5 +1,7 @@
 """The project's own checks notice what they are for."""
 # needs: $(BOARDS:%=build/%/controller.elf) build/atmega128/libcds55xx.a
+import contextlib
+import io
 import os
 import pathlib
 import re
@@ -10,6 +12,9 @@ import tempfile
 import unittest
 
 from simulator import ROOT, SIM, call as run
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import elf
 
 
 class Layering(unittest.TestCase):
@@ -89,7 +94,9 @@ class MachineCode(unittest.TestCase):
             done = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", *options,
                        *([] if options else ["-ffunction-sections", "-c"]), source, "-o", out)
             self.assertEqual(done, (0, ""))
-            return run(sys.executable, ROOT / "scripts/elf.py", out)
+            told = io.StringIO()
+            with contextlib.redirect_stdout(told):
+                return elf.main([out]), told.getvalue()
 
     def breach(self, code, complaint, name="bus", *options):
         status, output = self.check(code, name, *options)
