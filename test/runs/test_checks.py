@@ -267,6 +267,26 @@ class Scripts(unittest.TestCase):
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
 
 
+class Links(unittest.TestCase):
+    def links(self, text):
+        with tempfile.NamedTemporaryFile("w", suffix=".md") as file:
+            file.write("# A title\n" + text)
+            file.flush()
+            return run(ROOT / "scripts/links.py", file.name, cwd=ROOT)
+
+    def test_good_links_pass(self):
+        text = f"[a](#a-title) [b]({ROOT}/README.md#map) [c](https://x.y/z) `src/core/bus/bus.c`"
+        self.assertEqual(self.links(text), (0, ""))
+
+    def test_a_missing_file_heading_or_source_is_named(self):
+        for text, complaint in [("[a](gone.md)", "gone.md: there is no such file"),
+                                ("[a](#gone)", "#gone: there is no such heading"),
+                                ("`src/core/gone.c`", "src/core/gone.c: there is no such file")]:
+            status, output = self.links(text)
+            self.assertEqual(status, 1)
+            self.assertIn(complaint, output)
+
+
 class Readme(unittest.TestCase):
     def test_readme_command_line_builds_a_program_outside_the_tree(self):
         """The command line of "Link the library", word for word but for the folder."""
