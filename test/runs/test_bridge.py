@@ -137,7 +137,7 @@ class BothWays(unittest.TestCase):
         self.assertEqual(answers, [b"\xff\xff\x2a\x02\x00\xd3"])
 
 class Bridge(unittest.TestCase):
-    def test_packets_sent_without_waiting_are_answered_in_their_order(self):
+    def test_packets_sent_without_waiting_are_answered_in_order(self):
         with bridge() as sim, Client(sim) as port:
             for _ in range(3):
                 ids = [*range(1, 19), *range(18, 0, -1)]
@@ -167,7 +167,7 @@ class Bridge(unittest.TestCase):
                 self.assertEqual(port.ask(b"ping 1\r", 4), b"ok\r\n")
             self.assertEqual(port.device(HOST_SILENT, 2), len(good) - 2)
 
-    def test_text_and_packets_alternate_and_a_packet_drops_a_half_typed_line(self):
+    def test_text_and_packets_alternate_packet_drops_half_a_line(self):
         with bridge(servos="1") as sim, Client(sim) as port:
             for _ in range(5):
                 self.assertEqual(port.ask(b"ping 1\r" + packet(1, PING) + b"version\r"
