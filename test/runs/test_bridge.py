@@ -18,7 +18,7 @@ from test_bus import Process
 DEVICE, OFF = 253, 254
 SYNC_READ, BULK_READ = 0x84, 0x92
 DEVICE_ID, HOST_BAUD, BUS_BAUD, FAILED, FAILED_IDS = 0x03, 0x04, 0x05, 0x16, 0x50
-BUS_SENT, BUS_OK, BUS_TIMEOUTS, HOST_BROKEN, HOST_SILENT = 0x18, 0x1C, 0x1E, 0x36, 0x38
+BUS_SENT, BUS_OK, BUS_TIMEOUTS, HOST_MALFORMED, HOST_SILENT = 0x18, 0x1C, 0x1E, 0x36, 0x38
 BROADCAST_PING = packet(BROADCAST, PING)
 
 
@@ -155,7 +155,7 @@ class Bridge(unittest.TestCase):
                     damaged[at] = 2 # a shorter one, with rest
                 self.assertEqual(port.ask(bytes(damaged)), b"", damaged.hex(" "))
                 self.assertEqual(port.ask(good, 7).hex(" "), "ff ff 01 03 00 01 fa")
-            self.assertEqual(port.device(HOST_BROKEN, 2), len(good) - 2)
+            self.assertEqual(port.device(HOST_MALFORMED, 2), len(good) - 2)
             self.assertEqual(port.device(BUS_SENT, 2), len(good) - 2)
 
     def test_a_packet_that_stops_is_dropped_after_50_ms(self):

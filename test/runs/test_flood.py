@@ -15,8 +15,9 @@ RETURN_DELAY = 0x05
 MHZ = 16
 PERIOD_US = 4000
 COUNTERS = HOST_OVERFLOWS + 2 - BUS_SENT
-NAMES = ("sent repeated ok timeouts corrupt unsent refuted late extra foreign framing overruns "
-         "overflows echoes packets broken silent gaps host_overflows").split()
+NAMES = ("sent retried ok timeouts corrupt line_busy malformed stale_replies duplicate_replies "
+         "unexpected_packets framing_errors overruns ring_overflows echo_errors packets "
+         "host_malformed silent gaps host_overflows").split()
 FLOOD = "flood 300000"
 BOARDS = ("atmega128", "arduino-mega", "cm510", "arbotix")
 
@@ -91,7 +92,7 @@ class Flood(unittest.TestCase):
 
     def test_what_was_too_much_is_counted_and_told(self):
         for quiet, loud in self.pairs():
-            self.assertEqual((quiet.counters["gaps"], quiet.counters["broken"]), (0, 0))
+            self.assertEqual((quiet.counters["gaps"], quiet.counters["host_malformed"]), (0, 0))
             self.assertGreater(loud.counters["gaps"], 100)
             self.assertGreaterEqual(loud.counters["gaps"], loud.counters["host_overflows"])
 
