@@ -14,7 +14,7 @@ import tty
 import unittest
 
 from client import BROADCAST, PING, READ, REG_WRITE, WRITE, packet, word
-from simulator import ROOT, SIM, controller
+from simulator import PATIENCE_S, ROOT, SIM, controller, settle
 
 sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
@@ -130,7 +130,7 @@ SCRIPT = {
     "monitor": error(40, "monitor 1 2 3 4 5 6 7 8 9") + error(41, "monitor 1 1")
                + error(33, "monitor 1 every 9ms") + error(39, "monitor 1 every 9V")
                + error(38, "monitor 1 often 9") + error(2, "monitor 77") + error(31, "monitor"),
-    "counters": "counters\n" + text("unsent 1") + error(48, "counters 9"),
+    "counters": "counters\n" + text("line busy 1") + error(48, "counters 9"),
     "bus": "bus\n" + text("bus ok at 1000000bps") + "bus 57600bps\n" + error(2, "ping 1")
            + "bus 1raw\nping 1\n" + error(33, "bus 1500000") + error(39, "bus 1deg")
            + error(33, "bus 255raw"),
@@ -156,11 +156,11 @@ SCRIPT = {
             + text("3 found, 254 asked") + "baud 3 57600\nbus 1000000\nscan all\n"
             + text("id 2 model 1 at 1000000bps") + text("id 3 model 1 at 57143bps")
             + text("3 found, 1524 asked") + "bus 57600\nbaud 3 1000000\n" + error(38, "scan here"),
-    "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: here, torque off")
-              + text("servo 3: here, torque off") + "counters 1\n" + text("timeouts 0")
-              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: away, torque on")
+    "servos": "servos forget\nscan\n@wait 1500\nservos\n" + text("servo 1: online, torque off")
+              + text("servo 3: online, torque off") + "counters 1\n" + text("timeouts 0")
+              + "torque 1 on\n@power 1 off\n@wait 4000\nservos\n" + text("servo 1: offline, torque on")
               + "@power 1 on\n@wait 3000\nservos\n"
-              + text("servo 1: here, torque off, held: lost its state, torque went off")
+              + text("servo 1: online, torque off, inhibited: lost its state, torque went off")
               + error(12, "torque 1 on") + "release 1\ntorque 1 on\n" + servo("1 torque on")
               + "@power 2 off\n@wait 10\n@power 2 on\n@wait 10\n",
     "limits": "limits 2 60 240deg 31rpm\n" + error(11, "move 2 50") + error(11, "move 2 90 32rpm")
@@ -172,7 +172,7 @@ SCRIPT = {
              + error(38, "group 1 2 maybe") + error(41, "group 1 2 1")
              + error(40, "group " + " ".join(str(n) for n in range(51)))
              + error(40, "group " + " ".join(str(n) for n in range(100, 116)))
-             + "servos\n" + text("servo 3: here") + "stop\nrelease\n",
+             + "servos\n" + text("servo 3: online") + "stop\nrelease\n",
     "pose": "torque 254 on\npose 90 150.5 512raw at 30rpm\n" + servo("1 GOAL_POSITION 307")
             + servo("2 GOAL_POSITION 513") + servo("3 GOAL_POSITION 512")
             + servo("1-3 MOVING_SPEED 495") + error(46, "pose 1 2") + error(33, "pose 1 2 301")
@@ -191,14 +191,14 @@ SCRIPT = {
              + error(43, "bus 57600") + error(43, "cycle every 4ms") + error(43, "servos forget")
              + "led 1 off\n" + servo("1 LED 0") + "cycle off\n" + error(44, "cycle"),
     "stop": "torque 254 on\n" + servo("1-3 torque on") + "stop\n" + servo("1-3 torque off")
-            + "servos\n" + text("servo 2: here, torque off, held: stopped") + error(12, "torque 1 on")
+            + "servos\n" + text("servo 2: online, torque off, inhibited: stopped") + error(12, "torque 1 on")
             + error(12, "move 1 90") + "torque 1 off\n@power 3 off\n" + error(2, "stop")
             + text("servo 3: no answer") + "@power 3 on\n@wait 1500\n",
     "release": error(54, "release 1") + error(12, "torque 2 on") + "release\ntorque 1 on\ntorque 2 on\n"
                + servo("1,2 torque on") + error(48, "release 77"),
     "factory": error(53, "factory 254") + error(50, "factory 3") + "set 1 MIN_VOLTAGE 7V\n"
                + "factory 1\n" + text("ID 1 at 1000000bps") + servo("1 MIN_VOLTAGE 60")
-               + "servos forget\nservos\n" + text("none is known") + "@servos 7\nfactory 254 force\n"
+               + "servos forget\nservos\n" + text("no servo is known") + "@servos 7\nfactory 254 force\n"
                + servo("7 ID 1"),
     "reset": "@servos 8\nreset 8\n" + wire(8, 6) + servo("8 ID 1"),
 }
@@ -295,7 +295,7 @@ class Terminal:
             self.process.send_signal(signal.SIGINT)
         self.output = self.process.stdout.read().decode()
         self.process.stdout.close()
-        self.process.wait(timeout=10)
+        self.process.wait(PATIENCE_S)
         with open(self.transcript) as file:
             self.packets = re.findall(r"(?:->in|<-out): ([0-9A-F ]+) \(LEN", file.read())
         self.folder.cleanup()
@@ -303,7 +303,7 @@ class Terminal:
     def type(self, keys):
         os.write(self.file, keys.encode("latin-1"))
 
-    def hear(self, until=r"^(ok|error \d+: [^\r]*)\r\n", timeout=10):
+    def hear(self, until=r"^(ok|error \d+: [^\r]*)\r\n", timeout=PATIENCE_S):
         """What is said up to and with what matches."""
         said = ""
         end = time.monotonic() + timeout
@@ -314,12 +314,14 @@ class Terminal:
             said += os.read(self.file, 1).decode("latin-1")
         return said
 
-    def silence(self, seconds=0.15):
-        """What is said until nothing is."""
+    def silence(self):
+        """What is said until nothing is for 0.15 s of the simulator."""
         said = ""
-        while select.select([self.file], [], [], seconds)[0]:
+        while True:
+            settle(self.process, 0.15)
+            if not select.select([self.file], [], [], 0)[0]:
+                return said
             said += os.read(self.file, 1000).decode("latin-1")
-        return said
 
     def ask(self, line):
         self.type(line + "\r")
@@ -438,7 +440,7 @@ class Stop(unittest.TestCase):
         self.assertIn("error 12", terminal.ask("torque 1 on"))
         said = terminal.ask("servos")
         for n in (1, 2, 3):
-            self.assertIn(f"servo {n}: here, torque off, held: stopped\r\n", said)
+            self.assertIn(f"servo {n}: online, torque off, inhibited: stopped\r\n", said)
         for n in (1, 2, 3):
             self.assertIn("TORQUE_ENABLE = 0", terminal.ask(f"get {n} TORQUE_ENABLE"))
         self.assertEqual(terminal.ask("release"), "ok\r\n")

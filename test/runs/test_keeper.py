@@ -6,9 +6,10 @@ import re
 import tempfile
 import unittest
 
-from simulator import Run, controller
+from simulator import LONG, Run, controller
 
 BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
+PERCENTS = (5, 47, 70, 95, 100) if LONG else (5, 95, 100)  # of a write, when the power goes
 TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
 CLOCK_KHZ = 16000
 
@@ -61,7 +62,7 @@ class Settings(unittest.TestCase):
         values, origin = listed(output)
         return " reset\n" in output, values, origin
 
-    def cut_everywhere(self, before, allowed, board="atmega128", percents=(5, 47, 70, 95, 100)):
+    def cut_everywhere(self, before, allowed, board="atmega128", percents=PERCENTS):
         """All writes of the save; returns how many there are and which settings were found."""
         write, found = 0, []
         while write < 100:
@@ -190,10 +191,10 @@ class HostLink(unittest.TestCase):
             run = self.run_script(
                 self.START + "settings link_loss_action 1\n@wait 90\nwrite 1 GOAL_POSITION 301\n"
                 "@wait 300\n@expect silence 50\n@expect servo 1-2 torque on\nstatus\n"
-                "@expect text host link: lost\n@expect text servos: 2, held 2\n"
+                "@expect text host link: lost\n@expect text servos: 2, inhibited 2\n"
                 "! write 1 GOAL_POSITION 400\n! sync GOAL_POSITION 2 2:0,2\nread 1 ID\nclear\n"
                 "write 1 GOAL_POSITION 401\nsync GOAL_POSITION 2 2:0,2\n@expect servo 2 GOAL_POSITION 512\n"
-                "status\n@expect text host link: watched\n@expect text servos: 2, held 0\n", board)
+                "status\n@expect text host link: watched\n@expect text servos: 2, inhibited 0\n", board)
             sent = [packet for _, way, packet in run.packets if way == "->in"]
             self.assertFalse([p for p in sent if p.startswith("FF FF 01 05 03 1E 90 01")])
             self.assertEqual(len(sent), 7)

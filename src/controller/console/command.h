@@ -24,7 +24,7 @@ struct command {
      * docs/console.md as they stand here. [ ] may be left out, and so may all behind it; a|b is one
      * of these words; the others are in capitals, and `struct command_line` has what was read:
      *   ID             0 to 253                        id, which is 254 where none is given
-     *   ID|254         0 to 254                        id, likewise
+     *   ID|254         0 to 254                        id, which is 254 where none is given
      *   NEW            0 to 253                        new_id
      *   REG            name or address of a register   address, length
      *   LENGTH         1 to what the table has         length
@@ -38,7 +38,7 @@ struct command {
     const CDS_FLASH char *usage;
     const CDS_FLASH char *what;    // it does
     const CDS_FLASH char *details; // ranges and remarks; NULL: left out of the firmware
-    const CDS_FLASH char *example; // a line; NULL likewise
+    const CDS_FLASH char *example; // a line; NULL: left out of the firmware
     /* Starts the command: 0, or the number of the error that ends it at once: an enum cds_result or
      * a CONSOLE_ERRORS. NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);
@@ -59,7 +59,7 @@ struct command_group {
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
     const CDS_FLASH struct command *on_stop;                       // run behind a Ctrl-X
-    /* Between two lines: prints what nobody has asked for. False: nothing is left of it. */
+    /* Between two lines: prints reports that no command asked for. False: nothing to print. */
     bool (*report)(struct console *console);
 };
 

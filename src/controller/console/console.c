@@ -94,7 +94,7 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
 NOINLINE static void begin_command(struct console *console)
 {
     if (!console->line.command->instruction) // else the packet of the line stands there
-        memset(console_job(console), 0, sizeof(union console_job));
+        memset(console_job(console), 0, CONSOLE_JOB_SIZE);
     console->step = 0;
     console->phase = 0;
     console->index = 0;

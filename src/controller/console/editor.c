@@ -41,7 +41,7 @@ static void rub_out(struct editor *editor, struct printer *echo)
         printer_flash(echo, take_back);
 }
 
-/* The whole line; what is shown of it is shown anew, on a line of its own. */
+/* Drops the whole line; the locked part is shown again on a new line. */
 static void rub_out_all(struct editor *editor, struct printer *echo)
 {
     if (echo && editor->length > editor->locked)

@@ -21,9 +21,9 @@ enum editor_event {
 
 /* Zeroed, it is empty. */
 struct editor {
-    uint8_t length; // of what is typed
-    uint8_t shown;  // ... of it, has been echoed
-    uint8_t locked; // ... of it, is on its way to the parser and cannot be taken back
+    uint8_t length; // of the text
+    uint8_t shown;  // characters of the text that are echoed
+    uint8_t locked; // characters on their way to the parser: they cannot be taken back
     uint8_t last;   // length of the line before, which is still there; 0: it is not
     uint8_t escape; // how much of an escape sequence has come
     bool longer;    // some of this line has gone to the parser

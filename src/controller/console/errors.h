@@ -21,49 +21,50 @@
     X(ERROR_LINE_TOO_LONG, 35, "line too long", "send at most 1400 characters in a line")          \
     X(ERROR_INPUT_LOST, 36, "input lost", "send the next line only after the reply to this one")   \
     X(ERROR_BLOCK, 37, "malformed block", "write ID:BYTE,BYTE,... with as many bytes as LENGTH")   \
-    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows which ones it takes")          \
+    X(ERROR_UNKNOWN_WORD, 38, "unknown word", "'help COMMAND' shows the words it takes")           \
     X(ERROR_UNIT, 39, "wrong unit",                                                                \
-      "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw: as fits the value")              \
+      "deg mdeg, rpm mrpm, V mV, %, C, us ms s, bps kbps, or raw, to suit the value")              \
     X(ERROR_TOO_MANY, 40, "too many servos", "give fewer at once; 'help COMMAND' says how many")   \
-    X(ERROR_TWICE, 41, "an ID stands twice", "give each servo once")                               \
-    X(ERROR_NOT_WRITABLE, 42, "register not to be set",                                            \
-      "it is read-only or reserved; ID and BAUD_RATE change by 'id' and 'baud'")                   \
+    X(ERROR_TWICE, 41, "an ID is given twice", "give each servo once")                             \
+    X(ERROR_NOT_WRITABLE, 42, "register cannot be set",                                            \
+      "it is read-only or reserved; 'id' and 'baud' change ID and BAUD_RATE")                      \
     X(ERROR_CYCLE, 43, "a cycle is running", "'cycle off' first: this needs the bus for itself")   \
     X(ERROR_NO_CYCLE, 44, "no cycle is running", "'cycle every 4ms' starts one")                   \
     X(ERROR_NO_GROUP, 45, "no group chosen", "choose its servos, as by 'group 1 2 3'")             \
     X(ERROR_GROUP_SIZE, 46, "not as many angles as servos",                                        \
       "give one for each servo of the group; 'group' shows them")                                  \
-    X(ERROR_ENDLESS, 47, "the servo turns without end, it goes to no angle",                       \
+    X(ERROR_ENDLESS, 47, "the servo turns without end and goes to no angle",                       \
       "set its limits, as by 'set 1 CCW_ANGLE_LIMIT 300deg'")                                      \
     X(ERROR_NOT_KNOWN, 48, "not one of the robot's servos",                                        \
       "'scan' finds them, 'servos' lists them")                                                    \
     X(ERROR_KEY, 49, "ended by a key or a packet",                                                 \
-      "what was said so far is right; begin it again")                                             \
-    X(ERROR_PLACE_TAKEN, 50, "another servo is there already, nothing was written",                \
-      "give that one another ID first, or choose another")                                         \
+      "the output so far is valid; start the command again")                                       \
+    X(ERROR_PLACE_TAKEN, 50, "another servo is at the new place, nothing was written",             \
+      "give that servo another ID first, or choose another")                                       \
     X(ERROR_LOST, 51, "the servo answers neither where it was nor where it should be",             \
       "wait a second and 'scan all'; it may have lost its power")                                  \
-    X(ERROR_BOTH, 52, "servos answer in both places",                                              \
-      "there were two of one ID: connect one of them alone")                                       \
+    X(ERROR_BOTH, 52, "servos answer at the old and at the new place",                             \
+      "two servos had one ID: connect one of them alone")                                          \
     X(ERROR_FORCE, 53, "nothing was reset",                                                        \
-      "all servos would have one ID afterwards; if so wanted: 'factory 254 force'")                \
+      "all servos would have ID 1; to do so: 'factory 254 force'")                                 \
     X(ERROR_STOPPED, 54, "stopped: driving is inhibited",                                          \
-      "see to it, then 'release', and set torque and goals anew")                                  \
+      "remove the cause, then 'release', and set torque and goals again")                          \
     X(ERROR_OMITTED, 55, "not in the firmware of this board",                                      \
-      "its flash is full: the library and the firmware of larger boards have it")                  \
+      "boards with more flash have it (profile full), and so has the library")                     \
     X(ERROR_UNKNOWN_SETTING, 60, "unknown setting", "'settings' lists them")                       \
-    X(ERROR_SETTING_RANGE, 61, "beyond the setting's range", "docs/settings.md has the ranges")    \
+    X(ERROR_SETTING_RANGE, 61, "value out of range of the setting",                                \
+      "docs/settings.md has the ranges")                                                           \
     X(ERROR_NOT_SAVED, 62, "the EEPROM does not keep what is written",                             \
-      "the older settings still hold; try again, or replace the chip")                             \
+      "the older settings stay saved; try again, or replace the chip")                             \
     X(ERROR_SAVING, 63, "settings are being saved", "try again in 0.2 s")                          \
     X(ERROR_STOPPING, 64, "torque off is under way", "try again when 'status' says how it went")   \
-    X(ERROR_LINK_LOST, 65, "the host link was lost", "'clear' once that is seen to")               \
+    X(ERROR_LINK_LOST, 65, "the host link was lost", "'clear' when the link is back")              \
     X(ERROR_SERVO_INSTRUCTION, 20, "servo: instruction error",                                     \
-      "it does not know the instruction, or ACTION found nothing registered")                      \
+      "the servo does not know the instruction, or ACTION found nothing registered")               \
     X(ERROR_SERVO_RANGE, 21, "servo: range error",                                                 \
       "a value or address is out of its range, read-only, or locked until power-off")              \
     X(ERROR_SERVO_CHECKSUM, 22, "servo: checksum error",                                           \
-      "the packet reached it damaged: look for noise, then send it again")                         \
+      "the packet reached the servo damaged: look for noise, then send it again")                  \
     X(ERROR_SERVO_ANGLE, 23, "servo: angle limit error",                                           \
       "the goal lies outside CW_ANGLE_LIMIT to CCW_ANGLE_LIMIT")
 

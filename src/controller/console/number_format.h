@@ -11,7 +11,7 @@
  * characters. A value that the unit does not have: "?". */
 void number_write(struct printer *printer, enum cds_unit unit, uint16_t raw);
 
-/* The same without the unit's name, for machines. */
+/* number_write() without the unit's name, for programs that read it. */
 void number_write_bare(struct printer *printer, enum cds_unit unit, uint16_t raw);
 
 /* Writes "GOAL_POSITION = ", at most 25 characters, of the register at `address`. */

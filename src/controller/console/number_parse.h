@@ -43,7 +43,7 @@ uint8_t number_whole(const struct token *token, uint16_t highest, uint16_t *valu
  * the unit has; ERROR_OUT_OF_RANGE. */
 uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw);
 
-/* The same, but a raw value that no register of that unit holds is ERROR_OUT_OF_RANGE, too. */
+/* number_register(); a raw value that no register of that unit holds is ERROR_OUT_OF_RANGE, too. */
 uint8_t number_within(const struct number *number, enum cds_unit unit, uint16_t *raw);
 
 /* A time in milliseconds, which a bare number is: 0 and *ms; else as number_register(). */

@@ -5,8 +5,10 @@
 
 #include "console/number_format.h" // number_write()
 
-#define CHARACTERS_PER_CALL 4 // the bus must not wait for a message
-#define ROOM                20 // for as many characters, the last one a number with its unit, and the end
+/* The bus must not wait for a message. */
+#define CHARACTERS_PER_CALL 4
+/* For as many characters, the last one a number with its unit, and the end of the line. */
+#define ROOM 20
 
 /* Conversions that print a register's value, and its unit. */
 static const CDS_FLASH struct {

@@ -1,4 +1,4 @@
-/* The watch over host link and alarms; see failsafe.h. */
+/* Host link, alarms and repeated stops; see failsafe.h. */
 #include "robot/failsafe.h"
 
 #include <stddef.h>
@@ -30,24 +30,25 @@ bool failsafe_follow(struct failsafe *failsafe)
     cds_bus_set_return_delay(bus, (uint16_t)(2u * settings->return_delay));
     cds_queue_set_retries(&failsafe->robot->queue, settings->repeats);
     if (!is_at_its_rate(failsafe))
-        failsafe->robot->strangers = ROBOT_NOT_SCANNED;
+        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
     failsafe->unsettled =
         !is_at_its_rate(failsafe) && cds_bus_set_baud(bus, settings->bus_baud) != CDS_OK;
     return !failsafe->unsettled;
 }
 
-/* An operation may be at another rate for a while, but not for good unless it says so. */
+/* A rate that an operation has left becomes the setting; a running operation may use other rates.
+ */
 static void watch_rate(struct failsafe *failsafe)
 {
     if (failsafe->unsettled)
         failsafe_follow(failsafe);
     else if (!robot_is_exclusive(failsafe->robot) && !is_at_its_rate(failsafe)) {
         failsafe->settings->bus_baud = failsafe->robot->bus->baud_reg;
-        failsafe->robot->strangers = ROBOT_NOT_SCANNED;
+        failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
     }
 }
 
-/* Torque off comes with a hold: or the next goal would switch torque on again. */
+/* Torque off also inhibits driving: the next goal would switch torque on again. */
 static void lose_link(struct failsafe *failsafe)
 {
     failsafe->link_lost = true;
@@ -66,8 +67,8 @@ static void watch_link(struct failsafe *failsafe)
         lose_link(failsafe);
 }
 
-/* A servo whose torque was read as on behind the stop. A servo that the stop itself read as on does
- * not let go: it is told no more. */
+/* True if the torque of a servo was read as on after the stop. A servo whose torque the stop itself
+ * read as on cannot be switched off: it is not counted. */
 static bool has_torque(const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
@@ -78,8 +79,8 @@ static bool has_torque(const struct robot *robot)
     return false;
 }
 
-/* A stop begins anew when the line is quiet again after the stop gave up, or if a servo did not
- * hear the stop. */
+/* A stop begins again when the line is quiet after the stop gave up, or if a servo did not receive
+ * the stop. */
 static void insist_on_stop(struct failsafe *failsafe)
 {
     struct robot *robot = failsafe->robot;
@@ -90,7 +91,7 @@ static void insist_on_stop(struct failsafe *failsafe)
         robot_stop(robot);
 }
 
-/* Alarms that were acknowledged in the meantime are told again when they come again. */
+/* An alarm that was acknowledged is reported again when it comes again. */
 static void watch_alarms(struct failsafe *failsafe)
 {
     const struct cds_servos *servos = &failsafe->robot->servos;
@@ -126,6 +127,6 @@ bool failsafe_clear(struct failsafe *failsafe)
         return false;
     cds_servos_acknowledge(&failsafe->robot->servos, NULL);
     failsafe->link_lost = false;
-    failsafe_heard(failsafe); // who has asked for this is there
+    failsafe_heard(failsafe); // the request came from the host
     return true;
 }

@@ -1,12 +1,11 @@
-/* What keeps the robot safe when nobody looks: the watch over the host link, the alarms of the
- * servos, and why the controller was last reset; and its settings.
+/* The failsafe acts without a user: it watches the host link and the alarms of the servos, repeats
+ * a stop that did not reach all servos, and brings the settings of the bus into force.
  *
- * The link is watched from the first byte that the host sends, if settings.link_loss_ms is not 0:
- * before that nobody has moved anything, so after a reset nothing is sent and nothing moves by
- * itself. A loss stays until failsafe_clear(), also when the host is back.
+ * The link is watched if settings.link_loss_ms is not 0, from the first byte of the host on: before
+ * that no command has moved a servo. A loss of the link stays until failsafe_clear(), even if the
+ * host returns.
  *
- * Main context.
- */
+ * Main context. */
 #ifndef CONTROLLER_FAILSAFE_H
 #define CONTROLLER_FAILSAFE_H
 
@@ -28,24 +27,24 @@ enum failsafe_reset {
     FAILSAFE_RESET_JTAG = 16,
 } __attribute__((packed));
 
-/* What the failsafe knows. Fields without a word about writing are to be read only. */
+/* Fields are read only unless their comment says who writes them. */
 struct failsafe {
     struct settings *settings;    // may change at any time
-    struct settings_store *store; // of them
+    struct settings_store *store; // of the settings
     struct robot *robot;
-    uint32_t heard_us;             // when the host was last heard
-    const uint16_t *damaged_stops; // Ctrl-X found in damaged packets: host.h counts them
-    uint16_t room_bytes;           // of RAM that the variables leave to the stack; main writes both
-    uint16_t spare_bytes;          // ... of them, never used, as of the last count
+    uint32_t heard_us;             // time of the latest byte of the host
+    const uint16_t *damaged_stops; // Ctrl-X found in damaged packets, counted by the host link
+    uint16_t room_bytes;           // RAM that the variables leave to the stack; main writes it
+    uint16_t spare_bytes;          // RAM of the stack that was never used; main writes it
     uint8_t reset_cause;           // enum failsafe_reset bits
-    uint8_t next;                  // servo of the robot whose alarms are looked at next
-    uint8_t alarm_id;              // whose `alarm` it is
-    uint8_t alarm;     // to be told now: CDS_ERROR_* bits, or 0; who has told them clears them
+    uint8_t next;                  // index of the servo whose alarms are compared next
+    uint8_t alarm_id;              // servo that has `alarm`
+    uint8_t alarm;     // CDS_ERROR_* bits to be printed, or 0; the printing code clears them
     bool watching;     // the host has been heard since the reset
     bool link_lost;    // until failsafe_clear()
-    bool unsettled;    // what the settings say of the bus is not in force yet
+    bool unsettled;    // the settings of the bus are not in force yet
     bool counts_stack; // `status` asks for a count of `spare_bytes`; main clears it when done
-    uint8_t told[ROBOT_SERVOS]; // alarms told, of each servo
+    uint8_t told[ROBOT_SERVOS]; // CDS_ERROR_* bits reported, of each servo
 };
 
 /* Zero *failsafe first (static storage is), and set its settings, store, damaged_stops and robot,
@@ -56,16 +55,16 @@ void failsafe_begin(struct failsafe *failsafe, uint8_t reset_cause);
 /* Bytes came from the host. */
 void failsafe_heard(struct failsafe *failsafe);
 
-/* Often, after failsafe_heard() and beside robot_poll(). Looks at the link and at the alarms of one
- * servo. A rate of the bus that somebody else has changed is the setting from then on. */
+/* Checks the link and the alarms of one servo. Call it often, after failsafe_heard() and beside
+ * robot_poll(). A bus rate that an operation has left becomes the setting. */
 void failsafe_poll(struct failsafe *failsafe);
 
-/* Brings what the settings say of the bus into force, to be called when they have been changed.
- * False: not yet, the bus is busy; failsafe_poll() goes on with it. */
+/* Brings the settings of the bus into force; call it when they have changed. False: the bus is
+ * busy, failsafe_poll() tries again. */
 bool failsafe_follow(struct failsafe *failsafe);
 
-/* Alarms and the loss of the link are seen to; servos that were held for it or for a stop, and for
- * nothing else, may be driven again. Nothing is sent. The watch begins anew. False: torque off is
+/* Acknowledges alarms and the loss of the link. Servos that were inhibited for the loss or by a
+ * stop only may be driven again. Sends nothing; the link is watched again. False: torque off is
  * under way, nothing was done. */
 bool failsafe_clear(struct failsafe *failsafe);
 

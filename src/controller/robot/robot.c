@@ -11,7 +11,7 @@ void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_dela
 {
     OPTIMIZER_BARRIER(robot);
     robot->bus = bus;
-    robot->strangers = ROBOT_NOT_SCANNED;
+    robot->unlisted = ROBOT_NOT_SCANNED;
     cds_servos_begin(&robot->servos,
                      &(struct cds_servos_config){.bus = bus,
                                                  .queue = &robot->queue,
@@ -64,11 +64,11 @@ void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_o
         robot_inhibit(robot);
 }
 
-uint8_t robot_strangers(const struct robot *robot)
+uint8_t robot_unlisted(const struct robot *robot)
 {
-    if (robot->strangers == ROBOT_NOT_SCANNED)
+    if (robot->unlisted == ROBOT_NOT_SCANNED)
         return (uint8_t)(CDS_ID_MAX + 1 - robot->servos.count);
-    return robot->strangers == 0 && robot->servos.is_full ? 1 : robot->strangers;
+    return robot->unlisted == 0 && robot->servos.is_full ? 1 : robot->unlisted;
 }
 
 bool robot_is_exclusive(const struct robot *robot)
@@ -86,10 +86,12 @@ bool robot_cycles(const struct robot *robot, uint8_t id)
     return robot->cycle && (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
 }
 
-/* Goals that leave no time for the state check go before it. */
+/* The state check, once it has begun, sends between the goals of the cycle; if they leave no time,
+ * it pauses. */
 static void check_beside_cycle(struct robot *robot)
 {
-    robot->watch_rests = cds_health_set_cycle(&robot->watch, robot->cycle) != CDS_OK;
+    robot->health_pauses =
+        robot->health_servos && cds_health_set_cycle(&robot->health, robot->cycle) != CDS_OK;
 }
 
 void robot_share_bus(struct robot *robot, struct cds_cycle *cycle)
@@ -100,10 +102,8 @@ void robot_share_bus(struct robot *robot, struct cds_cycle *cycle)
 
 NOINLINE static void end_operation(struct robot *robot)
 {
-    if (robot->cycle)
-        cds_health_set_cycle(&robot->watch, NULL);
     robot->cycle = NULL;
-    robot->watch_rests = false;
+    check_beside_cycle(robot);
     robot->operation = NULL;
     robot->servos.is_paused = false;
 }
@@ -190,31 +190,31 @@ NOINLINE static void poll_work(struct robot *robot)
 }
 
 /* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
-static bool begin_watch(struct robot *robot)
+static bool begin_health(struct robot *robot)
 {
-    struct cds_health *watch = &robot->watch;
+    struct cds_health *health = &robot->health;
 
-    if (cds_health_begin(watch, &(struct cds_health_config){.servos = &robot->servos,
-                                                            .period_us = CDS_HEALTH_PERIOD_US}) !=
+    if (cds_health_begin(health, &(struct cds_health_config){.servos = &robot->servos,
+                                                             .period_us = CDS_HEALTH_PERIOD_US}) !=
         CDS_OK)
         return false;
-    watch->look_us += watch->step_us; // who has joined was heard just now
-    robot->watched = robot->servos.count;
+    health->look_us += health->step_us; // a servo that has joined was heard just now
+    robot->health_servos = robot->servos.count;
     if (robot->cycle)
         check_beside_cycle(robot);
     return true;
 }
 
 /* The state check goes on beside the cycle; during all else it pauses. */
-NOINLINE static void poll_watch(struct robot *robot)
+NOINLINE static void poll_health(struct robot *robot)
 {
-    if (robot->stopping || robot->watch_rests || robot_is_exclusive(robot))
+    if (robot->stopping || robot->health_pauses || robot_is_exclusive(robot))
         return;
-    if (robot->servos.count != robot->watched && !begin_watch(robot))
+    if (robot->servos.count != robot->health_servos && !begin_health(robot))
         return;
     if (!robot->chosen)
         robot_yield(robot);
-    cds_health_poll(&robot->watch);
+    cds_health_poll(&robot->health);
 }
 
 /* While there is nothing to do, it saves no register: each turn of the main loop calls it. */
@@ -223,7 +223,7 @@ void robot_poll(struct robot *robot)
     if (!robot_idle(robot))
         poll_work(robot);
     if (robot->servos.count)
-        poll_watch(robot);
+        poll_health(robot);
 }
 
 bool robot_add(struct robot *robot, uint8_t id)
@@ -234,19 +234,19 @@ bool robot_add(struct robot *robot, uint8_t id)
 
 NOINLINE void robot_yield(struct robot *robot)
 {
-    struct cds_health *watch = &robot->watch;
+    struct cds_health *health = &robot->health;
 
-    watch->look_us = cds_port_now_us() + ROBOT_REST_US;
-    if (watch->sought >= robot->servos.count ||
-        robot->states[watch->sought].presence != CDS_PRESENCE_RETURNED)
-        watch->seek_us = watch->look_us;
+    health->look_us = cds_port_now_us() + ROBOT_REST_US;
+    if (health->sought >= robot->servos.count ||
+        robot->states[health->sought].presence != CDS_PRESENCE_RETURNED)
+        health->seek_us = health->look_us;
 }
 
 void robot_forget(struct robot *robot)
 {
     cds_servos_forget(&robot->servos);
-    robot->strangers = ROBOT_NOT_SCANNED;
+    robot->unlisted = ROBOT_NOT_SCANNED;
     robot->group_count = 0;
-    robot->watched = 0;
+    robot->health_servos = 0;
     robot->chosen = false;
 }

@@ -1,9 +1,8 @@
-/* The robot at the bus: its servos, and what goes on whether or not somebody looks: the stop, the
- * state check, the cycle, and one long operation at a time (a scan, a diagnosis, a change of ID or
- * rate, a registered move). All of them are polled here, none of them waits for text to leave.
+/* The robot at the bus: its servos, the stop, the state check, and one long operation at a time (a
+ * cycle, a scan, a diagnosis, a change of ID or rate, a registered move). robot_poll() moves all of
+ * them; none waits for the console's output.
  *
- * Main context.
- */
+ * Main context. */
 #ifndef CONTROLLER_ROBOT_H
 #define CONTROLLER_ROBOT_H
 
@@ -28,7 +27,7 @@
 #define ROBOT_SERVOS 18
 #endif
 
-/* The state check rests for so long when a program on the PC has spoken to the bus. */
+/* The state check pauses for this time after a packet of the PC. */
 #define ROBOT_REST_US 1000000ul
 
 struct robot;
@@ -61,89 +60,86 @@ union robot_work {
     } move;
 };
 
-#define ROBOT_NOT_SCANNED UINT8_MAX // in `strangers`
+#define ROBOT_NOT_SCANNED UINT8_MAX // in `unlisted`
 
-/* The robot. Fields are read only, but for `work`, which belongs to the operation, and `strangers`,
+/* The robot. Fields are read only, but for `work`, which belongs to the operation, and `unlisted`,
  * which belongs to the scan. */
 struct robot {
     struct cds_bus *bus;
-    struct inhibit_copy *kept; // what a reset leaves of the drive inhibit; NULL: nothing
+    struct inhibit_copy *kept; // copy of the drive inhibit that survives a reset, or NULL
     const CDS_FLASH struct robot_operation *operation; // under way, or NULL
     struct cds_cycle *cycle; // of the operation that shares the bus with other requests, or NULL
     uint8_t result;          // enum cds_result of the operation: CDS_PENDING while it goes on
     uint8_t baud;            // register value of the bus's rate when it began
-    bool stop_waits : 1;     // for the end of an operation: then all are told, or told again
-    bool
-        stop_told : 1; // a stop has begun since it was asked for, and driving was not allowed since
-    bool stopping : 1; // a stop is under way
-    bool watch_rests : 1; // the cycle leaves no time for the state check
-    bool group_acts : 1;  // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
-    bool chosen : 1;      // somebody has said which servos they are: the state check looks at them
+    bool stop_waits : 1;     // a stop begins (again) when the operation ends
+    bool stop_told : 1;      // torque off was sent since the last stop, and driving is not allowed
+    bool stopping : 1;       // a stop is under way
+    bool health_pauses : 1;  // the cycle leaves no time for the state check
+    bool group_acts : 1;     // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    bool chosen : 1;         // a user has named the servos: the state check reads them
     uint8_t group_count;
-    uint8_t watched;   // servos that the state check was begun for
-    uint8_t strangers; // servos that the last whole scan found beyond those of the robot
+    uint8_t health_servos; // servos that the state check has begun with
+    uint8_t unlisted;      // servos that the last whole scan found and the robot does not know
     struct cds_servos servos;
     struct cds_queue queue;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
     struct cds_torque_off stop;
-    struct cds_health watch;
+    struct cds_health health;
     union robot_work work;
     struct cds_servo_state states[ROBOT_SERVOS];
 };
 
 /* Begins with no servos on `bus`, which must be open. `shortest_delay`: the smallest value of
- * register 0x05 the board can bear. Zero *robot first (static storage is). */
+ * register 0x05 that the board can receive. Zero *robot first (static storage is). */
 void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay);
 
-/* Moves everything on; once in each turn of the main loop, after cds_bus_poll(). */
+/* Goes on with everything; call it once in each turn of the main loop, after cds_bus_poll(). */
 void robot_poll(struct robot *robot);
 
-/* Goes on as a reset left the drive inhibit: driving is inhibited if `kept`, which stays in place,
- * says so or is damaged; a stop that was not finished begins anew. `powered_on`: there was no
- * power, the content of `kept` is random, and driving is allowed. Once, after robot_begin(). */
+/* Restores the drive inhibit after a reset: driving is inhibited if `kept` says so or is damaged,
+ * and a stop that was not finished begins again. `kept` must stay in place. `powered_on`: `kept` is
+ * random, and driving is allowed. Call it once, after robot_begin(). */
 void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on);
 
-/* Inhibits driving, and keeps that for a reset: nothing that can drive a servo is sent any more, to
- * whatever ID. */
+/* Inhibits driving, also after a reset: no packet that can drive a servo is sent to any ID. */
 void robot_inhibit(struct robot *robot);
 
-/* Ends the inhibit; servos that lost their state stay held. Nothing is sent. False: torque off is
- * under way, and nothing was done. */
+/* Ends the inhibit; servos that lost their state stay inhibited. Sends nothing. False: torque off
+ * is under way, and nothing was done. */
 bool robot_allow(struct robot *robot);
 
-/* Ends the inhibit, and every servo may be driven again, one that lost its state too. Nothing is
- * sent. False: torque off is under way, and nothing was done. */
+/* Ends the inhibit of all servos, also of those that lost their state. Sends
+ * nothing. False: torque off is under way, and nothing was done. */
 bool robot_release(struct robot *robot);
 
-/* Is driving inhibited? */
+/* True if driving is inhibited. */
 static inline bool robot_is_inhibited(const struct robot *robot)
 {
     return robot->servos.is_inhibited;
 }
 
-/* How many servos there may be that the robot does not look at: 0 to 254. After a whole scan, those
- * that the scan found beyond the robot's room, at least 1 if another one was met since; else all
- * IDs that are not of the robot. */
-uint8_t robot_strangers(const struct robot *robot);
+/* Returns how many servos may be on the bus that the robot does not check: 0 to 254. After a whole
+ * scan: the servos found for which the robot has no room, at least 1 if another servo answered
+ * since. Before: all IDs that the robot does not know. */
+uint8_t robot_unlisted(const struct robot *robot);
 
-/* Torque off everywhere, ahead of everything: driving is inhibited from now on, a cycle or an
- * operation under way is ended. robot->stop says what came of it, when `stopping` is false. */
+/* Switches the torque of all servos off, before any other request, inhibits driving, and ends the
+ * operation under way. When robot_is_stopping() is false, robot->stop has the result. */
 void robot_stop(struct robot *robot);
 
-/* Is a stop under way? */
+/* True while a stop is under way. */
 static inline bool robot_is_stopping(const struct robot *robot)
 {
     return robot->stopping || robot->stop_waits;
 }
 
-/* Is something under way during which nobody else may use the bus? */
+/* True while an operation is under way that needs the bus for itself. */
 bool robot_is_exclusive(const struct robot *robot);
 
-/* Nothing to do but the state check, which may wait for the next interrupt? */
+/* True if there is nothing to do but the state check, which may wait for the next interrupt. */
 bool robot_idle(const struct robot *robot);
 
-/* Is a cycle running that sets the goal of servo `id`, 0 to 253, or of any if it is
- * CDS_BROADCAST_ID? */
+/* True if a running cycle sets the goal of servo `id`, 0 to 253; CDS_BROADCAST_ID: of any servo. */
 bool robot_cycles(const struct robot *robot, uint8_t id);
 
 /* Begins `operation` with `config`. 0: robot_poll() goes on with it; else the enum cds_result of
@@ -151,23 +147,21 @@ bool robot_cycles(const struct robot *robot, uint8_t id);
 uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
                     const void *config);
 
-/* An operation that shares the bus with other requests says so when it has begun. */
+/* The begin function of an operation calls it to share the bus with other requests. */
 void robot_share_bus(struct robot *robot, struct cds_cycle *cycle);
 
-/* Ends the operation as soon as it can be; a change of ID or rate goes on to its end. */
+/* Ends the operation as soon as possible; a change of ID or rate goes on to its end. */
 void robot_abort(struct robot *robot);
 
-/* Takes servo `id`, 0 to 253, in, and has the robot looked after from now on. False: there is no
- * room. Servos join by themselves, too, when they answer or are written to, for they are to be held
- * with the others; but until somebody says who they are, nothing is sent that was not asked for,
- * except to one that is back. */
+/* Adds servo `id`, 0 to 253, and lets the state check read the robot's servos. False: there is no
+ * room. Servos also join when they answer or are written to, so that the inhibit and the stop cover
+ * them; the state check then reads a servo only if it has returned. */
 bool robot_add(struct robot *robot, uint8_t id);
 
-/* A packet of the PC passes: the state check leaves the bus to it but for servos that are back. */
+/* A packet of the PC passes: the state check pauses, except for servos that have returned. */
 void robot_yield(struct robot *robot);
 
-/* Forgets all servos. Not while a cycle, operation or stop is under way. The drive inhibit stays.
- */
+/* Forgets all servos; the drive inhibit stays. Not while an operation or a stop is under way. */
 void robot_forget(struct robot *robot);
 
 #endif

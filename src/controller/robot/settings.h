@@ -1,15 +1,12 @@
-/* What the controller remembers without power, and how it is kept: one table, from which come the
- * struct, the record in the EEPROM and docs/settings.md.
+/* Settings that outlive power-off, in the EEPROM. One table gives the struct, the record and
+ * docs/settings.md.
  *
  * A record is version, length, sequence number, the settings in the order of the table (words low
- * byte first), and a CRC over all of that. A record that another firmware saved with fewer or more
- * settings is read as far as both know the settings. There are two places for a record, and the
- * older record gives way to the new one, which counts from the moment its version is written, the
- * last byte of all: whenever the power goes, the old or the new record is whole, and the other one
- * is known to be none.
+ * byte first), and a CRC over all of them. A record of another firmware with fewer or more settings
+ * is read as far as both know the settings. The EEPROM has two places: a save overwrites the older
+ * record and writes its version last, so one whole record remains whenever the power fails.
  *
- * Main context.
- */
+ * Main context. */
 #ifndef CONTROLLER_SETTINGS_H
 #define CONTROLLER_SETTINGS_H
 

@@ -108,8 +108,8 @@ void test_the_counters_of_a_servo_are_told(void)
                                                            .duplicate_replies = 255,
                                                            .unexpected_packets = 106,
                                                            .echo_errors = 107};
-    TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nlate 104\r\n"
-                             "extra 255\r\nforeign 106\r\necho errors 107\r\nok\r\n",
+    TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nstale replies 104\r\n"
+                             "duplicate replies 255\r\nunexpected packets 106\r\necho errors 107\r\nok\r\n",
                              reply_to("counters 7"));
 }
 
@@ -212,7 +212,7 @@ void test_status_tells_all_there_is(void)
                              "settings at start: defaults: nothing was ever saved\r\n"
                              "host link: not watched\r\ndriving: allowed\r\n"
                              "last stop: none\r\nCtrl-X in damaged packets: 0\r\n"
-                             "bus: busy\r\nservos: 1, held 0, away 0\r\n"
+                             "bus: busy\r\nservos: 1, inhibited 0, offline 0\r\n"
                              "RETURN_DELAY refused: 0; this board bears 0 or more\r\n"
                              "stack: 1234 of 2000 bytes never used\r\nok\r\n",
                              reply_to("status"));
@@ -232,15 +232,15 @@ void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
     TEST_ASSERT_NOT_NULL(strstr(said, "driving: inhibited until 'clear'\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "Ctrl-X in damaged packets: 7\r\n"));
     TEST_ASSERT_NOT_NULL(strstr(said, "host link: lost\r\n"));
-    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, held 18, away 0\r\n"));
+    TEST_ASSERT_NOT_NULL(strstr(said, "servos: 18 and more, inhibited 18, offline 0\r\n"));
     robot.stop.servos = &robot.servos;
     robot.stop.steps.result = CDS_TIMEOUT;
     for (uint8_t i = 0; i < 17; i++)
         robot.states[i].torque_off = CDS_TORQUE_OFF_OFF;
     robot.states[17].torque_off = CDS_TORQUE_OFF_SILENT;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off; "
-                                                    "up to 236 more were not looked at\r\n"));
-    robot.strangers = 0; // a whole scan found no more
+                                                    "up to 236 more were not checked\r\n"));
+    robot.unlisted = 0; // a whole scan found no more
     robot.servos.is_full = false;
     TEST_ASSERT_NOT_NULL(
         strstr(reply_to("status"), "last stop: 17 of 18 servos read back as off\r\n"));

@@ -363,15 +363,15 @@ void test_inhibit_holds_while_a_scan_runs(void)
 
 void test_strangers_are_all_ids_until_a_whole_scan(void)
 {
-    TEST_ASSERT_EQUAL_UINT8(254, robot_strangers(&robot));
+    TEST_ASSERT_EQUAL_UINT8(254, robot_unlisted(&robot));
     robot_add(&robot, 1);
-    TEST_ASSERT_EQUAL_UINT8(253, robot_strangers(&robot));
-    robot.strangers = 2;
-    TEST_ASSERT_EQUAL_UINT8(2, robot_strangers(&robot));
-    robot.strangers = 0;
-    TEST_ASSERT_EQUAL_UINT8(0, robot_strangers(&robot));
+    TEST_ASSERT_EQUAL_UINT8(253, robot_unlisted(&robot));
+    robot.unlisted = 2;
+    TEST_ASSERT_EQUAL_UINT8(2, robot_unlisted(&robot));
+    robot.unlisted = 0;
+    TEST_ASSERT_EQUAL_UINT8(0, robot_unlisted(&robot));
     robot.servos.is_full = true;
-    TEST_ASSERT_EQUAL_UINT8(1, robot_strangers(&robot));
+    TEST_ASSERT_EQUAL_UINT8(1, robot_unlisted(&robot));
     robot_forget(&robot);
-    TEST_ASSERT_EQUAL_UINT8(254, robot_strangers(&robot));
+    TEST_ASSERT_EQUAL_UINT8(254, robot_unlisted(&robot));
 }

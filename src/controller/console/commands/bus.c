@@ -8,9 +8,9 @@
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
-static const CDS_FLASH char message_found_damaged[] = ": damaged, two of one ID?";
-static const CDS_FLASH char message_found_neighbour[] = ", a neighbour";
-static const CDS_FLASH char message_found_too_many[] = ": too many to know";
+static const CDS_FLASH char message_found_damaged[] = ": reply damaged, two servos with one ID?";
+static const CDS_FLASH char message_found_neighbour[] = ", set to another rate";
+static const CDS_FLASH char message_found_too_many[] = ": no room to remember it";
 static const CDS_FLASH char message_found_model[] = " model %u";
 static const CDS_FLASH char message_found_rate[] = " at %b";
 static const CDS_FLASH char message_found[] = "id %u%s%s%s";
@@ -112,14 +112,14 @@ static bool sum_up(struct console *console)
     const struct cds_scan *state = &robot->work.scan.scan;
 
     if (console->error == 0 && console->line.choice == SCAN_HERE)
-        robot->strangers = (uint8_t)(state->count - console->part);
+        robot->unlisted = (uint8_t)(state->count - console->part);
     console->printer.values[0].number = state->count;
     console->printer.values[1].number = state->asked;
     printer_line(&console->printer, message_found_in_all);
     return false;
 }
 
-/* Progress is told at each new rate, and whenever somebody was found. */
+/* Prints progress at each new rate, and each servo found. */
 static bool scan_poll(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -148,11 +148,21 @@ static bool scan_poll(struct console *console)
 /* ---- counters ---- */
 
 static const CDS_FLASH char *const CDS_FLASH counter_lines[] = {
-    FLASH_TEXT("sent %u"),     FLASH_TEXT("repeated %u"),       FLASH_TEXT("ok %u"),
-    FLASH_TEXT("timeouts %u"), FLASH_TEXT("corrupt %u"),        FLASH_TEXT("unsent %u"),
-    FLASH_TEXT("refuted %u"),  FLASH_TEXT("stray %u"),          FLASH_TEXT("late %u"),
-    FLASH_TEXT("extra %u"),    FLASH_TEXT("foreign %u"),        FLASH_TEXT("framing errors %u"),
-    FLASH_TEXT("overruns %u"), FLASH_TEXT("ring overflows %u"), FLASH_TEXT("echo errors %u"),
+    FLASH_TEXT("sent %u"),
+    FLASH_TEXT("retried %u"),
+    FLASH_TEXT("ok %u"),
+    FLASH_TEXT("timeouts %u"),
+    FLASH_TEXT("corrupt %u"),
+    FLASH_TEXT("line busy %u"),
+    FLASH_TEXT("malformed %u"),
+    FLASH_TEXT("noise bytes %u"),
+    FLASH_TEXT("stale replies %u"),
+    FLASH_TEXT("duplicate replies %u"),
+    FLASH_TEXT("unexpected packets %u"),
+    FLASH_TEXT("framing errors %u"),
+    FLASH_TEXT("overruns %u"),
+    FLASH_TEXT("ring overflows %u"),
+    FLASH_TEXT("echo errors %u"),
 };
 
 /* Those of a servo, in the order of their struct: which of the bus's they are called like. */
@@ -241,29 +251,29 @@ static bool bus_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("scan [all|rescue]"),
-        .what = FLASH_TEXT("who is there?"),
-        .details = COMMAND_DETAILS("At the bus's rate; whom it finds joins the robot's servos. "
-                                   "all: at the six listed rates, 3.5 s. rescue: at all 255, "
-                                   "nine minutes. Ends with a key"),
+        .what = FLASH_TEXT("find servos on the bus"),
+        .details = COMMAND_DETAILS(
+            "At the rate of the bus; servos found join the robot. all: at the six listed rates, "
+            "3.5 s. rescue: at all 255 rates, nine minutes. A key ends it"),
         .example = COMMAND_DETAILS("scan"),
         .begin = scan_begin,
         .poll = scan_poll,
     },
     {
         .usage = FLASH_TEXT("counters [ID]"),
-        .what = FLASH_TEXT("what was sent, answered, lost"),
-        .details = COMMAND_DETAILS("Since power-up, modulo 65536; of the bus, or of one of the "
-                                   "robot's servos: late, extra, foreign and echo errors up to "
-                                   "255"),
+        .what = FLASH_TEXT("count of packets sent, answered, lost"),
+        .details = COMMAND_DETAILS(
+            "Since power-up, modulo 65536; of the bus, or of a servo of the robot, whose stale "
+            "replies, duplicate replies, unexpected packets and echo errors stop at 255"),
         .example = COMMAND_DETAILS("counters"),
         .begin = counters_begin,
         .poll = counters_poll,
     },
     {
         .usage = FLASH_TEXT("bus [RATE]"),
-        .what = FLASH_TEXT("rate of the bus"),
-        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw; "
-                                   "none: shows it"),
+        .what = FLASH_TEXT("baud rate of the bus"),
+        .details = COMMAND_DETAILS(
+            "RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. No RATE: shows it"),
         .example = COMMAND_DETAILS("bus 1000000bps"),
         .begin = bus_begin,
         .poll = bus_poll,

@@ -18,7 +18,7 @@ static const CDS_FLASH char message_torque_never[] = "last stop: none";
 static const CDS_FLASH char message_torque_some_on[] =
     "last stop: %u of %u servos read back as off, some are on%s";
 static const CDS_FLASH char message_torque_read[] = "last stop: %u of %u servos read back as off%s";
-static const CDS_FLASH char message_strangers[] = "; up to %u more were not looked at";
+static const CDS_FLASH char message_unlisted[] = "; up to %u more were not checked";
 static const CDS_FLASH char message_inhibit_off[] = "driving: allowed";
 static const CDS_FLASH char message_inhibit_link[] = "driving: inhibited until 'clear'";
 static const CDS_FLASH char message_inhibit_on[] = "driving: inhibited until 'release'";
@@ -26,7 +26,7 @@ static const CDS_FLASH char message_delays[] =
     "RETURN_DELAY refused: %u; this board bears %u or more";
 static const CDS_FLASH char message_stops[] = "Ctrl-X in damaged packets: %u";
 static const CDS_FLASH char message_and_more[] = " and more";
-static const CDS_FLASH char message_servos[] = "servos: %u%s, held %u, away %u";
+static const CDS_FLASH char message_servos[] = "servos: %u%s, inhibited %u, offline %u";
 static const CDS_FLASH char message_stack[] = "stack: %u of %u bytes never used";
 
 /* ---- settings, save, defaults ---- */
@@ -144,7 +144,7 @@ NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t 
     return bits;
 }
 
-/* The alarms of the robot's servo `index`; behind the last one, of those who are not of it. */
+/* The alarms of the robot's servo `index`; behind the last servo: alarms of unknown servos. */
 static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -234,15 +234,15 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
 static void tell_torque(struct printer *printer, const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
-    uint8_t strangers = robot_strangers(robot), off = 0;
+    uint8_t unlisted = robot_unlisted(robot), off = 0;
 
     for (uint8_t left = robot->servos.count; left; left--, servo++)
         if (servo->torque_off == CDS_TORQUE_OFF_OFF)
             off++;
     printer->values[0].number = off;
     printer->values[1].number = robot->servos.count;
-    printer->values[2].text = strangers ? message_strangers : message_nothing;
-    printer->values[3].number = strangers;
+    printer->values[2].text = unlisted ? message_unlisted : message_nothing;
+    printer->values[3].number = unlisted;
     printer_line(printer, stop_text(robot));
 }
 
@@ -266,22 +266,22 @@ static void tell_stops(struct printer *printer, const struct failsafe *failsafe)
     printer_line(printer, message_stops);
 }
 
-/* "servos: 18, held 0, away 1" */
+/* "servos: 18, inhibited 0, offline 1" */
 static void tell_servos(struct printer *printer, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
-    uint8_t held = 0, away = 0;
+    uint8_t inhibited = 0, offline = 0;
 
     for (uint8_t left = servos->count; left; left--, servo++) {
         if (cds_servos_inhibits(servos, servo))
-            held++;
+            inhibited++;
         if (servo->presence == CDS_PRESENCE_OFFLINE)
-            away++;
+            offline++;
     }
     printer->values[0].number = servos->count;
     printer->values[1].text = servos->is_full ? message_and_more : message_nothing;
-    printer->values[2].number = held;
-    printer->values[3].number = away;
+    printer->values[2].number = inhibited;
+    printer->values[3].number = offline;
     printer_line(printer, message_servos);
 }
 
@@ -322,48 +322,48 @@ static bool status_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("status"),
-        .what = FLASH_TEXT("how the controller is"),
-        .details = COMMAND_DETAILS("Reset, settings, host link, inhibit, torque off, bus, "
-                                   "servos, stack"),
+        .what = FLASH_TEXT("state of the controller"),
+        .details =
+            COMMAND_DETAILS("Reset, settings, host link, inhibit, torque off, bus, servos, stack"),
         .example = COMMAND_DETAILS("status"),
         .poll = status_poll,
     },
     {
         .usage = FLASH_TEXT("alarms"),
         .what = FLASH_TEXT("alarms of servos since clear"),
-        .details = COMMAND_DETAILS("Whatever a reply said, whoever asked. Told at once if "
-                                   "alarm_report is set"),
+        .details = COMMAND_DETAILS(
+            "From all replies, also to the bridge. Printed at once if alarm_report is 1"),
         .example = COMMAND_DETAILS("alarms"),
         .poll = alarms_poll,
     },
     {
         .usage = FLASH_TEXT("clear"),
-        .what = FLASH_TEXT("alarms and a lost host link are seen to"),
-        .details = COMMAND_DETAILS("Servos held for that or by stop may be driven again; nothing "
-                                   "moves"),
+        .what = FLASH_TEXT("acknowledge alarms and a lost host link"),
+        .details = COMMAND_DETAILS(
+            "Servos inhibited for that or by stop may be driven again; nothing moves"),
         .example = COMMAND_DETAILS("clear"),
         .begin = clear_begin,
     },
     {
         .usage = FLASH_TEXT("settings [NAME [VALUE]]"),
         .what = FLASH_TEXT("the controller's settings, or one of them"),
-        .details = COMMAND_DETAILS("As in docs/settings.md. A value counts at once, and until "
-                                   "power-off unless saved"),
+        .details = COMMAND_DETAILS("As in docs/settings.md. A value is in force at once, and after "
+                                   "power-off only if saved"),
         .example = COMMAND_DETAILS("settings link_loss_ms 500"),
         .begin = settings_begin,
         .poll = settings_poll,
     },
     {
         .usage = FLASH_TEXT("save"),
-        .what = FLASH_TEXT("keep the settings without power"),
-        .details = COMMAND_DETAILS("In the EEPROM; 0.2 s, beside the bus"),
+        .what = FLASH_TEXT("keep the settings over power-off"),
+        .details = COMMAND_DETAILS("In the EEPROM; takes 0.2 s, the bus goes on"),
         .example = COMMAND_DETAILS("save"),
         .begin = save_begin,
         .poll = save_poll,
     },
     {
         .usage = FLASH_TEXT("defaults"),
-        .what = FLASH_TEXT("settings as in a new controller"),
+        .what = FLASH_TEXT("settings of a new controller"),
         .details = COMMAND_DETAILS("Kept only by save"),
         .example = COMMAND_DETAILS("defaults"),
         .begin = defaults_begin,

@@ -9,7 +9,7 @@
 #include "console/commands/shared.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_held[] = " held";
+static const CDS_FLASH char message_inhibited[] = " inhibited";
 static const CDS_FLASH char message_cycle_servo[] = "servo %u: %s";
 static const CDS_FLASH char message_cycle_servo_known[] = "servo %u: %a %r %v %c%s";
 static const CDS_FLASH char message_cycle_bus[] = ", bus ";
@@ -79,7 +79,7 @@ static uint8_t start(struct console *console)
     if (robot->group_count == 0)
         return ERROR_NO_GROUP;
     console->phase = CYCLE_LOOK;
-    console_job(console)->since_us = cds_port_now_us();
+    *(uint32_t *)console_job(console) = cds_port_now_us(); // when it began
     return robot_start(robot, &cycle_operation, &console->raw);
 }
 
@@ -115,7 +115,7 @@ static bool look_poll(struct console *console)
     for (uint8_t left = robot->group_count; left; left--, feedback++) {
         if (feedback->known)
             continue;
-        if (cds_port_now_us() - console_job(console)->since_us > KNOWN_US) {
+        if (cds_port_now_us() - *(const uint32_t *)console_job(console) > KNOWN_US) {
             console->error = feedback->result;
             robot_abort(robot);
             console->phase = CYCLE_END;
@@ -147,11 +147,11 @@ static void tell_servo(struct console *console, uint8_t index)
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
     struct printer *printer = &console->printer;
-    const CDS_FLASH char *held =
-        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_held : message_nothing;
+    const CDS_FLASH char *inhibited =
+        cds_cycle_is_dropped(&robot->work.cycle.cycle, index) ? message_inhibited : message_nothing;
 
     printer->values[0].number = robot->group[index];
-    printer->values[1].text = held;
+    printer->values[1].text = inhibited;
     if (!feedback->known) {
         printer_line(printer, message_cycle_servo);
         return;
@@ -160,7 +160,7 @@ static void tell_servo(struct console *console, uint8_t index)
     printer->values[2].number = feedback->speed;
     printer->values[3].number = feedback->voltage;
     printer->values[4].number = feedback->temperature;
-    printer->values[5].text = held;
+    printer->values[5].text = inhibited;
     printer_line(printer, message_cycle_servo_known);
 }
 
@@ -229,9 +229,10 @@ static bool cycle_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("cycle [every|off [MS]]"),
-        .what = FLASH_TEXT("exchange goals and feedback at a fixed rate, or show how it goes"),
-        .details = COMMAND_DETAILS("Of the group; MS: 2 to 65ms, else cycle_us of the settings. "
-                                   "Goals are where the servos are, until pose gives others"),
+        .what = FLASH_TEXT("send goals and read feedback at a fixed rate, or show the counters"),
+        .details =
+            COMMAND_DETAILS("For the group; MS: 2 to 65ms, only with every; default: the setting "
+                            "cycle_us. Goals are the present positions until pose sets others"),
         .example = COMMAND_DETAILS("cycle every 4ms"),
         .begin = cycle_begin,
         .poll = cycle_poll,

@@ -4,7 +4,7 @@
 #include "console/commands/groups.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_waits[] = ", waits us %u";
+static const CDS_FLASH char message_waits[] = ", return delay us %u";
 static const CDS_FLASH char message_supply[] = ", supply mV %u";
 static const CDS_FLASH char message_hot[] = ", hot C %u";
 static const CDS_FLASH char message_place[] = "ID %u at %b%s";
@@ -101,10 +101,10 @@ static bool diagnose_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("diagnose [ID|254]"),
-        .what = FLASH_TEXT("why does it not answer?"),
-        .details = COMMAND_DETAILS("Tells silence, echo, noise, wrong rate, collision, two of "
-                                   "one ID, low supply apart. No ID: of whoever is there. Ends "
-                                   "with a key"),
+        .what = FLASH_TEXT("find out why a servo does not answer"),
+        .details =
+            COMMAND_DETAILS("Distinguishes silence, echo, noise, wrong rate, collision, two servos "
+                            "with one ID, low supply. No ID: any servo. A key ends it"),
         .example = COMMAND_DETAILS("diagnose 1"),
         .begin = diagnose_begin,
         .poll = diagnose_poll,

@@ -11,10 +11,10 @@ static const CDS_FLASH char message_by_action[] = " action";
 static const CDS_FLASH char message_by_sync[] = " sync";
 static const CDS_FLASH char message_one_more[] = " %u";
 static const CDS_FLASH char message_group[] = "group %u";
-static const CDS_FLASH char message_armed[] = ", may be armed still";
+static const CDS_FLASH char message_armed[] = ", may still be registered";
 static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 
-/* 20 RPM, if nobody says how fast: gentle. */
+/* 20 RPM, the default speed. */
 #define POSE_SPEED 330
 
 /* Is there room for those that are not known yet? All of them, or none, are taken in. */
@@ -210,19 +210,19 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
         .what = FLASH_TEXT("choose the servos of pose and cycle, or show them"),
-        .details = COMMAND_DETAILS("sync: all are told in one SYNC WRITE, unanswered. action: "
-                                   "each is asked first (REG WRITE) and all start with one "
-                                   "ACTION, or none does. sync if left out"),
+        .details = COMMAND_DETAILS(
+            "sync: one SYNC WRITE, without replies. action: each servo confirms a REG WRITE, then "
+            "one ACTION starts all; if a servo fails, none starts. Default: sync"),
         .example = COMMAND_DETAILS("group 1 2 3 action"),
         .begin = group_begin,
         .poll = group_poll,
     },
     {
         .usage = FLASH_TEXT("pose ANGLE... [at SPEED]"),
-        .what = FLASH_TEXT("move the group, all at once"),
-        .details = COMMAND_DETAILS("An angle for each servo of the group, in its order, 0 to "
-                                   "300deg; SPEED: 0 to 62rpm, 0 as fast as it can, 20rpm if "
-                                   "left out. While a cycle runs, it takes the goals over"),
+        .what = FLASH_TEXT("move all servos of the group at once"),
+        .details = COMMAND_DETAILS(
+            "An angle for each servo of the group, in its order, 0 to 300deg; SPEED: 0 to 62rpm, 0 "
+            "as fast as it can, default 20rpm. A running cycle takes over the goals"),
         .example = COMMAND_DETAILS("pose 90 150.5 210 at 20rpm"),
         .begin = pose_begin,
         .poll = pose_poll,

@@ -88,14 +88,14 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("version"),
         .what = FLASH_TEXT("version and board"),
-        .details = COMMAND_DETAILS("Of this firmware."),
+        .details = COMMAND_DETAILS("Of this firmware"),
         .example = COMMAND_DETAILS("version"),
         .poll = version_poll,
     },
     {
         .usage = FLASH_TEXT("echo on|off"),
-        .what = FLASH_TEXT("show what is typed, or not"),
-        .details = COMMAND_DETAILS("Scripts read replies more easily without."),
+        .what = FLASH_TEXT("show what is typed"),
+        .details = COMMAND_DETAILS("Scripts read replies more easily with echo off"),
         .example = COMMAND_DETAILS("echo off"),
         .begin = echo_begin,
     },

@@ -2,7 +2,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#include "cds55xx/port.h" // cds_port_now_us()
+#include "cds55xx/feedback.h" // struct cds_feedback
+#include "cds55xx/port.h"     // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/groups.h"
@@ -15,6 +16,24 @@ static const CDS_FLASH char message_lines[] = "%u lines, %u answers missing";
 #define PERIOD_MIN_MS 10
 #define PERIOD_MAX_MS 60000
 
+/* Servos of a line. */
+#define MONITOR_SERVOS 8
+
+struct monitor {
+    uint32_t next_us; // when the next line begins
+    uint32_t period_us;
+    struct cds_feedback feedback;
+    uint16_t lines;
+    uint16_t failed;
+    uint8_t ids[MONITOR_SERVOS];
+    uint8_t count;
+    uint8_t index; // servo being read
+    uint8_t value; // of that servo, being printed
+    bool begun;    // the line has a value already
+};
+
+_Static_assert(sizeof(struct monitor) <= CONSOLE_JOB_SIZE, "the job must fit");
+
 enum monitor_phase {
     PAUSE, // until the next line is due
     ASK,   // a servo
@@ -25,7 +44,7 @@ enum monitor_phase {
 
 static uint8_t monitor_begin(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     const struct command_line *line = &console->line;
     uint8_t error;
 
@@ -63,7 +82,7 @@ static const CDS_FLASH struct {
 /* "1deg:150.147", behind the first one with a comma before it */
 static void tell(struct console *console, uint8_t value)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     struct printer *printer = &console->printer;
     uint16_t raw = 0;
 
@@ -79,7 +98,7 @@ static void tell(struct console *console, uint8_t value)
 
 static void end_of_line(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     uint32_t now_us = cds_port_now_us();
 
     if (monitor->begun)
@@ -96,7 +115,7 @@ static void end_of_line(struct console *console)
 
 static void next(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
 
     monitor->index++;
     if (monitor->index < monitor->count)
@@ -108,7 +127,7 @@ static void next(struct console *console)
 /* One that fails is left out of the line; in the first one it ends all. */
 static void take(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     struct cds_feedback *feedback = &monitor->feedback;
 
     if (cds_feedback_take(feedback, console->line.request, cds_port_now_us()) == CDS_OK) {
@@ -128,7 +147,7 @@ static void take(struct console *console)
 /* "42 lines, 0 answers missing" */
 static bool sum_up(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
 
     if (console->printer.within) {
         printer_end_of_line(&console->printer);
@@ -142,7 +161,7 @@ static bool sum_up(struct console *console)
 
 static void ask(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     enum cds_result result =
         cds_feedback_read(console->bus, console->line.request, monitor->ids[monitor->index]);
 
@@ -152,7 +171,7 @@ static void ask(struct console *console)
 
 static bool monitor_poll(struct console *console)
 {
-    struct monitor *monitor = &console_job(console)->monitor;
+    struct monitor *monitor = console_job(console);
     bool asked = console->phase == TAKE;
 
     if (asked && console->line.request->result == CDS_PENDING)
@@ -178,9 +197,9 @@ static bool monitor_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS]"),
-        .what = FLASH_TEXT("draw what servos do, until a key"),
-        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. A line a "
-                                   "period, for serial plotters"),
+        .what = FLASH_TEXT("print feedback of servos until a key"),
+        .details = COMMAND_DETAILS("Up to 8 servos; MS: 10 to 60000ms, 100 if left out. One line "
+                                   "each period, for serial plotters"),
         .example = COMMAND_DETAILS("monitor 1 2 every 50ms"),
         .begin = monitor_begin,
         .poll = monitor_poll,

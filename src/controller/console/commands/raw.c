@@ -15,7 +15,7 @@ static uint8_t raw_begin(struct console *console)
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
-/* A broadcast PING tells who answered. */
+/* After a broadcast PING: prints the ID that answered. */
 static bool ping_poll(struct console *console)
 {
     if (console_waits(console))
@@ -78,8 +78,8 @@ static bool read_poll(struct console *console)
 static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("ping ID|254"),
-        .what = FLASH_TEXT("is it there? (254: who is there?)"),
-        .details = COMMAND_DETAILS("254 finds one that is alone on the bus"),
+        .what = FLASH_TEXT("check that a servo answers"),
+        .details = COMMAND_DETAILS("ID 254 finds a servo that is alone on the bus"),
         .example = COMMAND_DETAILS("ping 1"),
         .begin = raw_begin,
         .poll = ping_poll,
@@ -87,7 +87,7 @@ static const CDS_FLASH struct command rows[] = {
     },
     {
         .usage = FLASH_TEXT("read ID REG [LENGTH]"),
-        .what = FLASH_TEXT("read a register, or LENGTH bytes from it on"),
+        .what = FLASH_TEXT("read a register, or LENGTH bytes from there"),
         .details = COMMAND_DETAILS("REG: name or address, 0 to 0x31. LENGTH: 1 to 50"),
         .example = COMMAND_DETAILS("read 1 PRESENT_POSITION"),
         .begin = raw_begin,
@@ -96,9 +96,9 @@ static const CDS_FLASH struct command rows[] = {
     },
     {
         .usage = FLASH_TEXT("write ID|254 REG VALUE..."),
-        .what = FLASH_TEXT("write a register and those that follow it"),
-        .details = COMMAND_DETAILS("By name: values of registers. By address: bytes, 0 to 255. "
-                                   "ID 254: all"),
+        .what = FLASH_TEXT("write a register and the ones after it"),
+        .details = COMMAND_DETAILS(
+            "By name: values of registers. By address: bytes, 0 to 255. ID 254: all"),
         .example = COMMAND_DETAILS("write 1 GOAL_POSITION 512 300"),
         .begin = raw_begin,
         .poll = console_waits,
@@ -106,7 +106,7 @@ static const CDS_FLASH struct command rows[] = {
     },
     {
         .usage = FLASH_TEXT("regwrite ID|254 REG VALUE..."),
-        .what = FLASH_TEXT("the same, kept by the servo until action"),
+        .what = FLASH_TEXT("write later: the servo keeps it until action"),
         .details = COMMAND_DETAILS("As write"),
         .example = COMMAND_DETAILS("regwrite 2 GOAL_POSITION 700"),
         .begin = raw_begin,
@@ -115,7 +115,7 @@ static const CDS_FLASH struct command rows[] = {
     },
     {
         .usage = FLASH_TEXT("action [ID|254]"),
-        .what = FLASH_TEXT("carry out what was kept (no ID: all servos)"),
+        .what = FLASH_TEXT("carry out what regwrite sent (no ID: all servos)"),
         .details = COMMAND_DETAILS("All start at the same moment"),
         .example = COMMAND_DETAILS("action"),
         .begin = raw_begin,
@@ -124,8 +124,8 @@ static const CDS_FLASH struct command rows[] = {
     },
     {
         .usage = FLASH_TEXT("reset ID"),
-        .what = FLASH_TEXT("factory values: it is ID 1 at 1 Mbps afterwards"),
-        .details = COMMAND_DETAILS("factory does the same and looks whether it worked"),
+        .what = FLASH_TEXT("factory values: then ID 1 at 1 Mbps"),
+        .details = COMMAND_DETAILS("factory does the same and checks the result"),
         .example = COMMAND_DETAILS("reset 1"),
         .begin = raw_begin,
         .poll = console_waits,
@@ -134,7 +134,7 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("sync REG LENGTH ID:BYTE,... ..."),
         .what = FLASH_TEXT("write many servos at once"),
-        .details = COMMAND_DETAILS("LENGTH: bytes for each servo, 1 to 50. Not answered"),
+        .details = COMMAND_DETAILS("LENGTH: bytes for each servo, 1 to 50. No replies"),
         .example = COMMAND_DETAILS("sync GOAL_POSITION 4 1:0,2,44,1 2:0,1,44,1"),
         .begin = raw_begin,
         .poll = console_waits,

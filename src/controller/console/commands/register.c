@@ -70,7 +70,7 @@ static bool get_poll(struct console *console)
 static uint8_t set_begin(struct console *console)
 {
     struct command_line *line = &console->line;
-    uint8_t *data = console_job(console)->set.data;
+    uint8_t *data = set_job(console)->data;
     struct cds_register at;
     uint16_t raw = 0;
     uint8_t error;
@@ -127,9 +127,8 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("get ID REG"),
         .what = FLASH_TEXT("a register, with its unit"),
-        .details =
-            COMMAND_DETAILS("REG: its name as in docs/registers.md and info, or an address. In "
-                            "brackets: as the register has it"),
+        .details = COMMAND_DETAILS("REG: its name as in docs/registers.md and info, or an address. "
+                                   "In brackets: the register value"),
         .example = COMMAND_DETAILS("get 1 PRESENT_VOLTAGE"),
         .begin = get_begin,
         .poll = get_poll,
@@ -137,10 +136,10 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("set ID REG VALUE"),
         .what = FLASH_TEXT("set a register"),
-        .details = COMMAND_DETAILS("VALUE in the unit that get shows, or another of its kind "
-                                   "(deg mdeg, rpm mrpm, V mV, us ms s, bps kbps), or raw. What "
-                                   "outlives power-off is written only if it differs, and read "
-                                   "back. ID and BAUD_RATE: by id and baud"),
+        .details = COMMAND_DETAILS(
+            "VALUE in the unit that get shows, or another of its kind (deg mdeg, rpm mrpm, V mV, "
+            "us ms s, bps kbps), or raw. A register in EEPROM is written only if its value "
+            "differs, and read back. ID and BAUD_RATE: use id and baud"),
         .example = COMMAND_DETAILS("set 1 MIN_VOLTAGE 6.5V"),
         .begin = set_begin,
         .poll = set_poll,
@@ -148,8 +147,7 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("info ID"),
         .what = FLASH_TEXT("all registers of a servo"),
-        .details = COMMAND_DETAILS("Address, name, value with unit, the same as the register has "
-                                   "it, area"),
+        .details = COMMAND_DETAILS("Address, name, value with unit, register value, area"),
         .example = COMMAND_DETAILS("info 1"),
         .begin = info_begin,
         .poll = info_poll,

@@ -21,7 +21,7 @@ enum phase { LOOK, WRITE } __attribute__((packed));
 /* Number `index` of the line as what is written; its error, or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
-    uint8_t *data = &console_job(console)->set.data[2 * index];
+    uint8_t *data = &set_job(console)->data[2 * index];
     uint8_t error = console_number(console, index, unit);
 
     data[0] = (uint8_t)console->raw;
@@ -42,7 +42,7 @@ uint8_t servo_write(struct console *console, uint8_t address, uint8_t length)
 
     console->phase = WRITE;
     return (uint8_t)cds_servo_write(console->bus, line->request, line->id, address,
-                                    console_job(console)->set.data, length);
+                                    set_job(console)->data, length);
 }
 
 static uint8_t move_begin(struct console *console)
@@ -92,7 +92,7 @@ static bool move_poll(struct console *console)
 /* Both angle limits 0 make it an endless turn (manual 3.2). */
 static uint8_t turn_begin(struct console *console)
 {
-    const uint8_t *no_limits = console_job(console)->set.no_limits; // zero since it began
+    const uint8_t *no_limits = set_job(console)->no_limits; // zero since it began
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0 && robot_cycles(console->robot, console->line.id))
@@ -110,7 +110,7 @@ static bool turn_poll(struct console *console)
         return true;
     if (console->error)
         return false;
-    if (console_job(console)->set.setup.is_written)
+    if (set_job(console)->setup.is_written)
         printer_line(&console->printer, message_limits_are_off);
     console->error = servo_write(console, CDS_REG_MOVING_SPEED, 2);
     return console->error == 0;
@@ -118,7 +118,7 @@ static bool turn_poll(struct console *console)
 
 NOINLINE static uint8_t write_switch(struct console *console, uint8_t address)
 {
-    console_job(console)->set.data[0] = console->line.choice == 1;
+    set_job(console)->data[0] = console->line.choice == 1;
     return servo_write(console, address, 1);
 }
 

@@ -119,7 +119,7 @@ static uint8_t begin(struct console *console, struct cds_setup_config *config)
     config->bus = console->bus;
     config->request = console->line.request;
     config->id = console->line.id;
-    return (uint8_t)cds_setup_begin(&console_job(console)->set.setup, config);
+    return (uint8_t)cds_setup_begin(&set_job(console)->setup, config);
 }
 
 static uint8_t lock_begin(struct console *console)
@@ -137,7 +137,7 @@ uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *dat
 
 bool setup_waits(struct console *console)
 {
-    struct cds_setup *setup = &console_job(console)->set.setup;
+    struct cds_setup *setup = &set_job(console)->setup;
 
     if (cds_setup_poll(setup) == CDS_PENDING)
         return true;
@@ -151,9 +151,8 @@ bool setup_poll(struct console *console)
     if (setup_waits(console))
         return true;
     if (console->error == 0)
-        printer_line(&console->printer, console_job(console)->set.setup.is_written
-                                            ? message_written
-                                            : message_unchanged);
+        printer_line(&console->printer,
+                     set_job(console)->setup.is_written ? message_written : message_unchanged);
     return false;
 }
 
@@ -161,34 +160,34 @@ static const CDS_FLASH struct command rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("give a servo another ID"),
-        .details = COMMAND_DETAILS("0 to 253. Looks first whether NEW is free, and afterwards "
-                                   "where the servo is"),
+        .details = COMMAND_DETAILS(
+            "0 to 253. Checks first that NEW is free, and afterwards where the servo answers"),
         .example = COMMAND_DETAILS("id 1 5"),
         .begin = id_begin,
         .poll = identity_poll,
     },
     {
         .usage = FLASH_TEXT("baud ID RATE"),
-        .what = FLASH_TEXT("another rate for a servo"),
-        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. "
-                                   "The bus goes along; 'bus' takes it back"),
+        .what = FLASH_TEXT("give a servo another baud rate"),
+        .details = COMMAND_DETAILS("RATE: 7843 to 2000000bps, or the register, 0raw to 254raw. The "
+                                   "bus changes with it; 'bus' changes it back"),
         .example = COMMAND_DETAILS("baud 1 57600bps"),
         .begin = baud_begin,
         .poll = identity_poll,
     },
     {
         .usage = FLASH_TEXT("factory ID|254 [force]"),
-        .what = FLASH_TEXT("factory values: ID 1 at 1 Mbps afterwards"),
-        .details = COMMAND_DETAILS("254, all servos, only with force: they have one ID then, and "
-                                   "none can be spoken to alone"),
+        .what = FLASH_TEXT("factory values: then ID 1 at 1 Mbps"),
+        .details = COMMAND_DETAILS("254 (all servos) only with force: then all have ID 1, and no "
+                                   "servo can be addressed alone"),
         .example = COMMAND_DETAILS("factory 1"),
         .begin = factory_begin,
         .poll = identity_poll,
     },
     {
         .usage = FLASH_TEXT("lock ID"),
-        .what = FLASH_TEXT("no set-up until power-off"),
-        .details = COMMAND_DETAILS("Only registers 0x18 to 0x23 can be written until then"),
+        .what = FLASH_TEXT("lock the set-up until power-off"),
+        .details = COMMAND_DETAILS("Then only registers 0x18 to 0x23 can be written"),
         .example = COMMAND_DETAILS("lock 1"),
         .begin = lock_begin,
         .poll = setup_poll,

@@ -1,4 +1,4 @@
-/* stop, release, limits, servos: who is held, and why. */
+/* stop, release, limits, servos: torque off, and which servos may be driven. */
 #include <stddef.h>
 #include <string.h>
 
@@ -10,21 +10,21 @@
 #include "console/reply.h"
 #include "console/messages.h"
 
-static const CDS_FLASH char message_stop_strangers[] =
-    "up to %u more servos were told and not looked at";
+static const CDS_FLASH char message_stop_unlisted[] =
+    "up to %u more servos were told and not checked";
 static const CDS_FLASH char message_alarms_more[] = " + %s";
 static const CDS_FLASH char message_alarms[] = ", alarms: %s";
 static const CDS_FLASH char message_on[] = "on";
 static const CDS_FLASH char message_off[] = "off";
-static const CDS_FLASH char message_held_lost[] = ", held: lost its state, torque went off";
-static const CDS_FLASH char message_held_stopped[] = ", held: stopped";
-static const CDS_FLASH char message_nobody[] = "none is known: scan finds them";
+static const CDS_FLASH char message_lost[] = ", inhibited: lost its state, torque went off";
+static const CDS_FLASH char message_stopped[] = ", inhibited: stopped";
+static const CDS_FLASH char message_nobody[] = "no servo is known: 'scan' finds servos";
 
 /* ---- stop ---- */
 
 static const CDS_FLASH char *const CDS_FLASH stop_outcomes[] = {
-    [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("servo %u: not looked at"),
-    [CDS_TORQUE_OFF_ON] = FLASH_TEXT("servo %u: torque is on still"),
+    [CDS_TORQUE_OFF_UNKNOWN] = FLASH_TEXT("servo %u: not checked"),
+    [CDS_TORQUE_OFF_ON] = FLASH_TEXT("servo %u: torque is still on"),
     [CDS_TORQUE_OFF_SILENT] = FLASH_TEXT("servo %u: no answer"),
     [CDS_TORQUE_OFF_MUTE] = FLASH_TEXT("servo %u: told, but set not to answer"),
 };
@@ -35,7 +35,7 @@ static uint8_t stop_begin(struct console *console)
     return 0;
 }
 
-/* Waits until it is over, whoever began it, then tells of those that are not known to be off. */
+/* Waits until the stop is over, then prints the servos whose torque was not read as off. */
 static bool stop_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -53,10 +53,10 @@ static bool stop_poll(struct console *console)
         printer_line(&console->printer, stop_outcomes[servo->torque_off]);
         return true;
     }
-    console->printer.values[0].number = robot_strangers(robot);
+    console->printer.values[0].number = robot_unlisted(robot);
     if (console->printer.values[0].number &&
         console->error != CDS_LINE_BUSY) // else nothing was sent
-        printer_line(&console->printer, message_stop_strangers);
+        printer_line(&console->printer, message_stop_unlisted);
     return false;
 }
 
@@ -132,9 +132,9 @@ static uint8_t servos_begin(struct console *console)
 
 static const CDS_FLASH char *const CDS_FLASH presences[] = {
     [CDS_PRESENCE_UNKNOWN] = FLASH_TEXT("servo %u: not asked yet, torque %s"),
-    [CDS_PRESENCE_ONLINE] = FLASH_TEXT("servo %u: here, torque %s"),
-    [CDS_PRESENCE_OFFLINE] = FLASH_TEXT("servo %u: away, torque %s"),
-    [CDS_PRESENCE_RETURNED] = FLASH_TEXT("servo %u: back, being looked at, torque %s"),
+    [CDS_PRESENCE_ONLINE] = FLASH_TEXT("servo %u: online, torque %s"),
+    [CDS_PRESENCE_OFFLINE] = FLASH_TEXT("servo %u: offline, torque %s"),
+    [CDS_PRESENCE_RETURNED] = FLASH_TEXT("servo %u: returned, being checked, torque %s"),
 };
 
 /* Of the conditions in `alarms`, number `index`, if it is one. */
@@ -148,7 +148,7 @@ static void tell_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
     printer_text(printer, alarms & (bit - 1) ? message_alarms_more : message_alarms);
 }
 
-/* "servo 1: here, torque on, held: stopped" and so on, a part of it at a time. */
+/* "servo 1: online, torque on, inhibited: stopped", one part at a time. */
 NOINLINE static void servo_part(struct printer *printer, const struct cds_servos *servos,
                                 const struct cds_servo_state *servo, uint8_t part)
 {
@@ -160,11 +160,11 @@ NOINLINE static void servo_part(struct printer *printer, const struct cds_servos
         break;
     case PART_LOST:
         if (servo->inhibits & CDS_INHIBIT_STATE_LOST)
-            printer_text(printer, message_held_lost);
+            printer_text(printer, message_lost);
         break;
     case PART_STOPPED:
         if (cds_servos_inhibits(servos, servo) & CDS_INHIBIT_STOPPED)
-            printer_text(printer, message_held_stopped);
+            printer_text(printer, message_stopped);
         break;
     case PART_END: printer_end_of_line(printer); break;
     default:
@@ -194,34 +194,35 @@ static bool servos_poll(struct console *console)
 const CDS_FLASH struct command stop_rows[] = {
     {
         .usage = FLASH_TEXT("stop"),
-        .what = FLASH_TEXT("torque off everywhere, at once"),
-        .details = COMMAND_DETAILS("Ctrl-X does it anywhere, ahead of everything. Nothing drives "
-                                   "until release"),
+        .what = FLASH_TEXT("torque off for all servos, at once"),
+        .details = COMMAND_DETAILS("Ctrl-X does the same at any time, before everything else. "
+                                   "Driving is inhibited until release"),
         .example = COMMAND_DETAILS("stop"),
         .begin = stop_begin,
         .poll = stop_poll,
     },
     {
         .usage = FLASH_TEXT("release [ID]"),
-        .what = FLASH_TEXT("let servos be driven again"),
-        .details = COMMAND_DETAILS("All after stop; ID: one that lost its state. Nothing moves: "
-                                   "torque and goal are set anew"),
+        .what = FLASH_TEXT("allow driving again"),
+        .details = COMMAND_DETAILS("No ID: all servos, after stop. ID: a servo that lost its "
+                                   "state. Nothing moves: set torque and goal again"),
         .example = COMMAND_DETAILS("release"),
         .begin = release_begin,
     },
     {
         .usage = FLASH_TEXT("limits ID LOW HIGH [SPEED]"),
         .what = FLASH_TEXT("how far and how fast a servo may be driven"),
-        .details = COMMAND_DETAILS("Angles, 0 to 300deg, and a speed, up to 62rpm. What goes "
-                                   "beyond is not sent, by whomever. Until power-off, for one of "
-                                   "the robot's servos; 'limits ID 0 300' takes them away"),
+        .details = COMMAND_DETAILS(
+            "Angles, 0 to 300deg, and a speed, up to 62rpm. The controller does not send a goal or "
+            "speed beyond them, whether it comes from the console, the bridge or a cycle. Until "
+            "power-off; for a servo of the robot. 'limits ID 0 300' removes them"),
         .example = COMMAND_DETAILS("limits 1 60 240 30rpm"),
         .begin = limits_begin,
     },
     {
         .usage = FLASH_TEXT("servos [forget]"),
-        .what = FLASH_TEXT("the servos of the robot, and how they are"),
-        .details = COMMAND_DETAILS("scan finds them. forget: empties the list"),
+        .what = FLASH_TEXT("the servos of the robot and their state"),
+        .details = COMMAND_DETAILS("scan finds servos. forget: empties the list"),
         .example = COMMAND_DETAILS("servos"),
         .begin = servos_begin,
         .poll = servos_poll,
