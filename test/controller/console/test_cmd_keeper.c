@@ -108,9 +108,10 @@ void test_the_counters_of_a_servo_are_told(void)
                                                            .duplicate_replies = 255,
                                                            .unexpected_packets = 106,
                                                            .echo_errors = 107};
-    TEST_ASSERT_EQUAL_STRING("ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nstale replies 104\r\n"
-                             "duplicate replies 255\r\nunexpected packets 106\r\necho errors 107\r\nok\r\n",
-                             reply_to("counters 7"));
+    TEST_ASSERT_EQUAL_STRING(
+        "ok 1001\r\ntimeouts 65535\r\ncorrupt 1003\r\nstale replies 104\r\n"
+        "duplicate replies 255\r\nunexpected packets 106\r\necho errors 107\r\nok\r\n",
+        reply_to("counters 7"));
 }
 
 void test_settings_are_listed_with_unit_and_where_they_come_from(void)
