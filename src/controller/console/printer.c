@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#include "console/number_format.h" // number_write()
+#include "console/number_format.h" // number_print()
 
 /* The bus must not wait for a message. */
 #define CHARACTERS_PER_CALL 4
@@ -71,7 +71,7 @@ static bool print_unit(struct printer *printer, char letter)
 {
     for (uint8_t i = 0; i < UNITS; i++) {
         if (units[i].letter == letter) {
-            number_write(printer, (enum cds_unit)units[i].unit, take_value(printer).number);
+            number_print(printer, (enum cds_unit)units[i].unit, take_value(printer).number);
             return true;
         }
     }

@@ -55,7 +55,7 @@ static const char *written(enum cds_unit unit, uint16_t raw)
 {
     uint8_t length = 0;
 
-    number_write(&printer, unit, raw);
+    number_print(&printer, unit, raw);
     for (; cds_ring_count(&ring); input_drop(&ring, 1))
         text[length++] = (char)input_peek(&ring, 0);
     text[length] = '\0';

@@ -23,8 +23,8 @@ static void write_register(struct printer *printer, uint8_t address, uint16_t ra
 {
     enum cds_unit unit = unit_of(address, raw);
 
-    number_write_name(printer, address);
-    number_write(printer, unit, raw);
+    number_print_name(printer, address);
+    number_print(printer, unit, raw);
     if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
         printer_char(printer, ' ');
         printer_char(printer, '(');
