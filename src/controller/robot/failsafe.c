@@ -54,7 +54,7 @@ static void lose_link(struct failsafe *failsafe)
     failsafe->link_lost = true;
     if (failsafe->settings->link_loss_action == FAILSAFE_TORQUE_OFF)
         robot_stop(failsafe->robot);
-    else if (failsafe->settings->link_loss_action == FAILSAFE_HOLD)
+    else if (failsafe->settings->link_loss_action == FAILSAFE_INHIBIT)
         robot_inhibit(failsafe->robot);
 }
 

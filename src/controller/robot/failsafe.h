@@ -16,7 +16,11 @@
 #include "robot/settings.h" // struct settings
 
 /* Values of settings.link_loss_action. */
-enum failsafe_action { FAILSAFE_SHOW, FAILSAFE_HOLD, FAILSAFE_TORQUE_OFF } __attribute__((packed));
+enum failsafe_action {
+    FAILSAFE_SHOW,
+    FAILSAFE_INHIBIT,
+    FAILSAFE_TORQUE_OFF
+} __attribute__((packed));
 
 /* Bits of `reset_cause`: those of watchdog.h. */
 enum failsafe_reset {
