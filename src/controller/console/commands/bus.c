@@ -247,7 +247,7 @@ static bool bus_poll(struct console *console)
     return false;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("scan [all|rescue]"),
         .what = FLASH_TEXT("find servos on the bus"),
@@ -281,6 +281,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group bus_commands = {
     .heading = FLASH_TEXT("The bus:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = bus_rows,
+    .count = sizeof bus_rows / sizeof bus_rows[0],
 };

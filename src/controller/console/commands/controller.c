@@ -200,7 +200,7 @@ static const CDS_FLASH char *const CDS_FLASH reset_causes[] = {
     FLASH_TEXT(" watchdog"), FLASH_TEXT(" JTAG"),
 };
 
-static const CDS_FLASH char *const CDS_FLASH bus_lines[] = {
+static const CDS_FLASH char *const CDS_FLASH bus_states[] = {
     [CDS_BUS_LINE_QUIET] = FLASH_TEXT("bus: ok"),
     [1] = FLASH_TEXT("bus: busy"),
     [2] = FLASH_TEXT("bus: fault"),
@@ -306,7 +306,7 @@ static bool status_poll(struct console *console)
     case 3: printer_line(printer, inhibit_text(console->failsafe)); return true;
     case 4: print_torque(printer, console->robot); return true;
     case 5: print_stops(printer, console->failsafe); return true;
-    case 6: printer_line(printer, bus_lines[cds_bus_line(console->bus)]); return true;
+    case 6: printer_line(printer, bus_states[cds_bus_line(console->bus)]); return true;
     case 7: print_servos(printer, &console->robot->servos); return true;
     case 8: print_delays(printer, &console->robot->servos); return true;
     default:
@@ -319,7 +319,7 @@ static bool status_poll(struct console *console)
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
         .what = FLASH_TEXT("state of the controller"),
@@ -373,6 +373,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group controller_commands = {
     .heading = FLASH_TEXT("The controller:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = controller_rows,
+    .count = sizeof controller_rows / sizeof controller_rows[0],
 };

@@ -226,7 +226,7 @@ static bool cycle_poll(struct console *console)
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command cycle_rows[] = {
     {
         .usage = FLASH_TEXT("cycle [every|off [MS]]"),
         .what = FLASH_TEXT("send goals and read feedback at a fixed rate, or show the counters"),
@@ -240,6 +240,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group cycle_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = cycle_rows,
+    .count = sizeof cycle_rows / sizeof cycle_rows[0],
 };

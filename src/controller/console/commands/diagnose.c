@@ -7,7 +7,7 @@
 static const CDS_FLASH char message_waits[] = ", return delay us %u";
 static const CDS_FLASH char message_supply[] = ", supply mV %u";
 static const CDS_FLASH char message_hot[] = ", hot C %u";
-static const CDS_FLASH char message_place[] = "ID %u at %b%s";
+static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
@@ -62,7 +62,7 @@ static void print_who(struct printer *printer, const struct cds_diagnose *diagno
     printer->values[1].number = diagnose->found_baud_reg;
     printer->values[2].text = value_text(diagnose->finding);
     printer->values[3].number = diagnose->value;
-    printer_line(printer, message_place);
+    printer_line(printer, message_finding_place);
 }
 
 static void print_tally(struct printer *printer, const struct cds_diagnose *diagnose)
@@ -98,7 +98,7 @@ static bool diagnose_poll(struct console *console)
     return print_line(&console->printer, &robot->work.diagnose, console->index++);
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command diagnose_rows[] = {
     {
         .usage = FLASH_TEXT("diagnose [ID|254]"),
         .what = FLASH_TEXT("find out why a servo does not answer"),
@@ -112,6 +112,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group diagnose_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = diagnose_rows,
+    .count = sizeof diagnose_rows / sizeof diagnose_rows[0],
 };

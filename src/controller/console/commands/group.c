@@ -206,7 +206,7 @@ static bool pose_poll(struct console *console)
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command group_rows[] = {
     {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
         .what = FLASH_TEXT("choose the servos of pose and cycle, or show them"),
@@ -231,6 +231,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group group_commands = {
     .heading = FLASH_TEXT("Many servos:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = group_rows,
+    .count = sizeof group_rows / sizeof group_rows[0],
 };

@@ -194,7 +194,7 @@ static bool monitor_poll(struct console *console)
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command monitor_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS]"),
         .what = FLASH_TEXT("print feedback of servos until a key"),
@@ -207,6 +207,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group monitor_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = monitor_rows,
+    .count = sizeof monitor_rows / sizeof monitor_rows[0],
 };

@@ -75,7 +75,7 @@ static bool read_poll(struct console *console)
     return false;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command raw_rows[] = {
     {
         .usage = FLASH_TEXT("ping ID|254"),
         .what = FLASH_TEXT("check that a servo answers"),
@@ -144,6 +144,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group raw_commands = {
     .heading = FLASH_TEXT("Instructions of the manual:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = raw_rows,
+    .count = sizeof raw_rows / sizeof raw_rows[0],
 };

@@ -132,7 +132,7 @@ static uint8_t led_begin(struct console *console)
     return write_switch(console, CDS_REG_LED);
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("move ID|254 ANGLE [SPEED]"),
         .what = FLASH_TEXT("go to an angle"),
@@ -173,6 +173,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group servo_commands = {
     .heading = FLASH_TEXT("One servo:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = servo_rows,
+    .count = sizeof servo_rows / sizeof servo_rows[0],
 };

@@ -156,7 +156,7 @@ bool setup_poll(struct console *console)
     return false;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("give a servo another ID"),
@@ -196,6 +196,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group setup_commands = {
     .heading = FLASH_TEXT("Set-up of servos:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = setup_rows,
+    .count = sizeof setup_rows / sizeof setup_rows[0],
 };
