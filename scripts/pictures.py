@@ -257,7 +257,7 @@ def bus():
 # ---- the storeys ------------------------------------------------------------------------------------
 
 # Above the library, and below it: what it is, and of what folder.
-CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "robot/", "avr/"])
+CONTROLLER = ("controller", "src/controller: the firmware", ["main.c", "host/", "console/", "profiles/", "robot/", "avr/"])
 ROBOT_PROGRAM = ("your program", "examples/: linked with the library", ["two_servos.c", "robot.c"])
 PORT = ("AVR port", "src/avr: the only folder that knows a register", ["usart", "handlers", "clock", "now"])
 
@@ -295,10 +295,9 @@ def storeys():
             x = left + n * (span + 20)
             draw_storey(drawing, x, y, span, name, what[name], layering.STOREYS[name],
                         "#fdeee0" if name == "safety" else "#e8f1f8")
-            if name != "robot":
-                arrow(drawing, x + span / 2, y - 24, y)
-    arrow(drawing, left + half / 2, 102, 126)
-    arrow(drawing, left + half * 1.5 + 20, 102, 126)
+        columns = [left + half / 2, left + half * 1.5 + 20]
+        for x in columns if row[0] not in ("bus", "wire") else [left + width / 2]:
+            arrow(drawing, x, y - 24, y)
     y += 82
     draw_storey(drawing, left, y, width, *PORT, "#e5f4ef")
     arrow(drawing, left + width / 3, y - 24, y)

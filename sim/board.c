@@ -13,15 +13,15 @@
 #define LINE_SIZE   256
 #define BOARDS_SIZE 512
 
-/* Text of one data file and where it came from, for messages. */
+/* The text of one data file and its path, for messages. */
 struct source {
     char path[BOARD_PATH_SIZE];
     FILE *file;
-    unsigned line; // of the latest word that was found
-    bool good;     // nothing was missing so far
+    unsigned line; // line of the latest word that was found
+    bool good;     // nothing has been missing so far
 };
 
-static bool is_own(const char *name)
+static bool is_path(const char *name)
 {
     return strpbrk(name, "./") != 0;
 }
@@ -30,7 +30,7 @@ void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SI
                  char chip[BOARD_PATH_SIZE])
 {
     struct stat what;
-    if (!is_own(name)) {
+    if (!is_path(name)) {
         snprintf(wiring, BOARD_PATH_SIZE, "%s/%s/board.h", folder, name);
     } else {
         bool is_folder = stat(name, &what) == 0 && S_ISDIR(what.st_mode);
@@ -40,7 +40,7 @@ void board_paths(const char *folder, const char *name, char wiring[BOARD_PATH_SI
     snprintf(chip, BOARD_PATH_SIZE, "%.*sboard.mk", (int)(slash ? slash - wiring + 1 : 0), wiring);
 }
 
-/* 0, or what is wrong. The type is checked before fopen(), which would wait at a pipe. */
+/* Returns 0, or what is wrong. Checks the type before fopen(), which would wait at a pipe. */
 static const char *open_path(struct source *source)
 {
     struct stat what;
@@ -58,7 +58,7 @@ static const char *open_path(struct source *source)
     return source->good ? 0 : strerror(errno);
 }
 
-/* The word behind `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
+/* Finds the word after `key`, in lines `#define KEY WORD` or `KEY := WORD`. */
 static bool has_word(struct source *source, const char *key, char *word)
 {
     char line[LINE_SIZE];
@@ -86,7 +86,7 @@ static bool find_word(struct source *source, const char *key, char *word)
     return found;
 }
 
-/* Only the first fault of a file is reported. `wanted` continues "use ". */
+/* Reports only the first error of a file. `wanted` continues "use ". */
 static void complain(struct source *source, const char *key, const char *word, const char *wanted)
 {
     if (source->good) {
@@ -96,8 +96,8 @@ static void complain(struct source *source, const char *key, const char *word, c
     source->good = false;
 }
 
-/* Like an integer constant of C: decimal, octal or hexadecimal, with U or L behind it (16000000UL).
- * strtoul() alone would accept -18446744073709551615 as 1. */
+/* Parses an integer constant of C: decimal, octal or hexadecimal, with U or L after it
+ * (16000000UL). strtoul() alone would accept -18446744073709551615 as 1. */
 static bool parse_number(const char *word, uint32_t min, uint32_t max, uint32_t *value)
 {
     char *end = 0;
@@ -110,8 +110,8 @@ static bool parse_number(const char *word, uint32_t min, uint32_t max, uint32_t 
     return true;
 }
 
-/* A value that is missing or out of range returns `min`, so that the caller stays within the bounds
- * of its arrays; source->good is false then. */
+/* Returns `min` if the value is missing or out of range, so the caller stays within its arrays.
+ * source->good is false then. */
 static uint32_t number(struct source *source, const char *key, uint32_t min, uint32_t max)
 {
     char word[VALUE_SIZE];
@@ -176,12 +176,12 @@ static void read_bus(struct board_bus *bus, struct source *source, unsigned inde
     bus->rxd = pin(source, index, "RXD");
 }
 
-/* Each USART has one job. */
+/* A USART can have one use only. */
 static void take_usart(struct source *source, const char *key, unsigned usart, unsigned *used)
 {
     char word[VALUE_SIZE];
     if (source->good && (*used & 1u << usart)) {
-        has_word(source, key, word); // for its line
+        has_word(source, key, word); // finds the line of the message
         fprintf(stderr, "%s:%u: %s: USART%u has another job already\n", source->path, source->line,
                 key, usart);
         source->good = false;
@@ -285,7 +285,7 @@ static bool read_files(struct board *board, struct source *wiring, struct source
     return good;
 }
 
-static bool open_own(struct source *wiring)
+static bool open_path_of_user(struct source *wiring)
 {
     const char *wrong = open_path(wiring);
     if (wrong) {
@@ -309,7 +309,7 @@ bool board_read(struct board *board, const char *folder, const char *name)
     struct source chip = {.good = false};
     *board = (struct board){0};
     board_paths(folder, name, wiring.path, chip.path);
-    if (!(is_own(name) ? open_own(&wiring) : open_known(&wiring, folder, name))) {
+    if (!(is_path(name) ? open_path_of_user(&wiring) : open_known(&wiring, folder, name))) {
         return false;
     }
     bool good = read_files(board, &wiring, &chip);

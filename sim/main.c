@@ -1,5 +1,5 @@
-/* cds55xx-sim: runs the firmware of a servo controller in a simulated AVR, with simulated servos.
- */
+/* cds55xx-sim: simulates CDS55xx servos and the AVR of their controller. This file is the command
+ * line. */
 #include <ctype.h>
 #include <errno.h>
 #include <signal.h>
@@ -8,9 +8,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "testbench.h"
 #include "output/files.h"
 #include "output/named_files.h"
+#include "testbench.h"
 
 #ifndef SIM_BOARDS_DIR
 #define SIM_BOARDS_DIR "boards"
@@ -111,7 +111,7 @@ static bool parse_script(struct testbench_options *options, const char *value)
     return true;
 }
 
-/* Digits only. */
+/* Accepts digits only. */
 static bool parse_whole(const char *value, unsigned long max, unsigned long *number)
 {
     char *end = 0;
@@ -198,7 +198,7 @@ static bool parse_option(struct testbench_options *options, const char *name, co
 {
     const struct {
         const char *name;
-        const char **text; // keep the value as it is
+        const char **text; // stores the value as it is
         bool (*parse)(struct testbench_options *options, const char *value);
     } known[] = {
         {"--board", &options->board, 0},
@@ -321,8 +321,8 @@ static void interrupted(int signal_number)
     testbench_stop(&bench);
 }
 
-/* The run ends and all its files are written: also when the terminal is closed (SIGHUP), unless
- * nohup has the signal ignored, and when the reader of stdout has left (SIGPIPE). */
+/* A signal ends the run, and all its files are written: Ctrl-C, a closed terminal (SIGHUP, unless
+ * nohup ignores it), a reader of stdout that has left (SIGPIPE). */
 static void end_on_signals(void)
 {
     signal(SIGINT, interrupted);
@@ -361,7 +361,7 @@ static int run(const struct testbench_options *options)
 int main(int argc, char **argv)
 {
     struct testbench_options options = {.boards = SIM_BOARDS_DIR, .exact = true};
-    setvbuf(stdout, 0, _IOLBF, 0); // progress is to be seen when it happens, in a pipe too
+    setvbuf(stdout, 0, _IOLBF, 0); // progress shall appear at once, also in a pipe
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0) {
             fputs(help, stdout);

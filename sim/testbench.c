@@ -4,8 +4,7 @@
 #include <inttypes.h>
 #include <string.h>
 
-/* --- callbacks of the parts ----------------------------------------------------------------------
- */
+/* --- callbacks of the parts --- */
 
 static void circuit_changed(void *context, uint64_t now)
 {
@@ -134,8 +133,7 @@ static void time_is_over(void *context, uint64_t now)
     testbench_stop(context);
 }
 
-/* --- set-up: instruments -------------------------------------------------------------------------
- */
+/* --- set-up: instruments --- */
 
 static bool open_transcript(struct testbench *bench)
 {
@@ -199,8 +197,7 @@ static bool open_instruments(struct testbench *bench)
     return true;
 }
 
-/* --- set-up: buses -------------------------------------------------------------------------------
- */
+/* --- set-up: buses --- */
 
 static void init_rules(struct testbench_bus *bus)
 {
@@ -339,8 +336,7 @@ static bool inject_first_faults(struct testbench *bench)
     return true;
 }
 
-/* --- set-up: controller and host -----------------------------------------------------------------
- */
+/* --- set-up: controller and host --- */
 
 static bool init_controller(struct testbench *bench)
 {

@@ -157,8 +157,7 @@ void testbench_report(struct testbench *bench, FILE *out);
  * written. */
 bool testbench_free(struct testbench *bench);
 
-/* --- for the other files of the testbench: testbench_*.c --------------------
- */
+/* --- for the other files of the testbench: testbench_*.c --- */
 
 /* Replaces the servos of a bus. Returns false, with one line on stderr, if an EEPROM file is wrong.
  */

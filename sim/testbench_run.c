@@ -5,8 +5,7 @@
 
 #include "output/files.h"
 
-/* --- run -----------------------------------------------------------------------------------------
- */
+/* --- run --- */
 
 void testbench_stop(struct testbench *bench)
 {
@@ -89,8 +88,7 @@ bool testbench_run(struct testbench *bench)
     return !rules_failed(&bench->rules);
 }
 
-/* --- report --------------------------------------------------------------------------------------
- */
+/* --- report --- */
 
 static double percent(uint64_t part, uint64_t whole)
 {
@@ -136,8 +134,7 @@ void testbench_report(struct testbench *bench, FILE *out)
     rules_report(&bench->rules, out);
 }
 
-/* --- end -----------------------------------------------------------------------------------------
- */
+/* --- end --- */
 
 static bool save_results(struct testbench *bench)
 {

@@ -105,11 +105,11 @@ bool testbench_start_script(struct testbench *bench)
         .finished = script_finished,
     };
     if (bench->options->bus) {
-        bench->ops.send = send_to_bus;
-        bench->ops.baud = set_baud;
+        bench->ops.bus_send = send_to_bus;
+        bench->ops.bus_baud = set_baud;
     } else {
-        bench->ops.ready = console_is_ready;
-        bench->ops.say = bench->board.has_host ? send_to_console : 0;
+        bench->ops.console_ready = console_is_ready;
+        bench->ops.console_send = bench->board.has_host ? send_to_console : 0;
         bench->ops.reset = testbench_reset;
     }
     bench->script.echo = bench->options->echo;

@@ -168,7 +168,7 @@ test: $$(test_programs)
 	@$(run_tests) --times build/test-times.tsv $(TESTS)
 
 # Of these `make test` runs a part.
-LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine faults_all fuzz identity inhibit))
+LONG_TESTS := $(wildcard $(patsubst %,test/runs/test_%.py,engine faults_all fuzz identity inhibit keeper robot))
 ## test-long: the random and exhaustive runs in full length, of which `make test` runs a part
 .PHONY: test-long
 test-long: $$(call run_needs,$$(LONG_TESTS))

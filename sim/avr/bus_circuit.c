@@ -3,8 +3,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-/* --- rules ---------------------------------------------------------------------------------------
- */
+/* --- rules --- */
 
 static bool has_adapter(const struct bus_circuit *circuit)
 {
@@ -26,7 +25,7 @@ static void check_release(struct bus_circuit *circuit, uint64_t now)
     }
 }
 
-/* The way to the receiver opens and shuts while a servo talks. */
+/* The path to the receiver must be open while a servo sends. */
 static void check_listening(struct bus_circuit *circuit, uint64_t now)
 {
     bool listening = circuit->rx_enable && usart_is_listening(&circuit->usart);
@@ -38,8 +37,8 @@ static void check_listening(struct bus_circuit *circuit, uint64_t now)
     circuit->listening = listening;
 }
 
-/* An adapter's RXD never floats, and its TXD counts at any time: but a chip that comes out of reset
- * has not yet had the time to drive it. */
+/* The RXD pin of an adapter never floats. Its TXD pin must be driven at all times, except between a
+ * reset and the first time that the firmware drives it. */
 static void check_floating(struct bus_circuit *circuit, uint64_t now)
 {
     bool adapter = has_adapter(circuit);
@@ -49,9 +48,10 @@ static void check_floating(struct bus_circuit *circuit, uint64_t now)
         rules_break(circuit->rules, RULE_FLOATING_RXD, now, "RX enable off, no pull-up on RXD");
     }
     circuit->rxd_floats = rxd;
-    bool heard =
+    bool txd_matters =
         adapter ? circuit->txd_driven : circuit->wiring != BOARD_TIED && circuit->tx_enable;
-    bool txd = heard && circuit->txd.enabled == 0 && pin_state(&circuit->pin_txd) == PIN_FLOATS;
+    bool txd =
+        txd_matters && circuit->txd.enabled == 0 && pin_state(&circuit->pin_txd) == PIN_FLOATS;
     if (txd && !circuit->txd_floats) {
         rules_break(circuit->rules, RULE_FLOATING_TXD, now, "%sTXEN off, TXD an open input",
                     adapter ? "" : "TX enable on, ");
@@ -59,8 +59,8 @@ static void check_floating(struct bus_circuit *circuit, uint64_t now)
     circuit->txd_floats = txd;
 }
 
-/* A pin of the port that is tied to the wire must be an input: at any level it is not the servos'.
- */
+/* A port pin that is tied to the wire must be an input: as an output it drives the wire at any
+ * level. */
 static void check_output(struct bus_circuit *circuit, uint64_t now, bool port_drives)
 {
     bool output = circuit->wiring == BOARD_TIED && port_drives;
@@ -70,7 +70,7 @@ static void check_output(struct bus_circuit *circuit, uint64_t now, bool port_dr
     circuit->txd_output = output;
 }
 
-/* What keeps the controller on the wire. */
+/* Says in words what connects the controller to the wire. */
 static const char *driving(const struct bus_circuit *circuit)
 {
     if (has_adapter(circuit)) {
@@ -149,8 +149,7 @@ static void check_usart_event(void *context, enum usart_event event, uint64_t no
     }
 }
 
-/* --- the circuit ---------------------------------------------------------------------------------
- */
+/* --- the circuit --- */
 
 static void notify(struct bus_circuit *circuit, uint64_t now)
 {
@@ -159,20 +158,21 @@ static void notify(struct bus_circuit *circuit, uint64_t now)
     }
 }
 
-/* The receiver is shut before the driver is on, and opened after it is off. */
+/* Closes the path to the receiver before the driver turns on, and opens it after the driver is off.
+ */
 static void adapter_turn(struct bus_circuit *circuit, uint64_t now, bool drives)
 {
-    bool hears = !drives || circuit->wiring == BOARD_ADAPTER_ECHO;
+    bool receives = !drives || circuit->wiring == BOARD_ADAPTER_ECHO;
     circuit->tx_enable = drives;
-    circuit->rx_enable = hears;
-    driver_enable(&circuit->to_rxd, now, circuit->to_rxd.enabled && hears);
+    circuit->rx_enable = receives;
+    driver_enable(&circuit->to_rxd, now, circuit->to_rxd.enabled && receives);
     driver_set(&circuit->to_sig, now, drives, circuit->txd.level);
-    driver_set(&circuit->to_rxd, now, hears, circuit->sig.level);
+    driver_set(&circuit->to_rxd, now, receives, circuit->sig.level);
     check_listening(circuit, now);
     notify(circuit, now);
 }
 
-/* It knows a frame by the falling edge and the bit rate, and counts from there. */
+/* The adapter recognises a frame by its falling edge and knows its length from the bit rate. */
 static void adapter_frame(struct bus_circuit *circuit, uint64_t now)
 {
     uint64_t hold = (uint64_t)circuit->machine->avr->frequency * BUS_CIRCUIT_HOLD_us / 1000000;
@@ -209,13 +209,14 @@ static bool enable_level(const struct pin *pin, bool resistor)
     switch (pin_state(pin)) {
     case PIN_LOW: return false;
     case PIN_HIGH: return true;
-    case PIN_PULLED_UP: // 20 to 50 kOhm inside against 10 kOhm outside: the resistor wins
+    case PIN_PULLED_UP: // 20 to 50 kOhm inside the AVR against 10 kOhm outside: the resistor
+                        // decides
     case PIN_FLOATS: break;
     }
     return resistor;
 }
 
-/* What joins TXD and RXD to the wire. */
+/* Returns what connects TXD and RXD to the wire. */
 static void read_enables(const struct bus_circuit *circuit, bool port_drives, bool *tx, bool *rx)
 {
     switch (circuit->wiring) {
@@ -231,14 +232,15 @@ static void read_enables(const struct bus_circuit *circuit, bool port_drives, bo
         *tx = port_drives || usart_is_transmitting(&circuit->usart);
         *rx = true;
         break;
-    default: // an adapter: no pin has a say
+    default: // an adapter: no pin controls it
         *tx = circuit->tx_enable;
         *rx = circuit->rx_enable;
         break;
     }
 }
 
-/* The port pins may have changed. Releasing comes before driving, as both may come of one write. */
+/* Applies the port pins to the buffers. Releasing comes before driving, because one write can do
+ * both. */
 static void apply_pins(struct bus_circuit *circuit, uint64_t now)
 {
     enum pin_state txd = pin_state(&circuit->pin_txd);
@@ -246,7 +248,8 @@ static void apply_pins(struct bus_circuit *circuit, uint64_t now)
         (txd == PIN_LOW || txd == PIN_HIGH) && !usart_is_transmitting(&circuit->usart);
     bool tx = false;
     bool rx = true;
-    driver_set(&circuit->txd_pin, now, port_drives, txd != PIN_LOW); // first: an adapter acts on it
+    driver_set(&circuit->txd_pin, now, port_drives,
+               txd != PIN_LOW); // first: an adapter reacts to it
     read_enables(circuit, port_drives, &tx, &rx);
     bool changed = tx != circuit->tx_enable || rx != circuit->rx_enable;
     bool were_both = circuit->tx_enable && circuit->rx_enable;
@@ -268,7 +271,7 @@ static void apply_pins(struct bus_circuit *circuit, uint64_t now)
     }
 }
 
-/* simavr tells at the start of the instruction that writes. */
+/* simavr calls this at the start of the writing instruction. */
 static void pins_changed(struct avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
@@ -281,7 +284,7 @@ static void usart_has_event(void *context, enum usart_event event, uint64_t now)
 {
     struct bus_circuit *circuit = context;
     if (event == USART_ENABLED) {
-        apply_pins(circuit, now); // TXEN takes the pin from the port, or gives it back
+        apply_pins(circuit, now); // TXEN takes the pin from the port or returns it
     }
     check_usart_event(circuit, event, now);
     notify(circuit, now);
@@ -290,13 +293,12 @@ static void usart_has_event(void *context, enum usart_event event, uint64_t now)
 void bus_circuit_reset(struct bus_circuit *circuit, uint64_t now)
 {
     circuit->txd_driven = false;
-    circuit->servo_until = 0; // it hears no more of that, and that is no breach
+    circuit->servo_until = 0; // the AVR no longer receives that byte; this breaks no rule
     usart_reset(&circuit->usart, now);
     apply_pins(circuit, now);
 }
 
-/* --- set-up --------------------------------------------------------------------------------------
- */
+/* --- set-up --- */
 
 static bool find_pin(struct bus_circuit *circuit, struct pin *pin, const struct board_pin *where)
 {

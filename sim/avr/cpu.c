@@ -11,7 +11,8 @@ static void notify(struct cpu *cpu)
 void cpu_halt(avr_t *avr, avr_cycle_count_t cycles)
 {
     avr->cycle += cycles;
-    /* what may still run before the next timer is due was counted without these cycles */
+    /* run_cycle_count limits how long simavr runs before its next timer. It was computed without
+     * these cycles. */
     avr->run_cycle_count = avr->run_cycle_count > cycles ? avr->run_cycle_count - cycles : 1;
 }
 
@@ -41,12 +42,12 @@ void cpu_set_level_interrupt(avr_t *avr, avr_int_vector_t *vector, bool on)
     }
 }
 
-/* Data sheet: 4 cycles (5 with a 3-byte PC), 4 more when the CPU slept. simavr charges none. */
+/* The data sheet says 4 cycles (5 with a 3-byte PC), and 4 more if the CPU slept. simavr says 0. */
 static void charge_entry(struct cpu *cpu)
 {
     avr_t *avr = cpu->avr;
     avr_cycle_count_t cycles = avr->address_size == 3 ? 5 : 4;
-    if (cpu->woken) {
+    if (cpu->has_slept) {
         cycles += 4;
     }
     cpu_halt(avr, cycles);
@@ -65,10 +66,10 @@ static void entered(struct cpu *cpu, uint8_t vector)
     if (cpu->exact) {
         charge_entry(cpu);
     }
-    cpu->woken = false;
+    cpu->has_slept = false;
 }
 
-/* simavr tells of it within RETI, before the cycles of RETI are added. */
+/* simavr calls this at RETI, before it adds the cycles of RETI. */
 static void left(struct cpu *cpu)
 {
     if (cpu->depth && --cpu->depth == 0) {
@@ -97,13 +98,13 @@ void cpu_init(struct cpu *cpu, avr_t *avr, bool exact)
 void cpu_reset(struct cpu *cpu)
 {
     cpu->depth = 0;
-    cpu->woken = false;
+    cpu->has_slept = false;
     notify(cpu);
 }
 
 void cpu_stepped(struct cpu *cpu)
 {
-    /* simavr 1.6 runs two instructions after SEI or RETI before an interrupt, silicon one */
+    /* After SEI or RETI simavr 1.6 runs two instructions before an interrupt, silicon runs one. */
     if (cpu->exact && cpu->avr->interrupt_state == -1) {
         cpu->avr->interrupt_state = (int8_t)(avr_has_pending_interrupts(cpu->avr) != 0);
     }
@@ -112,8 +113,8 @@ void cpu_stepped(struct cpu *cpu)
 void cpu_slept(struct cpu *cpu, uint64_t cycles)
 {
     if (cpu->exact) {
-        cpu->avr->cycle--; // simavr adds 1 + cycles: it would wake a cycle late
+        cpu->avr->cycle--; // simavr adds 1 + cycles and would wake one cycle late
     }
     cpu->asleep += cycles;
-    cpu->woken = true;
+    cpu->has_slept = true;
 }

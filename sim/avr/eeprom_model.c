@@ -7,14 +7,14 @@
 #include "avr/cpu.h"
 #include "output/files.h"
 
-/* The same bits in every AVR. */
+/* These bits are the same in every AVR. */
 enum { EECR_EERE = 0x01, EECR_EEPE = 0x02, EECR_EEMPE = 0x04, EECR_EERIE = 0x08, EECR_EEPM = 0x30 };
 enum { ERASE_AND_WRITE, ERASE, WRITE };
 
-#define ARMED_CYCLES 4 // EEMPE stays
-#define READ_CYCLES  4 // the CPU stands still
-#define HALT_CYCLES  2 // likewise, when a write begins
-#define STORE_CYCLES 1 // simavr tells at the start of the instruction that writes a register
+#define ARMED_CYCLES 4 // EEMPE stays set
+#define READ_CYCLES  4 // the CPU stops for a read
+#define HALT_CYCLES  2 // the CPU stops when a write begins
+#define STORE_CYCLES 1 // simavr calls at the start of the instruction that writes a register
 #define SLOW_US      8500
 #define WHOLE_US     3400
 #define HALF_US      1800
@@ -78,7 +78,8 @@ static void begin_write(struct eeprom_model *eeprom, unsigned mode)
 {
     static const struct {
         uint32_t us;
-        uint8_t from_data, from_old; // bits of the new byte: which of EEDR's and of the old one's
+        uint8_t from_data,
+            from_old; // masks: which bits of the new byte come from EEDR, which from the old byte
     } modes[] = {
         [ERASE_AND_WRITE] = {WHOLE_US, 0x00, ERASED},
         [ERASE] = {HALF_US, ERASED, ERASED},
@@ -186,8 +187,7 @@ void eeprom_model_lose_power(struct eeprom_model *eeprom, uint64_t now)
     schedule_cancel(eeprom->schedule, &eeprom->done);
 }
 
-/* --- file ----------------------------------------------------------------------------------------
- */
+/* --- file --- */
 
 static bool complain(const char *path, const char *what)
 {

@@ -10,17 +10,16 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define LOOK_EVERY  1024 // instructions
+#define POLL_EVERY  1024 // instructions
 #define DATA_SPACE  0x800000u
 #define EEPROM_BASE 0x810000u
 #define CTRL_C      3
 
-/* gdb's numbers for signals and, in its order, the registers of an AVR. */
+/* gdb's numbers of signals, and of an AVR's registers in gdb's order. */
 enum { SIGNAL_INT = 2, SIGNAL_TRAP = 5, SIGNAL_SEGV = 11 };
 enum { REGISTER_SREG = 32, REGISTER_SP = 33, REGISTER_PC = 34, REGISTERS = 35 };
 
-/* --- the machine as the debugger sees it ---------------------------------------------------------
- */
+/* --- the machine as the debugger sees it --- */
 
 static uint8_t sreg(const avr_t *avr)
 {
@@ -46,8 +45,8 @@ static void store_data(struct gdb *gdb, uint32_t address, uint8_t byte)
     avr->data[address] = byte;
 }
 
-/* gdb's address: flash from 0, data space from 0x800000, EEPROM from 0x810000. Registers of
- * peripherals are read as they stand, without what a read by the CPU would do to them. */
+/* Reads a byte at gdb's address: flash from 0, data space from 0x800000, EEPROM from 0x810000.
+ * Reads I/O registers without the side effects that a read by the CPU has. */
 static bool load(const struct gdb *gdb, uint32_t address, uint8_t *byte)
 {
     const avr_t *avr = gdb->avr;
@@ -57,7 +56,7 @@ static bool load(const struct gdb *gdb, uint32_t address, uint8_t *byte)
     } else if (address >= EEPROM_BASE && eeprom && address - EEPROM_BASE < eeprom->size) {
         *byte = eeprom->eeprom[address - EEPROM_BASE];
     } else if (address >= DATA_SPACE && address - DATA_SPACE <= avr->ramend + 2u) {
-        address -= DATA_SPACE; // a return address is looked for behind an empty stack, too
+        address -= DATA_SPACE; // gdb looks for a return address beyond an empty stack, too
         *byte = address == R_SREG ? sreg(avr) : avr->data[address];
     } else {
         return false;
@@ -108,15 +107,14 @@ static unsigned store_register(struct gdb *gdb, unsigned number, const uint8_t b
     }
 }
 
-/* --- packets -------------------------------------------------------------------------------------
- */
+/* --- packets --- */
 
 static void send_all(const struct gdb *gdb, const char *bytes, size_t size)
 {
     while (size > 0) {
         ssize_t sent = send(gdb->client, bytes, size, MSG_NOSIGNAL);
         if (sent <= 0) {
-            return; // the next look at the socket sees that the client has gone
+            return; // the next poll of the socket detects that the client has gone
         }
         bytes += sent;
         size -= (size_t)sent;
@@ -164,8 +162,7 @@ static unsigned get_hex(const char *text, uint8_t *bytes, unsigned capacity)
     return size;
 }
 
-/* --- commands ------------------------------------------------------------------------------------
- */
+/* --- commands --- */
 
 static void why_stopped(struct gdb *gdb, const char *arguments)
 {
@@ -232,7 +229,7 @@ static void read_memory(struct gdb *gdb, const char *arguments)
     for (unsigned i = 0; good && i < size && 2 * i + 2 < sizeof(text); i++) {
         uint8_t byte;
         if (!load(gdb, address + i, &byte)) {
-            good = i > 0; // what there is
+            good = i > 0; // the bytes so far
             break;
         }
         put_hex(text + 2 * i, &byte, 1);
@@ -273,7 +270,7 @@ static bool set_watch(struct gdb *gdb, unsigned address, unsigned size, bool on)
     return !on;
 }
 
-/* Breakpoints of both kinds and watchpoints on writes; others are not offered. */
+/* Supports both kinds of breakpoints and watchpoints on writes. */
 static void change_point(struct gdb *gdb, const char *arguments, bool on)
 {
     unsigned kind = 0;
@@ -345,7 +342,7 @@ static void detach(struct gdb *gdb, const char *arguments)
     drop_client(gdb);
 }
 
-static void end(struct gdb *gdb, const char *arguments)
+static void kill_run(struct gdb *gdb, const char *arguments)
 {
     (void)arguments;
     drop_client(gdb);
@@ -379,7 +376,7 @@ static void execute(struct gdb *gdb, const char *packet)
         {'p', read_register}, {'P', write_register}, {'m', read_memory},
         {'M', write_memory},  {'Z', set_point},      {'z', clear_point},
         {'c', resume_run},    {'s', step},           {'D', detach},
-        {'k', end},           {'H', choose_thread},  {'q', query},
+        {'k', kill_run},      {'H', choose_thread},  {'q', query},
     };
     for (size_t i = 0; i < sizeof(commands) / sizeof(commands[0]); i++) {
         if (packet[0] == commands[i].letter) {
@@ -387,11 +384,10 @@ static void execute(struct gdb *gdb, const char *packet)
             return;
         }
     }
-    reply(gdb, ""); // what gdb takes for: not offered
+    reply(gdb, ""); // an empty reply means: not supported
 }
 
-/* --- the socket ----------------------------------------------------------------------------------
- */
+/* --- the socket --- */
 
 static void stop_here(struct gdb *gdb, uint8_t signal_number)
 {
@@ -400,7 +396,8 @@ static void stop_here(struct gdb *gdb, uint8_t signal_number)
     reply_stopped(gdb);
 }
 
-/* Takes the first whole packet, or Ctrl-C, out of what has come. False: there is none. */
+/* Processes the first whole packet, or Ctrl-C, of the received bytes. Returns false if there is
+ * none. */
 static bool take_packet(struct gdb *gdb)
 {
     char packet[GDB_SIZE];
@@ -436,7 +433,7 @@ static void receive(struct gdb *gdb)
     size_t capacity = sizeof(gdb->in) - gdb->in_size;
     ssize_t got = capacity ? recv(gdb->client, gdb->in + gdb->in_size, capacity, 0) : 0;
     if (got <= 0) {
-        drop_client(gdb); // it left without a word, or talks nonsense
+        drop_client(gdb); // the client has closed the connection, or its packet is too long
         return;
     }
     gdb->in_size += (unsigned)got;
@@ -456,7 +453,7 @@ static void accept_client(struct gdb *gdb)
     }
 }
 
-/* timeout_ms -1: until something comes. False: a signal came. */
+/* timeout_ms -1: waits until something arrives. Returns false if a signal has arrived. */
 static bool poll_socket(struct gdb *gdb, int timeout_ms)
 {
     struct pollfd fd = {.fd = gdb->client >= 0 ? gdb->client : gdb->listener, .events = POLLIN};
@@ -475,8 +472,7 @@ static void serve(struct gdb *gdb)
     }
 }
 
-/* --- interface -----------------------------------------------------------------------------------
- */
+/* --- interface --- */
 
 bool gdb_open(struct gdb *gdb, uint16_t port)
 {
@@ -544,7 +540,7 @@ bool gdb_may_run(struct gdb *gdb)
             avr->state == cpu_Running && avr->pc <= avr->flashend && gdb->breakpoints[avr->pc / 2];
         if (watch_changed(gdb) || stepped || met) {
             stop_here(gdb, SIGNAL_TRAP);
-        } else if (gdb->runs % LOOK_EVERY == LOOK_EVERY - 1) {
+        } else if (gdb->runs % POLL_EVERY == POLL_EVERY - 1) {
             poll_socket(gdb, 0);
         }
     }
@@ -563,5 +559,5 @@ void gdb_ended(struct gdb *gdb, bool crashed)
         while (gdb->state == GDB_STOPPED && poll_socket(gdb, -1)) {
         }
     }
-    reply(gdb, crashed ? "X0b" : "W00"); // gdb's words for: killed by a signal, exited
+    reply(gdb, crashed ? "X0b" : "W00"); // gdb's codes: killed by a signal; exited
 }

@@ -1,12 +1,11 @@
 /* A server for avr-gdb: `target remote 127.0.0.1:PORT`, breakpoints, watchpoints on writes, steps,
  * Ctrl-C.
  *
- * It holds the run up between two instructions, so simulated time stands, and with it the wire and
- * the servos: a run with stops is the same as one without. simavr's own server looks at its socket
- * before every instruction and answers one packet a look; this one costs a table look-up.
+ * The server stops the run between two instructions. Simulated time then stops too, and with it the
+ * wire and the servos: a run with stops gives the same results as a run without. simavr's own
+ * server polls its socket before each instruction; this server reads one table entry instead.
  *
- * A step runs through interrupts that come up meanwhile, unless a breakpoint in them is met.
- */
+ * A step runs through interrupts that occur meanwhile, unless it reaches a breakpoint in them. */
 #ifndef SIM_GDB_H
 #define SIM_GDB_H
 
@@ -26,7 +25,7 @@
 enum gdb_state { GDB_STOPPED, GDB_STEPPING, GDB_RUNNING };
 
 struct gdb_watch {
-    uint16_t address, size; // size 0: free
+    uint16_t address, size; // size 0: unused
     uint8_t bytes[GDB_WATCHED_SIZE];
 };
 
@@ -34,14 +33,14 @@ struct gdb {
     avr_t *avr;
     const struct cpu *cpu;
     const struct eeprom_model *eeprom;
-    const volatile sig_atomic_t *stop; // the simulation is to end
+    const volatile sig_atomic_t *stop; // the simulation shall end
     int listener, client;              // -1: none
     enum gdb_state state;
     bool killed;
-    unsigned depth;    // of handlers, when the step began
+    unsigned depth;    // cpu->depth when the step began
     bool *breakpoints; // one for each word of flash
-    uint8_t signal;    // why it stopped, as gdb numbers it
-    unsigned runs;     // instructions since the last look at the socket
+    uint8_t signal;    // gdb's number of the reason for the stop
+    unsigned runs;     // instructions since the latest poll of the socket
     const struct gdb_watch *hit;
     struct gdb_watch watches[GDB_WATCHES];
     unsigned watching;
@@ -50,16 +49,18 @@ struct gdb {
     char out[GDB_SIZE + 4];
 };
 
-/* Listens on 127.0.0.1 and says so on stderr; port 0: any. False, with one line on stderr. */
+/* Listens on 127.0.0.1 and prints the port on stderr; port 0: any free port. Returns false, with
+ * one line on stderr. */
 bool gdb_open(struct gdb *gdb, uint16_t port);
 void gdb_close(struct gdb *gdb);
 void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu,
                 const struct eeprom_model *eeprom, const volatile sig_atomic_t *stop);
 
-/* Before every instruction; does not return while the debugger holds the run. False: it ends it. */
+/* Call it before each instruction. It returns when the debugger lets the run continue. Returns
+ * false if the debugger ends the run. */
 bool gdb_may_run(struct gdb *gdb);
 
-/* The run is over. After a crash the debugger may look at what is left. */
+/* The run has ended. After a crash the debugger may inspect the machine. */
 void gdb_ended(struct gdb *gdb, bool crashed);
 
 #endif

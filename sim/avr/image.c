@@ -9,7 +9,7 @@
 #include <simavr/avr_eeprom.h>
 
 #define DEVICE_NOTE   ".note.gnu.avr.deviceinfo"
-#define EEPROM_BASE   0x810000u // avr-gcc's offsets for the address spaces
+#define EEPROM_BASE   0x810000u // avr-gcc's offsets of the address spaces
 #define EEPROM_END    0x820000u
 #define DATA_BASE     0x800000u
 #define ARCH_MASK     0x7Fu // in e_flags
@@ -106,7 +106,7 @@ static bool section(const struct image *image, const char *name, Elf32_Shdr *fou
     return false;
 }
 
-/* avr-libc's start-up code leaves the chip's name at the end of a note. */
+/* avr-libc's start-up code puts the chip's name at the end of a note. */
 static void device_name(const struct image *image, char *name, size_t capacity)
 {
     Elf32_Shdr note;
@@ -129,7 +129,8 @@ static void device_name(const struct image *image, char *name, size_t capacity)
     }
 }
 
-/* avr-gcc's number for the instruction set, from the size of the flash (avr5, avr51, avr6). */
+/* Returns avr-gcc's number of the instruction set, which follows from the flash size (avr5, avr51,
+ * avr6). */
 static unsigned architecture(const avr_t *avr)
 {
     return avr->flashend >= 0x20000 ? 6 : avr->flashend >= 0x10000 ? 51 : 5;
@@ -160,7 +161,7 @@ static bool load_segment(struct image *image, avr_t *avr, const Elf32_Phdr *segm
         avr_eeprom_desc_t eeprom = {.ee = bytes,
                                     .offset = (uint16_t)(segment->p_paddr - EEPROM_BASE),
                                     .size = segment->p_filesz};
-        avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &eeprom); // 1.6 answers -1 also when all is well
+        avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &eeprom); // simavr 1.6 returns -1 on success too
         return true;
     }
     if (segment->p_paddr >= DATA_BASE) {

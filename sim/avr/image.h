@@ -1,4 +1,4 @@
-/* The firmware's ELF file: where its code, its initialised data and its EEPROM go. */
+/* The firmware's ELF file: loads code, initialised data and EEPROM into the simulated chip. */
 #ifndef SIM_IMAGE_H
 #define SIM_IMAGE_H
 
@@ -12,14 +12,15 @@ struct image {
     const char *path;
     uint8_t *file;
     size_t size;
-    uint32_t code_end; // first byte address behind the code, in flash
+    uint32_t code_end; // flash address after the last byte of code
 };
 
-/* False, with one line on stderr, when the file cannot be read or is no AVR program. */
+/* Returns false, with one line on stderr, if the file cannot be read or is no AVR program. */
 bool image_open(struct image *image, const char *path);
 void image_close(struct image *image);
 
-/* False, with one line on stderr, when the program was linked for another chip or does not fit. */
+/* Returns false, with one line on stderr, if the program was linked for another chip or does not
+ * fit. */
 bool image_load(struct image *image, avr_t *avr, const char *mcu);
 
 #endif

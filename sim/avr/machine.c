@@ -8,8 +8,8 @@
 
 #include "avr/timer_flags.h"
 
-#define DATA_SPACE    0x10000u // what an AVR's pointers can reach
-#define VECTOR_CYCLES 16       // cycles: enter a vector without a handler and jump to 0
+#define DATA_SPACE    0x10000u // addresses that an AVR's pointers can reach
+#define VECTOR_CYCLES 16       // cycles to enter a vector without a handler and jump to 0
 
 static void crash(struct machine *machine, const char *what)
 {
@@ -20,8 +20,7 @@ static void crash(struct machine *machine, const char *what)
     machine->stop = true;
 }
 
-/* Every error that simavr logs is a crash of the firmware; its other messages are of no use here.
- */
+/* Treats each error that simavr logs as a crash of the firmware, and drops its other messages. */
 static void log_message(struct avr_t *avr, const int level, const char *format, va_list arguments)
 {
     if (!avr || !avr->custom.data || level != LOG_ERROR) {
@@ -33,7 +32,7 @@ static void log_message(struct avr_t *avr, const int level, const char *format, 
     vsnprintf(raw, sizeof(raw), format, arguments);
     size_t used = 0;
     for (const char *c = raw; *c; c++) {
-        if (*c == '\033') { // simavr writes in colours
+        if (*c == '\033') { // simavr prints in colours
             c += strcspn(c, "m");
             c -= *c == 0;
         } else if (*c != '\n') {
@@ -41,13 +40,12 @@ static void log_message(struct avr_t *avr, const int level, const char *format, 
         }
     }
     text[used] = 0;
-    if (!strstr(text, "overrun")) { // of its own USART: no crash
+    if (!strstr(text, "overrun")) { // an overrun of simavr's own USART is no crash
         crash(machine, text);
     }
 }
 
-/* --- time ----------------------------------------------------------------------------------------
- */
+/* --- time --- */
 
 static avr_cycle_count_t run_due_events(struct avr_t *avr, avr_cycle_count_t when, void *param)
 {
@@ -76,8 +74,7 @@ static void sleep_callback(struct avr_t *avr, avr_cycle_count_t cycles)
     cpu_slept(&machine->cpu, cycles);
 }
 
-/* --- reset ---------------------------------------------------------------------------------------
- */
+/* --- reset --- */
 
 static uint8_t *flags(const struct machine *machine)
 {
@@ -94,8 +91,9 @@ static avr_watchdog_t *watchdog(avr_t *avr)
     return 0;
 }
 
-/* A watchdog stays on after its reset where it has an interrupt mode; in an ATmega128, which has no
- * WDP3 either, WDTCR is 0 then (data sheet, WDTCR). simavr leaves it on in all of them. */
+/* A watchdog stays on after its reset on chips where it has an interrupt mode. On an ATmega128,
+ * which has no WDP3, a reset clears WDTCR (data sheet, WDTCR). simavr leaves the watchdog on in all
+ * chips. */
 static void stop_old_watchdog(avr_t *avr)
 {
     avr_watchdog_t *wdt = watchdog(avr);
@@ -103,14 +101,14 @@ static void stop_old_watchdog(avr_t *avr)
         return;
     }
     avr_io_write_t write = avr->io[AVR_DATA_TO_IO(wdt->wde.reg)].w.c;
-    avr_regbit_clear(avr, wdt->wdrf); // it would keep WDE on
+    avr_regbit_clear(avr, wdt->wdrf); // WDRF keeps WDE set
     write(avr, wdt->wde.reg, (uint8_t)(1u << wdt->wdce.bit | 1u << wdt->wde.bit), wdt);
     write(avr, wdt->wde.reg, 0, wdt);
     avr_regbit_clear(avr, wdt->wdce);
     avr_regbit_set(avr, wdt->wdrf);
 }
 
-/* A reset throws all cycle timers away, ours included. */
+/* A reset of simavr drops all cycle timers, also that of the event queue. */
 static void was_reset(struct avr_io_t *io)
 {
     struct machine *machine = io->avr->custom.data;
@@ -147,8 +145,8 @@ void machine_reset(struct machine *machine, enum machine_reset cause)
     machine->reset_due |= 1u << cause;
 }
 
-/* simavr's watchdog is to do what it does after a bite of its own. */
-static void order_watchdog(struct machine *machine)
+/* Makes simavr's watchdog do what it does after its own timeout. */
+static void force_watchdog(struct machine *machine)
 {
     avr_watchdog_t *wdt = watchdog(machine->avr);
     if (wdt) {
@@ -157,15 +155,15 @@ static void order_watchdog(struct machine *machine)
     }
 }
 
-/* --- a hang --------------------------------------------------------------------------------------
- */
+/* --- a hang --- */
 
 void machine_hang(struct machine *machine)
 {
     machine->hang_due = true;
 }
 
-/* In the main program, where it does not keep the handlers out: a jump to itself. */
+/* Replaces the next instruction of the main program by a jump to itself, at a point where
+ * interrupts are on. */
 static void hang(struct machine *machine)
 {
     avr_t *avr = machine->avr;
@@ -188,7 +186,7 @@ static void end_hang(struct machine *machine)
     machine->hangs = machine->hang_due = false;
 }
 
-/* The flags of earlier resets stay until the firmware or loss of power clears them. */
+/* The flags of earlier resets stay until the firmware or a loss of power clears them. */
 static void reset(struct machine *machine)
 {
     avr_t *avr = machine->avr;
@@ -197,7 +195,7 @@ static void reset(struct machine *machine)
     end_hang(machine);
     machine->flags = *flags(machine) & ((1u << MACHINE_RESETS) - 1u);
     if (!due) {
-        return; // the watchdog: simavr does it all
+        return; // the watchdog: simavr does the reset itself
     }
     if (due & (1u << MACHINE_POWER_ON | 1u << MACHINE_BROWN_OUT)) {
         eeprom_model_lose_power(&machine->eeprom, avr->cycle);
@@ -208,17 +206,17 @@ static void reset(struct machine *machine)
         memset(avr->data, 0, avr->ramend + 1u);
     }
     if (due & 1u << MACHINE_WATCHDOG) {
-        order_watchdog(machine);
+        force_watchdog(machine);
     }
     machine->flags |= (uint8_t)due;
     avr->run = machine->run;
     avr_reset(avr);
 }
 
-/* --- set-up --------------------------------------------------------------------------------------
- */
+/* --- set-up --- */
 
-/* simavr notices a write beyond the RAM and then makes it: give it room. */
+/* simavr detects a write beyond the RAM and then makes it. The larger buffer keeps that write
+ * harmless. */
 static void widen_data(avr_t *avr)
 {
     size_t used = avr->ramend + 1u;
@@ -265,8 +263,8 @@ bool machine_init(struct machine *machine, struct schedule *schedule, const char
     return true;
 }
 
-/* What avr_terminate() forgets: the IRQs of vectors, of registers, and of a watchdog without
- * vector. */
+/* Frees what avr_terminate() does not free: the IRQs of vectors, of registers, and of a watchdog
+ * without a vector. */
 static void free_irqs(avr_t *avr)
 {
     for (unsigned i = 0; i < avr->interrupts.vector_count; i++) {
@@ -294,8 +292,7 @@ void machine_free(struct machine *machine)
     }
 }
 
-/* --- running -------------------------------------------------------------------------------------
- */
+/* --- running --- */
 
 void machine_stop(struct machine *machine)
 {

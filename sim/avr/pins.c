@@ -15,8 +15,8 @@ bool pin_find(struct pin *pin, avr_t *avr, char port, unsigned bit)
 
 void pin_watch(const struct pin *pin, avr_irq_notify_t changed, void *context)
 {
-    /* The last IRQ that a write raises, when both registers are up to date. simavr filters repeated
-     * values, which would swallow the first write after a reset. */
+    /* This IRQ is the last one that a write raises: both registers are up to date. simavr filters
+     * repeated values, which would drop the first write after a reset. */
     avr_irq_t *irq = pin->port->io.irq + IOPORT_IRQ_PIN_ALL;
     avr_irq_set_flags(irq, (uint8_t)(avr_irq_get_flags(irq) & ~IRQ_FLAG_FILTERED));
     avr_irq_register_notify(irq, changed, context);
@@ -45,9 +45,8 @@ static uint8_t read_pins(avr_t *avr, avr_io_addr_t address, void *param)
     return (uint8_t)(input->net->level ? value | mask : value & ~mask);
 }
 
-/* Not through simavr's pin IRQ: its INTn module would poll the pin, cycle by cycle, while it is
- * low.
- */
+/* Does not use simavr's pin IRQ: simavr's INTn module would poll the pin in each cycle while it is
+ * low. */
 void pin_connect_input(struct pin_input *input, const struct pin *pin, const struct net *net)
 {
     avr_t *avr = pin->port->io.avr;

@@ -1,4 +1,4 @@
-/* Port pins of the AVR, as they stand in its DDR and PORT registers. */
+/* Port pins of the AVR, as its DDR and PORT registers set them. */
 #ifndef SIM_PINS_H
 #define SIM_PINS_H
 
@@ -17,27 +17,26 @@ struct pin {
     uint8_t bit;
 };
 
-/* False when the chip has no such port. */
+/* Returns false if the chip has no such port. */
 bool pin_find(struct pin *pin, avr_t *avr, char port, unsigned bit);
 
-/* Calls `changed` after every write to the pin's DDR or PORT register, once per owner. simavr tells
- * of it with avr->cycle at the start of the writing instruction. */
+/* Calls `changed` after each write to the pin's DDR or PORT register. simavr calls with avr->cycle
+ * at the start of the writing instruction. */
 void pin_watch(const struct pin *pin, avr_irq_notify_t changed, void *context);
 
 enum pin_state pin_state(const struct pin *pin);
 
-/* The firmware's view of a pin: the net that it hangs on. */
+/* A pin as the firmware reads it: it follows a net. */
 struct pin_input {
     struct pin pin;
     const struct net *net;
-    avr_io_read_t read; // of PINx before: simavr's own, or that of another pin of this port
+    avr_io_read_t read; // of PINx before: simavr's own, or that of another pin of the port
     void *context;
 };
 
-/* From now on a read of the pin's bit in PINx, by whatever instruction, gives the net's level as
- * the instruction begins: of that age is what the synchroniser behind a pin shows. While DDR makes
- * it an output, simavr's value stands. A change of level costs nothing, and it makes no INTn or
- * PCINT. */
+/* From now on a read of the pin's bit in PINx returns the level of the net at the start of the
+ * reading instruction, which has the age that a pin's synchroniser shows. While the pin is an
+ * output, simavr's value applies. A change of level costs no time and raises no INTn or PCINT. */
 void pin_connect_input(struct pin_input *input, const struct pin *pin, const struct net *net);
 
 #endif

@@ -1,4 +1,3 @@
-/* Flags of timers; see flags.h. */
 #include "avr/timer_flags.h"
 
 #include <simavr/sim_interrupts.h>
@@ -6,7 +5,8 @@
 
 #include "avr/cpu.h"
 
-/* TIFR0 to TIFR5; TIFR and ETIFR of an ATmega128, which has ports at the others. Data addresses. */
+/* Data addresses of TIFR0 to TIFR5, and of TIFR and ETIFR of an ATmega128, which has ports at the
+ * other addresses. */
 static const avr_io_addr_t registers[] = {0x35, 0x36, 0x37, 0x38, 0x39, 0x3A, 0x56, 0x7C};
 
 static void flags_written(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)

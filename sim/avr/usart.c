@@ -4,7 +4,7 @@
 
 #include "avr/cpu.h"
 
-/* The same bits in every AVR that has this USART. */
+/* These bits are the same in every AVR with this USART. */
 enum {
     UCSRA_RXC = 0x80,
     UCSRA_TXC = 0x40,
@@ -83,8 +83,7 @@ void usart_update_txd(struct usart *usart, uint64_t now)
     usart_notify(usart, USART_ENABLED, now);
 }
 
-/* --- interrupts: levels, not edges ---------------------------------------------------------------
- */
+/* --- interrupts: levels, not edges --- */
 
 static void update_interrupt(avr_t *avr, avr_int_vector_t *vector)
 {
@@ -99,7 +98,8 @@ static void update_interrupts(struct usart *usart)
     update_interrupt(usart->avr, &usart->registers->txc);
 }
 
-/* simavr drops a request when its handler is entered; RXC and UDRE stay until they are served. */
+/* simavr drops a request when its handler is entered. RXC and UDRE stay set until the handler has
+ * served them. */
 static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
@@ -110,8 +110,7 @@ static void vector_entered(struct avr_irq_t *irq, uint32_t value, void *param)
     }
 }
 
-/* --- transmitter ---------------------------------------------------------------------------------
- */
+/* --- transmitter --- */
 
 static void start_frame(struct usart *usart, uint64_t start, uint8_t byte)
 {
@@ -158,8 +157,7 @@ static void write_udr(avr_t *avr, avr_io_addr_t address, uint8_t byte, void *par
     update_interrupts(usart);
 }
 
-/* --- receiver ------------------------------------------------------------------------------------
- */
+/* --- receiver --- */
 
 static void show_received(struct usart *usart)
 {
@@ -181,7 +179,7 @@ static void flush_received(struct usart *usart)
     show_received(usart);
 }
 
-/* The new frame is shifted in over the byte that waits in the shift register. */
+/* The new frame overwrites the byte that waits in the shift register. */
 static void start_bit_received(void *context, uint64_t now)
 {
     struct usart *usart = context;
@@ -225,8 +223,7 @@ static uint8_t read_udr(avr_t *avr, avr_io_addr_t address, void *param)
     return usart->read;
 }
 
-/* --- control registers ---------------------------------------------------------------------------
- */
+/* --- control registers --- */
 
 static void write_ucsra(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
@@ -282,7 +279,8 @@ static void take_register(struct usart *usart, avr_io_addr_t address, avr_io_rea
     usart->avr->io[AVR_DATA_TO_IO(address)].w.param = usart;
 }
 
-/* avr_register_io_read and _write refuse a second owner: hence straight into the table. */
+/* Writes to simavr's table itself: avr_register_io_read() and avr_register_io_write() refuse a
+ * second callback. */
 static void usart_init_exact(struct usart *usart)
 {
     avr_uart_t *r = usart->registers;

@@ -1,9 +1,9 @@
-/* simavr's own USART, joined to the nets byte by byte: the common way to use it. */
+/* simavr's own USART, connected to the nets byte by byte: the common way to use simavr. */
 #include "avr/usart.h"
 
 #include <string.h>
 
-static void say_next(struct usart *usart, uint64_t start)
+static void send_next(struct usart *usart, uint64_t start)
 {
     uint8_t byte = usart->queue[0];
     usart->queued--;
@@ -20,7 +20,7 @@ static void frame_ended(void *context, uint64_t now)
 {
     struct usart *usart = context;
     if (usart->queued) {
-        say_next(usart, now);
+        send_next(usart, now);
     } else {
         usart_update_txd(usart, now);
     }
@@ -37,7 +37,7 @@ static void byte_written(struct avr_irq_t *irq, uint32_t value, void *param)
     }
     usart->queue[usart->queued++] = (uint8_t)value;
     if (!usart->tx.busy) {
-        say_next(usart, now);
+        send_next(usart, now);
     }
 }
 
@@ -75,7 +75,8 @@ void usart_init_stock(struct usart *usart)
     usart->rx.on_byte = byte_received;
     uart_rx_enable(&usart->rx, true);
 
-    uint32_t no_flags = 0; // no echo on stdout, no sleep of the host at every look at UCSRA
+    uint32_t no_flags =
+        0; // no echo on stdout, and no sleep of the host when the firmware polls UCSRA
     avr_ioctl(usart->avr, (uint32_t)AVR_IOCTL_UART_SET_FLAGS(r->name), &no_flags);
     avr_irq_register_notify(r->io.irq + UART_IRQ_OUTPUT, byte_written, usart);
 

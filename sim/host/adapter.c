@@ -1,6 +1,6 @@
 #include "host/adapter.h"
 
-#define BAUD_MAX 4000000 // of the FT232 in a USB2Dynamixel it is 3 000 000
+#define BAUD_MAX 4000000 // the FT232 in a USB2Dynamixel allows 3 000 000
 
 static void set_driving(struct adapter *adapter, uint64_t now, bool driving)
 {
@@ -11,7 +11,7 @@ static void set_driving(struct adapter *adapter, uint64_t now, bool driving)
     }
 }
 
-static void say_next(struct adapter *adapter, uint64_t now)
+static void send_next(struct adapter *adapter, uint64_t now)
 {
     const struct adapter_byte *next = &adapter->queue[adapter->head];
     adapter->head = (adapter->head + 1) % ADAPTER_SIZE;
@@ -27,11 +27,11 @@ static void byte_begins(void *context, uint64_t now)
     }
 }
 
-static void byte_said(void *context, uint64_t now)
+static void byte_sent(void *context, uint64_t now)
 {
     struct adapter *adapter = context;
     if (adapter->waiting) {
-        say_next(adapter, now);
+        send_next(adapter, now);
     } else if (adapter->half_duplex) {
         set_driving(adapter, now, false);
     }
@@ -68,7 +68,7 @@ void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net
     driver_enable(&adapter->driver, schedule->now, !adapter->half_duplex);
     uart_tx_init(&adapter->tx, schedule, &adapter->driver, adapter);
     adapter->tx.on_start = byte_begins;
-    adapter->tx.on_end = byte_said;
+    adapter->tx.on_end = byte_sent;
     net_init(&adapter->rxd);
     driver_init(&adapter->to_rxd, &adapter->rxd);
     driver_set(&adapter->to_rxd, schedule->now, true, from->level);
@@ -106,7 +106,7 @@ void adapter_send(struct adapter *adapter, uint64_t now, const uint8_t *bytes, s
     if (adapter->half_duplex && !adapter->driver.enabled) {
         set_driving(adapter, now, true);
     }
-    say_next(adapter, now);
+    send_next(adapter, now);
 }
 
 uint64_t adapter_end(const struct adapter *adapter)

@@ -1,10 +1,8 @@
-/* A PC's serial adapter: bytes from a program go out in order, at the rate that held when they were
- * given; what comes in is handed over.
+/* A PC's serial adapter: sends the bytes of a program in order and passes received bytes to it.
  *
- * Full duplex it is the host link's end of two wires. Half duplex it is a USB2Dynamixel: it drives
- * the bus from the first start bit to the end of the last stop bit, and while it drives, the way to
- * its receiver is shut: it does not hear itself, nor who else talks then.
- */
+ * Full duplex, it is the PC's end of the host link. Half duplex, it is a USB2Dynamixel: it drives
+ * the bus from the first start bit to the end of the last stop bit. Meanwhile it receives nothing,
+ * neither its own bytes nor those of others. */
 #ifndef SIM_ADAPTER_H
 #define SIM_ADAPTER_H
 
@@ -39,24 +37,24 @@ struct adapter {
     uint32_t framing_errors;
     void *context;
     void (*on_byte)(void *context, uint64_t now, uint8_t byte); // may be 0
-    void (*on_start)(void *context, uint64_t now);              // of a byte it says; may be 0
+    void (*on_start)(void *context, uint64_t now);              // a byte begins; may be 0
     void (*on_drive)(void *context, uint64_t now,
-                     bool talking); // half duplex: the driver; may be 0
+                     bool driving); // half duplex: the driver turns on or off; may be 0
 };
 
-/* Half duplex when `to` and `from` are one net. */
+/* The adapter is half duplex if `to` and `from` are the same net. */
 void adapter_init(struct adapter *adapter, struct schedule *schedule, struct net *to,
                   struct net *from, uint32_t clock_Hz, uint32_t baud);
 
-/* For bytes given, and start bits heard, from now on. 0, a line that was hung up, changes nothing.
- */
+/* Sets the bit rate for bytes given, and start bits received, from now on. 0 (the line was hung up)
+ * changes nothing. */
 void adapter_baud(struct adapter *adapter, uint32_t baud);
 
-/* How many bytes may be said now; further ones are dropped. */
+/* Returns how many bytes adapter_send() takes now. It drops further bytes. */
 size_t adapter_space(const struct adapter *adapter);
 void adapter_send(struct adapter *adapter, uint64_t now, const uint8_t *bytes, size_t size);
 
-/* End of the last stop bit of all that was said; in the past when it is out. */
+/* Returns the end of the last stop bit of all bytes so far. It is in the past if all are sent. */
 uint64_t adapter_end(const struct adapter *adapter);
 
 #endif

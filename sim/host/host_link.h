@@ -1,4 +1,4 @@
-/* The PC at the other end of the host USART, with a UART clock of its own. */
+/* The host USART of the AVR, connected to a PC's serial adapter with its own clock. */
 #ifndef SIM_HOST_LINK_H
 #define SIM_HOST_LINK_H
 
@@ -6,24 +6,24 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "host/adapter.h"
 #include "avr/machine.h"
-#include "wire/net.h"
 #include "avr/usart.h"
+#include "host/adapter.h"
+#include "wire/net.h"
 
 struct host_link {
-    struct usart usart; // the AVR's
+    struct usart usart; // of the AVR
     struct net to_avr;
     struct net from_avr;
     struct adapter adapter;
 };
 
-/* False, with one line on stderr, when the chip has no such USART. What the firmware says comes to
- * host->pc.on_byte. */
+/* Returns false, with one line on stderr, if the chip has no such USART. link->adapter.on_byte gets
+ * the bytes of the firmware. */
 bool host_link_init(struct host_link *link, struct machine *machine, unsigned usart, uint32_t baud,
                     bool exact);
 
-/* How many bytes may be said now. */
+/* Returns how many bytes host_link_send() takes now. */
 size_t host_link_space(const struct host_link *link);
 void host_link_send(struct host_link *link, uint64_t now, const char *bytes, size_t size);
 

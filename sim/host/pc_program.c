@@ -10,12 +10,11 @@
 
 #define POLL_US        100
 #define READY_AFTER_US 1000
-#define SAY_MAX        1024
+#define LINE_BYTES_MAX 1024
 #define WITHIN_MS      1000
-#define STOP           0x18 // Ctrl-X, by which a flood would stop the robot, and rightly
+#define STOP           0x18 // Ctrl-X stops the robot: a flood of random bytes leaves it out
 
-/* --- the file ------------------------------------------------------------------------------------
- */
+/* --- the file --- */
 
 static bool complain(const struct pc_program *program, unsigned line, const char *what)
 {
@@ -23,11 +22,11 @@ static bool complain(const struct pc_program *program, unsigned line, const char
     return false;
 }
 
-static size_t bytes_of(const char *text, uint8_t *bytes)
+static size_t parse_bytes(const char *text, uint8_t *bytes)
 {
     struct lexer_byte byte;
     size_t size = 0;
-    while (size < SAY_MAX && lexer_byte(&text, &byte) && !byte.any && !byte.framing_error) {
+    while (size < LINE_BYTES_MAX && lexer_byte(&text, &byte) && !byte.any && !byte.framing_error) {
         bytes[size++] = byte.byte;
     }
     return *text ? 0 : size;
@@ -37,7 +36,7 @@ static const char *parse(struct pc_line *line, char *text)
 {
     static const char *const words[] = {"say",  "text", "rest",  "hear",
                                         "wait", "baud", "flood", "reset"};
-    uint8_t bytes[SAY_MAX];
+    uint8_t bytes[LINE_BYTES_MAX];
     char *rest = lexer_rest(text);
     char *word[3];
     line->verb = PC_SAY;
@@ -49,7 +48,7 @@ static const char *parse(struct pc_line *line, char *text)
     }
     line->text = rest;
     if (line->verb == PC_SAY) {
-        return bytes_of(rest, bytes) ? 0 : "wanted: bytes in hexadecimal, 1024 at most";
+        return parse_bytes(rest, bytes) ? 0 : "wanted: bytes in hexadecimal, 1024 at most";
     }
     if (line->verb == PC_TEXT) {
         return 0;
@@ -61,7 +60,7 @@ static const char *parse(struct pc_line *line, char *text)
         return reset_order_parse(&line->reset, rest);
     }
     unsigned count = lexer_split(rest, word, 3);
-    int32_t highest = line->verb == PC_HEAR ? PC_HEARD_MAX : 100000000;
+    int32_t highest = line->verb == PC_HEAR ? PC_RECEIVED_MAX : 100000000;
     if (count < 1 || !lexer_number(word[0], 1, highest, &line->value)) {
         return "a number is wanted";
     }
@@ -117,8 +116,7 @@ void pc_program_free(struct pc_program *program)
     program->text = 0;
 }
 
-/* --- line after line -----------------------------------------------------------------------------
- */
+/* --- line after line --- */
 
 static uint64_t cycles(const struct pc_program *program, uint64_t us)
 {
@@ -130,61 +128,62 @@ static void step_in(struct pc_program *program, uint64_t now, uint64_t us)
     schedule_at(program->schedule, &program->step, now + cycles(program, us));
 }
 
-/* What is said is told with the time from which it is said, and the end of its last stop bit. */
-static void say(struct pc_program *program, uint64_t now, const uint8_t *bytes, size_t size)
+/* Sends bytes, and prints the start of the first start bit and the end of the last stop bit. */
+static void send_bytes(struct pc_program *program, uint64_t now, const uint8_t *bytes, size_t size)
 {
     uint64_t from = adapter_end(&program->link->adapter);
-    program->size = program->taken = 0;
+    program->size = program->printed = 0;
     adapter_send(&program->link->adapter, now, bytes, size);
     fprintf(program->out, "said %" PRIu64 " %" PRIu64 " %zu\n", from > now ? from : now,
             adapter_end(&program->link->adapter), size);
 }
 
-static void say_text(struct pc_program *program, uint64_t now, const char *text)
+static void send_text(struct pc_program *program, uint64_t now, const char *text)
 {
-    uint8_t bytes[SAY_MAX];
+    uint8_t bytes[LINE_BYTES_MAX];
     size_t size = strlen(text);
-    size = size < SAY_MAX - 1 ? size : SAY_MAX - 1;
+    size = size < LINE_BYTES_MAX - 1 ? size : LINE_BYTES_MAX - 1;
     memcpy(bytes, text, size);
     bytes[size++] = '\r';
-    say(program, now, bytes, size);
+    send_bytes(program, now, bytes, size);
 }
 
-static void tell_heard(struct pc_program *program, size_t size)
+static void print_received(struct pc_program *program, size_t size)
 {
-    fprintf(program->out, "heard %" PRIu64 " %" PRIu64 " %zu", program->times[program->taken],
-            program->times[program->taken + size - 1], size);
+    fprintf(program->out, "heard %" PRIu64 " %" PRIu64 " %zu", program->times[program->printed],
+            program->times[program->printed + size - 1], size);
     for (size_t i = 0; i < size; i++) {
-        fprintf(program->out, " %02X", program->received[program->taken + i]);
+        fprintf(program->out, " %02X", program->received[program->printed + i]);
     }
     fputc('\n', program->out);
-    program->taken += size;
+    program->printed += size;
 }
 
-/* True when the next line may follow at once. */
-static bool hear(struct pc_program *program, uint64_t now, const struct pc_line *line)
+/* Returns true if the next line may follow at once. */
+static bool wait_for_bytes(struct pc_program *program, uint64_t now, const struct pc_line *line)
 {
     size_t wanted = (size_t)line->value;
-    if (!program->hearing) {
+    if (!program->waiting) {
         program->deadline = now + cycles(program, (uint64_t)line->within_ms * 1000);
     }
-    program->hearing = program->size - program->taken < wanted && now < program->deadline;
-    if (program->hearing) {
-        schedule_at(program->schedule, &program->step, program->deadline); // or when it is here
+    program->waiting = program->size - program->printed < wanted && now < program->deadline;
+    if (program->waiting) {
+        schedule_at(program->schedule, &program->step,
+                    program->deadline); // or earlier: when the bytes are there
         return false;
     }
-    if (program->size - program->taken >= wanted) {
-        tell_heard(program, wanted);
+    if (program->size - program->printed >= wanted) {
+        print_received(program, wanted);
         return true;
     }
     char what[80];
-    snprintf(what, sizeof(what), "heard %zu bytes, not %zu", program->size - program->taken,
+    snprintf(what, sizeof(what), "heard %zu bytes, not %zu", program->size - program->printed,
              wanted);
     program->on_end(program->context, now, what);
     return false;
 }
 
-/* As much as the adapter takes. */
+/* Sends as many bytes as the adapter takes. */
 static bool flood(struct pc_program *program, uint64_t now)
 {
     while (program->flood && adapter_space(&program->link->adapter)) {
@@ -201,26 +200,26 @@ static bool flood(struct pc_program *program, uint64_t now)
         return false;
     }
     schedule_at(program->schedule, &program->step,
-                adapter_end(&program->link->adapter)); // and the next line then
+                adapter_end(&program->link->adapter)); // the next line follows then
     return false;
 }
 
 static bool run(struct pc_program *program, uint64_t now, const struct pc_line *line)
 {
-    uint8_t bytes[SAY_MAX];
+    uint8_t bytes[LINE_BYTES_MAX];
     switch (line->verb) {
-    case PC_SAY: say(program, now, bytes, bytes_of(line->text, bytes)); return true;
-    case PC_TEXT: say_text(program, now, line->text); return true;
+    case PC_SAY: send_bytes(program, now, bytes, parse_bytes(line->text, bytes)); return true;
+    case PC_TEXT: send_text(program, now, line->text); return true;
     case PC_REST:
-        if (program->size > program->taken) {
-            tell_heard(program, program->size - program->taken);
+        if (program->size > program->printed) {
+            print_received(program, program->size - program->printed);
         }
         return true;
-    case PC_HEAR: return hear(program, now, line);
+    case PC_HEAR: return wait_for_bytes(program, now, line);
     case PC_WAIT: step_in(program, now, (uint64_t)line->value); return false;
     case PC_BAUD: adapter_baud(&program->link->adapter, (uint32_t)line->value); return true;
     case PC_FLOOD:
-        program->size = program->taken = 0;
+        program->size = program->printed = 0;
         program->flood = line->value;
         program->random = (uint32_t)line->seed;
         return flood(program, now);
@@ -237,11 +236,11 @@ static void step(void *context, uint64_t now)
     struct pc_program *program = context;
     bool go_on = true;
     if (program->next == 0 && !usart_rxen(&program->link->usart)) {
-        step_in(program, now, READY_AFTER_US); // a PC is not that fast either
+        step_in(program, now, READY_AFTER_US); // a PC does not send earlier
         return;
     }
-    if (program->hearing) {
-        go_on = hear(program, now, &program->line[program->next - 1]);
+    if (program->waiting) {
+        go_on = wait_for_bytes(program, now, &program->line[program->next - 1]);
     } else if (program->flood) {
         go_on = flood(program, now);
     }
@@ -266,12 +265,12 @@ void pc_program_start(struct pc_program *program, struct schedule *schedule, uin
 
 void pc_program_receive(struct pc_program *program, uint64_t now, uint8_t byte)
 {
-    if (program->size < PC_HEARD_MAX) {
+    if (program->size < PC_RECEIVED_MAX) {
         program->received[program->size] = byte;
         program->times[program->size++] = now;
     }
-    if (program->hearing &&
-        program->size - program->taken >= (size_t)program->line[program->next - 1].value) {
+    if (program->waiting &&
+        program->size - program->printed >= (size_t)program->line[program->next - 1].value) {
         schedule_at(program->schedule, &program->step, now);
     }
 }

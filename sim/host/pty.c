@@ -11,9 +11,9 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <asm/termbits.h> // any rate (struct termios2); does not go together with <termios.h>
+#include <asm/termbits.h> // struct termios2 has any bit rate; <termios.h> cannot be included too
 
-/* The flags that cfmakeraw() sets and clears. */
+/* Sets and clears the flags as cfmakeraw() does. */
 static void make_raw(struct termios2 *mode)
 {
     mode->c_iflag &= (tcflag_t) ~(IGNBRK | BRKINT | PARMRK | ISTRIP | INLCR | IGNCR | ICRNL | IXON);
@@ -29,7 +29,7 @@ static bool is_raw(const struct termios2 *mode)
     return memcmp(&raw, mode, sizeof(raw)) == 0;
 }
 
-/* Before the path of the port is known to any client. */
+/* Call it before a client knows the path of the port. */
 static bool set_up_line(const struct pty *pty, uint32_t baud)
 {
     struct termios2 mode;
@@ -42,9 +42,9 @@ static bool set_up_line(const struct pty *pty, uint32_t baud)
     return ioctl(pty->master, TCSETS2, &mode) == 0;
 }
 
-/* Sets the flags and keeps the rate, which the next client may set at any moment. TCSETS2 would
- * overwrite the rate with the one that was read before. TCSETA has 16 bits of each flag and no
- * rate: with BOTHER the system keeps the rate that is set at the moment of the call. */
+/* Sets the flags and keeps the bit rate, which the next client may set at any moment. TCSETS2 would
+ * overwrite the rate with the rate read before. TCSETA has 16 bits of each flag and no rate: with
+ * BOTHER the system keeps the rate at the moment of the call. */
 static void restore_flags(const struct pty *pty, struct termios2 mode)
 {
     make_raw(&mode);
@@ -59,8 +59,8 @@ static void restore_flags(const struct pty *pty, struct termios2 mode)
     ioctl(pty->master, TCSETA, &flags);
 }
 
-/* Discards what the last client has not read. The system keeps that beyond the last close, and
- * discards it only by way of an open port. */
+/* Drops what the last client has not read. The system keeps it after the last close, and drops it
+ * only through an open port. */
 static void discard_unread(struct pty *pty)
 {
     pty->waiting = 0;
@@ -80,10 +80,10 @@ bool pty_open(struct pty *pty, uint32_t baud)
         fprintf(stderr, "pty: %s\n", strerror(errno));
         return false;
     }
-    discard_unread(pty); // only a port that was opened once reports that no client has it open
+    discard_unread(pty); // the system reports "no client" only for a port that was opened once
     pty->open_events = inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
     inotify_add_watch(pty->open_events, pty->path,
-                      IN_OPEN); // without it, a client is seen a little later
+                      IN_OPEN); // without inotify a client is detected a little later
     return true;
 }
 
@@ -98,8 +98,8 @@ void pty_close(struct pty *pty)
     }
 }
 
-/* No client has the port open. Restores a raw line, also after a client that was not seen because
- * it came, set the line and left at once, as stty does. */
+/* No client has the port open. Makes the line raw again, also after a client that came, set the
+ * line and left at once, as stty does. */
 static void watch_line(struct pty *pty)
 {
     struct termios2 mode;
@@ -125,8 +125,8 @@ static void watch_client(struct pty *pty)
     pty->client = client;
 }
 
-/* In packet mode (TIOCPKT) a read gives bytes behind a 0, or one byte that says what the client
- * did. */
+/* In packet mode (TIOCPKT) a read returns bytes after a 0, or one byte that reports an action of
+ * the client. */
 size_t pty_read(struct pty *pty, uint8_t *bytes, size_t capacity)
 {
     uint8_t packet[1 + PTY_BLOCK];
@@ -161,7 +161,7 @@ void pty_flush(struct pty *pty)
         size = size < pty->waiting ? size : pty->waiting;
         ssize_t put = write(pty->master, pty->queue + pty->head, size);
         if (put <= 0) {
-            return; // full: the client pauses
+            return; // full: the client does not read
         }
         pty->head = (pty->head + (size_t)put) % PTY_SIZE;
         pty->waiting -= (size_t)put;

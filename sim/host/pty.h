@@ -1,6 +1,5 @@
-/* A pseudo terminal: a serial port to which any program on this machine can connect, and at which
- * one can come after the other. Raw from the start, and again whenever the last client has left.
- */
+/* A pseudo terminal: a serial port that programs on this machine can open, one after the other. It
+ * is raw from the start, and again after each client. */
 #ifndef SIM_PTY_H
 #define SIM_PTY_H
 
@@ -9,8 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define PTY_SIZE                                                                                   \
-    65536 // bytes for a client that pauses, besides what the system keeps (about 20 kB)
+#define PTY_SIZE 65536 // bytes for a client that does not read, besides about 20 kB in the system
 
 #define PTY_BLOCK 512 // bytes of one pty_read()
 
@@ -18,36 +16,37 @@ struct pty {
     int master;      // -1: not open
     int open_events; // inotify: a program opens the port; -1: not available
     char path[64];
-    bool client;             // somebody has opened the port
-    uint8_t queue[PTY_SIZE]; // for the client, a ring
+    bool client;             // a program has the port open
+    uint8_t queue[PTY_SIZE]; // for the client; a ring
     size_t head, waiting;
-    uint64_t bytes_in;  // bytes from clients
-    uint64_t bytes_out; // bytes for clients that were there
-    uint64_t lost;      // of these, for which there was no room
-    uint32_t flushes;   // times that clients discarded their output (tcflush), or more
+    uint64_t bytes_in;  // from clients
+    uint64_t bytes_out; // to clients
+    uint64_t lost;      // bytes to clients for which the queue had no space
+    uint32_t flushes;   // how often clients have dropped their output (tcflush), at least
 };
 
-/* False, with one line on stderr. `baud` is what the port is set to until a client sets its own. */
+/* Sets the port to `baud` until a client sets its own rate. Returns false, with one line on stderr.
+ */
 bool pty_open(struct pty *pty, uint32_t baud);
 void pty_close(struct pty *pty);
 
-/* What a client has said, and who comes and goes: to be called often, at most PTY_BLOCK bytes
- * each time. */
+/* Returns bytes of the client, at most PTY_BLOCK, and detects clients that come and go. Call it
+ * often. */
 size_t pty_read(struct pty *pty, uint8_t *bytes, size_t capacity);
 
-/* Bytes for the client. Without one they are gone, as at a port that nobody has opened. */
+/* Queues bytes for the client. Without a client they are dropped. */
 void pty_send(struct pty *pty, const uint8_t *bytes, size_t size);
-/* Hands them over, as far as the system takes them. */
+/* Passes queued bytes to the system, as many as it takes. */
 void pty_flush(struct pty *pty);
 
-/* As the client has set it, any number; 0: it has hung up. */
+/* Returns the bit rate that the client has set; 0: it has hung up. */
 uint32_t pty_baud(const struct pty *pty);
 
-/* What passed, in a line or two; nothing when the port was never open. */
+/* Prints the counts. Prints nothing if the port was never open. */
 void pty_report(const struct pty *pty, FILE *out);
 
-/* To wait on with POLLIN: a client writes, leaves or, while there is none, comes. -1: the system
- * cannot tell when one comes. */
+/* Returns a file descriptor for poll() with POLLIN: a client writes or leaves; without a client:
+ * one comes. -1: the system cannot report when one comes. */
 int pty_fd(const struct pty *pty);
 
 #endif

@@ -8,8 +8,7 @@
 
 #include "output/files.h"
 
-/* --- interrupts off ------------------------------------------------------------------------------
- */
+/* --- interrupts off --- */
 
 /* The machine calls this after the instruction that turned interrupts on or off. The entry of a
  * handler turns them off too: entered() records that. */
@@ -27,8 +26,7 @@ static void interrupts_changed(void *context, bool on)
     log->interrupts_off = !on;
 }
 
-/* --- handlers ------------------------------------------------------------------------------------
- */
+/* --- handlers --- */
 
 static void entered(struct cycle_log *log, uint64_t now)
 {
@@ -71,8 +69,7 @@ void cycle_log_handler(struct cycle_log *log, uint64_t now)
     }
 }
 
-/* --- --stamp: changes of a port's pins -----------------------------------------------------------
- */
+/* --- --stamp: changes of a port's pins --- */
 
 static uint8_t port_level(const struct pin *pin)
 {
@@ -110,8 +107,7 @@ static bool watch_port(struct cycle_log *log, const char *port)
     return true;
 }
 
-/* --- --steps: instructions -----------------------------------------------------------------------
- */
+/* --- --steps: instructions --- */
 
 static void stepped(void *context, uint64_t now, uint32_t pc)
 {
@@ -154,8 +150,7 @@ static bool watch_steps(struct cycle_log *log, const char *span)
     return true;
 }
 
-/* --- transmissions -------------------------------------------------------------------------------
- */
+/* --- transmissions --- */
 
 void cycle_log_byte(struct cycle_log *log, uint64_t now, unsigned bus,
                     const struct bus_circuit *circuit)
@@ -183,8 +178,7 @@ void cycle_log_circuit(struct cycle_log *log, uint64_t now, unsigned bus,
     }
 }
 
-/* --- --mark: how long a pin is high --------------------------------------------------------------
- */
+/* --- --mark: how long a pin is high --- */
 
 static void timer_starts(struct pin_timer *timer, const struct cpu *cpu)
 {
@@ -244,8 +238,7 @@ void cycle_log_report(struct cycle_log *log, uint64_t now, FILE *out)
             timer->longest, timer->cycles);
 }
 
-/* --- a run ---------------------------------------------------------------------------------------
- */
+/* --- a run --- */
 
 static bool open_file(struct cycle_log *log, const char *path)
 {

@@ -20,10 +20,9 @@ static bool complain(const char *path, const char *what)
     return false;
 }
 
-/* --- reading -------------------------------------------------------------------------------------
- */
+/* --- reading --- */
 
-/* 0, and errno, if the file cannot be read. One byte more than TEXT_MAX is too long. */
+/* Returns 0, with errno, if the file cannot be read. Stops after one byte more than TEXT_MAX. */
 static char *read_all(FILE *file, size_t *size)
 {
     char *text = 0;
@@ -66,8 +65,7 @@ char *files_read_text(const char *path)
     return 0;
 }
 
-/* --- output streams ------------------------------------------------------------------------------
- */
+/* --- output streams --- */
 
 bool files_close(FILE *file, const char *path)
 {
@@ -86,10 +84,9 @@ bool files_flush_stdout(void)
                                       "its reader left?");
 }
 
-/* --- replacing -----------------------------------------------------------------------------------
- */
+/* --- replacing --- */
 
-/* "." for a name without a slash. */
+/* Writes "." for a name without a slash. */
 static bool find_folder(const char *path, char folder[PATH_MAX])
 {
     const char *slash = strrchr(path, '/');
@@ -116,8 +113,8 @@ static bool write_all(int file, const uint8_t *bytes, size_t size)
     return true;
 }
 
-/* Permissions and owner of the file that is there. The owner comes first: a change of owner clears
- * permissions. Only root may give a file away, so a failure of that is no error. */
+/* Copies permissions and owner of the existing file. The owner comes first, because a change of
+ * owner clears permissions. Only root may change an owner, so a failure of fchown() is no error. */
 static bool copy_access(int file, const char *path)
 {
     struct stat old;
@@ -139,7 +136,7 @@ static bool sync_folder(const char *path)
     if (file >= 0) {
         close(file);
     }
-    return good || errno == EINVAL; // a file system without fsync() for folders
+    return good || errno == EINVAL; // the file system has no fsync() for folders
 }
 
 bool files_replace(const char *path, const void *bytes, size_t size, bool durable)
@@ -148,7 +145,7 @@ bool files_replace(const char *path, const void *bytes, size_t size, bool durabl
     if ((size_t)snprintf(fresh, sizeof(fresh), "%s" SUFFIX, path) >= sizeof(fresh)) {
         return complain(path, strerror(ENAMETOOLONG));
     }
-    int file = mkostemp(fresh, O_NOFOLLOW | O_CLOEXEC); // and O_EXCL: never a file that is there
+    int file = mkostemp(fresh, O_NOFOLLOW | O_CLOEXEC); // and O_EXCL: never an existing file
     if (file < 0) {
         return complain(path, strerror(errno));
     }

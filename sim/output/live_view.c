@@ -35,7 +35,7 @@ static const char *errors(const struct servo *servo, char text[64])
     return text;
 }
 
-/* Lines end so that nothing is left of what stood there before. */
+/* Erases the rest of the line. */
 static void end_line(struct live_view *view)
 {
     fputs(view->terminal ? "\033[K\n" : "\n", view->out);
@@ -57,7 +57,7 @@ static void draw_servo(struct live_view *view, unsigned bus, const struct servo 
     end_line(view);
 }
 
-/* Servos for which there is room: a picture higher than the screen could not be drawn over. */
+/* Returns how many servos fit: a table higher than the screen could not be drawn over. */
 static unsigned visible_rows(const struct live_view *view)
 {
     struct winsize size;
@@ -67,7 +67,7 @@ static unsigned visible_rows(const struct live_view *view)
                                       : 1;
 }
 
-/* The cursor stays above the picture, so that what others print pushes it down. */
+/* The cursor stays above the table, so output of other programs pushes the table down. */
 void live_view_draw(struct live_view *view, uint64_t now)
 {
     if (!view->out) {

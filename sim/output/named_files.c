@@ -9,16 +9,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define LINKS_MAX 40 // of a chain of symbolic links; Linux has the same limit
+#define LINKS_MAX 40 // links in a chain of symbolic links, as in Linux
 #define FILES_MAX 16
 
-/* Where a file is: its device and inode, or those of its folder and its name. */
+/* Identifies a file: its device and inode, or device and inode of its folder and its name. */
 struct place {
     bool known;  // false: a device, a pipe, or a path that cannot be opened
     bool exists; // false: device and inode are those of the folder
     dev_t device;
     ino_t inode;
-    char name[NAME_MAX + 1]; // in the folder; empty if the file exists
+    char name[NAME_MAX + 1]; // in the folder; "" if the file exists
 };
 
 struct named_file {
@@ -33,8 +33,7 @@ struct named_files {
     unsigned count;
 };
 
-/* --- where a file is -----------------------------------------------------------------------------
- */
+/* --- where a file is --- */
 
 static size_t folder_length(const char *path)
 {
@@ -50,7 +49,7 @@ static void set_place(struct place *place, const struct stat *found)
     place->inode = found->st_ino;
 }
 
-/* The file does not exist: only its folder does. */
+/* The file does not exist: uses its folder. */
 static void find_folder(struct place *place, const char *path)
 {
     char folder[PATH_MAX];
@@ -66,7 +65,8 @@ static void find_folder(struct place *place, const char *path)
     memcpy(place->name, path + length, name_length + 1);
 }
 
-/* Replaces the name of a symbolic link by its target. False: `path` is no link, or too long. */
+/* Replaces the name of a symbolic link by its target. Returns false if `path` is no link, or too
+ * long. */
 static bool follow_link(char path[PATH_MAX])
 {
     char target[PATH_MAX];
@@ -80,7 +80,7 @@ static bool follow_link(char path[PATH_MAX])
     return true;
 }
 
-/* stat() does not find the target of a link that does not exist yet; fopen() would create it. */
+/* stat() does not resolve a link whose target does not exist; fopen() would create the target. */
 static struct place find_place(const char *name)
 {
     struct place place = {.known = false};
@@ -109,8 +109,7 @@ static bool is_same(const struct place *a, const struct place *b)
            a->inode == b->inode && strcmp(a->name, b->name) == 0;
 }
 
-/* --- the files of a run --------------------------------------------------------------------------
- */
+/* --- the files of a run --- */
 
 static void add(struct named_files *files, const char *option, const char *path, bool written)
 {
@@ -154,7 +153,8 @@ static bool check_pairs(const struct named_files *files)
     return true;
 }
 
-/* A scenario may put servos of any ID on the bus: every file with the name of a servo's counts. */
+/* A scenario may put servos of any ID on the bus, so each file whose name fits a servo is checked.
+ */
 static bool find_in_state(const char *folder, const struct place *place, char path[PATH_MAX])
 {
     struct place whole = find_place(folder);

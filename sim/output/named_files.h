@@ -1,10 +1,9 @@
-/* The files that the command line names. An output must not be an input, the EEPROM file, a file of
- * the state folder or another output: opening it would destroy what is there.
+/* Checks the files that the command line names. An output must not be an input, the EEPROM file, a
+ * file of the state folder or another output: opening it would destroy its content.
  *
  * Two names are the same file if they have the same device and inode (hard and symbolic links), or,
  * for a file that does not exist yet, the same folder and name. Character devices, pipes and
- * sockets hold nothing that could be lost: they may be named several times.
- */
+ * sockets lose nothing: they may be named several times. */
 #ifndef SIM_NAMED_FILES_H
 #define SIM_NAMED_FILES_H
 
@@ -12,8 +11,8 @@
 
 #include "testbench.h"
 
-/* Call it before any output is opened; it opens and changes no file. False, with one line on stderr
- * that names both options, if an output is the same file as another one. */
+/* Call it before an output is opened. It opens and changes no file. Returns false, with one line on
+ * stderr that names both options. */
 bool named_files_check(const struct testbench_options *options);
 
 #endif

@@ -13,18 +13,17 @@
 #define SIM_SCRIPTS_DIR "scripts"
 #endif
 
-#define PLOT_WIDTH    1000 // pixels of the panes, as in plot.gp
-#define FEW_PACKETS   200  // are drawn one by one, however thin
-#define THIN_PIXELS   1.5  // the thinnest bar
+#define PLOT_WIDTH    1000 // pixels, as in plot.gp
+#define FEW_PACKETS   200  // so few packets are always drawn one by one
+#define THIN_PIXELS   1.5  // width of the thinnest bar
 #define PLOT_ABSENT   UINT16_MAX
 #define FIRST_BIN_US  5
 #define FIRST_LOOK_US 1000
-#define OVERLAID_MAX  6 // servos whose positions share one pair of axes
+#define OVERLAID_MAX  6 // up to so many servos share one pair of axes
 
 extern char **environ;
 
-/* --- keeping -------------------------------------------------------------------------------------
- */
+/* --- keeping --- */
 
 static void *grow(void *memory, size_t size)
 {
@@ -94,7 +93,7 @@ static void keep_packet(struct plot *plot, struct plot_lane *lane, uint64_t unti
     }
     struct plot_packet *last = lane->packets ? &lane->packet[lane->packets - 1] : 0;
     if (last && lane->since <= last->until + (until - lane->since)) {
-        last->until = until; // a byte time or less behind it: the same packet
+        last->until = until; // one byte time or less after the packet: it belongs to the packet
         return;
     }
     if (lane->packets == lane->capacity) {
@@ -183,7 +182,7 @@ static void take_sample(struct plot *plot)
 static void sample_event(void *context, uint64_t now)
 {
     struct plot *plot = context;
-    if (plot->samples == PLOT_SAMPLES - 1) { // one is left for the end of the run
+    if (plot->samples == PLOT_SAMPLES - 1) { // the last sample is for the end of the run
         widen_samples(plot);
     }
     if (now >= plot->samples * plot->period) {
@@ -210,10 +209,9 @@ void plot_servos(struct plot *plot, unsigned bus)
     }
 }
 
-/* --- gnuplot -------------------------------------------------------------------------------------
- */
+/* --- gnuplot --- */
 
-/* Its exit status; 127: it is not there. */
+/* Returns gnuplot's exit status; 127: gnuplot does not run. */
 static int run_gnuplot(char *const arguments[], bool quiet)
 {
     posix_spawn_file_actions_t files;
@@ -260,10 +258,9 @@ bool plot_open(struct plot *plot, const char *path, const char *title, const cha
     return true;
 }
 
-/* --- drawing: one data file for each kind of thing, parameters in params.gp ----------------------
- */
+/* --- drawing: one data file for each kind of thing, parameters in params.gp --- */
 
-/* What is drawn in the upper pane, in the order of the legend. Names are those in plot.gp. */
+/* The layers of the upper pane, in the order of the legend, with the names in plot.gp. */
 enum layer {
     LAYER_CONTROLLER,
     LAYER_SERVO,
@@ -283,14 +280,14 @@ static const char *const layer_names[LAYERS] = {
     "bin100",     "fault", "collision", "breach", "damaged",
 };
 
-/* One drawing. */
+/* The data of one drawing. */
 struct drawing {
     const struct plot *plot;
     char folder[64];
     uint64_t end;
-    double unit_s; // of the time axis
+    double unit_s; // unit of the time axis in seconds
     const char *unit;
-    FILE *layer[LAYERS]; // opened when first needed
+    FILE *layer[LAYERS]; // opened on first use
     bool failed;
 };
 
@@ -306,7 +303,7 @@ static FILE *open_data(struct drawing *drawing, const char *name)
     return file;
 }
 
-/* gnuplot would draw what is there of a file that a full disk has cut. */
+/* gnuplot draws a file that a full disk has cut without an error. This detects it. */
 static void close_data(struct drawing *drawing, FILE *file)
 {
     drawing->failed |= ferror(file) != 0;
@@ -358,7 +355,7 @@ static enum layer bin_layer(uint64_t busy, uint64_t bin)
     return LAYER_1_PERCENT + layer;
 }
 
-/* Bins of one shade that follow each other make one bar. */
+/* Adjacent bins of one shade are one bar. */
 static void draw_bins(struct drawing *drawing, const struct plot_lane *lane, unsigned row)
 {
     uint64_t bin = drawing->plot->bin;
@@ -389,7 +386,7 @@ static void draw_marks(struct drawing *drawing, const struct plot_lane *lane, un
     }
 }
 
-/* Packets as bars, unless they are too many and too thin. */
+/* Returns true if packets can be drawn as bars: they are not too many and not too thin. */
 static bool bars_will_do(const struct plot *plot, uint64_t end)
 {
     uint64_t length = 0;
@@ -407,7 +404,7 @@ static double degrees(uint16_t position)
     return position * 300.0 / 1023.0;
 }
 
-/* A block of lines `time goal present` for each servo; an empty line where there was none. */
+/* A block of lines `time goal present` for each servo. A time without the servo has NaN. */
 static void draw_positions(struct drawing *drawing)
 {
     const struct plot *plot = drawing->plot;
@@ -446,7 +443,7 @@ static void write_name(const struct plot *plot, const struct plot_lane *lane, FI
     }
 }
 
-/* An array of gnuplot with the names of lanes, all or only those of servos. */
+/* Writes a gnuplot array with the names of all lanes, or of the servos' lanes. */
 static void write_names(const struct plot *plot, const char *what, bool servos, FILE *file)
 {
     unsigned count = 0;
@@ -537,7 +534,7 @@ static void choose_unit(struct drawing *drawing)
     drawing->unit_s = seconds < 0.002 ? 1e-6 : seconds < 2 ? 1e-3 : 1;
 }
 
-/* Buses one below the other; on each its wire, its controller, its servos as they came. */
+/* Sorts by bus; on each bus the wire, the controller, then the servos in their order. */
 static void sort_lanes(struct plot *plot)
 {
     for (unsigned i = 1; i < plot->lanes; i++) {
@@ -555,7 +552,7 @@ static void sort_lanes(struct plot *plot)
     }
 }
 
-/* gnuplot does not tell of a full disk: is the picture whole? */
+/* gnuplot does not report a full disk: checks that the picture is complete. */
 static bool is_whole(const char *path)
 {
     char tail[16] = "";

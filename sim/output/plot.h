@@ -1,9 +1,8 @@
-/* A picture of a run, drawn by gnuplot when it is over: above who talks when and what went wrong,
- * below the goal and present position of the servos, on one time axis.
+/* A picture of a run, drawn by gnuplot at its end (--plot): the upper pane shows who sends when and
+ * what went wrong, the lower pane goal and present position of the servos.
  *
- * Its memory does not grow with the run: time is kept in bins whose width doubles whenever they are
- * used up. Packets are kept one by one only while they are few.
- */
+ * The memory does not grow with the run: time is divided into bins, whose width doubles when all
+ * are used. Single packets are kept only while they are few. */
 #ifndef SIM_PLOT_H
 #define SIM_PLOT_H
 
@@ -11,13 +10,13 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "wire/schedule.h"
 #include "servo/servos.h"
+#include "wire/schedule.h"
 
-#define PLOT_BINS        1024 // over the whole run; half of them used at least
-#define PLOT_SAMPLES     2048 // likewise, of the positions
+#define PLOT_BINS        1024 // for the whole run; at least half of them are used
+#define PLOT_SAMPLES     2048 // positions of the whole run; at least half are used
 #define PLOT_PACKETS_MAX 4000
-#define PLOT_SETS_MAX    3 // of servos: buses
+#define PLOT_SETS_MAX    3 // buses
 
 enum plot_mark { PLOT_FAULT, PLOT_COLLISION, PLOT_BREACH, PLOT_DAMAGED, PLOT_MARKS };
 enum plot_sender { PLOT_WIRE, PLOT_CONTROLLER, PLOT_SERVO };
@@ -34,52 +33,53 @@ struct plot_lane {
     enum plot_sender sender;
     unsigned bus;
     unsigned id;        // of a servo
-    unsigned duplicate; // how many servos of that ID come before it
+    unsigned duplicate; // number of servos with that ID before it
     bool sending;
-    uint64_t since; // it talks
+    uint64_t since; // cycle at which it began to send
     struct plot_packet *packet;
     unsigned packets, capacity;
-    uint64_t busy[PLOT_BINS];                    // cycles of talking
-    bool mark[PLOT_MARKS][PLOT_BINS];            // seen in the bin
-    struct plot_position position[PLOT_SAMPLES]; // of a servo; PLOT_ABSENT: there was none
+    uint64_t busy[PLOT_BINS];                    // cycles of sending
+    bool mark[PLOT_MARKS][PLOT_BINS];            // a mark is in the bin
+    struct plot_position position[PLOT_SAMPLES]; // of a servo; PLOT_ABSENT: there was no servo
 };
 
 struct plot {
-    const char *path; // 0: there is no plot, and every call does nothing
+    const char *path; // 0: every call does nothing
     const char *title;
-    const char *script; // of gnuplot
+    const char *script; // gnuplot's
     struct schedule *schedule;
     uint32_t clock_Hz;
     unsigned buses;
-    const char *controller; // what it is called
+    const char *controller; // name of what drives the bus
     struct plot_lane **lane;
     unsigned lanes;
-    unsigned packets; // of all lanes; PLOT_PACKETS_MAX: too many, and no longer kept
-    uint64_t bin;     // cycles
+    unsigned packets; // of all lanes; PLOT_PACKETS_MAX: no longer kept
+    uint64_t bin;     // width in cycles
     struct event sample_event;
-    uint64_t period; // of the positions, cycles
+    uint64_t period; // of the positions, in cycles
     unsigned samples;
     const struct servos *set[PLOT_SETS_MAX];
 };
 
-/* False, with one line on stderr: there is no gnuplot, or the file cannot be written. `controller`:
- * what drives the bus. */
+/* `controller` is the name of what drives the bus. Returns false, with one line on stderr, if there
+ * is no gnuplot or the file cannot be written. */
 bool plot_open(struct plot *plot, const char *path, const char *title, const char *controller,
                struct schedule *schedule, uint32_t clock_Hz);
 
-/* One more bus, and the servos on it. Buses count from 0. */
+/* Adds a bus and its servos. Buses count from 0. */
 void plot_bus(struct plot *plot, unsigned bus, const struct servos *servos);
 
-/* A lane for every servo that is there, in their order. */
+/* Adds a lane for each present servo, in their order. */
 void plot_servos(struct plot *plot, unsigned bus);
 
-/* It begins or ends to talk. Bytes of the controller one behind the other make one packet. */
+/* The controller or a servo begins or ends to send. Adjacent bytes of the controller are one
+ * packet. */
 void plot_controller(struct plot *plot, unsigned bus, uint64_t now, bool sends);
 void plot_servo(struct plot *plot, unsigned bus, uint64_t now, const struct servo_node *node);
 
 void plot_mark(struct plot *plot, unsigned bus, enum plot_mark mark, uint64_t now);
 
-/* Draws it. False, with one line on stderr, when that failed. plot_free() is due all the same. */
+/* Draws the picture. Returns false, with one line on stderr. Call plot_free() in any case. */
 bool plot_draw(struct plot *plot, uint64_t end);
 void plot_free(struct plot *plot);
 

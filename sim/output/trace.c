@@ -5,8 +5,7 @@
 
 #include "output/files.h"
 
-/* --- signals -------------------------------------------------------------------------------------
- */
+/* --- signals --- */
 
 static void sig_changed(void *context, uint64_t now, bool level)
 {
@@ -46,11 +45,11 @@ void bus_trace_sig(struct bus_trace *trace, struct vcd *vcd, unsigned bus, struc
     sig_changed(trace, 0, sig->level);
 }
 
-void bus_trace_controller(struct bus_trace *trace, uint64_t now, bool talks)
+void bus_trace_controller(struct bus_trace *trace, uint64_t now, bool sending)
 {
-    vcd_change(trace->vcd, trace->controller, now, talks);
+    vcd_change(trace->vcd, trace->controller, now, sending);
     if (trace->plot) {
-        plot_controller(trace->plot, trace->bus, now, talks);
+        plot_controller(trace->plot, trace->bus, now, sending);
     }
 }
 
@@ -90,7 +89,7 @@ static const struct servo_signals *signals(struct bus_trace *trace, unsigned id)
     if (!s->declared) {
         s->declared = true;
         snprintf(name, sizeof(name), "servo%u_talks", id);
-        s->talks = declare(trace, name);
+        s->sending = declare(trace, name);
         snprintf(name, sizeof(name), "servo%u_torque", id);
         s->torque = declare(trace, name);
         snprintf(name, sizeof(name), "servo%u_led", id);
@@ -102,7 +101,7 @@ static const struct servo_signals *signals(struct bus_trace *trace, unsigned id)
 void bus_trace_servo(struct bus_trace *trace, uint64_t now, const struct servo_node *node)
 {
     if (trace->vcd->file) {
-        vcd_change(trace->vcd, signals(trace, node->id)->talks, now, node->driver.enabled);
+        vcd_change(trace->vcd, signals(trace, node->id)->sending, now, node->driver.enabled);
     }
     if (trace->plot) {
         plot_servo(trace->plot, trace->bus, now, node);
@@ -140,8 +139,7 @@ void bus_trace_new_servos(struct bus_trace *trace, uint64_t now)
     }
 }
 
-/* --- motion --------------------------------------------------------------------------------------
- */
+/* --- motion --- */
 
 static void write_row(void *context, uint64_t now)
 {

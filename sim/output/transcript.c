@@ -2,11 +2,11 @@
 
 #include <inttypes.h>
 
-#define IDLE_BYTES 3 // byte times without a start bit that end a packet
+#define IDLE_BYTES 3 // a packet ends after so many byte times without a start bit
 
-enum { HEADER = 0xFF, OVERHEAD = 4 }; // header, header, ID, LENGTH
+enum { HEADER = 0xFF, OVERHEAD = 4 }; // two header bytes, ID, LENGTH
 
-/* Offset of the second 0xFF: any number of them may come before the ID. */
+/* Returns the position of the ID: any number of 0xFF may come before it. */
 static unsigned header_end(const struct transcript *t)
 {
     unsigned at = 0;
@@ -16,7 +16,7 @@ static unsigned header_end(const struct transcript *t)
     return at;
 }
 
-/* Bytes that a packet which starts like this has, or 0 while that is not known. */
+/* Returns the size of the packet, or 0 while it is not known. */
 static unsigned whole_size(const struct transcript *t)
 {
     unsigned id = header_end(t);
@@ -39,7 +39,7 @@ static bool is_packet(const struct transcript *t)
         }
         sum += t->bytes[i];
     }
-    return (sum & 0xFF) == 0xFF; // the checksum is the complement of the rest
+    return (sum & 0xFF) == 0xFF; // the checksum is the complement of the sum of the rest
 }
 
 static void write_line(const struct transcript *t, FILE *out, const char *note)
@@ -48,7 +48,7 @@ static void write_line(const struct transcript *t, FILE *out, const char *note)
         return;
     }
     fprintf(out, "%10" PRIu64 "%s %s:", t->start, t->label ? t->label : "",
-            t->of_controller ? "->in" : "<-out");
+            t->packet_from_controller ? "->in" : "<-out");
     for (unsigned i = 0; i < t->size; i++) {
         fprintf(out, " %02X%s", t->bytes[i], t->bad[i] ? "!" : "");
     }
@@ -72,8 +72,8 @@ static void end_packet(struct transcript *t)
         return;
     }
     t->good = is_packet(t);
-    t->packets_in += t->good && t->of_controller;
-    t->packets_out += t->good && !t->of_controller;
+    t->packets_in += t->good && t->packet_from_controller;
+    t->packets_out += t->good && !t->packet_from_controller;
     t->damaged += !t->good;
     finish(t, t->good ? "" : " no packet");
 }
@@ -81,7 +81,7 @@ static void end_packet(struct transcript *t)
 void transcript_end(struct transcript *t)
 {
     if (t->size) {
-        t->good = true; // for all we know
+        t->good = true; // the bytes so far are not wrong
         finish(t, " unfinished");
     }
 }
@@ -101,12 +101,12 @@ static void driver_changed(void *context, uint64_t now, struct driver *driver)
     }
 }
 
-/* At a start bit: who talks, and how fast? */
+/* Finds the sender of a start bit and its bit time. */
 static uint32_t get_bit_256(void *context)
 {
     struct transcript *t = context;
-    t->from_controller = t->controller && t->controller->enabled && !t->controller->level;
-    const struct driver *tx = t->from_controller ? t->controller_tx : t->servo;
+    t->byte_from_controller = t->controller && t->controller->enabled && !t->controller->level;
+    const struct driver *tx = t->byte_from_controller ? t->controller_tx : t->servo;
     return tx && tx->bit_256 ? tx->bit_256 : t->rx.bit_256;
 }
 
@@ -115,12 +115,13 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
     (void)now;
     struct transcript *t = context;
     t->busy += frame->end - frame->start;
-    if (t->size == TRANSCRIPT_SIZE || (t->size && t->of_controller != t->from_controller)) {
+    if (t->size == TRANSCRIPT_SIZE ||
+        (t->size && t->packet_from_controller != t->byte_from_controller)) {
         end_packet(t);
     }
     if (!t->size) {
         t->start = frame->start;
-        t->of_controller = t->from_controller;
+        t->packet_from_controller = t->byte_from_controller;
     }
     t->bytes[t->size] = frame->byte;
     t->bad[t->size] = frame->framing_error;
@@ -129,7 +130,7 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
         end_packet(t);
     } else {
         uint64_t patience = IDLE_BYTES * (frame->end - frame->start);
-        /* a byte that starts within the patience is heard one byte time later */
+        /* A byte that starts within the idle time is complete one byte time later. */
         schedule_at(t->schedule, &t->idle, frame->end + patience + (frame->end - frame->start));
     }
 }

@@ -6,7 +6,7 @@
 
 #include "output/files.h"
 
-#define TICKS_PER_SECOND 10000000000u // 100 ps: 62.5 ns, a cycle at 16 MHz, is 625
+#define TICKS_PER_SECOND 10000000000u // 100 ps: one cycle at 16 MHz (62.5 ns) has 625
 #define COPY_SIZE        4096
 
 bool vcd_open(struct vcd *vcd, const char *path, uint32_t clock_Hz)
@@ -98,7 +98,7 @@ bool vcd_close(struct vcd *vcd)
     char block[COPY_SIZE];
     size_t got = 0;
     bool good = fflush(vcd->body) == 0 && !ferror(vcd->body);
-    rewind(vcd->body); // clears its error flag
+    rewind(vcd->body); // clears the error flag
     while ((got = fread(block, 1, sizeof(block), vcd->body)) > 0) {
         fwrite(block, 1, got, vcd->file);
     }

@@ -51,7 +51,7 @@ static int32_t value_of(const struct servo_node *node, enum environment_property
     switch (property) {
     case ENVIRONMENT_SUPPLY: return surroundings->supply_dV;
     case ENVIRONMENT_AMBIENT: return surroundings->ambient_C;
-    default: return surroundings->load; // what is no quantity has no ramp
+    default: return surroundings->load; // the other properties are on or off and have no ramp
     }
 }
 
@@ -75,10 +75,10 @@ static void step(void *context, uint64_t now)
     for (unsigned i = 0; i < environment->count; i++) {
         struct ramp ramp = environment->ramp[i];
         bool over = now >= ramp.end;
-        int64_t way = over ? ramp.to - ramp.from
-                           : (ramp.to - ramp.from) * (int64_t)(now - ramp.start) /
-                                 (int64_t)(ramp.end - ramp.start);
-        set(ramp.node, now, ramp.property, ramp.from + (int32_t)way);
+        int64_t change = over ? ramp.to - ramp.from
+                              : (ramp.to - ramp.from) * (int64_t)(now - ramp.start) /
+                                    (int64_t)(ramp.end - ramp.start);
+        set(ramp.node, now, ramp.property, ramp.from + (int32_t)change);
         environment->ramp[kept] = ramp;
         kept += !over;
     }

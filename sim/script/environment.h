@@ -1,13 +1,13 @@
-/* What the world does to the servos, over time: power, supply, ambient temperature, load, a blocked
- * output. */
+/* Changes the environment of the servos over time: power, supply, ambient temperature, load, a
+ * blocked output. */
 #ifndef SIM_ENVIRONMENT_H
 #define SIM_ENVIRONMENT_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "wire/schedule.h"
 #include "servo/servos.h"
+#include "wire/schedule.h"
 
 enum environment_property {
     ENVIRONMENT_POWER,
@@ -18,7 +18,7 @@ enum environment_property {
     ENVIRONMENT_COUNT
 };
 
-/* One that changes little by little. */
+/* A property that changes in equal steps. */
 struct ramp {
     struct servo_node *node;
     enum environment_property property;
@@ -28,18 +28,18 @@ struct ramp {
 
 struct environment {
     struct schedule *schedule;
-    uint64_t period; // of a step: 1 ms
+    uint64_t period; // of the steps: 1 ms
     struct event step;
     struct ramp *ramp;
     unsigned count;
     unsigned capacity;
 };
 
-/* The cause of that name, or CAUSE_COUNT. */
+/* Returns the property with that name, or ENVIRONMENT_COUNT. */
 enum environment_property environment_find(const char *word);
 
-/* Its value as a scenario writes it, in the unit of struct servo_world. Returns 0, or what is
- * wanted. Only what is a quantity can change little by little. */
+/* Parses a value of a scenario into the unit of struct servo_environment. Returns 0, or what is
+ * wanted. Only a quantity can change in steps. */
 const char *environment_parse(enum environment_property property, const char *text, int32_t *value);
 bool environment_is_quantity(enum environment_property property);
 
@@ -47,11 +47,11 @@ void environment_init(struct environment *environment, struct schedule *schedule
                       uint32_t clock_Hz);
 void environment_free(struct environment *environment);
 
-/* From now on, or reached in equal steps `over` cycles from now. */
+/* Sets the property now, or in equal steps that end `over` cycles from now. */
 void environment_set(struct environment *environment, uint64_t now, struct servo_node *node,
                      enum environment_property property, int32_t value, uint64_t over);
 
-/* The servos are going to be others: no ramp goes on. */
+/* Ends all ramps. Call it before the servos are replaced. */
 void environment_stop_ramps(struct environment *environment);
 
 #endif

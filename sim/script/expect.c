@@ -8,10 +8,9 @@
 
 #define MS_MAX 3600000
 
-/* --- reading -------------------------------------------------------------------------------------
- */
+/* --- reading --- */
 
-/* `within MS` at the end of the line. */
+/* Parses `within MS` at the end of the line. */
 static void parse_within(struct expectation *e, char *words)
 {
     char *within = 0;
@@ -65,7 +64,7 @@ static const char *parse_rule(struct expectation *e, char *words)
     return "wanted: the name of a rule of the wire";
 }
 
-/* off, on and blinking are 0, 1, 2: enum servo_lamp. */
+/* off, on and blinking are 0, 1 and 2, as in enum servo_lamp. */
 static bool parse_value(const char *text, int32_t *value)
 {
     static const char *const states[] = {"off", "on", "blinking"};
@@ -106,7 +105,7 @@ static bool parse_subject(struct expectation *e, const char *word)
     return good;
 }
 
-/* IDS WHAT */
+/* Parses IDS WHAT. */
 static const char *parse_look(struct expectation *e, const char *list, const char *what)
 {
     uint8_t ids[IDS_MAX];
@@ -171,8 +170,7 @@ const char *expect_parse(struct expectation *e, char *words)
     return "packet, silence, servo, text or rule is wanted behind @expect";
 }
 
-/* --- judging -------------------------------------------------------------------------------------
- */
+/* --- judging --- */
 
 static bool packet_fits(const struct recorder_packet *packet, const char *text)
 {
@@ -261,7 +259,7 @@ static enum expect_result check_text(const struct expectation *e,
     return EXPECT_PENDING;
 }
 
-/* A breach that was expected is none. */
+/* An expected breach is not counted. */
 static enum expect_result check_rule(const struct expectation *e,
                                      const struct expect_sources *sources, char *seen,
                                      size_t capacity)

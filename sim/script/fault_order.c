@@ -10,7 +10,7 @@
 #define CHOICES_MAX 4
 #define US_MAX      10000000
 #define MS_MAX      3600000
-#define BYTE_MAX    258 // of a reply: 257, and the place behind it
+#define BYTE_MAX    258 // position in a reply of 257 bytes, or after its end
 #define FLIPS_MAX   1000000
 
 enum word {
@@ -19,24 +19,25 @@ enum word {
     IN,              // in
     OUT,             // out
     PACKET,          // a number from 1, or every
-    IDS,             // a list
+    IDS,             // a list of IDs
     CHOICE,          // one of the verb's words
-    CHOICE_OR_BYTE,  // likewise; a number means the choice behind the last word
+    CHOICE_OR_BYTE,  // one of the verb's words, or a number: then the choice after the last word
     NUMBER,          // 0 to the limit of its place
-    OPTIONAL_NUMBER, // may be missing
+    OPTIONAL_NUMBER, // a number that may be missing
 };
 
 // clang-format off
 static const struct {
     const char *name;
-    const char *usage; // the message when anything is wrong
+    const char *usage; // printed if anything is wrong
     enum word word[WORDS_MAX];
     const char *choice[CHOICES_MAX];
     int32_t limit[FAULT_NUMBERS];
 } verbs[FAULT_VERBS] = {
     [FAULT_FLIP] = {"flip", "flip in|out PACKET BYTE BIT [BIT]: bits are 0 (start) to 9 (stop)",
                     {DIRECTION, PACKET, NUMBER, NUMBER, OPTIONAL_NUMBER}, {0}, {BYTE_MAX, 9, 9}},
-    [FAULT_LOSE] = {"lose", "lose in|out PACKET BYTE", {DIRECTION, PACKET, NUMBER}, {0}, {BYTE_MAX}},
+    [FAULT_LOSE] = {"lose", "lose in|out PACKET BYTE",
+                    {DIRECTION, PACKET, NUMBER}, {0}, {BYTE_MAX}},
     [FAULT_INSERT] = {"insert", "insert out PACKET BYTE VALUE",
                       {OUT, PACKET, NUMBER, NUMBER}, {0}, {BYTE_MAX, 255}},
     [FAULT_CUT] = {"cut", "cut out PACKET BYTES [MS]: an hour at most",
@@ -76,7 +77,7 @@ static bool parse_choice(struct fault_order *order, const char *text)
     while (i < CHOICES_MAX && choice[i] && strcmp(text, choice[i]) != 0) {
         i++;
     }
-    order->choice = i; // one behind the last word: none of them
+    order->choice = i; // the index after the last word means: none of them
     return i < CHOICES_MAX && choice[i];
 }
 

@@ -1,4 +1,4 @@
-/* A fault order as it is written, on the command line and in scenarios: docs/faults.md. */
+/* The text of a fault order, as on the command line and in scenarios: docs/faults.md. */
 #ifndef SIM_FAULT_ORDER_H
 #define SIM_FAULT_ORDER_H
 
@@ -49,16 +49,16 @@ enum fault_quirk {
 
 struct fault_order {
     enum fault_verb verb;
-    bool out;        // packets from servos, not from the controller
-    bool every;      // packet
-    uint32_t packet; // 1: the next one
-    unsigned choice; // of the verb's words, one of the enums above
+    bool out;        // packets from servos; false: from the controller
+    bool every;      // every packet
+    uint32_t packet; // 1: the next packet
+    unsigned choice; // index of one of the verb's words, a value of the enums above
     uint32_t number[FAULT_NUMBERS];
     unsigned numbers;
     bool ids[IDS_MAX];
 };
 
-/* Returns 0, or what is wrong with the text. It may begin with 1: for bus 1 of several. */
+/* Returns 0, or what is wrong with the text. A prefix `1:` means bus 1. */
 const char *fault_order_parse(struct fault_order *order, const char *text);
 unsigned fault_order_bus(const char *text);
 const char *fault_verb_name(enum fault_verb verb);

@@ -5,7 +5,7 @@
 
 #define SECOND_US   1000000u
 #define DEFAULT_bps 1000000u
-#define GAP_BITS    30 // of silence that end a packet of the controller
+#define GAP_BITS    30 // silence that ends a packet of the controller
 
 enum { HEADER = 0xFF, OFFSET_ID = 2, OFFSET_LENGTH = 3 };
 
@@ -22,11 +22,10 @@ static uint32_t random_number(struct faults *faults)
     return faults->random;
 }
 
-/* --- who is to blame -----------------------------------------------------------------------------
- */
+/* --- who is to blame --- */
 
-/* Until then the wire is not, or not only, what its drivers make it: who talks or is about to is
- * excused. */
+/* Until `until` the level of the wire is not that of its drivers. A servo that sends or is about to
+ * send is exempt from the rules. */
 static void disturb(struct faults *faults, uint64_t until)
 {
     faults->disturbed = true;
@@ -53,8 +52,7 @@ static void notify(struct faults *faults, uint64_t now, uint64_t until, enum fau
     }
 }
 
-/* --- overrides of the wire -----------------------------------------------------------------------
- */
+/* --- overrides of the wire --- */
 
 static enum net_override get_override(void *context, uint64_t time)
 {
@@ -71,7 +69,7 @@ static enum net_override get_override(void *context, uint64_t time)
     return override;
 }
 
-/* Drops what is over, and comes again at the next edge. */
+/* Drops overrides that have ended, and arms itself for the next edge of an override. */
 static void edge(void *context, uint64_t now)
 {
     struct faults *faults = context;
@@ -101,8 +99,7 @@ static void override(struct faults *faults, uint64_t now, struct fault_pulse pul
     disturb(faults, pulse.until);
 }
 
-/* --- faults of a byte ----------------------------------------------------------------------------
- */
+/* --- faults of a byte --- */
 
 static void flip_bits(struct faults *faults, const struct fault_order *order, uint64_t now,
                       const struct uart_tx *tx)
@@ -124,8 +121,7 @@ static void lose_byte(struct faults *faults, const struct fault_order *order, ui
     notify(faults, now, until, order->verb);
 }
 
-/* --- faults of a reply ---------------------------------------------------------------------------
- */
+/* --- faults of a reply --- */
 
 static void set_byte(struct servo_reply *reply, unsigned at, uint8_t value)
 {
@@ -176,8 +172,7 @@ static bool delay_reply(const struct fault_order *order, struct servo_node *node
     return true;
 }
 
-/* --- faults of a servo ---------------------------------------------------------------------------
- */
+/* --- faults of a servo --- */
 
 static uint64_t brown_out(struct faults *faults, const struct fault_order *order, uint64_t now,
                           struct servo_node *node)
@@ -187,7 +182,7 @@ static uint64_t brown_out(struct faults *faults, const struct fault_order *order
     return now + time;
 }
 
-/* As a byte of the controller begins. */
+/* Runs when a byte of the controller begins. */
 static void unplug(struct faults *faults, const struct fault_order *order, uint64_t now,
                    const struct uart_tx *tx)
 {
@@ -202,7 +197,7 @@ static void unplug(struct faults *faults, const struct fault_order *order, uint6
     }
 }
 
-/* Of several with one ID each is that much later than the one before. */
+/* Among servos that share an ID, each one replies later than the one before. */
 static uint64_t add_delay(struct faults *faults, const struct fault_order *order, uint64_t now,
                           struct servo_node *node)
 {
@@ -238,8 +233,7 @@ static uint64_t set_quirk(struct faults *faults, const struct fault_order *order
     return now;
 }
 
-/* --- faults that last ----------------------------------------------------------------------------
- */
+/* --- faults that last --- */
 
 static void set_stuck(struct faults *faults, uint64_t now, enum net_override stuck)
 {
@@ -268,14 +262,14 @@ static void stick(struct faults *faults, const struct fault_order *order, uint64
     notify(faults, now, until, order->verb);
 }
 
-/* 1 to 2 mean distances. */
+/* The next flip comes after up to 2 mean distances. */
 static void plan_flip(struct faults *faults, uint64_t now)
 {
     uint32_t mean = faults->servos->clock_Hz / faults->noise;
     schedule_at(faults->schedule, &faults->flip, now + 1 + random_number(faults) % (2 * mean));
 }
 
-/* As long as a bit: the middle of exactly one bit lies in it. */
+/* A flip lasts one bit time, so it covers the middle of exactly one bit. */
 static void flip(void *context, uint64_t now)
 {
     struct faults *faults = context;
@@ -341,11 +335,10 @@ static void clear(struct faults *faults, const struct fault_order *order, uint64
     faults->pending_count = 0;
 }
 
-/* --- orders --------------------------------------------------------------------------------------
- */
+/* --- orders --- */
 
-/* What a verb does: to a byte that begins; to a reply that is due (false: it cannot); to a servo
- * (until when); or at once. */
+/* What a verb acts on. `byte`: a byte that begins. `reply`: a reply that is due; returns false if
+ * it cannot act. `servo`: a servo; returns the end of the fault. `now`: acts at once. */
 static const struct {
     void (*byte)(struct faults *faults, const struct fault_order *order, uint64_t now,
                  const struct uart_tx *tx);
@@ -418,15 +411,14 @@ const char *faults_check(const char *text)
     return fault_order_parse(&order, text);
 }
 
-/* --- who begins which byte of which packet -------------------------------------------------------
- */
+/* --- who begins which byte of which packet --- */
 
 static bool is_for(const struct fault_order *order, bool out, uint32_t packet)
 {
     return order->out == out && (order->every || order->packet == packet);
 }
 
-/* Orders for packets before this one are done with. */
+/* Drops orders for packets before `packet`. */
 static void drop_orders(struct faults *faults, bool out, uint32_t packet)
 {
     unsigned kept = 0;
@@ -455,7 +447,7 @@ static void act_on_byte(struct faults *faults, uint64_t now, bool out, uint32_t 
     }
 }
 
-/* The oldest reply that is on the wire or waits for it. */
+/* Returns the number of the oldest reply that is being sent or is due. */
 static uint32_t oldest_reply(const struct faults *faults)
 {
     uint32_t oldest = faults->replies;
@@ -467,8 +459,8 @@ static uint32_t oldest_reply(const struct faults *faults)
     return oldest;
 }
 
-/* A reply to what a fault made of a packet, or to what a servo had half heard before, may come when
- * none is to be expected. */
+/* A servo may reply unexpectedly to what a fault made of a packet, or to the rest of an earlier
+ * packet. Such a reply is exempt from the rules. */
 static void reply_due(void *fault_context, struct servo_node *node)
 {
     struct faults *faults = fault_context;
@@ -499,15 +491,16 @@ static void begin_packet(struct faults *faults, uint64_t now)
     faults->packet_in = (struct controller_packet){.packets = faults->packet_in.packets + 1};
     drop_orders(faults, false, faults->packet_in.packets);
     uint64_t frame = uart_half_bits(faults->bit_256, 2 * UART_FRAME_BITS);
-    faults->disturbed = faults->babbling != FAULT_BABBLE_OFF || faults->stuck != NET_AS_DRIVEN ||
-                        now < faults->disturbed_until + frame; // a false frame may still go on
+    faults->disturbed =
+        faults->babbling != FAULT_BABBLE_OFF || faults->stuck != NET_AS_DRIVEN ||
+        now < faults->disturbed_until + frame; // a frame with wrong bits may still continue
     for (unsigned i = 0; i < faults->servos->count; i++) {
         struct servo_node *node = &faults->servos->node[i];
         node->has_partial_packet = node->servo.codec.size > node->servo.codec.first;
     }
 }
 
-/* Any number of header bytes is one header (R27); LENGTH counts what follows it. */
+/* Any number of header bytes is one header (R27). LENGTH counts the bytes after it. */
 static void follow_packet(struct controller_packet *packet_in, uint8_t byte)
 {
     if (!packet_in->id && byte != HEADER && packet_in->byte >= 2) {
@@ -534,8 +527,7 @@ void faults_controller_byte(struct faults *faults, uint64_t now, const struct ua
     act_on_byte(faults, now, false, packet_in->packets, packet_in->byte, tx);
 }
 
-/* --- set-up --------------------------------------------------------------------------------------
- */
+/* --- set-up --- */
 
 void faults_init(struct faults *faults, struct schedule *schedule, struct servos *servos,
                  uint32_t seed)

@@ -1,13 +1,11 @@
-/* The faults of a bus, injected: orders as in docs/faults.md, and what they do to the wire and to
- * the servos on it.
+/* Injects the faults of one bus (docs/faults.md).
  *
- * It watches who begins which byte of which packet, and overrides the level of the wire for as long
- * as a bit, a byte or a short circuit lasts; other faults change a servo's reply before it leaves,
- * or the servo itself. All at random comes from one seed.
+ * The module counts the packets and bytes of each sender. Some faults override the level of the
+ * wire during a bit, a byte or a short circuit. Others change a servo's reply before it is sent, or
+ * the servo. All random numbers come from one seed.
  *
- * Nothing that follows of a fault is the controller's doing: a servo that talks in an exchange in
- * which a fault has acted is excused (struct driver), and the rules of the wire look away from it.
- */
+ * A fault is never the controller's error: a servo that sends in a transaction in which a fault has
+ * acted is exempt from the rules of the wire (struct driver). */
 #ifndef SIM_FAULTS_H
 #define SIM_FAULTS_H
 
@@ -16,9 +14,9 @@
 #include <stdio.h>
 
 #include "script/fault_order.h"
+#include "servo/servos.h"
 #include "wire/net.h"
 #include "wire/schedule.h"
-#include "servo/servos.h"
 #include "wire/uart.h"
 
 #define FAULTS_PENDING_MAX 64  // orders
@@ -26,7 +24,7 @@
 
 /* An order that waits for its packet. */
 struct pending_fault {
-    struct fault_order order; // its packet counted from the start of the run
+    struct fault_order order; // its packet number counts from the start of the run
     bool acted;
 };
 
@@ -38,18 +36,18 @@ struct fault_pulse {
 /* The packet that the controller sends. */
 struct controller_packet {
     uint32_t packets;
-    unsigned byte; // the latest one, from 0
-    unsigned id;   // where the ID is; 0: not yet
-    unsigned size; // bytes of the packet; 0: not yet known
-    uint64_t end;  // of its latest byte
-    bool complete; // with its latest byte
+    unsigned byte; // index of the latest byte
+    unsigned id;   // position of the ID; 0: not known yet
+    unsigned size; // bytes of the packet; 0: not known yet
+    uint64_t end;  // end of the latest byte
+    bool complete; // the latest byte completes the packet
 };
 
 struct faults {
     struct schedule *schedule;
     struct servos *servos;
     struct net *sig;
-    uint32_t bit_256; // of the bus: what the controller last used
+    uint32_t bit_256; // bit time that the controller used last
     uint32_t random;
     struct pending_fault pending[FAULTS_PENDING_MAX];
     unsigned pending_count;
@@ -60,41 +58,43 @@ struct faults {
     struct event edge; // of an override
     enum net_override stuck;
     struct event unstick;
-    uint32_t noise; // flips per second
+    uint32_t noise; // flips per second; 0: off
     struct event flip;
     struct driver babbler;
     struct uart_tx babble;
     enum fault_babble babbling;
     uint8_t babble_byte;
-    struct driver echo; // on RXD, beside the receive buffer
+    struct driver echo; // drives RXD, together with the receive buffer
     struct listener on_sig;
     bool disturbed; // a fault has acted since the controller's latest packet began
     uint64_t disturbed_until;
     uint32_t orders, acts, unused;
-    uint32_t resets; // of the controller: as good as a fault, for who is to blame
+    uint32_t resets; // of the controller; a reset exempts servos as a fault does
     void *context;
-    /* A fault acts, for pictures; until == from: it has no end of its own. May be 0. */
+    /* A fault acts; for plots. until == from: the fault has no end of its own. May be 0. */
     void (*on_act)(void *context, uint64_t from, uint64_t until, const char *what);
 };
 
-/* On the servos' net; takes the servos' on_due and on_frame. */
+/* Uses the servos' fault_on_reply and fault_on_byte. */
 void faults_init(struct faults *faults, struct schedule *schedule, struct servos *servos,
                  uint32_t seed);
-/* The controller's receiver hangs on `rxd`, behind a buffer; without one there is no `echo`. */
+/* Connects `echo` to the controller's receiver, which a buffer separates from the wire. Without a
+ * receiver there is no `echo`. */
 void faults_connect_receiver(struct faults *faults, struct net *rxd);
 
-/* To be called when a byte of the controller begins on the wire, before it drives. */
-/* The controller was reset: servos that talk, or answer what it was cut short in, are excused. */
+/* The controller was reset. Servos that send, or that reply to a packet that the reset cut, are
+ * exempt from the rules. */
 void faults_controller_reset(struct faults *faults, uint64_t now);
 
+/* Call it when a byte of the controller begins on the wire, before the byte drives the wire. */
 void faults_controller_byte(struct faults *faults, uint64_t now, const struct uart_tx *tx);
 
-/* Takes an order. Returns 0, or what is wrong. The check does nothing else: it is for a file that
- * is read before there are servos. */
+/* faults_order() executes an order. faults_check() only checks its text: use it before there are
+ * servos. Both return 0, or what is wrong. */
 const char *faults_order(struct faults *faults, uint64_t now, const char *text);
 const char *faults_check(const char *text);
 
-/* One line, if there were orders; `where` says on which bus, or "". */
+/* Prints one line if there were orders. `where` names the bus, or is "". */
 void faults_report(const struct faults *faults, const char *where, FILE *out);
 
 #endif

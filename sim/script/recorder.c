@@ -37,7 +37,7 @@ void recorder_add_packet(struct recorder *recorder, const struct transcript *tra
         return;
     }
     struct recorder_packet *packet = &recorder->packet[recorder->packets++];
-    packet->in = transcript->of_controller;
+    packet->in = transcript->packet_from_controller;
     packet->size = transcript->size;
     memcpy(packet->bytes, transcript->bytes, transcript->size);
     memcpy(packet->bad, transcript->bad, transcript->size * sizeof(packet->bad[0]));

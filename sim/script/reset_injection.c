@@ -4,8 +4,7 @@
 
 #include "script/lexer.h"
 
-/* --- reading -------------------------------------------------------------------------------------
- */
+/* --- reading --- */
 
 static bool parse_cause(struct reset_order *order, const char *word)
 {
@@ -67,10 +66,9 @@ const char *hang_order_parse(struct reset_order *order, char *text)
     return good ? 0 : "wanted: nothing, or: in MS";
 }
 
-/* --- doing ---------------------------------------------------------------------------------------
- */
+/* --- doing --- */
 
-static void happen(void *context, uint64_t now)
+static void execute(void *context, uint64_t now)
 {
     (void)now;
     struct reset_injection *injection = context;
@@ -81,7 +79,7 @@ static void happen(void *context, uint64_t now)
     }
 }
 
-static void writes(void *context, uint64_t start, uint64_t cycles)
+static void eeprom_write_begins(void *context, uint64_t start, uint64_t cycles)
 {
     struct reset_injection *injection = context;
     if (injection->order.writes && --injection->order.writes == 0) {
@@ -93,9 +91,9 @@ static void writes(void *context, uint64_t start, uint64_t cycles)
 void reset_injection_init(struct reset_injection *injection, struct machine *machine)
 {
     *injection = (struct reset_injection){.machine = machine};
-    event_init(&injection->event, happen, injection);
+    event_init(&injection->event, execute, injection);
     machine->eeprom.context = injection;
-    machine->eeprom.on_write = writes;
+    machine->eeprom.on_write = eeprom_write_begins;
 }
 
 void reset_injection_order(struct reset_injection *injection, uint64_t now,

@@ -1,5 +1,4 @@
-/* What happens to the controller itself, as a scenario orders it: a reset, or a main program that
- * hangs. docs/scenario.md has the language. */
+/* Resets the controller or hangs its main program, as a scenario orders: docs/scenario.md. */
 #ifndef SIM_RESET_INJECTION_H
 #define SIM_RESET_INJECTION_H
 
@@ -9,23 +8,23 @@
 #include "avr/machine.h"
 #include "wire/schedule.h"
 
-/* An order, read. */
 struct reset_order {
-    bool hang; // else a reset
+    bool hang; // false: a reset
     enum machine_reset cause;
     uint32_t us;      // from now on
-    uint32_t writes;  // or within so many-th write to the EEPROM from now on; 0: not so
-    uint32_t percent; // ... of the time it takes
+    uint32_t writes;  // the reset comes within this write to the EEPROM, counted from now on; 0:
+                      // after `us`
+    uint32_t percent; // share of the write's duration after which the reset comes
 };
 
-/* The one order there is; a new one takes the place of one that has not happened yet. */
+/* Holds one order. A new order replaces an order that has not been executed yet. */
 struct reset_injection {
     struct machine *machine;
     struct event event;
     struct reset_order order;
 };
 
-/* Reads what follows @reset or @hang. Returns 0, or what is wrong. */
+/* Parse the text after @reset or @hang. Return 0, or what is wrong. */
 const char *reset_order_parse(struct reset_order *order, char *text);
 const char *hang_order_parse(struct reset_order *order, char *text);
 

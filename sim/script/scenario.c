@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "script/faults.h"
 #include "output/files.h"
+#include "script/faults.h"
 #include "script/lexer.h"
 
 bool scenario_complain(const struct scenario *scenario, unsigned line, const char *what)
@@ -15,8 +15,7 @@ bool scenario_complain(const struct scenario *scenario, unsigned line, const cha
     return false;
 }
 
-/* --- one line ------------------------------------------------------------------------------------
- */
+/* --- one line --- */
 
 static const char *parse_ids(bool set[IDS_MAX], const char *text)
 {
@@ -101,7 +100,7 @@ static const char *parse_hang(struct scenario_line *line, char *rest)
     return hang_order_parse(&line->reset, rest);
 }
 
-/* [IDS] VALUE [over MS] */
+/* Parses [IDS] VALUE [over MS]. */
 static const char *parse_environment(struct scenario_line *line, char *rest)
 {
     char *word[4];
@@ -124,7 +123,7 @@ static const char *parse_environment(struct scenario_line *line, char *rest)
     return wrong ? wrong : environment_parse(line->property, word[count - 1], &line->value);
 }
 
-/* A line that begins with `@`, without it. Returns 0, or what is wrong. */
+/* Parses a line after its `@`. Returns 0, or what is wrong. */
 static const char *parse_action(struct scenario_line *line, char *text)
 {
     static const struct {
@@ -189,8 +188,7 @@ int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX])
     return -1;
 }
 
-/* --- the file ------------------------------------------------------------------------------------
- */
+/* --- the file --- */
 
 static bool read_lines(struct scenario *scenario)
 {

@@ -1,5 +1,4 @@
-/* A scenario file, read: one line, one command, in plain text. What the lines mean:
- * docs/scenario.md. */
+/* Parses a scenario file, one command in each line: docs/scenario.md. */
 #ifndef SIM_SCENARIO_H
 #define SIM_SCENARIO_H
 
@@ -8,15 +7,15 @@
 
 #include "script/environment.h"
 #include "script/expect.h"
-#include "servo/ids.h"
 #include "script/reset_injection.h"
+#include "servo/ids.h"
 
 #define SCENARIO_MS_MAX 3600000
 
 #define SCENARIO_SEND_MAX 1024 // bytes of one @send
 
 enum scenario_verb {
-    SCENARIO_COMMAND, // said to the firmware's console
+    SCENARIO_COMMAND, // text for the firmware's console
     SCENARIO_SERVOS,
     SCENARIO_WAIT,
     SCENARIO_AT,
@@ -34,14 +33,14 @@ enum scenario_verb {
 struct scenario_line {
     enum scenario_verb verb;
     unsigned number;    // in the file, from 1
-    const char *source; // the line as it is written
-    const char *text;   // what follows the @ word; COMMAND: what is said
+    const char *source; // the line as it was written
+    const char *text;   // the text after the @ word; COMMAND: the command
     bool flag;          // ECHO: on; COMMAND: an error is expected
-    uint32_t ms;        // WAIT, AT; CAUSE: how long it takes
-    bool all;           // CAUSE: every servo
-    bool ids[IDS_MAX];  // CAUSE: these; SERVOS: which there will be
+    uint32_t ms;        // WAIT, AT; ENVIRONMENT: duration of the change
+    bool all;           // ENVIRONMENT: every servo
+    bool ids[IDS_MAX];  // ENVIRONMENT: these servos; SERVOS: the new servos
     enum environment_property property;
-    int32_t value; // CAUSE, BAUD
+    int32_t value; // ENVIRONMENT, BAUD
     struct reset_order reset;
     struct expectation expectation;
 };
@@ -49,20 +48,20 @@ struct scenario_line {
 struct scenario {
     const char *path;
     char *source;
-    char *text; // the same, cut to words
+    char *text; // a copy of the source, cut into words
     struct scenario_line *line;
     unsigned count;
 };
 
-/* Reads and checks the whole file. False, with `file:line: what` on stderr. */
+/* Parses the whole file. Returns false, with `file:line: what` on stderr. */
 bool scenario_read(struct scenario *scenario, const char *path);
 void scenario_free(struct scenario *scenario);
 
-/* `file:line: what` on stderr; returns false. */
+/* Prints `file:line: what` on stderr. Returns false. */
 bool scenario_complain(const struct scenario *scenario, unsigned line, const char *what);
 
-/* The servo with this ID that no line before it has put there, in a line that names servos; 0 to
- * 253, or -1 when it names none. `there` holds the IDs at the start, and follows @servos. */
+/* Returns the ID of a servo that `line` names and that is not in `there`, or -1. Updates `there`
+ * for @servos. */
 int scenario_absent(const struct scenario_line *line, bool there[IDS_MAX]);
 
 #endif

@@ -5,10 +5,10 @@
 
 #include "script/lexer.h"
 
-#define POLL_US        100   // for the firmware to listen, and for what is expected
-#define PACKET_US      100   // after one that was expected
-#define READY_AFTER_US 1000  // a PC is not that fast either
-#define RESET_AFTER_US 10000 // the rest of a line is answered meanwhile
+#define POLL_US        100   // period of the checks: firmware listens, expectation is met
+#define PACKET_US      100   // after an expected packet
+#define READY_AFTER_US 1000  // a PC does not send earlier
+#define RESET_AFTER_US 10000 // meanwhile the firmware replies to the rest of a cut line
 
 static uint64_t cycles(const struct script *script, uint64_t us)
 {
@@ -42,11 +42,10 @@ static void fail_expectation(struct script *script, uint64_t now, const char *wh
     finish(script, now);
 }
 
-/* --- the lines -----------------------------------------------------------------------------------
- */
+/* --- the lines --- */
 
-/* Each returns true when the next line may follow at once; else the step was put off, or the
- * scenario is over. */
+/* Each function returns true if the next line may follow at once. Else it has armed the next step,
+ * or the scenario has ended. */
 
 static bool do_command(struct script *script, uint64_t now, const struct scenario_line *line)
 {
@@ -54,8 +53,8 @@ static bool do_command(struct script *script, uint64_t now, const struct scenari
         fprintf(script->out, "> %s\n", line->text);
     }
     script->awaits_reply = true;
-    script->ops->say(script->ops->context, now, line->text, strlen(line->text));
-    script->ops->say(script->ops->context, now, "\n", 1);
+    script->ops->console_send(script->ops->context, now, line->text, strlen(line->text));
+    script->ops->console_send(script->ops->context, now, "\n", 1);
     uint64_t reply_timeout = cycles(script, SCRIPT_REPLY_TIMEOUT_S * 1000000ull);
     schedule_at(script->schedule, &script->reply_timeout, now + reply_timeout);
     return false;
@@ -109,7 +108,7 @@ static bool do_echo(struct script *script, uint64_t now, const struct scenario_l
 static bool do_baud(struct script *script, uint64_t now, const struct scenario_line *line)
 {
     (void)now;
-    script->ops->baud(script->ops->context, (uint32_t)line->value);
+    script->ops->bus_baud(script->ops->context, (uint32_t)line->value);
     return true;
 }
 
@@ -121,7 +120,7 @@ static bool do_send(struct script *script, uint64_t now, const struct scenario_l
     for (const char *at = line->text; size < SCENARIO_SEND_MAX && lexer_byte(&at, &byte); size++) {
         bytes[size] = byte.byte;
     }
-    step_at(script, script->ops->send(script->ops->context, now, bytes, size));
+    step_at(script, script->ops->bus_send(script->ops->context, now, bytes, size));
     return false;
 }
 
@@ -178,7 +177,10 @@ static bool do_expect(struct script *script, uint64_t now, const struct scenario
         fail_expectation(script, now, what);
     }
     if (result == EXPECT_MET && line->expectation.kind == EXPECT_PACKET) {
-        step_at(script, now + cycles(script, PACKET_US)); // it is told in its last stop bit
+        step_at(script,
+                now +
+                    cycles(script,
+                           PACKET_US)); // the packet is reported in the middle of its last stop bit
         return false;
     }
     return result == EXPECT_MET;
@@ -191,7 +193,7 @@ static bool do_show(struct script *script, uint64_t now, const struct scenario_l
     return true;
 }
 
-/* What is forgotten of what was seen. */
+/* When a line clears the recorder. */
 enum clearing { CLEAR_NEVER, CLEAR_BEFORE, CLEAR_AFTER };
 
 static const struct {
@@ -213,10 +215,9 @@ static const struct {
     [SCENARIO_SHOW] = {do_show, CLEAR_NEVER},
 };
 
-/* --- line after line -----------------------------------------------------------------------------
- */
+/* --- line after line --- */
 
-/* Does the console listen? If not, the command waits until it does. */
+/* Returns true if the console listens. Else the command waits until it does. */
 static bool listens(struct script *script, uint64_t now)
 {
     if (!script->started && !script->command_waits) {
@@ -256,18 +257,18 @@ static void step(void *context, uint64_t now)
     }
 }
 
-/* Whatever the scenario does meanwhile. */
+/* Checks whether the firmware listens, independently of the scenario. */
 static void probe(void *context, uint64_t now)
 {
     struct script *script = context;
     if (!script->ready) {
-        script->ready = script->ops->ready(script->ops->context);
+        script->ready = script->ops->console_ready(script->ops->context);
         schedule_at(script->schedule, &script->probe,
                     now + cycles(script, script->ready ? script->quiet_us : POLL_US));
         return;
     }
     if (script->quiet_us == RESET_AFTER_US) {
-        script->reply_size = 0; // half a byte of before the reset
+        script->reply_size = 0; // half a line from before the reset
     }
     script->started = true;
     if (script->command_waits) {
@@ -283,15 +284,14 @@ static void reply_timed_out(void *context, uint64_t now)
     if (script->started) {
         what = current(script)->text;
     } else {
-        script->next++; // to the line that nobody listened to
+        script->next++; // to the line that the firmware did not receive
         schedule_cancel(script->schedule, &script->probe);
     }
     script->ops->outcome(script->ops->context, now, SCRIPT_SILENCE, what);
     finish(script, now);
 }
 
-/* --- what comes back -----------------------------------------------------------------------------
- */
+/* --- what comes back --- */
 
 static void reply_line(struct script *script, uint64_t now)
 {
@@ -335,7 +335,7 @@ void script_was_reset(struct script *script, uint64_t now)
 {
     script->ready = script->started = false;
     script->quiet_us = RESET_AFTER_US;
-    if (script->ops->ready && !script->done) {
+    if (script->ops->console_ready && !script->done) {
         schedule_at(script->schedule, &script->probe, now);
     }
     if (script->awaits_reply) {
@@ -345,25 +345,24 @@ void script_was_reset(struct script *script, uint64_t now)
     }
 }
 
-/* --- begin and end -------------------------------------------------------------------------------
- */
+/* --- begin and end --- */
 
 static const char *missing_part(const struct script_ops *ops, enum scenario_verb verb)
 {
     switch (verb) {
     case SCENARIO_COMMAND:
-        return ops->say    ? 0
-               : ops->send ? "there is no console here: use @send"
-                           : "there is no console here: only lines that begin with @";
+        return ops->console_send ? 0
+               : ops->bus_send   ? "there is no console here: use @send"
+                                 : "there is no console here: only lines that begin with @";
     case SCENARIO_SEND:
-    case SCENARIO_BAUD: return ops->send ? 0 : "only without firmware: cds55xx-sim bus";
+    case SCENARIO_BAUD: return ops->bus_send ? 0 : "only without firmware: cds55xx-sim bus";
     case SCENARIO_RESET: return ops->reset ? 0 : "there is no controller here";
     case SCENARIO_FAULT: return ops->fault ? 0 : "no faults can be ordered here";
     default: return 0;
     }
 }
 
-/* An ID stands twice, and the bus is not one that may have that. */
+/* Returns what is wrong if two servos have one ID on a bus that does not allow it. */
 static const char *reset_conflict(const struct script_ops *ops, const struct scenario_line *line)
 {
     uint8_t ids[IDS_MAX];
@@ -426,10 +425,10 @@ bool script_start(struct script *script, struct schedule *schedule, uint32_t clo
     event_init(&script->step, step, script);
     event_init(&script->reply_timeout, reply_timed_out, script);
     event_init(&script->probe, probe, script);
-    if (ops->ready) {
+    if (ops->console_ready) {
         schedule_at(schedule, &script->probe, schedule->now);
     }
-    step_at(script, schedule->now + (ops->ready ? cycles(script, READY_AFTER_US) : 0));
+    step_at(script, schedule->now + (ops->console_ready ? cycles(script, READY_AFTER_US) : 0));
     return check(script);
 }
 

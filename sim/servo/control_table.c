@@ -7,9 +7,10 @@
 #define E  true
 #define M  false
 
-/* Names are those of the firmware's console (docs/registers.md): a scenario speaks one language.
- * Where the manual prints two defaults the rulings R11 and R12 decide, ranges are R33's, values it
- * leaves open are R26's and R38's. The goal position follows the present one at power-up. */
+/* The names are those of the firmware's console (docs/registers.md), so scenarios and console use
+ * the same names. Defaults: the manual, and rulings R11 and R12 where it prints two. Ranges: R33.
+ * Values that the manual leaves open: R26 and R38. At power-up the goal position is the present
+ * position. */
 // clang-format off
 const struct table_row table_rows[TABLE_ROWS] = {
     {0x00,                      1, R,  E, 0,      0,      "RESERVED_00"},

@@ -1,5 +1,4 @@
-/* The servo's control table (manual 3.1) as data: one row per register.
- */
+/* The servo's control table (manual 3.1) as data: one row for each register. */
 #ifndef SIM_CONTROL_TABLE_H
 #define SIM_CONTROL_TABLE_H
 
@@ -7,7 +6,7 @@
 #include <stdint.h>
 
 #define TABLE_REGISTERS   50 // bytes, 0x00 to 0x31
-#define TABLE_EEPROM_SIZE 24 // the first bytes; the others are the RAM area
+#define TABLE_EEPROM_SIZE 24 // bytes, from 0x00; the rest is the RAM area
 #define TABLE_ROWS        39
 
 enum table_address {
@@ -50,25 +49,25 @@ enum table_address {
 
 struct table_row {
     uint8_t address;
-    uint8_t width; // bytes; words stand low byte first (R28)
+    uint8_t width; // bytes; a word has its low byte first (R28)
     bool writable;
-    bool eeprom;      // kept without power
-    uint16_t initial; // factory value, or value at power-up in the RAM area
-    uint16_t highest; // that may be written; the lowest is 0 everywhere
+    bool eeprom;      // keeps its value without power
+    uint16_t initial; // factory value; in the RAM area the value at power-up
+    uint16_t highest; // highest value that may be written; the lowest is 0
     const char *name;
 };
 
-/* In the order of addresses, without gaps. */
+/* Sorted by address, without gaps. */
 extern const struct table_row table_rows[TABLE_ROWS];
 
-/* The row of that name, or 0. */
+/* Returns the row with that name, or 0. */
 const struct table_row *table_find(const char *name);
 
-/* Registers as the rows' values: little-endian words and bytes. */
+/* Reads and writes a register in the bytes of a control table. */
 uint16_t table_get(const uint8_t *registers, uint8_t address, uint8_t width);
 void table_set(uint8_t *registers, uint8_t address, uint8_t width, uint16_t value);
 
-/* Initial values into one of the two areas. */
+/* Writes the initial values of the EEPROM area or of the RAM area. */
 void table_initialise(uint8_t *registers, bool eeprom);
 
 #endif

@@ -1,4 +1,4 @@
-/* A list of servo IDs as people write it: 1-18 or 0,1,5-7. */
+/* Parses a list of servo IDs: 1-18 or 0,1,5-7. */
 #ifndef SIM_IDS_H
 #define SIM_IDS_H
 

@@ -3,13 +3,13 @@
 #include <stdlib.h>
 
 #define SUPPLY_NOMINAL_DV 120
-#define FREE_SPEED        (1100 * MOTOR_SPEED_UNIT) // without load and friction at 12 V
-#define SENSED_LOWEST     (-51150000)               // -15 degrees; the sensor spans 330
+#define FREE_SPEED        (1100 * MOTOR_SPEED_UNIT) // at 12 V without load and friction
+#define SENSED_LOWEST     (-51150000)               // -15 degrees; the sensor covers 330 degrees
 #define SENSED_HIGHEST    1074150000                // 315 degrees
-#define POSITION_LOWEST   (-102300000)              // -30 degrees, middle of the sensor's gap
-#define STALLED_STEPS     25                        // 100 ms until a stall is an overload
+#define POSITION_LOWEST   (-102300000)              // -30 degrees, the middle of the sensor's gap
+#define STALLED_STEPS     25                        // 100 ms of stall are an overload
 #define OVERLOAD_PERCENT  20                        // R36
-#define THERMAL_STEPS     4096                      // time constant, 16.4 s
+#define THERMAL_STEPS     4096                      // time constant: 16.4 s
 #define STALL_HEAT        100000000                 // 1e-6 degrees above ambient at stall torque
 
 static int32_t clamp(int64_t value, int64_t lowest, int64_t highest)
@@ -28,7 +28,7 @@ static int64_t square_root(int64_t value)
     return root;
 }
 
-/* Microunits still to go, CCW positive; 0 where the servo is content and does not drive. */
+/* Returns the distance to the goal in microunits, CCW positive. 0: the servo does not drive. */
 static int32_t distance_to_go(const struct motor *motor, const struct motor_command *command)
 {
     if (!command->torque || command->torque_limit == 0) {
@@ -44,8 +44,8 @@ static int32_t distance_to_go(const struct motor *motor, const struct motor_comm
     return abs(distance) <= margin * MOTOR_UNIT ? 0 : distance;
 }
 
-/* Torque of the position loop towards the goal, up to the limit in force. */
-static int32_t strength(const struct motor_command *command, int32_t distance)
+/* Returns the torque of the position loop towards the goal, up to the torque limit. */
+static int32_t position_loop_torque(const struct motor_command *command, int32_t distance)
 {
     if (distance == 0) {
         return 0;
@@ -58,14 +58,14 @@ static int32_t strength(const struct motor_command *command, int32_t distance)
                  command->torque_limit);
 }
 
-/* Speed change per step. */
+/* Returns the change of speed in each step. */
 static int32_t slope(uint8_t ramp)
 {
     return ramp == 0 ? INT32_MAX : ramp * MOTOR_SPEED_UNIT;
 }
 
-/* Highest speed from which the output comes to rest in `distance`, losing slope(dcc) in each step:
- * v + (v - d) + (v - 2d) + ... = distance. */
+/* Returns the highest speed from which the output stops within `distance`, if it loses slope(dcc)
+ * in each step: v + (v - d) + (v - 2d) + ... = distance. */
 static int32_t braking_speed(uint8_t dcc, int32_t distance)
 {
     if (dcc == 0) {
@@ -75,7 +75,7 @@ static int32_t braking_speed(uint8_t dcc, int32_t distance)
     return clamp(square_root(d * d / 4 + 2 * d * distance) - d / 2, 0, distance);
 }
 
-/* Speed in the direction of the goal that the ramps lead to in the next step. */
+/* Returns the speed of the next step towards the goal, within the ramps. */
 static int32_t ramped_speed(const struct motor_command *command, int32_t speed, int32_t distance)
 {
     int64_t highest = command->speed == 0 ? INT32_MAX : command->speed * MOTOR_SPEED_UNIT;
@@ -87,13 +87,14 @@ static int32_t ramped_speed(const struct motor_command *command, int32_t speed, 
     return clamp(faster, INT32_MIN, braked > highest ? braked : highest);
 }
 
-/* Torque of the motor at this supply, when its driver is asked for `drive`. */
+/* Returns the motor's torque at this supply if its driver is asked for `drive`. */
 static int32_t at_supply(int32_t drive, const struct servo_environment *environment)
 {
     return drive * environment->supply_dV / SUPPLY_NOMINAL_DV;
 }
 
-/* Speed one step later with that torque: half way to where torque, load and friction balance. */
+/* Returns the speed of the next step at that torque: the speed moves half way to the balance of
+ * torque, load and friction. */
 static int32_t reachable_speed(int32_t speed, int32_t torque,
                                const struct servo_environment *environment)
 {
@@ -105,8 +106,8 @@ static int32_t reachable_speed(int32_t speed, int32_t torque,
     return (int32_t)(settled + (speed - settled) / 2);
 }
 
-/* In position mode a joint has stops where the sensor ends; without them a load that is too much
- * would turn the output round and round. */
+/* In position mode the joint has stops where the sensor ends. Without stops a high load would turn
+ * the output round and round. */
 static void move(struct motor *motor, bool endless)
 {
     int32_t next = motor->position + motor->speed;
@@ -132,14 +133,15 @@ static void warm(struct motor *motor, const struct servo_environment *environmen
     motor->temperature += (int32_t)((settled - motor->temperature) / THERMAL_STEPS);
 }
 
-/* The motor carries load and friction while it turns; at rest it pushes with what it has. */
-static int32_t exerted_torque(int32_t speed, int32_t held, int32_t direction,
+/* A turning motor carries load and friction. A motor at rest exerts the torque that it has. */
+static int32_t exerted_torque(int32_t speed, int32_t available_torque, int32_t direction,
                               const struct servo_environment *environment)
 {
     if (speed == 0) {
-        return direction * held;
+        return direction * available_torque;
     }
-    return clamp(environment->load + (speed > 0 ? MOTOR_FRICTION : -MOTOR_FRICTION), -held, held);
+    return clamp(environment->load + (speed > 0 ? MOTOR_FRICTION : -MOTOR_FRICTION),
+                 -available_torque, available_torque);
 }
 
 void motor_init(struct motor *motor, uint16_t position, const struct servo_environment *environment)
@@ -161,10 +163,10 @@ void motor_step(struct motor *motor, const struct motor_command *command,
 {
     int32_t distance = distance_to_go(motor, command);
     int32_t direction = (distance > 0) - (distance < 0);
-    int32_t drive = strength(command, distance);
+    int32_t drive = position_loop_torque(command, distance);
     int32_t limit = command->torque_limit;
 
-    /* Judged by the full limit, so that the lowered torque does not keep itself low. */
+    /* The full limit applies here. With the lowered limit an overload would never end. */
     bool too_much = environment->blocked
                         ? drive == limit
                         : direction * environment->load > at_supply(limit, environment);
@@ -178,17 +180,18 @@ void motor_step(struct motor *motor, const struct motor_command *command,
         drive = clamp(drive, 0, limit * OVERLOAD_PERCENT / 100);
     }
 
-    int32_t held = at_supply(drive, environment);
+    int32_t available_torque = at_supply(drive, environment);
     int64_t wanted = 0;
     if (distance != 0) {
         wanted =
             direction * (int64_t)ramped_speed(command, direction * motor->speed, abs(distance));
     }
-    motor->speed = environment->blocked
-                       ? 0
-                       : clamp(wanted, reachable_speed(motor->speed, -held, environment),
-                               reachable_speed(motor->speed, held, environment));
-    motor->torque = exerted_torque(motor->speed, held, direction, environment);
+    motor->speed =
+        environment->blocked
+            ? 0
+            : clamp(wanted, reachable_speed(motor->speed, -available_torque, environment),
+                    reachable_speed(motor->speed, available_torque, environment));
+    motor->torque = exerted_torque(motor->speed, available_torque, direction, environment);
     motor->moving = distance != 0;
     move(motor, command->endless);
     warm(motor, environment);

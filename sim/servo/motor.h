@@ -1,8 +1,8 @@
 /* Motor, gear, angle sensor and temperature of a simulated servo, stepped at 250 Hz (R29).
  *
- * Integers only: the same steps give the same values on every host. A position unit is 300/1023
- * degrees (R9), positive is CCW (R35). What the slopes are and why: docs/internals/servo-model.md.
- */
+ * The model uses integers only: the same steps give the same values on every host. A position unit
+ * is 300/1023 degrees (R9). Positive is CCW (R35). docs/internals/servo-model.md explains the
+ * model. */
 #ifndef SIM_MOTOR_H
 #define SIM_MOTOR_H
 
@@ -13,53 +13,54 @@
 #define MOTOR_SPEED_UNIT 4960       // microunits per step for 1 in a speed register: 62/1023 RPM
 #define MOTOR_FULL_TURN  1227600000 // microunits in 360 degrees
 #define MOTOR_STALL      1023       // torque of the stalled motor at 12.0 V
-#define MOTOR_FRICTION   40         // of the gear, 1/1023 of stall
+#define MOTOR_FRICTION   40         // of the gear, in 1/1023 of stall torque
 
-/* What the world does to a servo. */
+/* What acts on a servo from outside. */
 struct servo_environment {
     uint8_t supply_dV; // 0.1 V
-    uint8_t ambient_C; // temperature the case settles at, without its own losses
-    int16_t load;      // external torque on the output, 1/1023 of stall at 12 V; > 0 pushes CW
+    uint8_t ambient_C; // temperature of the case without the motor's own heat, degrees Celsius
+    int16_t load;      // external torque on the output, in 1/1023 of stall torque at 12 V; positive
+                       // pushes CW
     bool blocked;      // the output cannot turn
 };
 
-/* What the control table asks for; values as the registers hold them. */
+/* What the control table demands. Values are in the units of the registers. */
 struct motor_command {
-    bool torque;           // power, torque enable
-    bool endless;          // endless turn: goal and margins do not count
+    bool torque;           // power is on and torque is enabled
+    bool endless;          // endless turn: goal and margins have no effect
     bool clockwise;        // endless turn only
     uint16_t speed;        // 0: not limited; in endless turn: stop
     uint16_t goal;         // 0..1023
     uint16_t torque_limit; // 0..1023; 0: free run
-    uint16_t punch;        // least torque while driving
+    uint16_t punch;        // lowest torque while driving
     uint8_t acc, dcc;      // 0: no ramp
     uint8_t cw_margin, ccw_margin;
     uint8_t cw_proportion, ccw_proportion;
 };
 
 struct motor {
-    int32_t position;    // microunits, -30 to 330 degrees: what is measured is 0 to 300 and 15 more
+    int32_t position;    // microunits, -30 to 330 degrees; the sensor measures -15 to 315
     int32_t speed;       // microunits per step
-    int32_t torque;      // that the motor exerts, 1/1023 of stall
-    int32_t temperature; // 1e-6 degrees C
-    uint8_t stalled;     // steps for which the load was too much
-    bool overload; // the torque limit cannot control the load: torque is lowered to 20 % (R36)
-    bool moving;   // driven towards a goal (R32) or turning endlessly (R40)
+    int32_t torque;      // torque that the motor exerts, in 1/1023 of stall torque
+    int32_t temperature; // 1e-6 degrees Celsius
+    uint8_t stalled;     // number of steps for which the load was too high
+    bool overload;       // the load exceeds the torque limit: torque is lowered to 20 % (R36)
+    bool moving;         // drives towards a goal (R32) or turns endlessly (R40)
 };
 
-/* At rest at `position` units, at the temperature of its surroundings. */
+/* The motor is at rest at `position` units and has the ambient temperature. */
 void motor_init(struct motor *motor, uint16_t position,
                 const struct servo_environment *environment);
 
-/* The drive is cut: power or torque is gone, the output coasts. */
+/* Cuts the drive: power or torque is off and the output coasts. */
 void motor_release(struct motor *motor);
 
-/* 4 ms later. */
+/* Advances the model by 4 ms. */
 void motor_step(struct motor *motor, const struct motor_command *command,
                 const struct servo_environment *environment);
 
-/* As the registers have them: 0..1023, and magnitude in bits 0-9 with bit 10 for CW (R35). The load
- * is that on the output: it points against the torque of the motor. */
+/* Return the values of the registers: 0..1023, or a magnitude in bits 0-9 with bit 10 for CW (R35).
+ * The load is that on the output: its direction is against the motor's torque. */
 uint16_t motor_present_position(const struct motor *motor);
 uint16_t motor_present_speed(const struct motor *motor);
 uint16_t motor_present_load(const struct motor *motor);

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #define TICKS_PER_SECOND 250
-#define BLINK_TICKS      62 // lit, then as long dark
+#define BLINK_TICKS      62 // lit for 62 ticks, then dark for 62 ticks
 
 enum instruction {
     PING = 0x01,
@@ -32,7 +32,7 @@ static bool baud_is_listed(uint8_t baud)
     return memchr(listed, baud, sizeof listed) != NULL;
 }
 
-/* Conditions that hold now (R18). */
+/* Returns the conditions that hold now (R18). */
 static uint8_t conditions(const struct servo *servo)
 {
     const uint8_t *now = servo->registers;
@@ -43,8 +43,9 @@ static uint8_t conditions(const struct servo *servo)
                      (servo->motor.overload ? SERVO_ERROR_OVERLOAD : 0));
 }
 
-/* R17: torque that is shut down stays off. Overload never shuts down, the motor lowers torque. */
-static void renew_alarms(struct servo *servo)
+/* R17: a shutdown disables torque until it is enabled again. An overload does not shut down; the
+ * motor lowers its torque. */
+static void update_alarms(struct servo *servo)
 {
     unsigned alarms = servo_errors(servo) & servo->registers[TABLE_ALARM_SHUTDOWN];
     if (alarms & (unsigned)~SERVO_ERROR_OVERLOAD) {
@@ -52,7 +53,7 @@ static void renew_alarms(struct servo *servo)
     }
 }
 
-static void renew_present_values(struct servo *servo)
+static void update_present_values(struct servo *servo)
 {
     uint8_t *now = servo->registers;
     table_set(now, TABLE_PRESENT_POSITION, 2, motor_present_position(&servo->motor));
@@ -63,16 +64,16 @@ static void renew_present_values(struct servo *servo)
     now[TABLE_MOVING] = servo->motor.moving;
 }
 
-/* RAM area to its initial values (R38). */
+/* Sets the RAM area to its initial values (R38). */
 static void initialise_ram(struct servo *servo)
 {
     motor_release(&servo->motor);
     table_initialise(servo->registers, false);
-    renew_present_values(servo);
+    update_present_values(servo);
     memcpy(servo->registers + TABLE_GOAL_POSITION, servo->registers + TABLE_PRESENT_POSITION, 2);
 }
 
-/* Writing. */
+/* --- writing --- */
 
 static uint16_t highest_value(const struct servo *servo, const struct table_row *row)
 {
@@ -95,8 +96,8 @@ static bool overlaps(const struct table_row *row, uint8_t address, unsigned coun
     return row->address < address + count && row->address + row->width > address;
 }
 
-/* What the table would be after the write, and the error that stands against it: a range error
- * means nothing is to be stored (R4, R5), an angle error leaves the goal as it was (R15). */
+/* Writes the table after the write to `after`. Returns an error: after a range error no byte is
+ * stored (R4, R5); an angle error leaves the goal as it was (R15). */
 static uint8_t try_write(const struct servo *servo, uint8_t address, const uint8_t *data,
                          unsigned count, uint8_t after[SERVO_REGISTERS])
 {
@@ -137,7 +138,7 @@ static uint8_t write_registers(struct servo *servo, uint8_t address, const uint8
     return error;
 }
 
-/* The instructions: each returns the error bits of its packet. */
+/* The instructions. Each returns the error bits of its packet. */
 
 static uint8_t do_ping(struct servo *servo, const struct codec_packet *packet)
 {
@@ -145,7 +146,7 @@ static uint8_t do_ping(struct servo *servo, const struct codec_packet *packet)
     return 0;
 }
 
-/* Only judged here: the reply takes its parameters from the table. */
+/* Checks the range. process_good() adds the parameters to the reply. */
 static uint8_t do_read(struct servo *servo, const struct codec_packet *packet)
 {
     (void)servo;
@@ -204,7 +205,7 @@ static uint8_t do_sync_write(struct servo *servo, const struct codec_packet *pac
     }
     for (unsigned at = 2; at < packet->count; at += block) {
         if (packet->parameters[at] == servo->registers[TABLE_ID]) {
-            mine = at; // R22: the last one wins
+            mine = at; // R22: the last block with this ID applies
         }
     }
     if (mine == 0) {
@@ -215,8 +216,8 @@ static uint8_t do_sync_write(struct servo *servo, const struct codec_packet *pac
 
 struct instruction_row {
     uint8_t instruction;
-    uint8_t fewest, most;  // parameters (R34)
-    uint8_t answered_from; // status return level (R1, R3)
+    uint8_t parameters_min, parameters_max; // number of parameters (R34)
+    uint8_t reply_level; // lowest status return level at which the servo replies (R1, R3)
     uint8_t (*execute)(struct servo *servo, const struct codec_packet *packet);
 };
 
@@ -230,7 +231,7 @@ static const struct instruction_row *find_instruction(uint8_t instruction)
         {ACTION, 0, 0, 2, do_action},
         {RESET, 0, 0, 2, do_reset},
         {SYNC_WRITE, 4, UINT8_MAX, 2, do_sync_write},
-        {0}, // any other is undefined
+        {0}, // any other instruction is undefined
     };
     const struct instruction_row *row = rows;
     while (row->execute && row->instruction != instruction) {
@@ -239,7 +240,7 @@ static const struct instruction_row *find_instruction(uint8_t instruction)
     return row;
 }
 
-/* Packets. */
+/* --- packets --- */
 
 static uint32_t jitter_us(struct servo_quirks *quirks)
 {
@@ -249,7 +250,7 @@ static uint32_t jitter_us(struct servo_quirks *quirks)
     return quirks->seed % (quirks->jitter_us + 1u);
 }
 
-/* What holds on arrival decides how and whether an answer leaves (R2). */
+/* The registers on arrival of the packet decide whether and how the servo replies (R2). */
 struct arrival {
     uint8_t id;
     uint8_t level;
@@ -267,8 +268,8 @@ static struct arrival arrive(const struct servo *servo)
     };
 }
 
-static void answer(struct servo *servo, const struct arrival *arrival, const uint8_t *parameters,
-                   uint8_t count)
+static void build_reply(struct servo *servo, const struct arrival *arrival,
+                        const uint8_t *parameters, uint8_t count)
 {
     struct servo_reply *reply = &servo->reply;
     reply->delay_us =
@@ -277,42 +278,44 @@ static void answer(struct servo *servo, const struct arrival *arrival, const uin
     reply->size = codec_status(reply->bytes, arrival->id, servo_errors(servo), parameters, count);
 }
 
-/* R19: a damaged packet is never acted on, and answered if it seems to be for this servo. */
-static bool take_damaged(struct servo *servo, const struct codec_packet *packet)
+/* R19: a servo never executes a damaged packet. It replies if the packet has its ID. */
+static bool process_damaged(struct servo *servo, const struct codec_packet *packet)
 {
     struct arrival arrival = arrive(servo);
     servo->packet_error = SERVO_ERROR_CHECKSUM;
-    renew_alarms(servo);
+    update_alarms(servo);
     if (packet->id != arrival.id || arrival.level < 2) {
         return false;
     }
-    answer(servo, &arrival, NULL, 0);
+    build_reply(servo, &arrival, NULL, 0);
     return true;
 }
 
-static bool take_good(struct servo *servo, const struct codec_packet *packet)
+static bool process_good(struct servo *servo, const struct codec_packet *packet)
 {
     struct arrival arrival = arrive(servo);
     const struct instruction_row *row = find_instruction(packet->instruction);
-    bool sound = row->execute && packet->count >= row->fewest && packet->count <= row->most;
+    bool sound = row->execute && packet->count >= row->parameters_min &&
+                 packet->count <= row->parameters_max;
     servo->packet_error = sound ? row->execute(servo, packet) : SERVO_ERROR_INSTRUCTION;
-    renew_alarms(servo);
+    update_alarms(servo);
 
-    uint8_t answered_from = row->execute ? row->answered_from : 2;
+    uint8_t reply_level = row->execute ? row->reply_level : 2;
     bool silent = packet->id == SERVO_BROADCAST_ID && packet->instruction != PING;
-    if (silent || arrival.level < answered_from) {
+    if (silent || arrival.level < reply_level) {
         return false;
     }
     if (packet->instruction == READ && servo->packet_error == 0) {
-        answer(servo, &arrival, servo->registers + packet->parameters[0], packet->parameters[1]);
+        build_reply(servo, &arrival, servo->registers + packet->parameters[0],
+                    packet->parameters[1]);
     } else {
-        answer(servo, &arrival, NULL, 0);
+        build_reply(servo, &arrival, NULL, 0);
     }
     return true;
 }
 
-static bool take_packet(struct servo *servo, enum codec_event event,
-                        const struct codec_packet *packet)
+static bool process_packet(struct servo *servo, enum codec_event event,
+                           const struct codec_packet *packet)
 {
     if (packet->id != servo->registers[TABLE_ID] && packet->id != SERVO_BROADCAST_ID) {
         return false;
@@ -321,7 +324,7 @@ static bool take_packet(struct servo *servo, enum codec_event event,
         packet->size > SERVO_SYNC_WRITE_LIMIT) {
         return false;
     }
-    return event == CODEC_PACKET ? take_good(servo, packet) : take_damaged(servo, packet);
+    return event == CODEC_PACKET ? process_good(servo, packet) : process_damaged(servo, packet);
 }
 
 void servo_silence(struct servo *servo, uint64_t us)
@@ -349,12 +352,12 @@ bool servo_receive(struct servo *servo, uint8_t byte, bool framing_error)
     struct codec_packet packet;
     enum codec_event event;
     while ((event = codec_next(&servo->codec, &packet)) != CODEC_NOTHING) {
-        due |= take_packet(servo, event, &packet);
+        due |= process_packet(servo, event, &packet);
     }
     return due;
 }
 
-/* Time and power. */
+/* --- time and power --- */
 
 static struct motor_command motor_command(const struct servo *servo)
 {
@@ -382,8 +385,8 @@ void servo_tick(struct servo *servo)
     struct motor_command command = motor_command(servo);
     motor_step(&servo->motor, &command, &servo->environment);
     servo->ticks++;
-    renew_present_values(servo);
-    renew_alarms(servo);
+    update_present_values(servo);
+    update_alarms(servo);
 }
 
 void servo_power(struct servo *servo, bool on)
@@ -438,7 +441,7 @@ bool servo_set_eeprom(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE
     return true;
 }
 
-/* Looking at it. */
+/* --- state --- */
 
 uint8_t servo_baud(const struct servo *servo)
 {

@@ -1,28 +1,27 @@
-/* One simulated CDS55xx servo: a state machine of bytes in, status packets out.
+/* One simulated CDS55xx servo: bytes in, status packets out.
  *
- * It knows nothing of AVRs, of wires and of the controller's library: its codec, its control table
- * and its motor are its own, so that one mistake cannot cancel itself out. Who owns it gives it
- * every byte its receiver hears and a tick every 4 ms (R29), and puts the reply on the wire. "Rn"
- * are the project's rulings on the manual's contradictions: docs/internals/rulings.md.
- */
+ * The model includes nothing of the AVR, of the wire and of the controller's library. Its codec,
+ * control table and motor are its own, so the same mistake cannot be on both sides. The caller
+ * passes each received byte to servo_receive(), calls servo_tick() every 4 ms (R29) and sends
+ * servo->reply. "Rn" is a ruling on a contradiction in the manual: docs/internals/rulings.md. */
 #ifndef SIM_SERVO_H
 #define SIM_SERVO_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "servo/control_table.h" // addresses of the registers
+#include "servo/motor.h"         // struct motor, struct servo_environment
 #include "wire/codec.h"          // struct codec
-#include "servo/motor.h"         // struct motor, struct servo_world
-#include "servo/control_table.h" // the addresses of the registers
 
 #define SERVO_REGISTERS         TABLE_REGISTERS
 #define SERVO_EEPROM_SIZE       TABLE_EEPROM_SIZE
 #define SERVO_PACKET_MAX        CODEC_PACKET_MAX // 258
 #define SERVO_TICK_US           4000
-#define SERVO_RESET_BAUD        1 // register 0x04: 2 000 000 / (1 + 1) = 1 Mbps
+#define SERVO_RESET_BAUD        1 // register 0x04: 2 000 000 / (1 + 1) = 1 Mbit/s
 #define SERVO_BROADCAST_ID      0xFE
-#define SERVO_PAUSE_US          2000   // what ended before such a pause is not executed behind it
-#define SERVO_PACKET_TIMEOUT_US 100000 // the rest of a packet does not come any more
+#define SERVO_PAUSE_US          2000   // a packet from before this pause is not executed
+#define SERVO_PACKET_TIMEOUT_US 100000 // the servo drops an unfinished packet
 #define SERVO_SYNC_WRITE_LIMIT  143    // bytes, with quirks.sync_write_limit
 
 /* Bits of the ERROR byte (manual 2.3). */
@@ -36,11 +35,10 @@ enum servo_error {
     SERVO_ERROR_INSTRUCTION = 0x40,
 };
 
-/* What the LED does. */
 enum servo_lamp { SERVO_LAMP_OFF, SERVO_LAMP_ON, SERVO_LAMP_BLINKING };
 
-/* A status packet that is due. It leaves `delay_us` after the end of the last byte heard, in bits
- * of the baud register `baud`: both as they were when the instruction packet arrived (R2). */
+/* A status packet to send. It starts `delay_us` after the end of the last received byte, at the bit
+ * rate of the baud register `baud`. Both are as on arrival of the instruction packet (R2). */
 struct servo_reply {
     uint16_t size; // bytes
     uint8_t baud;
@@ -48,71 +46,72 @@ struct servo_reply {
     uint8_t bytes[SERVO_PACKET_MAX];
 };
 
-/* How real servos are known to differ from the manual; all off after servo_init(). */
+/* Differences between real servos and the manual. servo_init() turns all off. */
 struct servo_quirks {
-    bool silent_after_power_up;   // deaf and mute for 1 s
-    bool sync_write_limit;        // a longer SYNC WRITE is not noticed at all
-    uint16_t extra_turnaround_us; // on top of the return delay
-    uint16_t jitter_us;           // 0..this on top of that, at random
-    uint32_t seed;                // of the jitter, never 0; servo_init() takes it from the ID
+    bool silent_after_power_up;   // ignores all bytes for 1 s
+    bool sync_write_limit;        // ignores a longer SYNC WRITE
+    uint16_t extra_turnaround_us; // added to the return delay
+    uint16_t jitter_us;           // a random time from 0 to this, added as well
+    uint32_t seed;                // of the jitter, never 0; servo_init() derives it from the ID
 };
 
 struct servo {
-    uint8_t registers[SERVO_REGISTERS];   // what a READ returns
-    struct servo_environment environment; // the owner's to change at any time
-    struct servo_quirks quirks;           // likewise
+    uint8_t registers[SERVO_REGISTERS];   // the values that READ returns
+    struct servo_environment environment; // the caller may change it at any time
+    struct servo_quirks quirks;           // the caller may change them at any time
     struct servo_reply reply;
     struct motor motor;
-    /* the rest is the servo's own */
+    /* the servo's own */
     bool powered;
-    uint8_t saved_baud;    // what 0x04 is after the next power-up (R24)
-    uint8_t packet_error;  // of its last packet, good or damaged (R36)
-    uint16_t torque_limit; // max torque as copied at power-up (R7)
+    uint8_t saved_baud;    // value of 0x04 after the next power-up (R24)
+    uint8_t packet_error;  // of the latest packet, good or damaged (R36)
+    uint16_t torque_limit; // MAX_TORQUE at power-up (R7)
     uint32_t ticks;        // since power-up
     struct {
         uint8_t address;
         uint8_t count;
         uint8_t data[SERVO_REGISTERS];
-    } registered; // the REG WRITE that waits, while 0x2C is 1
+    } registered; // the kept REG WRITE, while 0x2C is 1
     struct codec codec;
 };
 
-/* Factory values and this ID, powered up at 12.0 V and 32 degrees, no load, output in the middle.
- */
+/* Sets factory values and the ID, and powers up at 12.0 V and 32 degrees Celsius, without load,
+ * with the output in the middle. */
 void servo_init(struct servo *servo, uint8_t id);
 
-/* true powers up anew, also after no power-off: RAM area, lock, torque, registered write and an
- * unlisted baud rate are lost. Without power it is deaf and mute; go on ticking: the output coasts.
- */
+/* Powers up or off. Power-up, also of a powered servo, clears the RAM area, the lock, torque, the
+ * registered write and an unlisted baud rate. A servo without power ignores bytes. Keep ticking it:
+ * its output coasts. */
 void servo_power(struct servo *servo, bool on);
 
-/* The line was silent for so long before the next byte. After SERVO_PAUSE_US the servo does not
- * execute a packet any more that stands inside a damaged one and ended before the silence. After
- * SERVO_GIVES_UP_US it drops the packet that has begun, as Dynamixels do. */
+/* The line was silent for `us` before the next byte. After SERVO_PAUSE_US the servo does not
+ * execute a packet that stands inside a damaged one and ended before the silence. After
+ * SERVO_PACKET_TIMEOUT_US it drops an unfinished packet, as Dynamixels do. */
 void servo_silence(struct servo *servo, uint64_t us);
 
-/* One byte its receiver heard. True: servo->reply is due. An earlier reply that still waits is the
- * owner's to keep. A servo that talks or waits to talk should not be given bytes. */
+/* Processes one received byte. Returns true if servo->reply is to be sent; it replaces an earlier
+ * reply. Do not pass bytes to a servo that sends or is about to send. */
 bool servo_receive(struct servo *servo, uint8_t byte, bool framing_error);
 
-/* 4 ms have passed: goals are taken, present values and alarms renewed. */
+/* Advances the servo by 4 ms: takes goals, updates present values and alarms. */
 void servo_tick(struct servo *servo);
 
-/* The baud register its receiver uses once the reply has left. */
+/* Returns the baud register that the receiver uses after the reply. */
 uint8_t servo_baud(const struct servo *servo);
 
-/* What it finds at the next power-up. A set powers up anew if it has power; false, and nothing
- * happens, if no servo can hold those bytes. Read-only registers keep their values. */
+/* The EEPROM area after the next power-up. Setting it powers up a powered servo again. Setting
+ * returns false and does nothing if no servo can hold the bytes. Read-only registers keep their
+ * values. */
 void servo_get_eeprom(const struct servo *servo, uint8_t bytes[SERVO_EEPROM_SIZE]);
 bool servo_set_eeprom(struct servo *servo, const uint8_t bytes[SERVO_EEPROM_SIZE]);
 
 /* For plots and tables. */
 uint16_t servo_goal_position(const struct servo *servo);
 uint16_t servo_present_position(const struct servo *servo);
-int32_t servo_position_milliunits(const struct servo *servo); // not cut off at 0 and 1023
-bool servo_torque(const struct servo *servo);                 // neither shut down nor free
+int32_t servo_position_milliunits(const struct servo *servo); // not limited to 0..1023
+bool servo_torque(const struct servo *servo); // torque is enabled and MAX_TORQUE is not 0
 enum servo_lamp servo_lamp(const struct servo *servo);
 bool servo_led(const struct servo *servo);       // lit now; an alarm blinks at 2 Hz
-uint8_t servo_errors(const struct servo *servo); // conditions and the last packet's
+uint8_t servo_errors(const struct servo *servo); // of conditions and of the latest packet
 
 #endif

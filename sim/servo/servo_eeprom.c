@@ -12,7 +12,7 @@
 #define SAVES_A_SECOND 4
 #define HEADING        "CDS55xx EEPROM"
 
-/* Of the same ID the first servo has the plain name, the second one -2, ... */
+/* Of servos with the same ID the first file has the plain name, the second one ends in -2. */
 static void name_file(const struct servo_eeprom *eeprom, unsigned index, char path[PATH_SIZE])
 {
     const struct servo_node *node = eeprom->servos->node;
@@ -28,7 +28,7 @@ static void name_file(const struct servo_eeprom *eeprom, unsigned index, char pa
              node[index].id, number);
 }
 
-/* CRC-16/CCITT, so that a file that was cut or edited is noticed. */
+/* CRC-16/CCITT: detects files that were cut or edited. */
 static unsigned checksum(const uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     unsigned crc = 0xFFFF;
@@ -50,7 +50,7 @@ static void write_text(const uint8_t bytes[SERVO_EEPROM_SIZE], char text[TEXT_SI
     snprintf(text + size, TEXT_SIZE - (size_t)size, " CRC %04X\n", checksum(bytes));
 }
 
-/* What would be written of the bytes found must be what was found. */
+/* The text is valid if writing its bytes gives the same text. */
 static bool read_text(const char text[TEXT_SIZE], uint8_t bytes[SERVO_EEPROM_SIZE])
 {
     const char *next = text + strlen(HEADING);
@@ -101,7 +101,7 @@ bool servo_eeprom_load(struct servo_eeprom *eeprom)
     return true;
 }
 
-/* Not durable: fsync() would hold up a run in real time. */
+/* Not durable: fsync() would delay a run in real time. */
 static bool replace(const struct servo_eeprom *eeprom, unsigned index,
                     const uint8_t bytes[SERVO_EEPROM_SIZE])
 {

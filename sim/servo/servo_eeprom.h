@@ -1,8 +1,8 @@
-/* The EEPROM areas of servos, kept in a folder from run to run: one small text file for each servo,
- * called after its bus and the ID it was put there with. A servo without a file is as from the
- * factory. A file is replaced as a whole, so that a run that is killed leaves the old or the new
- * one.
- */
+/* Keeps the EEPROM areas of servos in a folder from run to run (--state DIR).
+ *
+ * Each servo has one small text file. Its name has the bus and the ID under which the servo was put
+ * there. A servo without a file has factory values. A file is replaced as a whole, so a run that is
+ * killed leaves the old or the new content. */
 #ifndef SIM_SERVO_EEPROM_H
 #define SIM_SERVO_EEPROM_H
 
@@ -10,10 +10,10 @@
 #include <stdint.h>
 
 #include "servo/ids.h"
-#include "wire/schedule.h"
 #include "servo/servos.h"
+#include "wire/schedule.h"
 
-/* The names of the files in the folder, for fnmatch(). */
+/* A pattern for fnmatch() that matches the names of the files. */
 #define SERVO_EEPROM_FILES "bus[0-9]-servo[0-9][0-9][0-9]*.eeprom"
 
 struct servo_eeprom {
@@ -26,16 +26,16 @@ struct servo_eeprom {
     bool failed; // a file could not be written
 };
 
-/* `folder` is made if need be; 0: none. False, with one line on stderr, when there can be none.
- * From now on what has changed is saved four times a second. */
+/* Creates `folder` if needed (0: none), and saves changes four times a second from now on. Returns
+ * false, with one line on stderr, if the folder cannot be created. */
 bool servo_eeprom_init(struct servo_eeprom *eeprom, const char *folder, unsigned bus,
                        struct servos *servos);
 
-/* The servos are others now: gives them what was kept of them. False, with one line on stderr, when
- * a file is damaged. */
+/* Gives new servos the content of their files. Returns false, with one line on stderr, if a file is
+ * damaged. */
 bool servo_eeprom_load(struct servo_eeprom *eeprom);
 
-/* Writes what has changed. After a failure, told once on stderr, it does nothing. */
+/* Writes changes. After a failure, which prints one line on stderr, it does nothing. */
 void servo_eeprom_save(struct servo_eeprom *eeprom);
 
 #endif

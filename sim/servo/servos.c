@@ -4,14 +4,14 @@
 #include <stdlib.h>
 
 #define SECOND_US  1000000u
-#define STAGGER_US 80 // servos tick one after the other: 50 of them fill the 4 ms
+#define STAGGER_US 80 // servos tick one after the other: 50 servos fill the 4 ms
 
 static uint64_t cycles(const struct servos *servos, uint64_t us)
 {
     return us * servos->clock_Hz / SECOND_US;
 }
 
-/* The manual: 2 000 000 / (register + 1) baud. */
+/* The manual: 2 000 000 / (register + 1) bit/s. */
 static uint32_t bit_256(const struct servos *servos, uint8_t baud)
 {
     return (uint32_t)((uint64_t)servos->clock_Hz * 256 * (baud + 1u) / 2000000u);
@@ -27,8 +27,7 @@ static void *allocate(size_t count, size_t size)
     return memory;
 }
 
-/* --- hearing -------------------------------------------------------------------------------------
- */
+/* --- hearing --- */
 
 static void byte_received(void *context, uint64_t now, const struct uart_frame *frame);
 
@@ -93,7 +92,8 @@ static void reply_is_due(struct servo_node *node, uint64_t end)
     schedule_at(servos->schedule, &node->reply_delay, end + delay);
 }
 
-/* A sender that is a little fast begins a byte before the ear's stop bit has ended. */
+/* A slightly fast sender begins a byte before the receiver's stop bit has ended: the silence is
+ * then 0. */
 static uint64_t silence_before(const struct servo_receiver *receiver,
                                const struct uart_frame *frame)
 {
@@ -101,7 +101,7 @@ static uint64_t silence_before(const struct servo_receiver *receiver,
     return silence * SECOND_US / receiver->servos->clock_Hz;
 }
 
-/* The ear delivers in the middle of the stop bit; the return delay counts from its end. */
+/* The receiver delivers in the middle of the stop bit. The return delay counts from its end. */
 static void byte_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
     (void)now;
@@ -123,15 +123,14 @@ static void byte_received(void *context, uint64_t now, const struct uart_frame *
     }
 }
 
-/* --- talking -------------------------------------------------------------------------------------
- */
+/* --- talking --- */
 
-static void set_talking(struct servo_node *node, uint64_t now, bool talking)
+static void set_sending(struct servo_node *node, uint64_t now, bool sending)
 {
-    if (node->driver.enabled == talking) {
+    if (node->driver.enabled == sending) {
         return;
     }
-    driver_enable(&node->driver, now, talking);
+    driver_enable(&node->driver, now, sending);
     if (node->servos->on_drive) {
         node->servos->on_drive(node->servos->context, now, node);
     }
@@ -144,7 +143,7 @@ static void say_next(struct servo_node *node, uint64_t now)
     uart_tx_send(&node->tx, now, bit_256(node->servos, reply->baud), byte);
 }
 
-/* The next byte of the reply, or the end of it, or of the servo. */
+/* Sends the next byte of the reply, or ends the reply, or cuts the power as a fault orders. */
 static void send_next(struct servo_node *node, uint64_t now)
 {
     if (node->bytes_sent == node->power_loss_after && node->off_cycles) {
@@ -153,9 +152,9 @@ static void send_next(struct servo_node *node, uint64_t now)
         servo_node_power(node, now, true);
     } else if (node->bytes_sent < node->servo.reply.size) {
         say_next(node, now);
-        set_talking(node, now, true);
+        set_sending(node, now, true);
     } else {
-        set_talking(node, now, false);
+        set_sending(node, now, false);
     }
 }
 
@@ -188,12 +187,11 @@ static void stop_reply(struct servo_node *node, uint64_t now)
     schedule_cancel(node->servos->schedule, &node->reply_delay);
     uart_tx_stop(&node->tx, now);
     if (node->driver.enabled) {
-        set_talking(node, now, false);
+        set_sending(node, now, false);
     }
 }
 
-/* --- the set of them -----------------------------------------------------------------------------
- */
+/* --- the set of them --- */
 
 static void tick(void *context, uint64_t now)
 {
@@ -207,7 +205,7 @@ static void return_power(void *context, uint64_t now)
     servo_node_power(context, now, true);
 }
 
-/* Never 0, and another one for each servo, also where two have one ID. */
+/* Never 0, and different for each servo, also for servos with the same ID. */
 static uint32_t jitter_seed(uint32_t seed, unsigned index, uint8_t id)
 {
     uint32_t mixed = seed * 0x9E3779B1u ^ (index + 1) * 0x85EBCA77u ^ (id + 1u) * 0xC2B2AE3Du;
@@ -237,7 +235,7 @@ static void remove_all(struct servos *servos, uint64_t now)
 void servos_free(struct servos *servos)
 {
     if (!servos->schedule) {
-        return; // servos_init() was not called: the bus could not be set up
+        return; // servos_init() was not called: the set-up has failed
     }
     remove_all(servos, servos->schedule->now);
     for (unsigned i = 0; i < 256; i++) {

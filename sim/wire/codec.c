@@ -20,7 +20,7 @@ static uint8_t sum(const uint8_t *bytes, size_t count)
     return (uint8_t)total;
 }
 
-/* R27: an ID is never 0xFF, so that any number of 0xFF is still one header. */
+/* R27: an ID is never 0xFF. Any number of 0xFF before an ID is therefore one header. */
 static bool may_be_packet(const uint8_t *bytes, size_t count)
 {
     return bytes[0] == HEADER && (count <= 1 || bytes[1] == HEADER) &&
@@ -57,11 +57,12 @@ enum codec_event codec_next(struct codec *codec, struct codec_packet *packet)
 {
     for (; codec->first < codec->size; codec->first++) {
         const uint8_t *bytes = codec->bytes + codec->first;
-        size_t heard = (size_t)(codec->size - codec->first);
-        if (!may_be_packet(bytes, heard)) {
+        size_t received = (size_t)(codec->size - codec->first);
+        if (!may_be_packet(bytes, received)) {
             continue;
         }
-        if (heard <= OFFSET_LENGTH || heard < OFFSET_INSTRUCTION + (size_t)bytes[OFFSET_LENGTH]) {
+        if (received <= OFFSET_LENGTH ||
+            received < OFFSET_INSTRUCTION + (size_t)bytes[OFFSET_LENGTH]) {
             return CODEC_NOTHING;
         }
         if (codec->first + OFFSET_INSTRUCTION + bytes[OFFSET_LENGTH] <= codec->before_pause) {
@@ -72,7 +73,8 @@ enum codec_event codec_next(struct codec *codec, struct codec_packet *packet)
         packet->count = (uint8_t)(bytes[OFFSET_LENGTH] - CODEC_LENGTH_MIN);
         packet->parameters = bytes + OFFSET_PARAMETERS;
         packet->size = (uint16_t)(OFFSET_INSTRUCTION + bytes[OFFSET_LENGTH]);
-        /* The checksum complements the sum of all before it: with it the sum is 0xFF. */
+        /* The checksum is the complement of the sum of ID, LENGTH, instruction and parameters.
+         * Their sum with the checksum is 0xFF. */
         if (sum(bytes + OFFSET_ID, packet->size - (size_t)OFFSET_ID) == 0xFF) {
             codec->first = (uint16_t)(codec->first + packet->size);
             return CODEC_PACKET;

@@ -3,12 +3,12 @@
 #include <inttypes.h>
 #include <stdarg.h>
 
-#define TOLD_MAX 3 // breaches of one rule that are told in full
+#define PRINTED_MAX 3 // further breaches of one rule are counted, not printed
 
 static const struct {
     const char *name;
     const char *meaning;
-    bool fatal; // a rule of the run, not of the wire
+    bool fatal; // a rule of the run: --rules warn does not apply
 } rule_table[RULE_COUNT] = {
     [RULE_EARLY_RELEASE] = {"early-release",
                             "the driver let go before the last stop bit of a byte had ended"},
@@ -56,7 +56,7 @@ void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *
     }
     rules = rules->total ? rules->total : rules;
     rules->breaches[rule]++;
-    if (!rules->out || rules->breaches[rule] > TOLD_MAX) {
+    if (!rules->out || rules->breaches[rule] > PRINTED_MAX) {
         return;
     }
     va_list arguments;

@@ -1,4 +1,4 @@
-/* The rules of the wire and of a run: what must never happen, and the record of what did. */
+/* The rules of the wire and of a run: what must never happen, and how often it has happened. */
 #ifndef SIM_RULES_H
 #define SIM_RULES_H
 
@@ -31,29 +31,29 @@ enum rule {
 struct rules {
     uint32_t breaches[RULE_COUNT];
     uint32_t clock_Hz;
-    FILE *out;           // each breach is told here, the first few of each rule; 0: silent
-    bool warn;           // breaches of the rules of the wire do not fail the run
-    struct rules *total; // where breaches are counted and told; 0: here
-    const char *where;   // said before what happened; 0: nothing
+    FILE *out;           // prints the first breaches of each rule; 0: prints nothing
+    bool warn;           // a breach of a rule of the wire does not fail the run
+    struct rules *total; // counts and prints the breaches instead; 0: this one does
+    const char *where;   // printed before the message; 0: nothing
     void *context;
     void (*on_break)(void *context, enum rule rule, uint64_t now); // may be 0
 };
 
 void rules_init(struct rules *rules, uint32_t clock_Hz, FILE *out);
 
-/* Those of one bus of several: what it breaks stands in `book`. */
+/* Rules of one bus: `total` counts and prints its breaches, after the text `where`. */
 void rules_init_bus(struct rules *rules, struct rules *total, const char *where);
 
-/* Records a breach at `now` and says what happened, printf-like. */
+/* Records a breach at `now` and prints the message, as printf() does. */
 void rules_break(struct rules *rules, enum rule rule, uint64_t now, const char *format, ...)
     __attribute__((format(printf, 4, 5)));
 
-uint32_t rules_broken(const struct rules *rules); // all breaches
-bool rules_failed(const struct rules *rules);     // the run
+uint32_t rules_broken(const struct rules *rules); // number of all breaches
+bool rules_failed(const struct rules *rules);     // true if a breach fails the run
 const char *rule_name(enum rule rule);
 const char *rule_meaning(enum rule rule);
 
-/* One line for each rule that was broken, or that none was. */
+/* Prints one line for each broken rule, or one line if no rule was broken. */
 void rules_report(const struct rules *rules, FILE *out);
 
 #endif

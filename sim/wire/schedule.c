@@ -67,8 +67,9 @@ static void sift_down(struct schedule *schedule, struct event *event)
     place(schedule, event, slot);
 }
 
-/* Most events arm themselves or another one while they run, which fills the place. Until then the
- * event in it comes before all others, as a heap wants it. */
+/* Fills the place of an event that has run. Most events arm an event while they run, which fills
+ * that place at once and saves a sift. Until then the event in the place sorts before all others,
+ * so the heap stays valid. */
 static void close_hole(struct schedule *schedule)
 {
     if (schedule->hole) {

@@ -1,10 +1,9 @@
-/* The event queue: what happens next, in simulated time.
+/* The event queue of simulated time.
  *
- * Time is counted in cycles of the controller's clock from the start of the run. Events are
- * embedded in their owners; a run is deterministic because events of one cycle happen in the order
- * of their ranks, and of one rank in the order in which they were armed. It runs on its own
- * (schedule_run_until) or is driven by simavr (machine.h).
- */
+ * The unit of time is one cycle of the controller's clock. Time 0 is the start of the run. An event
+ * is a field of the struct that needs it. A run is deterministic: events of one cycle run in the
+ * order of their ranks, events of one rank in the order in which they were armed. The queue runs by
+ * itself (schedule_run_until()) or simavr drives it (avr/machine.h). */
 #ifndef SIM_SCHEDULE_H
 #define SIM_SCHEDULE_H
 
@@ -15,23 +14,24 @@
 #define SCHEDULE_NEVER UINT64_MAX
 
 struct event {
-    void (*run)(void *context, uint64_t now); // `now` is the event's own time, never late
+    void (*run)(void *context, uint64_t now); // `now` is the time of the event, never later
     void *context;
     uint64_t time;
-    uint64_t order; // how many events had been armed before this one
-    uint8_t rank;   // lower ones first in a cycle; 0, or set between event_init() and arming
-    size_t slot;    // place in the heap, counted from 1; 0: not armed
+    uint64_t order; // number of events that were armed before this one
+    uint8_t rank;   // the lowest rank of a cycle runs first; set it between event_init() and
+                    // schedule_at()
+    size_t slot;    // index in the heap; 0: not armed
 };
 
 struct schedule {
     struct event **heap; // heap[1] is the next event
     size_t size;
     size_t capacity;
-    bool hole; // heap[1] is the event that runs now: no longer armed, its place not yet filled
+    bool hole; // heap[1] is the running event, which is no longer armed
     uint64_t order;
-    uint64_t now; // time of the latest event that ran
+    uint64_t now; // time of the latest event that has run
     void (*on_earlier)(void *context,
-                       uint64_t time); // the head has moved to an earlier time; may be 0
+                       uint64_t time); // the next event is now earlier than before; may be 0
     void *context;
 };
 
@@ -41,14 +41,14 @@ void schedule_free(struct schedule *schedule);
 void event_init(struct event *event, void (*run)(void *context, uint64_t now), void *context);
 bool event_armed(const struct event *event);
 
-/* Arms the event, or moves it when it is armed already. A time in the past means now. */
+/* Arms the event, or moves an armed event. A time in the past means now. */
 void schedule_at(struct schedule *schedule, struct event *event, uint64_t time);
 void schedule_cancel(struct schedule *schedule, struct event *event);
 
-/* Time of the next event, or SCHEDULE_NEVER. */
+/* Returns the time of the next event, or SCHEDULE_NEVER. */
 uint64_t schedule_next(struct schedule *schedule);
 
-/* Runs every event up to and including `time`, those that they arm included. */
+/* Runs each event up to and including `time`, also events that these events arm. */
 void schedule_run_until(struct schedule *schedule, uint64_t time);
 
 #endif

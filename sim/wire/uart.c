@@ -15,7 +15,7 @@ uint64_t uart_tx_bit_time(const struct uart_tx *tx, unsigned bit)
     return tx->start + uart_half_bits(tx->bit_256, bit * 2);
 }
 
-/* One event per change of level, not one per bit. */
+/* One event for each change of level saves events: a byte of 0x00 needs 3, not 10. */
 static void uart_tx_next(struct uart_tx *tx)
 {
     bool level = tx->frame >> tx->bit & 1;
@@ -75,7 +75,7 @@ static uint64_t sample_time(const struct uart_rx *rx, unsigned sample)
     return rx->start + uart_half_bits(rx->bit_256, sample * 2 + 1);
 }
 
-/* Takes all samples that lie before `time`; until then the net was at ear->level. */
+/* Takes all samples before `time`. The net had rx->level since its latest change. */
 static void catch_up(struct uart_rx *rx, uint64_t time)
 {
     while (rx->samples < UART_FRAME_BITS && sample_time(rx, rx->samples) < time) {
@@ -89,7 +89,7 @@ static void begin(struct uart_rx *rx, uint64_t time)
     if (rx->get_bit_256) {
         rx->bit_256 = rx->get_bit_256(rx->context);
     }
-    rx->hearing = true;
+    rx->in_frame = true;
     rx->start = time;
     rx->samples = 0;
     rx->bits = 0;
@@ -100,15 +100,16 @@ static void begin(struct uart_rx *rx, uint64_t time)
 static void uart_rx_level(void *context, uint64_t time, bool level)
 {
     struct uart_rx *rx = context;
-    if (rx->hearing) {
+    if (rx->in_frame) {
         catch_up(rx, time);
-        /* High again in the middle of the start bit: it was a glitch, and this may be the start. */
+        /* High in the middle of the start bit: the start bit was a glitch, and this edge may be a
+         * start bit. */
         if (rx->samples && (rx->bits & 1)) {
-            rx->hearing = false;
+            rx->in_frame = false;
         }
     }
-    /* High for no time at all, between two drivers: no falling edge. */
-    if (!level && rx->enabled && !rx->hearing && rx->level_time != time) {
+    /* The net was high for 0 cycles, between two drivers: this is no falling edge. */
+    if (!level && rx->enabled && !rx->in_frame && rx->level_time != time) {
         begin(rx, time);
     }
     rx->level = level;
@@ -120,17 +121,17 @@ static void uart_rx_run(void *context, uint64_t now)
     struct uart_rx *rx = context;
     catch_up(rx, now + 1);
     if (rx->bits & 1) {
-        rx->hearing = false;
+        rx->in_frame = false;
         return;
     }
-    if (rx->samples < UART_FRAME_BITS) { // mid start bit: only with on_start
+    if (rx->samples < UART_FRAME_BITS) { // middle of the start bit; only with on_start
         schedule_at(rx->schedule, &rx->event, sample_time(rx, UART_FRAME_BITS - 1));
         rx->on_start(rx->context, now);
         return;
     }
-    /* When the stop bit is low the net must go high before a falling edge can start a frame: that
-     * needs no care here, since only edges start one. */
-    rx->hearing = false;
+    /* After a low stop bit the net must be high before a frame can begin. Only falling edges begin
+     * frames, so no further check is needed. */
+    rx->in_frame = false;
     struct uart_frame frame = {
         .byte = (uint8_t)(rx->bits >> 1),
         .framing_error = !(rx->bits & 0x200),
@@ -157,7 +158,7 @@ void uart_rx_enable(struct uart_rx *rx, bool enabled)
 {
     if (!enabled) {
         schedule_cancel(rx->schedule, &rx->event);
-        rx->hearing = false;
+        rx->in_frame = false;
     }
     rx->enabled = enabled;
 }

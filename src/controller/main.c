@@ -358,6 +358,15 @@ static void keep(void)
 
 /* ---- main loop ---- */
 
+/* While a cycle or an operation runs, its packets leave before a part of the turn that may take
+ * long.
+ */
+static void robot_first(void)
+{
+    if (!robot_idle(&controller.robot))
+        poll_bus_and_robot();
+}
+
 /* One turn of the main loop; the top of this file has the reasons for its order. NOINLINE: a
  * debugger finds it by its name. */
 NOINLINE static void turn(void)
@@ -365,11 +374,12 @@ NOINLINE static void turn(void)
     watchdog_pet();
     poll_bus_and_robot();
     poll_host();
-    if (!robot_idle(&controller.robot))
-        poll_bus_and_robot();
+    robot_first();
     poll_console();
-    if (is_over(controller.kept_ticks, KEEP_US) || !busy())
+    if (is_over(controller.kept_ticks, KEEP_US) || !busy()) {
+        robot_first();
         keep();
+    }
     idle();
 }
 

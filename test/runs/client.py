@@ -45,9 +45,10 @@ def packet(servo, instruction, parameters=()):
 
 
 class Port:
-    """A serial port with servos at it. A reply is waited for `timeout` seconds."""
+    """A serial port with servos at it. A reply is waited for `timeout` seconds; it comes much sooner,
+    so the time matters only where no servo replies."""
 
-    def __init__(self, path, baud=1000000, timeout=0.05):
+    def __init__(self, path, baud=1000000, timeout=60):
         self.file = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         self.timeout = timeout
         tty.setraw(self.file)
@@ -79,8 +80,8 @@ class Port:
         end = time.monotonic() + timeout
         got = b""
         while len(got) < size:
-            rest = end - time.monotonic()
-            if rest <= 0 or not select.select([self.file], [], [], rest)[0]:
+            rest = max(end - time.monotonic(), 0)
+            if not select.select([self.file], [], [], rest)[0]:
                 break
             got += os.read(self.file, size - len(got))
         return got
@@ -115,8 +116,10 @@ class Port:
         self.send(bytes(254))
         time.sleep(254 * 10 / self.baud + 0.005)
 
-    def scan(self, ids=range(254), timeout=0.02):
-        return [servo for servo in ids if self.ping(servo, timeout)]
+    def scan(self, ids, present, absence=0.02):
+        """The servos that reply. For those that should be `present` the scan has patience; an absent
+        one costs `absence` seconds."""
+        return [servo for servo in ids if self.ping(servo, None if servo in present else absence)]
 
     def read(self, servo, address, count):
         return self.exchange(servo, READ, [address, count])

@@ -2,8 +2,10 @@
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SIM = ROOT / "build/host/cds55xx-sim"
@@ -45,3 +47,67 @@ def controller(script, board="atmega128", servos="1", *options):
     """The firmware with a console script; `board` may be a folder too."""
     name = board.rsplit("/", 1)[-1]
     return Run(f"build/{name}/controller.elf", *options, board=board, servos=servos, script=script)
+
+
+PATIENCE_S = 60  # for what must come: longer than any busy machine takes
+
+
+def cpu_ticks(process):
+    """CPU time that a process has used, in clock ticks."""
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(") ", 1)[1].split()
+    return int(fields[11]) + int(fields[12])
+
+
+def settle(process, seconds=0, step=0.01):
+    """Returns when a simulator in real time has read what was written before, and has simulated so
+    long. It sleeps only when it has caught up with real time; each sleep is counted. So a busy machine
+    makes this take longer and changes nothing else."""
+    def sleeps():
+        status = pathlib.Path(f"/proc/{process.pid}/status").read_text()
+        return int(re.search(r"^voluntary_ctxt_switches:\s*(\d+)", status, re.M)[1])
+
+    for _ in range(1 + round(seconds / step)):
+        before = sleeps()
+        time.sleep(step)
+        while process.poll() is None and sleeps() < before + 2:
+            time.sleep(0.001)
+
+
+class Process:
+    """A simulator with a pty, in real time: .path, and .output and .status once it was ended."""
+
+    def __init__(self, *options, stderr=subprocess.STDOUT):
+        self.process = subprocess.Popen([SIM, *options], stdout=subprocess.PIPE, stderr=stderr,
+                                        stdin=subprocess.DEVNULL)
+        self.output = ""
+        self.path = self.process.stdout.readline().decode().strip()
+
+    def end(self, with_signal=signal.SIGTERM):
+        self.process.send_signal(with_signal)
+        self.output = self.process.stdout.read().decode()
+        self.status = self.process.wait(PATIENCE_S)
+        return self.output
+
+    def settle(self, seconds=0, step=0.01):
+        settle(self.process, seconds, step)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.end(signal.SIGKILL)
+        self.process.stdout.close()
+
+
+def bus(*options, servos="1-18"):
+    return Process("bus", "--servos", servos, "--pty", *options)
+
+
+def wait_until(condition, seconds=PATIENCE_S):
+    end = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True

@@ -12,8 +12,7 @@ import client
 from client import (ACTION, BAUD, BROADCAST, GOAL_POSITION, ID, LED, PING, PRESENT_POSITION, READ,
                     REG_WRITE, RESET, RETURN_LEVEL, SYNC_WRITE, TORQUE_ENABLE, WRITE, NoReply, Port,
                     packet, word)
-from simulator import ROOT, SIM
-from test_bus import Process
+from simulator import ROOT, SIM, Process
 
 DEVICE, OFF = 253, 254
 SYNC_READ, BULK_READ = 0x84, 0x92
@@ -34,29 +33,30 @@ def bus(*options, servos="1-18"):
 class Client(Port):
     """A port that hands over what came, whatever it is."""
 
-    def __init__(self, path, baud=115200):
-        super().__init__(path, baud, timeout=1)
-        time.sleep(0.05)
+    def __init__(self, sim, baud=115200):
+        super().__init__(sim.path, baud)
+        self.sim = sim
+        sim.settle(0.05)
 
-    def ask(self, raw, size=None, timeout=0.03):
-        """Sends, and returns what comes: `size` bytes, or until it is silent for `timeout`, after
-        0.2 s for the first byte."""
+    def ask(self, raw, size=None, silence=0.03):
+        """Sends, and returns what comes: `size` bytes, or all until the simulator has been silent
+        for `silence` seconds; 0.2 s if nothing comes at all."""
         self.send(raw)
         if size:
-            return self.receive(size, 1)
-        got = self.receive(1, 0.2)  # this machine may be busy
-        while got:
-            more = self.receive(1, timeout)
-            if not more:
-                break
+            return self.receive(size, self.timeout)
+        got, wait = b"", silence
+        while wait:
+            self.sim.settle(wait)
+            more = self.receive(1000, 0)
+            wait = silence if more else 0.2 if not got and wait < 0.2 else 0
             got += more
         return got
 
     def status(self):
         """One status packet: (ID, error, parameters)."""
-        head = self.receive(4, 1)
+        head = self.receive(4, self.timeout)
         assert head[:2] == b"\xFF\xFF", head.hex(" ")
-        rest = self.receive(head[3], 1)
+        rest = self.receive(head[3], self.timeout)
         assert sum(head[2:] + rest) & 0xFF == 0xFF, (head + rest).hex(" ")
         return head[2], rest[0], rest[1:-1]
 
@@ -70,13 +70,13 @@ class Client(Port):
 class BothWays(unittest.TestCase):
     """Each packet to fresh servos, behind the bridge and on the bus: the answers are compared."""
 
-    def compare(self, packets, servos="1-18", timeout=0.03):
+    def compare(self, packets, servos="1-18"):
         answers = []
-        with bus(servos=servos) as sim, Client(sim.path, 1000000) as port:
-            answers.append([port.ask(raw, timeout=timeout) for raw in packets])
-        with bridge(servos=servos) as sim, Client(sim.path) as port:
+        with bus(servos=servos) as sim, Client(sim, 1000000) as port:
+            answers.append([port.ask(raw) for raw in packets])
+        with bridge(servos=servos) as sim, Client(sim) as port:
             port.switch_device_off()
-            answers.append([port.ask(raw, timeout=timeout) for raw in packets])
+            answers.append([port.ask(raw) for raw in packets])
             sim.end()
             self.assertEqual(sim.status, 0, sim.output)
         for raw, direct, bridged in zip(packets, *answers):
@@ -124,9 +124,9 @@ class BothWays(unittest.TestCase):
         servos = list(range(254))
         pings = [packet(servo, PING) for servo in servos]
         reads = [packet(servo, READ, [ID, 1]) for servo in servos]
-        with bus(servos="0-253") as sim, Client(sim.path, 1000000) as port:
+        with bus(servos="0-253") as sim, Client(sim, 1000000) as port:
             direct = [port.ask(raw, size) for raws, size in ((pings, 6), (reads, 7)) for raw in raws]
-        with bridge(servos="0-253") as sim, Client(sim.path) as port:
+        with bridge(servos="0-253") as sim, Client(sim) as port:
             port.switch_device_off()
             bridged = [port.ask(raw, size) for raws, size in ((pings, 6), (reads, 7)) for raw in raws]
         self.assertEqual(bridged, direct)
@@ -138,7 +138,7 @@ class BothWays(unittest.TestCase):
 
 class Bridge(unittest.TestCase):
     def test_packets_sent_without_waiting_are_answered_in_their_order(self):
-        with bridge() as sim, Client(sim.path) as port:
+        with bridge() as sim, Client(sim) as port:
             for _ in range(3):
                 ids = [*range(1, 19), *range(18, 0, -1)]
                 port.send(b"".join(packet(servo, READ, [ID, 1]) for servo in ids))
@@ -146,7 +146,7 @@ class Bridge(unittest.TestCase):
                                  [(servo, 0, bytes([servo])) for servo in ids])
 
     def test_a_damaged_packet_is_dropped_and_costs_only_itself(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             good = packet(1, READ, [ID, 1])
             for at in range(2, len(good)):
                 damaged = bytearray(good)
@@ -159,29 +159,29 @@ class Bridge(unittest.TestCase):
             self.assertEqual(port.device(BUS_SENT, 2), len(good) - 2)
 
     def test_a_packet_that_stops_is_dropped_after_50_ms(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             good = packet(1, PING)
             for cut in range(2, len(good)):
                 port.send(good[:cut])
-                time.sleep(0.08)
+                sim.settle(0.08)
                 self.assertEqual(port.ask(b"ping 1\r", 4), b"ok\r\n")
             self.assertEqual(port.device(HOST_SILENT, 2), len(good) - 2)
 
     def test_text_and_packets_alternate_and_a_packet_drops_a_half_typed_line(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             for _ in range(5):
                 self.assertEqual(port.ask(b"ping 1\r" + packet(1, PING) + b"version\r"
                                           + b"write 1 LED " + packet(1, READ, [ID, 1]) + b"ping 1\r",
-                                          timeout=0.1).count(b"ok\r\n"), 3)
+                                          silence=0.1).count(b"ok\r\n"), 3)
             self.assertEqual(port.read(1, LED, 1), b"\x00")
 
     def test_a_status_packet_is_never_torn_by_text(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             whole = port.ask(packet(1, READ, [0, 50]), 56)
             for milliseconds in range(1, 40, 2):
                 port.send(b"help\r")
-                time.sleep(milliseconds / 1000)
-                said = port.ask(packet(1, READ, [0, 50]) + b"version\r", timeout=0.1)
+                time.sleep(milliseconds / 1000)  # any moment will do
+                said = port.ask(packet(1, READ, [0, 50]) + b"version\r", silence=0.1)
                 self.assertIn(whole, said)
                 self.assertEqual(said.replace(whole, b"").count(b"\nok\r\n"), 2, said)
 
@@ -192,7 +192,7 @@ class Bridge(unittest.TestCase):
             said.write_text(f"say {(absent + packet(1, PING)).hex(' ')} 18\nwait 300000\n")
             done = subprocess.run([SIM, "firmware", ROOT / "build/atmega128/controller.elf", "--board",
                                    "atmega128", "--servos", "1", "--host", said, "--transcript", wire],
-                                  stdout=subprocess.PIPE, text=True, timeout=60)
+                                  stdout=subprocess.PIPE, text=True)
             packets = wire.read_text().splitlines()
         self.assertEqual(done.returncode, 0, done.stdout)
         off = next(int(line.split()[0]) for line in packets if "FF FF FE 04 03 18 00 E2" in line)
@@ -202,13 +202,13 @@ class Bridge(unittest.TestCase):
         for board in ("arduino-mega", "cm510", "arbotix"):
             baud = 57600 if board == "cm510" else 115200
             with self.subTest(board), bridge(servos="1-3", board=board) as sim, \
-                    Client(sim.path, baud) as port:
-                self.assertEqual(port.scan(range(5), 0.1), [1, 2, 3])
+                    Client(sim, baud) as port:
+                self.assertEqual(port.scan(range(5), [1, 2, 3], 0.1), [1, 2, 3])
                 self.assertEqual(port.read(1, ID, 1), b"\x01")
                 port.write(DEVICE, HOST_BAUD, [1])
-                time.sleep(0.02)
+                sim.settle(0.02)
                 port.set_baud(1000000)
-                time.sleep(0.02)
+                sim.settle(0.02)
                 port.sync_write(LED, {1: [1], 3: [1]})
                 port.send(packet(BROADCAST, SYNC_READ, [LED, 1, 1, 2, 9, 3]))
                 self.assertEqual(port.status(), (DEVICE, 0x80, b"\x01\x00\xff\x01"))
@@ -221,15 +221,15 @@ class Bridge(unittest.TestCase):
                 self.assertEqual(sim.status, 0, sim.output)
 
     def test_too_much_text_is_answered_by_a_numbered_error(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
-            self.assertIn(b"error 36: ", port.ask(b"help\r" * 60, timeout=0.3))
+        with bridge(servos="1") as sim, Client(sim) as port:
+            self.assertIn(b"error 36: ", port.ask(b"help\r" * 60, silence=0.3))
             self.assertEqual(port.ask(b"ping 1\r", 4), b"ok\r\n")
             self.assertTrue(port.ping(1))
 
 
 class Device(unittest.TestCase):
     def test_it_answers_in_the_manner_of_a_servo(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             for raw, error, parameters in [
                     (packet(DEVICE, PING), 0, b""),
                     (packet(DEVICE, READ, [0, 2]), 0, b"\x55\xcd"),
@@ -256,7 +256,7 @@ class Device(unittest.TestCase):
                 self.assertEqual(port.status(), (DEVICE, error, parameters), raw.hex(" "))
 
     def test_another_id_and_none(self):
-        with bridge(servos="1,253") as sim, Client(sim.path) as port:
+        with bridge(servos="1,253") as sim, Client(sim) as port:
             port.write(DEVICE, DEVICE_ID, [1])
             self.assertEqual(port.read(1, 0, 2), b"\x55\xcd")
             self.assertEqual(port.read(DEVICE, 0, 2), b"\x00\x01")
@@ -264,32 +264,32 @@ class Device(unittest.TestCase):
             self.assertEqual(port.read(1, 0, 2), b"\x00\x01")
 
     def test_broadcasts_are_not_meant_for_it(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             port.write(BROADCAST, ID, [9])
             self.assertTrue(port.ping(9))
             self.assertTrue(port.ping(DEVICE))
 
     def test_the_rate_of_the_bus_behind_the_bridge(self):
-        with bridge(servos="1-3") as sim, Client(sim.path) as port:
+        with bridge(servos="1-3") as sim, Client(sim) as port:
             port.write(BROADCAST, BAUD, [34])
             port.write(DEVICE, BUS_BAUD, [34])
-            self.assertEqual(port.scan(range(5), 0.1), [1, 2, 3])
+            self.assertEqual(port.scan(range(5), [1, 2, 3], 0.1), [1, 2, 3])
             port.write(BROADCAST, BAUD, [1])
             port.write(DEVICE, BUS_BAUD, [1])
-            self.assertEqual(port.scan(range(5), 0.1), [1, 2, 3])
+            self.assertEqual(port.scan(range(5), [1, 2, 3], 0.1), [1, 2, 3])
 
     def test_the_rate_of_the_host_link(self):
-        with bridge(servos="1-3") as sim, Client(sim.path) as port:
+        with bridge(servos="1-3") as sim, Client(sim) as port:
             for register, baud in ((1, 1000000), (3, 500000), (255, 115200)):
                 port.write(DEVICE, HOST_BAUD, [register])
-                time.sleep(0.02)
+                sim.settle(0.02)
                 port.set_baud(baud)
-                time.sleep(0.02)
-                self.assertEqual(port.scan(range(5), 0.1), [1, 2, 3])
+                sim.settle(0.02)
+                self.assertEqual(port.scan(range(5), [1, 2, 3], 0.1), [1, 2, 3])
                 self.assertEqual(port.ask(b"ping 1\r", 4), b"ok\r\n")
 
     def test_its_counters_are_those_of_the_wire(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             for servo in (1, 2, 1):
                 port.ping(servo, 0.05)
             port.send(packet(BROADCAST, WRITE, [LED, 1]))
@@ -309,15 +309,14 @@ class GroupReads(unittest.TestCase):
         return ids
 
     def test_sync_read_of_servos_that_are_there(self):
-        with bridge() as sim, Client(sim.path) as port:
+        with bridge() as sim, Client(sim) as port:
             for to in (BROADCAST, DEVICE):
                 port.send(packet(to, SYNC_READ, [ID, 1, *range(18, 0, -1)]))
                 self.assertEqual(port.status(), (DEVICE, 0, bytes(range(18, 0, -1))))
             self.assertEqual(self.failed(port), [])
 
     def test_sync_read_of_all_that_fits_and_of_more(self):
-        with bridge(servos="0-251") as sim, Client(sim.path) as port:
-            port.timeout = 5
+        with bridge(servos="0-251") as sim, Client(sim) as port:
             port.send(packet(BROADCAST, SYNC_READ, [ID, 1, *range(0, 250)]))
             self.assertEqual(port.status(), (DEVICE, 0, bytes(range(0, 250))))
             port.send(packet(BROADCAST, SYNC_READ, [0, 42, *range(6)]))
@@ -328,7 +327,7 @@ class GroupReads(unittest.TestCase):
                 self.assertEqual(port.status(), (DEVICE, 0x08, b""), bad)
 
     def test_sync_read_of_servos_that_fail(self):
-        with bridge(servos="1-3") as sim, Client(sim.path) as port:
+        with bridge(servos="1-3") as sim, Client(sim) as port:
             port.write(3, RETURN_LEVEL, [0])
             port.send(packet(BROADCAST, SYNC_READ, [ID, 2, 1, 9, 2, 3, 254, DEVICE]))
             self.assertEqual(port.status(), (DEVICE, 0x80, b"\x01\x01\xff\xff\x02\x01\xff\xff\xff\xff"
@@ -344,7 +343,7 @@ class GroupReads(unittest.TestCase):
                                                      for byte in (length, servo, address))]))
 
     def test_bulk_read_of_servos_that_are_there(self):
-        with bridge() as sim, Client(sim.path) as port:
+        with bridge() as sim, Client(sim) as port:
             self.bulk(port, *((servo, ID, servo % 9 + 1) for servo in range(18, 0, -1)))
             for servo in range(18, 0, -1):
                 got, error, data = port.status()
@@ -356,16 +355,17 @@ class GroupReads(unittest.TestCase):
             self.assertEqual(len(port.status()[2]), 50)
 
     def test_behind_an_absent_servo_none_answers(self):
-        with bridge(servos="1-3") as sim, Client(sim.path) as port:
+        with bridge(servos="1-3") as sim, Client(sim) as port:
             self.bulk(port, (1, ID, 1), (9, ID, 1), (2, ID, 1), (3, ID, 1))
             self.assertEqual(port.status(), (1, 0, b"\x01"))
-            self.assertEqual(port.receive(1, 0.1), b"")
+            sim.settle(0.1)
+            self.assertEqual(port.receive(1, 0), b"")
             self.assertEqual(self.failed(port), [9])
             self.bulk(port, (3, ID, 1)) # and the next one is as if nothing had been
             self.assertEqual(port.status(), (3, 0, b"\x03"))
 
     def test_one_that_refuses_has_answered_too(self):
-        with bridge(servos="1-3") as sim, Client(sim.path) as port:
+        with bridge(servos="1-3") as sim, Client(sim) as port:
             self.bulk(port, (1, ID, 1), (2, 49, 2), (3, 0, 60), (3, ID, 1))
             self.assertEqual(port.status(), (1, 0, b"\x01"))
             self.assertEqual(port.status(), (2, 0x08, b""))
@@ -373,13 +373,13 @@ class GroupReads(unittest.TestCase):
             self.assertEqual(port.status(), (3, 0, b"\x03"))
 
     def test_a_bulk_read_that_makes_no_sense_is_met_with_silence(self):
-        with bridge(servos="1") as sim, Client(sim.path) as port:
+        with bridge(servos="1") as sim, Client(sim) as port:
             for bad in ([], [0], [0, 1, 1], [0, 1, 1, 3, 1], [0, 1, 254, 3]):
                 self.assertEqual(port.ask(packet(BROADCAST, BULK_READ, bad)), b"", bad)
             self.assertTrue(port.ping(1))
 
     def test_a_client_like_the_sdk(self):
-        with bridge(servos="1-6") as sim, Client(sim.path) as port:
+        with bridge(servos="1-6") as sim, Client(sim) as port:
             whole = GroupBulkRead(port, {servo: (PRESENT_POSITION, 8) for servo in (1, 6, DEVICE, 3)})
             lame = GroupBulkRead(port, {servo: (ID, 1) for servo in (1, 2, 9, 3, 4)})
             for _ in range(3):
@@ -404,15 +404,23 @@ class GroupBulkRead:
             byte for servo, (address, length) in self.items.items()
             for byte in (length, servo, address))]))
         size = sum(length + 7 for _, length in self.items.values())
-        self.end = time.monotonic() + size * 10 / self.port.baud + 0.034
+        self.patience = size * 10 / self.port.baud + 0.034
         return all(self.read_rx(servo) for servo in self.items)
+
+    def receive(self, size):
+        """What has come by the end of the time that the client waits, in time of the simulator."""
+        got = self.port.receive(size, 0)
+        if len(got) < size:
+            self.port.sim.settle(self.patience)
+            got += self.port.receive(size - len(got), 0)
+        return got
 
     def read_rx(self, servo):
         while True:
-            head = self.port.receive(4, self.end - time.monotonic())
+            head = self.receive(4)
             if len(head) < 4:
                 return False
-            rest = self.port.receive(head[3], self.end - time.monotonic())
+            rest = self.receive(head[3])
             if sum(head[2:] + rest) & 0xFF != 0xFF:
                 return False
             if head[2] == servo:

@@ -1,5 +1,7 @@
 """The project's own checks notice what they are for."""
 # needs: $(BOARDS:%=build/%/controller.elf) build/atmega128/libcds55xx.a
+import contextlib
+import io
 import os
 import pathlib
 import re
@@ -10,6 +12,9 @@ import tempfile
 import unittest
 
 from simulator import ROOT, SIM, call as run
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import elf
 
 
 class Layering(unittest.TestCase):
@@ -89,7 +94,9 @@ class MachineCode(unittest.TestCase):
             done = run("avr-gcc", "-mmcu=atmega128", "-DF_CPU=16000000UL", "-std=gnu99", "-Os", *options,
                        *([] if options else ["-ffunction-sections", "-c"]), source, "-o", out)
             self.assertEqual(done, (0, ""))
-            return run(sys.executable, ROOT / "scripts/elf.py", out)
+            told = io.StringIO()
+            with contextlib.redirect_stdout(told):
+                return elf.main([out]), told.getvalue()
 
     def breach(self, code, complaint, name="bus", *options):
         status, output = self.check(code, name, *options)
@@ -258,6 +265,26 @@ class Scripts(unittest.TestCase):
         self.assertNotIn("servos.c", tables)
         self.assertTrue({"bus.c", "servos.c", "console.c", "serial.c", "ring.h"} < set(flash), output)
         self.assertLess(flash["compiler and C library"] + flash["vectors and start-up"], 1024, output)
+
+
+class Links(unittest.TestCase):
+    def links(self, text):
+        with tempfile.NamedTemporaryFile("w", suffix=".md") as file:
+            file.write("# A title\n" + text)
+            file.flush()
+            return run(ROOT / "scripts/links.py", file.name, cwd=ROOT)
+
+    def test_good_links_pass(self):
+        text = f"[a](#a-title) [b]({ROOT}/README.md#map) [c](https://x.y/z) `src/core/bus/bus.c`"
+        self.assertEqual(self.links(text), (0, ""))
+
+    def test_a_missing_file_heading_or_source_is_named(self):
+        for text, complaint in [("[a](gone.md)", "gone.md: there is no such file"),
+                                ("[a](#gone)", "#gone: there is no such heading"),
+                                ("`src/core/gone.c`", "src/core/gone.c: there is no such file")]:
+            status, output = self.links(text)
+            self.assertEqual(status, 1)
+            self.assertIn(complaint, output)
 
 
 class Readme(unittest.TestCase):

@@ -14,7 +14,7 @@ import tty
 import unittest
 
 from client import BROADCAST, PING, READ, REG_WRITE, WRITE, packet, word
-from simulator import ROOT, SIM, controller
+from simulator import PATIENCE_S, ROOT, SIM, controller, settle
 
 sys.path.append(str(ROOT / "scripts"))
 import console  # the rows of the commands
@@ -295,7 +295,7 @@ class Terminal:
             self.process.send_signal(signal.SIGINT)
         self.output = self.process.stdout.read().decode()
         self.process.stdout.close()
-        self.process.wait(timeout=10)
+        self.process.wait(PATIENCE_S)
         with open(self.transcript) as file:
             self.packets = re.findall(r"(?:->in|<-out): ([0-9A-F ]+) \(LEN", file.read())
         self.folder.cleanup()
@@ -303,7 +303,7 @@ class Terminal:
     def type(self, keys):
         os.write(self.file, keys.encode("latin-1"))
 
-    def hear(self, until=r"^(ok|error \d+: [^\r]*)\r\n", timeout=10):
+    def hear(self, until=r"^(ok|error \d+: [^\r]*)\r\n", timeout=PATIENCE_S):
         """What is said up to and with what matches."""
         said = ""
         end = time.monotonic() + timeout
@@ -314,12 +314,14 @@ class Terminal:
             said += os.read(self.file, 1).decode("latin-1")
         return said
 
-    def silence(self, seconds=0.15):
-        """What is said until nothing is."""
+    def silence(self):
+        """What is said until nothing is for 0.15 s of the simulator."""
         said = ""
-        while select.select([self.file], [], [], seconds)[0]:
+        while True:
+            settle(self.process, 0.15)
+            if not select.select([self.file], [], [], 0)[0]:
+                return said
             said += os.read(self.file, 1000).decode("latin-1")
-        return said
 
     def ask(self, line):
         self.type(line + "\r")

@@ -5,7 +5,7 @@ import unittest
 
 from simulator import LONG, ROOT
 
-PACKETS, LINES = (1000000, 100000) if LONG else (100000, 10000)
+PACKETS, LINES = (1000000, 100000) if LONG else (50000, 5000)
 
 
 class Fuzz(unittest.TestCase):

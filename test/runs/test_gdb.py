@@ -6,10 +6,9 @@ import re
 import signal
 import subprocess
 import tempfile
-import time
 import unittest
 
-from simulator import PACKET, ROOT, SIM
+from simulator import PACKET, ROOT, SIM, cpu_ticks, wait_until
 
 ELF = ROOT / "build/atmega128/controller.elf"
 SCRIPT = "ping 1\nwrite 2 TORQUE_ENABLE 1\nwrite 2 GOAL_POSITION 700\n@wait 20\nping 3\n"
@@ -157,7 +156,8 @@ class Debugger(unittest.TestCase):
             client = subprocess.Popen(
                 gdb_command(run.port(), ["continue", "info registers pc", "kill"]),
                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-            time.sleep(0.5)
+            before = cpu_ticks(run.process)  # it computes once the firmware runs
+            self.assertTrue(wait_until(lambda: cpu_ticks(run.process) > before + 10))
             client.send_signal(signal.SIGINT)
             said, _ = client.communicate(timeout=LIMIT_S)
             self.assertIn("Program received signal SIGINT", said)

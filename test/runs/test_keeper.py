@@ -6,9 +6,10 @@ import re
 import tempfile
 import unittest
 
-from simulator import Run, controller
+from simulator import LONG, Run, controller
 
 BOARDS = ["atmega128", "arduino-mega", "cm510", "arbotix"]
+PERCENTS = (5, 47, 70, 95, 100) if LONG else (5, 95, 100)  # of a write, when the power goes
 TORQUE_OFF = "FF FF FE 04 03 18 00 E2"
 CLOCK_KHZ = 16000
 
@@ -61,7 +62,7 @@ class Settings(unittest.TestCase):
         values, origin = listed(output)
         return " reset\n" in output, values, origin
 
-    def cut_everywhere(self, before, allowed, board="atmega128", percents=(5, 47, 70, 95, 100)):
+    def cut_everywhere(self, before, allowed, board="atmega128", percents=PERCENTS):
         """All writes of the save; returns how many there are and which settings were found."""
         write, found = 0, []
         while write < 100:

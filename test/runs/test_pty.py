@@ -11,11 +11,9 @@ import unittest
 
 import client
 from client import BAUD, GOAL_POSITION, Port, word
-from simulator import ROOT
-from test_bus import Process, bus, wait_until
+from simulator import ROOT, Process, bus, wait_until
 
 STEP_CYCLES = 3200  # 0.2 ms: the steps of the simulator while there is traffic; 1 ms is five
-PATIENCE = 5  # seconds: no test waits as long, unless a reply is missing
 SERVOS = range(1, 19)
 
 
@@ -39,7 +37,7 @@ class Leaving(unittest.TestCase):
                 port.send(client.packet(client.BROADCAST, client.SYNC_WRITE,
                                         [GOAL_POSITION, 2, *blocks]))
             time.sleep(random.random() * 0.005)
-            with Port(path, baud, PATIENCE) as port:
+            with Port(path, baud) as port:
                 self.assertEqual(goals, {servo: port.read_word(servo, GOAL_POSITION)
                                          for servo in SERVOS})
 
@@ -50,7 +48,7 @@ class Leaving(unittest.TestCase):
                     port.write(servo, BAUD, [103])
                 port.set_baud(19200)
                 port.clear()  # of what the servos took for the head of a packet
-                self.assertTrue(wait_until(lambda: port.scan(SERVOS, PATIENCE) == list(SERVOS)))
+                self.assertTrue(wait_until(lambda: port.scan(SERVOS, SERVOS) == list(SERVOS)))
             self.assert_packets_are_sent_whole(sim.path, 19200)
             self.assertIn(" 1 damaged", sim.end())  # the bytes of clear()
 
@@ -60,9 +58,9 @@ class Leaving(unittest.TestCase):
             with bus("--transcript", transcript, servos="1") as sim:
                 with Port(sim.path, 9600) as port:
                     port.send(bytes(100))  # 104 ms; no servo takes zeros for a header
-                with Port(sim.path, timeout=PATIENCE) as port:
+                with Port(sim.path) as port:
                     # a client should set its rate a moment after the last byte of another rate
-                    self.assertTrue(wait_until(lambda: port.ping(1, 0.5), 20))
+                    self.assertTrue(wait_until(lambda: port.ping(1, 0.5)))
                 sim.end()
             text = transcript.read_text()
         before, ping, _ = text.partition("FF FF 01 02 01 FB")
@@ -97,7 +95,7 @@ class Flushing(unittest.TestCase):
 
     def test_ping_and_reply_with_a_flush_before_each_loses_nothing(self):
         for start in [bus, firmware]:
-            with start() as sim, Port(sim.path, timeout=PATIENCE) as port:
+            with start() as sim, Port(sim.path) as port:
                 if start is firmware:
                     port.set_baud(115200)
                 for _ in range(300):
@@ -113,7 +111,7 @@ class Waking(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             transcript = pathlib.Path(folder) / "transcript"
             with firmware("--transcript", transcript) as sim, \
-                    Port(sim.path, 115200, PATIENCE) as port:
+                    Port(sim.path, 115200) as port:
                 for _ in range(200):
                     self.assertTrue(port.ping(1))
                     for _ in range(random.randrange(1000)):

@@ -18,8 +18,7 @@ import unittest
 
 from client import BAUD, READ, WRITE, packet
 from sdk_client import SUCCESS, SdkPort, timeout_us
-from simulator import PACKET, ROOT
-from test_bus import Process
+from simulator import PACKET, ROOT, Process
 from test_sdk_client import CUT, CUTS, PINGS, RATES, SERVO, goal_requests
 
 CYCLES_PER_MS = 16000

@@ -1,5 +1,5 @@
-#include "wire/net.h"
 #include "unity.h"
+#include "wire/net.h"
 
 static struct net net;
 static struct driver a, b;

@@ -1,6 +1,6 @@
 /* The pseudo terminal, seen from both ends, and the pace of real time. */
-#include "host/realtime.h"
 #include "host/pty.h"
+#include "host/realtime.h"
 #include "unity.h"
 
 #include <fcntl.h>

@@ -1,5 +1,5 @@
-#include "wire/schedule.h"
 #include "unity.h"
+#include "wire/schedule.h"
 
 #include <stdlib.h>
 

@@ -164,10 +164,10 @@ void setUp(void)
     transcript.on_line = line_seen;
     servos_init(&servos, &schedule, &net, CLOCK);
     servos_replace(&servos, 0, ids, sizeof(ids));
-    ops = (struct script_ops){.ready = is_ready,
-                              .say = say,
-                              .send = send,
-                              .baud = baud,
+    ops = (struct script_ops){.console_ready = is_ready,
+                              .console_send = say,
+                              .bus_send = send,
+                              .bus_baud = baud,
                               .bus = bus,
                               .servos = put_servos,
                               .fault = fault,
@@ -660,12 +660,12 @@ void test_an_id_stands_twice_only_where_that_is_allowed(void)
 
 void test_what_a_run_has_not_is_noticed_before_anything_runs(void)
 {
-    ops.say = 0;
-    ops.ready = 0;
+    ops.console_send = 0;
+    ops.console_ready = 0;
     TEST_ASSERT_FALSE(starts("ping 1\n"));
-    ops.send = 0;
+    ops.bus_send = 0;
     TEST_ASSERT_FALSE(starts("@send FF\n"));
-    ops.send = 0;
+    ops.bus_send = 0;
     TEST_ASSERT_FALSE(starts("@baud 9600\n"));
     ops.fault = 0;
     TEST_ASSERT_FALSE(starts("@fault noise 0\n"));
@@ -728,8 +728,8 @@ void test_a_firmware_that_no_longer_listens_after_a_reset_ends_the_script(void)
 
 void test_without_a_console_it_begins_at_once(void)
 {
-    ops.say = 0;
-    ops.ready = 0;
+    ops.console_send = 0;
+    ops.console_ready = 0;
     run("@send FF\n@echo on\n");
     TEST_ASSERT_EQUAL_STRING("echo 1\nfinished 0 ms\n", log_text);
 }

@@ -1,6 +1,6 @@
 /* Talker and ear on one net: bit times, mismatch, breaks, collisions. Cycles are of 16 MHz. */
-#include "wire/uart.h"
 #include "unity.h"
+#include "wire/uart.h"
 
 #include <string.h>
 

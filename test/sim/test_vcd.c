@@ -1,5 +1,5 @@
-#include "unity.h"
 #include "output/vcd.h"
+#include "unity.h"
 
 #include <signal.h>
 #include <stdlib.h>

@@ -5,8 +5,8 @@
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 
-/* Sleeps until an interrupt. To be called with interrupts off, so that none comes between the
- * caller's last look and the sleep: sei takes effect after the next instruction, which is the
+/* Sleeps until an interrupt. Call it with interrupts off, so that no interrupt comes between the
+ * caller's last check and the sleep: sei takes effect after the next instruction, which is the
  * sleep. Interrupts are on when it returns. */
 static inline void avr_sleep(void)
 {

@@ -6,13 +6,13 @@
 
 #define PAINT 0xA5
 
-extern uint8_t __heap_start; // the linker's: behind the last variable
+extern uint8_t __heap_start; // set by the linker: the end of the variables
 
 #define BOTTOM (&__heap_start)
 #define TOP    ((const uint8_t *)RAMEND + 1)
 
-/* Runs when .data and .bss are set up and nothing is on the stack. By hand: a naked function has
- * no room for what a compiler might want to keep. */
+/* Runs when .data and .bss are set up and the stack is empty. In assembly: a naked function has no
+ * stack frame in which compiled code could save registers. */
 __attribute__((naked, used, section(".init5"))) void avr_memory_paint(void)
 {
     __asm__ volatile("ldi r30, lo8(__heap_start) \n\t"
@@ -30,7 +30,7 @@ __attribute__((naked, used, section(".init5"))) void avr_memory_paint(void)
 bool memory_poll(struct memory *memory)
 {
     const volatile uint8_t *at = memory->at ? memory->at : BOTTOM;
-    const volatile uint8_t *stop = at + MEMORY_STEP; // the stack above it ends every count
+    const volatile uint8_t *stop = at + MEMORY_STEP; // the stack above ends each count
 
     while (at < stop && *at == PAINT)
         at++;

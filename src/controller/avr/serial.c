@@ -9,7 +9,7 @@
 
 void serial_open(struct serial *serial, uint16_t divisor)
 {
-    SERIAL_CONTROL = 0; // first: no handler may run while the struct changes
+    SERIAL_CONTROL = 0; // first: no handler of the port may run while the struct changes
     serial->rx.tail = serial->rx.head;
     serial->tx.tail = serial->tx.head;
     serial->broken = 0;
@@ -30,9 +30,9 @@ bool serial_broken(struct serial *serial)
 {
     if (!serial->broken || cds_ring_count(&serial->rx))
         return false;
-    while (SERIAL_STATUS & 1 << 7) // RXC: what came right behind the gap, three at the most
+    while (SERIAL_STATUS & 1 << 7) // RXC: bytes that came right after the gap, at most three
         (void)SERIAL_DATA;
     serial->broken = 0;
-    SERIAL_CONTROL = SERIAL_SENDING; // the handler turns sending off if there is nothing
+    SERIAL_CONTROL = SERIAL_SENDING; // the handler turns sending off if the ring is empty
     return true;
 }

@@ -1,10 +1,8 @@
-/* The controller's serial port to the PC: full duplex, 8N1, a ring for each direction. It belongs
- * to the firmware, not to the library.
+/* The controller's serial port to the PC: full duplex, 8N1, a ring for each direction.
  *
- * When the PC sends more than the ring holds, or a byte comes damaged, the receiver's interrupt is
- * off until the reader has noticed (serial_broken()): so a gap is always at the end of what the
- * ring holds, the reader knows what was cut, and a flood takes no more time than the reader gives
- * it.
+ * When the PC sends more than the ring holds, or a byte comes damaged, the receive handler turns
+ * its interrupt off until the main loop has called serial_broken(). So a gap is always at the end
+ * of the bytes in the ring, and a flood takes only as much CPU time as the main loop gives it.
  */
 #ifndef AVR_SERIAL_H
 #define AVR_SERIAL_H
@@ -24,8 +22,8 @@
 struct serial {
     struct cds_ring rx;
     struct cds_ring tx;
-    volatile uint8_t broken; // 1: something was lost, and nothing is taken until it is cleared
-    volatile uint16_t gaps;  // how often that was so, modulo 65536
+    volatile uint8_t broken; // 1: bytes were lost, and no byte is taken until it is cleared
+    volatile uint16_t gaps;  // times that bytes were lost, modulo 65536
 };
 
 #define SERIAL_REGISTER_(a, b) AVR_PASTE3(a, BOARD_HOST_USART, b)
@@ -34,42 +32,43 @@ struct serial {
 #define SERIAL_CONTROL         SERIAL_REGISTER_(UCSR, B)
 
 enum {
-    SERIAL_QUIET = 1 << 4 | 1 << 3,        // RXEN, TXEN, and no interrupt
+    SERIAL_QUIET = 1 << 4 | 1 << 3,        // RXEN and TXEN, no interrupt
     SERIAL_IDLE = SERIAL_QUIET | 1 << 7,   // and RXCIE
-    SERIAL_DEAF = UINT8_MAX & ~(1 << 7),   // what is left without RXCIE
+    SERIAL_DEAF = UINT8_MAX & ~(1 << 7),   // mask: all but RXCIE
     SERIAL_SENDING = SERIAL_IDLE | 1 << 5, // and UDRIE
 };
 
-/* The rate nearest to `baud` that there is, as UBRR with U2X. 115200 is 2.1 % off at 16 MHz, as on
- * every Arduino. */
+/* UBRR with U2X for the rate nearest to `baud`. At 16 MHz 115200 is 2.1 % off, as on every Arduino.
+ */
 #define SERIAL_DIVISOR(baud) ((uint16_t)((F_CPU + 4UL * (baud)) / (8UL * (baud)) - 1))
 
 /* Opens the port at F_CPU / 8 / (divisor + 1) bit/s, SERIAL_DIVISOR(BOARD_HOST_BAUD) for the
  * board's own rate. Both rings are emptied, `gaps` stays. Main context. */
 void serial_open(struct serial *serial, uint16_t divisor);
 
-/* Starts sending what stands in tx. Main context, after putting bytes there. */
+/* Starts to send the bytes in tx. Main context, after bytes were put there. */
 void serial_send(struct serial *serial);
 
-/* True once after bytes were lost and all those before the gap have been taken. Main context. */
+/* Returns true once after bytes were lost, when all bytes before the gap have been taken. Main
+ * context. */
 bool serial_broken(struct serial *serial);
 
 // clang-format off
 
-/* `out` where the register is in its reach, which is a cycle less. */
+/* Uses `out` where it reaches the register: saves a cycle. */
 #define SERIAL_CONTROL_IS_R24_                                                  \
     ".if %[control] < 0x60    \n\t" "out %[control]-0x20, r24 \n\t"             \
     ".else                    \n\t" "sts  %[control], r24     \n\t"             \
     ".endif                   \n\t"
 
-/* A turnaround of a bus must not wait for the host: each handler first takes its own interrupts
- * away by one store to UCSRnB, lets all others in, and gives its own back at its end, for sending
- * only if there is more to send. What follows sei is still done before anybody comes in; cli changes
- * no other flag, and for the last few instructions shuts the others out again, or a host that is
- * always on time would pile up handlers until the stack is full. Others are shut out for 12 cycles
- * at the beginning, and for 9 at the end, each 1 less where `out` reaches UCSRnB, and one handler may
- * follow the other: what return delay servos need for that while the host floods the link at 1 Mbps
- * is return_delay_needed of `make bench`. By hand as those of handlers.h, where more is said. */
+/* The turnaround of the bus must not wait for the host. So each handler first turns its own
+ * interrupts off by one store to UCSRnB and enables all others. At its end it turns its own
+ * interrupts on again, the one for sending only if there is more to send. sei takes effect after the
+ * next instruction. cli at the end changes no other flag; without it the handlers of a host that
+ * sends without a pause would nest until the stack is full. Other interrupts are off for 12 cycles at
+ * the beginning and 9 at the end, 1 less each where `out` reaches UCSRnB, and the two handlers may
+ * run one after the other. `make bench` measures as return_delay_needed which return delay servos
+ * need while the host floods the link at 1 Mbps. In assembly for the reasons in handlers.h. */
 #define SERIAL_ENTER_                                                           \
     "push r24                 \n\t" "ldi  r24, %[quiet]       \n\t"             \
     "sei                      \n\t" SERIAL_CONTROL_IS_R24_                      \
@@ -94,7 +93,7 @@ bool serial_broken(struct serial *serial);
     [broken] "i"(&(serial).broken), [mask] "n"(CDS_RING_SIZE - 1),               \
     [tx_head] "i"(&(serial).tx.head), [tx_tail] "i"(&(serial).tx.tail)
 
-/* A byte came. Status goes with it and is read first. */
+/* A byte came. Its status is read first, since reading the byte clears it. */
 #define SERIAL_ON_RX_(serial)                                                   \
     __asm__ volatile(SERIAL_ENTER_                                              \
     "lds  r24, %[status]      \n\t" "andi r24, %[errors]      \n\t"             \
@@ -109,7 +108,7 @@ bool serial_broken(struct serial *serial);
     "lds  r24, %[head]        \n\t" "inc  r24                 \n\t"             \
     "sts  %[head], r24        \n\t"                                             \
     "1:                       \n\t" SERIAL_LEAVE_                               \
-    "2: lds r24, %[data]      \n\t" /* taken, and not stored */                 \
+    "2: lds r24, %[data]      \n\t" /* read, but not stored */                 \
     "lds  r24, %[broken]      \n\t" "sbrc r24, 0              \n\t"             \
     "rjmp 1b                  \n\t"                                             \
     "ldi  r24, 1              \n\t" "sts  %[broken], r24      \n\t"             \

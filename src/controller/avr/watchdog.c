@@ -1,4 +1,4 @@
-/* What is to be known and done about resets before the program begins; see watchdog.h. */
+/* Notes the reset cause before main() begins; see watchdog.h. */
 #include "avr/watchdog.h"
 
 #include <avr/io.h>
@@ -9,15 +9,16 @@
 #define FLAGS MCUSR
 #endif
 
-#define CAUSES 0x1F // the other bits of MCUCSR are none
+#define CAUSES 0x1F // the other bits of MCUCSR are no flags
 
-/* Of the program, not of a module's user: there is one chip. Start-up code must not clear it. */
+/* At file scope: the chip has one. Start-up code must not clear it. */
 uint8_t avr_reset_cause __attribute__((section(".noinit")));
 
-/* Runs before .data and .bss are set up, where r1 is 0 and the stack stands, but no call has been
- * made. After its own reset the watchdog of newer chips is on, with 16 ms, for as long as WDRF is
- * set: it must be cleared first, then the watchdog switched off, or it would bite again while the
- * program still starts. Main switches it on. */
+/* Runs before .data and .bss are set up; r1 is 0 and the stack is usable. After a watchdog reset
+ * the watchdog of newer chips stays on, with 16 ms, as long as WDRF is set. So the code clears WDRF
+ * and then turns the watchdog off, or it would reset the chip again during start-up. main() turns
+ * it on.
+ */
 __attribute__((naked, used, section(".init3"))) void avr_reset_cause_keep(void)
 {
     uint8_t flags = FLAGS;

@@ -1,4 +1,4 @@
-/* What becomes of the host's packets; see bridge.h. */
+/* Packets of the host; see bridge.h. */
 #include "host/bridge.h"
 
 #include "cds55xx/port.h" // cds_port_now_us()
@@ -18,6 +18,7 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *
     bulk_read_open(&bridge->bulk_read, bus, device, output);
 }
 
+/* Begins a status packet to the host. */
 NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *parameters,
                             uint8_t length)
 {
@@ -25,10 +26,9 @@ NOINLINE static void answer(struct bridge *bridge, uint8_t error, uint8_t *param
     bridge->state = BRIDGE_ANSWERING;
 }
 
-/* --- through the bus ---------------------------------------------------------------------------
- */
+/* ---- packets for the bus ---- */
 
-/* The bus does not send the packet, at once or when its turn has come. */
+/* The bus has refused the packet, at the submit or when its turn came. */
 static void refuse(struct bridge *bridge, uint8_t result)
 {
     bridge->counters.refused++;
@@ -51,8 +51,9 @@ static void pass(struct bridge *bridge)
     bridge->state = BRIDGE_WAITING;
 }
 
-/* A packet that still waits for its turn on the bus when the client has given up is not sent. */
-static void give_up_late(struct bridge *bridge)
+/* Takes back a packet that still waits for its turn on the bus: by now the client of the host has
+ * given up waiting for the reply. */
+static void drop_expired(struct bridge *bridge)
 {
     if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
         cds_bus_cancel(bridge->bulk_read.bus, &bridge->request) != CDS_OK)
@@ -66,11 +67,11 @@ static void await_reply(struct bridge *bridge)
     const struct cds_request *request = &bridge->request;
 
     if (request->result == CDS_PENDING) {
-        give_up_late(bridge);
+        drop_expired(bridge);
         return;
     }
     bridge->state = BRIDGE_IDLE;
-    if (request->result > CDS_LINE_BUSY) { // the observer has changed its mind
+    if (request->result > CDS_LINE_BUSY) { // the permit has refused it since
         refuse(bridge, request->result);
         return;
     }
@@ -84,8 +85,7 @@ static void await_reply(struct bridge *bridge)
     }
 }
 
-/* --- the device --------------------------------------------------------------------------------
- */
+/* ---- packets for the device, SYNC READ and BULK READ ---- */
 
 static void ask_device(struct bridge *bridge)
 {
@@ -117,7 +117,8 @@ static void begin_bulk_read(struct bridge *bridge, uint8_t own)
         bridge->counters.refused++;
 }
 
-/* Whose is it? Apart: a gathering shall not save registers for it. */
+/* Takes the packet and gives it to device, bulk read or bus. NOINLINE: a poll during a bulk read
+ * saves no registers for it. */
 NOINLINE static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
@@ -128,7 +129,7 @@ NOINLINE static void take(struct bridge *bridge)
     bridge->taken_us = bridge->host->whole_us;
     packet->size = (uint16_t)(packet->bytes[CDS_AT_LENGTH] + CDS_AT_LENGTH + 1);
     id = packet->bytes[CDS_AT_ID];
-    bridge->request.id = id; // the answer to a packet that changes it has the old one (R2)
+    bridge->request.id = id; // a packet that changes the ID is answered with the old one (R2)
     instruction = packet->bytes[CDS_AT_INSTRUCTION];
     if (own <= CDS_ID_MAX && bulk_read_handles(own, id, instruction))
         begin_bulk_read(bridge, own);

@@ -1,11 +1,11 @@
-/* What becomes of the host's protocol packets, one after the other, in their order: they go out on
- * the bus as they are and their replies come back as they are, or the virtual device answers them
- * (device.h), or a SYNC READ or BULK READ is made of READs (bulk_read.h).
+/* The bridge takes the protocol packets of the host one after the other. A packet for the virtual
+ * device goes to device.h, a SYNC READ or BULK READ to bulk_read.h. Every other packet goes out on
+ * the bus unchanged, and the reply of the servo goes back to the host unchanged.
  *
- * A packet takes its turn on the bus like any other request. One whose reply does not come, or came
- * damaged, is not answered, as behind any adapter; nor is one that the bus refuses. If a packet
- * sets a return delay whose replies this board cannot receive, the bridge answers a range error for
- * the servo.
+ * A packet waits for its turn on the bus like any other request. The host gets no answer if the
+ * reply does not come or comes damaged, as behind any adapter, or if the bus refuses the packet. If
+ * a packet sets a return delay whose replies this board cannot receive, the bridge answers with a
+ * range error in place of the servo.
  *
  * Manual: 2.1 to 2.4. Main context.
  */
@@ -23,56 +23,58 @@
 
 enum bridge_state {
     BRIDGE_IDLE,
-    BRIDGE_WAITING,   // the packet is on the bus, or in its queue
-    BRIDGE_DEVICE,    // the device cannot do yet what was asked
-    BRIDGE_BULK_READ, // servo after servo
-    BRIDGE_ANSWERING,
+    BRIDGE_WAITING,   // the packet is on the bus or in its queue
+    BRIDGE_DEVICE,    // the device has not finished with the packet
+    BRIDGE_BULK_READ, // a SYNC READ or BULK READ goes from servo to servo
+    BRIDGE_ANSWERING, // a status packet goes into the ring to the host
 } __attribute__((packed));
 
-/* Counted modulo 65536. */
+/* Each counts modulo 65536. */
 struct bridge_counters {
     uint16_t passed;     // packets given to the bus
-    uint16_t answered;   // ... of them with a reply that went to the host
-    uint16_t unanswered; // ... with none, where one was due
-    uint16_t refused;    // packets that were not admitted to the bus, or made no sense
+    uint16_t answered;   // passed packets whose reply went to the host
+    uint16_t unanswered; // passed packets whose reply was due and did not come
+    uint16_t refused;    // packets that the bus refused, and malformed BULK READs
 };
 
 /* All state of the bridge. Zero it, then bridge_open(). */
 struct bridge {
     struct host_demux *host;
-    struct cds_request request; // its packet's buffer changes places with the host's
-    struct bulk_read bulk_read; // it knows bus, device and output
+    struct cds_request request; // swaps its packet buffer with the demux
+    struct bulk_read bulk_read; // holds bus, device and output
     struct status_packet status;
-    uint32_t taken_us; // when the packet was whole on the host link
+    uint32_t taken_us; // when the last byte of the packet came from the host
     uint8_t state;     // enum bridge_state
     struct bridge_counters counters;
-    uint8_t reply[STATUS_PACKET_HEAD + CDS_REPLY_ANY + 1]; // parameters of a servo, amid the answer
+    uint8_t reply[STATUS_PACKET_HEAD + CDS_REPLY_ANY + 1]; // a status packet around the parameters
 };
 
-/* `bytes`: HOST_PACKET_MAX of them. STATUS_PACKET_HEAD more stand before these and before those
- * that the host was opened with. `output`: the ring to the host. */
+/* `bytes`: a buffer of HOST_PACKET_MAX bytes. STATUS_PACKET_HEAD more bytes stand before it, and
+ * before the buffer of the demux. `output`: the ring to the host. */
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes);
 
-/* Moves on. To be called from the main loop, behind host_demux_poll() and cds_bus_poll(). */
+/* Moves on. Call it from the main loop after host_demux_poll() and cds_bus_poll(). */
 void bridge_poll(struct bridge *bridge);
 
-/* Is a status packet partly in the ring, or waits for room? Then nothing else may be put there. */
+/* True while a status packet is partly in the ring or waits for room. No other byte may be put into
+ * the ring then. */
 bool bridge_talks(const struct bridge *bridge);
 
-/* Servo after servo is read: the sooner bridge_poll() is called again, the sooner it is over. */
+/* True during a SYNC READ or BULK READ: the sooner bridge_poll() is called again, the sooner it
+ * ends. */
 static inline bool bridge_is_reading(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_BULK_READ;
 }
 
-/* ... and now cds_bus_poll() alone. */
+/* True while only cds_bus_poll() can move a SYNC READ or BULK READ on. */
 static inline bool bridge_awaits_servo(const struct bridge *bridge)
 {
     return bulk_read_is_awaiting(&bridge->bulk_read);
 }
 
-/* Nothing to do but wait for a packet, or for the bus, which wakes the CPU by itself? */
+/* True if neither bridge nor demux has a packet. */
 bool bridge_idle(const struct bridge *bridge);
 
 #endif

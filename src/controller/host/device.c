@@ -7,12 +7,12 @@
 #include "cds55xx/version.h"
 #include "flash.h"
 
-/* Registers looked at in a call: a READ of all of them must not hold up the bus. */
+/* Registers that one call looks at: a READ of all registers must not hold up the bus. */
 #define READ_PER_CALL 8
 
 enum access { RD, RW } __attribute__((packed));
 
-/* A row of the table. */
+/* A row of the register table. */
 struct row {
     uint8_t address, bytes, access;
     uint16_t lowest, highest;
@@ -63,10 +63,9 @@ static uint8_t byte_of(const struct device *device, uint8_t reg, uint16_t value,
     return (uint8_t)(index ? value >> 8 : value);
 }
 
-/* --- READ --------------------------------------------------------------------------------------
- */
+/* ---- READ ---- */
 
-/* Does the register share a byte with `count` bytes from `from` on? */
+/* True if the register has a byte among the `count` bytes from address `from` on. */
 static bool overlaps(uint8_t reg, uint8_t from, uint8_t count)
 {
     uint8_t ahead = (uint8_t)(rows[reg].address - from);
@@ -85,7 +84,7 @@ static uint8_t read(struct device *device, uint8_t *packet)
     device->from = from;
     device->length = count;
     device->left = DEVICE_REGISTER_COUNT;
-    memset(packet, 0, count); // where there is no register
+    memset(packet, 0, count); // addresses without a register read 0
     return 0;
 }
 
@@ -101,7 +100,7 @@ static void put_register(const struct device *device, uint8_t *packet, uint8_t r
     }
 }
 
-/* Goes on with a READ; true when all of it is there. */
+/* Goes on with a READ; true when all its bytes are there. */
 static bool read_on(struct device *device, uint8_t *packet)
 {
     for (uint8_t looks = READ_PER_CALL; looks && device->left; looks--) {
@@ -113,10 +112,9 @@ static bool read_on(struct device *device, uint8_t *packet)
     return device->left == 0;
 }
 
-/* --- WRITE -------------------------------------------------------------------------------------
- */
+/* ---- WRITE and RESET ---- */
 
-/* How many of the bytes written fall into this register; *value: what it will be. */
+/* Returns how many of the written bytes are of this register; *value: its value after the WRITE. */
 static uint8_t written(const struct device *device, const uint8_t *packet, uint8_t reg,
                        uint16_t *value)
 {
@@ -151,7 +149,7 @@ static bool may_be(uint8_t reg, uint16_t value)
 static uint8_t write(struct device *device, const uint8_t *packet)
 {
     const CDS_FLASH struct device_ops *ops = device->ops;
-    uint8_t due = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
+    uint8_t remaining = (uint8_t)(packet[CDS_AT_LENGTH] - CDS_LENGTH_MIN - 1);
     uint16_t value = 0;
 
     if (packet[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2)
@@ -161,9 +159,9 @@ static uint8_t write(struct device *device, const uint8_t *packet)
 
         if (hits && (!may_be(reg, value) || !ops->allows(device->context, reg)))
             return CDS_ERROR_RANGE;
-        due = (uint8_t)(due - hits);
+        remaining = (uint8_t)(remaining - hits);
     }
-    if (due) // some fell where there is no register
+    if (remaining) // some addresses have no register
         return CDS_ERROR_RANGE;
     for (uint8_t reg = 0; reg < DEVICE_REGISTER_COUNT; reg++)
         if (written(device, packet, reg, &value))

@@ -1,4 +1,4 @@
-/* Behind the device's registers; see device_registers.h. */
+/* The registers of the device; see device_registers.h. */
 #include "host/device_registers.h"
 
 #include <stddef.h>
@@ -15,7 +15,7 @@ static void reset(void *context)
     settings_default(registers->failsafe->settings);
 }
 
-/* The registers stand in the order of the structs. */
+/* Counter registers have the order of the fields of their struct. */
 static uint16_t counter(const struct device_registers *registers, uint8_t reg)
 {
     const struct cds_bus *bus = registers->failsafe->robot->bus;
@@ -39,12 +39,13 @@ static uint16_t counter(const struct device_registers *registers, uint8_t reg)
     return value;
 }
 
+/* The value of register SAVE. */
 static uint16_t saving(const struct settings_store *store)
 {
     return store->result == SETTINGS_SAVING ? 1 : store->result == SETTINGS_FAILED ? 2 : 0;
 }
 
-/* The first servo that has an alarm; UINT8_MAX: none that is known. */
+/* ID of the first servo with an alarm; UINT8_MAX: no known servo has one. */
 static uint16_t alarm_id(const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
@@ -92,8 +93,8 @@ static void set(void *context, uint8_t reg, uint16_t value)
         cds_servos_acknowledge(&registers->failsafe->robot->servos, NULL);
 }
 
-/* A stop that is under way is not taken back, and a lost host link is to be cleared first, as at
- * the console. */
+/* As at the console: torque off that is under way cannot be taken back, and LINK_LOST is cleared
+ * before INHIBIT. */
 static bool allows(void *context, uint8_t reg)
 {
     const struct failsafe *failsafe = ((const struct device_registers *)context)->failsafe;
@@ -103,8 +104,8 @@ static bool allows(void *context, uint8_t reg)
     return !robot_is_stopping(failsafe->robot) && (reg == DEVICE_LINK_LOST || !failsafe->link_lost);
 }
 
-/* Does what was asked, if it can: the rate of the bus changes between two exchanges, and a save
- * waits for the one before it. True: all is done, and the device may answer. */
+/* Carries out what was set. The rate of the bus changes between two transactions, and a save waits
+ * until the save before it has ended. True when all is done. */
 static bool settled(void *context)
 {
     struct device_registers *registers = context;

@@ -7,11 +7,10 @@
 #include "compiler.h"      // OPTIMIZER_BARRIER(), NOINLINE
 #include "console/input.h" // input_peek(), input_drop()
 
-/* Examined at the most in a poll, one by one, or those that LENGTH counts: the bus must not wait.
- */
-#define BYTES_PER_POLL   3
-#define STALE_PER_POLL   16 // after a silence: a stop among them must be found soon
-#define COUNTED_PER_POLL 32
+/* Bounds of a poll, since the bus must not wait. */
+#define BYTES_PER_POLL   3  // bytes examined one by one
+#define STALE_PER_POLL   16 // the same after a silence: Ctrl-X among them must be found soon
+#define COUNTED_PER_POLL 32 // bytes that LENGTH counts
 
 void host_demux_open(struct host_demux *demux, struct cds_ring *input, struct cds_ring *text,
                      uint8_t *bytes)
@@ -25,7 +24,7 @@ static bool is_open(const struct host_demux *demux)
     return demux->count != 0;
 }
 
-/* False: there is no room for it. */
+/* Puts a byte of text into its ring. False: the ring has no room. */
 static bool put(struct host_demux *demux, uint8_t byte)
 {
     if (demux->lost) {
@@ -44,7 +43,7 @@ static bool ends_line(uint8_t byte)
     return byte == '\r' || byte == '\n';
 }
 
-/* A Ctrl-X that is no part of a good packet. */
+/* Notes Ctrl-X outside a good packet. */
 static void find_stop(struct host_demux *demux, uint8_t byte, bool damaged)
 {
     if (byte != STOP)
@@ -68,7 +67,7 @@ static void take_text(struct host_demux *demux, uint8_t byte)
     }
 }
 
-/* What was typed of this line is gone. */
+/* Drops the line that is being typed. */
 static void drop_line(struct host_demux *demux)
 {
     if (!demux->typing)
@@ -76,10 +75,10 @@ static void drop_line(struct host_demux *demux)
     if (put(demux, HOST_MARK_DROPPED))
         demux->typing = false;
     else
-        demux->lost = true; // there is half a line in the ring, which must not be joined
+        demux->lost = true; // the next text must not join the half line in the ring
 }
 
-/* Nothing stands there, or, if `count` is 1, a 0xFF. */
+/* Empties the buffer. If `count` is 1, a 0xFF stands there. */
 static void restart(struct host_demux *demux, uint16_t count)
 {
     demux->bytes[0] = CDS_HEADER;
@@ -98,9 +97,9 @@ static void begin(struct host_demux *demux, bool late)
     drop_line(demux);
 }
 
-/* What stands at `from` begins no packet: the search goes on behind its first byte. The bytes up to
- * the next 0xFF are no part of a packet. */
-static void refute(struct host_demux *demux)
+/* No packet begins at `from`: drops its first byte and the bytes up to the next 0xFF, and searches
+ * on from there. */
+static void reject(struct host_demux *demux)
 {
     uint16_t from = demux->from;
 
@@ -117,23 +116,23 @@ static void refute(struct host_demux *demux)
         demux->searched_again = true;
 }
 
-/* Something is lost behind all that was taken. The bytes of a packet that has begun are searched
- * for a stop only; a packet that waits for the bridge is not concerned. */
+/* The bytes of a packet that has begun are only searched for Ctrl-X. A packet that waits for the
+ * bridge stays. */
 NOINLINE void host_demux_gap(struct host_demux *demux)
 {
     demux->counters.gaps++;
     demux->stale = is_open(demux);
     if (is_open(demux) && !demux->whole)
-        refute(demux);
+        reject(demux);
     demux->lost = true;
     demux->skipping = true;
 }
 
-static void refute_counted(struct host_demux *demux)
+static void reject_malformed(struct host_demux *demux)
 {
     demux->counters.malformed++;
     demux->suspect = true;
-    refute(demux);
+    reject(demux);
 }
 
 static void move_to_front(struct host_demux *demux)
@@ -150,7 +149,7 @@ static void move_to_front(struct host_demux *demux)
     demux->from = 0;
 }
 
-/* Drops the good packet at `from`; what stands behind it is searched on. */
+/* Drops the good packet at `from`, and searches on after its end. */
 static void drop_late(struct host_demux *demux)
 {
     demux->counters.late++;
@@ -161,16 +160,16 @@ static void drop_late(struct host_demux *demux)
     if (demux->from >= demux->count)
         restart(demux, 0);
     else if (demux->bytes[demux->from] != CDS_HEADER)
-        refute(demux);
+        reject(demux);
 }
 
-/* The checksum was the last byte: all of the packet adds up to 0xFF. */
-static void judge(struct host_demux *demux)
+/* The whole packet is there. With a good checksum its bytes add up to 0xFF. */
+static void check_packet(struct host_demux *demux)
 {
     uint32_t now_us = cds_port_now_us();
 
     if (demux->sum != UINT8_MAX) {
-        refute_counted(demux);
+        reject_malformed(demux);
         return;
     }
     if (demux->stale || demux->late ||
@@ -191,28 +190,28 @@ static void examine(struct host_demux *demux)
 
     demux->sum = (uint8_t)(demux->sum + byte);
     if (at == 1 && byte != CDS_HEADER) {
-        bool lone = demux->count == 2; // nothing but 0xFF came: this byte stands outside
+        bool lone = demux->count == 2; // only 0xFF came before: this byte is text
 
         if (lone) {
             restart(demux, 0);
             take_text(demux, byte);
         } else {
-            refute(demux);
+            reject(demux);
         }
     } else if (at == CDS_AT_ID) {
         demux->sum = byte;
-        if (byte == CDS_HEADER) // R27: still header; the last two of them count
+        if (byte == CDS_HEADER) // R27: more than two 0xFF; the last two are the header
             demux->from++;
     } else if (at == CDS_AT_LENGTH) {
         demux->end = (uint16_t)(demux->seen + byte);
         if (byte < CDS_LENGTH_MIN || byte > CDS_LENGTH_MAX)
-            refute_counted(demux);
+            reject_malformed(demux);
         else if (demux->stale && demux->end > demux->count)
-            refute(demux); // its end will not come
+            reject(demux); // the end of the packet will not come
     }
 }
 
-/* LENGTH is known: adds up as many of the bytes that it counts as stand there already. */
+/* LENGTH is known: adds up bytes of the packet that stand in the buffer. Returns their number. */
 static uint8_t examine_counted(struct host_demux *demux)
 {
     uint16_t to = demux->end < demux->count ? demux->end : demux->count;
@@ -227,12 +226,13 @@ static uint8_t examine_counted(struct host_demux *demux)
     demux->sum = sum;
     demux->seen = (uint16_t)(demux->seen + count);
     if (demux->seen == demux->end)
-        judge(demux);
+        check_packet(demux);
     return count;
 }
 
-/* The same, of those that are in the ring. The bulk of what the host says, at 160 cycles a byte and
- * more: here cycles count. */
+/* LENGTH is known: takes bytes of the packet from the ring and adds them up. Returns their number.
+ * Most bytes of the host come this way, one each 160 cycles at 1 Mbps, so it is written for few
+ * cycles. */
 static uint8_t take_counted(struct host_demux *demux)
 {
     const volatile uint8_t *ring = demux->input->bytes;
@@ -253,16 +253,16 @@ static uint8_t take_counted(struct host_demux *demux)
         *to++ = byte;
         sum = (uint8_t)(sum + byte);
     }
-    demux->input->tail = tail; // behind the bytes
+    demux->input->tail = tail; // only when the bytes are copied
     demux->old = demux->old > count ? (uint8_t)(demux->old - count) : 0;
     demux->sum = sum;
     demux->count = demux->seen = (uint16_t)(demux->count + count);
     if (demux->count == demux->end)
-        judge(demux);
+        check_packet(demux);
     return count;
 }
 
-/* Takes a byte out of the input ring; *late: it came too long ago for a packet. */
+/* Takes a byte out of the input ring. *late: it is too old for a packet. */
 static uint8_t next_byte(struct host_demux *demux, bool *late)
 {
     uint8_t byte = input_peek(demux->input, 0);
@@ -291,8 +291,8 @@ static void take_byte(struct host_demux *demux)
     }
 }
 
-/* All that came was taken: for how long has the host been silent? */
-static void listen(struct host_demux *demux)
+/* All bytes were taken. Ends line and packet when the host has been silent for HOST_SILENCE_US. */
+static void check_silence(struct host_demux *demux)
 {
     if (!is_open(demux) && !demux->skipping && !demux->suspect)
         return;
@@ -303,14 +303,14 @@ static void listen(struct host_demux *demux)
         drop_line(demux);
     demux->suspect = false;
     if (is_open(demux)) {
-        if (demux->count > 1) // a lone 0xFF is no packet
+        if (demux->count > 1) // a single 0xFF counts as no packet
             demux->counters.silent++;
         demux->stale = true;
-        refute(demux);
+        reject(demux);
     }
 }
 
-/* Behind a packet that waits for its turn: Ctrl-X must not wait with it. */
+/* True if text follows the packet that waits for the bridge: Ctrl-X must not wait with it. */
 static bool text_follows(const struct host_demux *demux)
 {
     return demux->count == demux->end && cds_ring_count(demux->input) &&
@@ -323,8 +323,7 @@ static void take_following(struct host_demux *demux)
     uint8_t byte = next_byte(demux, &late);
 
     if (byte == STOP)
-        drop_late(
-            demux); // or a release that was said before the stop would be carried out after it
+        drop_late(demux); // it may be a release, which must not act after the stop
     take_text(demux, byte);
 }
 
@@ -342,7 +341,7 @@ static void work(struct host_demux *demux)
         else if (demux->seen < demux->count)
             examine(demux);
         else if (demux->stale)
-            refute(demux); // no end of a packet will come: before another byte is taken
+            reject(demux); // the end of the packet will not come; do so before taking another byte
         else if (cds_ring_count(demux->input) == 0)
             break;
         else if (demux->end)
@@ -355,7 +354,8 @@ static void work(struct host_demux *demux)
     }
 }
 
-/* One mark is enough where nothing was heard since the last: each costs the console a line. */
+/* Puts one mark, unless the last byte of the text is such a mark: the console answers each of them
+ * with a line. */
 static bool mark_lost(struct cds_ring *text)
 {
     if (cds_ring_count(text) &&
@@ -364,8 +364,8 @@ static bool mark_lost(struct cds_ring *text)
     return cds_ring_put(text, HOST_MARK_LOST);
 }
 
-/* When did the host say something last, and how long has the packet waited for the bridge? Behind a
- * packet that has waited for too long, all that came meanwhile is too old for a packet. */
+/* Notes when the last byte came. Drops a packet that has waited too long for the bridge; the bytes
+ * that came meanwhile are then too old for a packet, too. */
 static void watch_time(struct host_demux *demux)
 {
     uint8_t head = demux->input->head;
@@ -388,7 +388,7 @@ bool host_demux_poll(struct host_demux *demux)
     tail = demux->input->tail;
     watch_time(demux);
     if (demux->lost && !demux->skipping &&
-        mark_lost(demux->text)) { // the line's end may be lost, too
+        mark_lost(demux->text)) { // the end of the line may be lost, too
         demux->lost = false;
         demux->typing = false;
     }
@@ -396,7 +396,7 @@ bool host_demux_poll(struct host_demux *demux)
     if (tail != demux->input->tail)
         return demux->end && !demux->whole;
     if (!demux->whole && demux->seen == demux->count)
-        listen(demux);
+        check_silence(demux);
     return false;
 }
 
@@ -414,7 +414,7 @@ uint8_t *host_demux_take(struct host_demux *demux, uint8_t *other)
     demux->end = 0;
     demux->whole = false;
     if (demux->count && other[0] != CDS_HEADER)
-        refute(demux); // what was within a broken packet is no text
+        reject(demux); // bytes within a damaged packet are no text
     return packet;
 }
 

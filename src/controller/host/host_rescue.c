@@ -1,4 +1,4 @@
-/* The window for a host at the board's own rate; see host_rescue.h. */
+/* Two seconds at the board's own rate; see host_rescue.h. */
 #include "host/host_rescue.h"
 
 #include "cds55xx/port.h"   // cds_port_now_us()
