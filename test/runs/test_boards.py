@@ -37,7 +37,7 @@ class Boards(unittest.TestCase):
         self.assertIn("rules:   none broken", run.output)
         self.assertEqual(len(run.packets), 1201)
 
-    def test_an_adapter_works_at_a_return_delay_of_2_us_and_not_without(self):
+    def test_adapter_works_at_a_return_delay_of_2_us_and_not_at_0(self):
         script = "".join(f"ping {1 + n % 3}\nread {1 + n % 3} 0 50\n" for n in range(300))
         for board in CONSOLES[2:]:
             run = controller("write 254 RETURN_DELAY 1\n" + script, board, "1-3")
@@ -230,7 +230,7 @@ class SeveralBuses(unittest.TestCase):
                 self.assertGreater(run.buses[number]["ok"], 500, what)
             self.assertEqual((run.buses[1]["sent"], run.buses[1]["ok"]), (0, 0), what)
 
-    def test_no_handler_can_come_while_the_port_of_the_enables_is_changed(self):
+    def test_port_of_the_enables_changes_with_interrupts_off(self):
         """All six are on PORTA: read, changed and written back it would lose what a handler did."""
         code = subprocess.check_output(
             ["avr-objdump", "-d", ROOT / "build/arduino-mega/firmware/three_buses.elf"], text=True)

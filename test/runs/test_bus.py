@@ -69,7 +69,7 @@ class Clients(unittest.TestCase):
             self.assertGreater(min(took), 0.4)
             self.assertLess(min(took), 1.5)
 
-    def test_a_reply_is_there_within_milliseconds_and_an_idle_bus_costs_little(self):
+    def test_reply_comes_within_3_ms_and_an_idle_bus_costs_little(self):
         with bus() as sim, Port(sim.path) as port:
             medians = []  # the machine may be busy: the best of several counts
             while not medians or min(medians) >= 0.003 and len(medians) < 50:
@@ -300,7 +300,7 @@ class Table(unittest.TestCase):
         self.assertNotIn("\033", done.stderr)
         self.assertNotIn("errors", done.stdout)
 
-    def test_on_a_terminal_it_is_drawn_over_itself_and_stays_at_the_end(self):
+    def test_terminal_table_is_redrawn_in_place_and_stays_at_the_end(self):
         master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("4H", 9, 80, 0, 0))
         with Process("bus", "--servos", "1-18", "--pty", "--follow", "--seconds", "0.6",

@@ -288,7 +288,7 @@ class Links(unittest.TestCase):
 
 
 class Readme(unittest.TestCase):
-    def test_a_program_outside_the_tree_builds_and_runs_with_its_command_line(self):
+    def test_readme_command_line_builds_a_program_outside_the_tree(self):
         """The command line of "Link the library", word for word but for the folder."""
         text = (ROOT / "docs/library.md").read_text()
         command = re.search(r"```sh\n(avr-gcc (?:.*\\\n)*.*)\n```", text)[1]
@@ -311,7 +311,7 @@ class Readme(unittest.TestCase):
 
 
 class Turnaround(unittest.TestCase):
-    def test_the_transmit_complete_vector_turns_the_line_around_first(self):
+    def test_transmit_complete_vector_turns_the_line_around_first(self):
         """The enables before anything is saved; and no more than was written by hand."""
         rest = ["push", "ldi", "sts", "ldi", "sts", "pop", "reti"]
         for board, vector, turns in [("atmega128", "32", ["cbi", "sbi"] + rest),

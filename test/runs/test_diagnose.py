@@ -42,12 +42,12 @@ class Diagnose(unittest.TestCase):
         self.assertLess(self.found[0]["us"], 100000)
         self.assertLessEqual(self.found[0]["exchanges"], 20)
 
-    def test_eighteen_servos_after_feedback_at_return_delays_1_and_254(self):
+    def test_18_servos_after_feedback_at_return_delays_1_and_254(self):
         prepare = "".join(f"w {id} 5 254\n" for id in range(2, 19, 2))
         script = prepare + "".join(f"f {id} 5\nd {id}\n" for id in (1, 2, 10, 17, 18))
         self.assertEqual(self.runs(script, "1-18"), ["OK"] * 5)
 
-    def test_what_was_asked_just_before_and_not_awaited_is_no_finding(self):
+    def test_reply_to_an_abandoned_request_is_no_finding(self):
         script = "w 1 5 254\nr 2\n" + "f 1 1\nd 2\n" * 5
         self.assertEqual(self.runs(script, "1,2"), ["OK"] * 5)
         self.assertEqual(self.found[0]["return_delay_us"], 2)
@@ -63,7 +63,7 @@ class Diagnose(unittest.TestCase):
             for fault in (f"flip out {packet} 3 4", f"lose out {packet} 0", f"flip in {packet} 4 2"):
                 self.assertEqual(self.runs("d 1\n", "1", fault), ["OK"], fault)
 
-    def test_one_damaged_length_that_makes_the_servo_deaf_for_long_is_no_finding(self):
+    def test_damaged_length_that_makes_a_servo_deaf_is_no_finding(self):
         for packet in (1, 4, 8, 12):
             for servos in ("1", "1,2"):
                 # a second LENGTH bit: the servo waits for 64 bytes more, ten PINGs
@@ -158,7 +158,7 @@ class Diagnose(unittest.TestCase):
     def twins(self, script, servos, *faults):
         return self.runs(script, servos, *faults, options=["--allow-duplicates"])
 
-    def test_twins_that_answer_at_one_moment_differ_in_what_they_measure(self):
+    def test_twins_that_reply_at_once_differ_in_measured_values(self):
         script = "@supply 2 11.5\nw 254 3 7\nd 7\nd 254\n"
         self.assertEqual(self.twins(script, "1,2"), ["DUPLICATE_ID"] * 2)
         self.assertEqual(self.found[0]["ping"] + self.found[0]["same"], 10)

@@ -25,7 +25,7 @@ class Faults(unittest.TestCase):
         """The console's replies, in order: 0 for ok, else the number of the error."""
         return [int(m[1] or 0) for m in re.finditer(r"^(?:ok|error (\d+): .*)$", run.output, re.M)]
 
-    def test_any_flipped_bit_of_a_reply_is_noticed_and_the_next_ping_is_good(self):
+    def test_flipped_bit_of_a_reply_is_noticed_and_next_ping_is_good(self):
         script = "".join(f"@fault flip out 1 {byte} {bit}\n! ping 1\nping 1\n"
                          for byte in range(6) for bit in range(10) if (byte, bit) != (5, 9))
         errors = self.errors(self.passes(script))
@@ -33,7 +33,7 @@ class Faults(unittest.TestCase):
         self.assertTrue(set(errors[0::2]) <= {2, 3}, errors)
         self.assertEqual(set(errors[1::2]), {0})
 
-    def test_a_flipped_bit_of_an_instruction_packet_is_a_checksum_error(self):
+    def test_flipped_bit_of_an_instruction_is_a_checksum_error(self):
         run = self.passes("@fault flip in 1 4 3\n! write 1 LED 1\nread 1 LED\n")
         self.assertIn("error 22: servo: checksum error", run.output)
         self.assertIn("LED = 0", run.output)
@@ -47,7 +47,7 @@ class Faults(unittest.TestCase):
     def test_any_number_of_header_bytes_is_harmless(self):
         self.passes("@fault insert out 1 0 255\n" * 40 + "ping 1\nping 1\n")
 
-    def test_a_line_stuck_low_or_high_is_silence_and_free_again_it_works(self):
+    def test_line_stuck_low_or_high_is_silence_and_works_when_freed(self):
         for level in ["low", "high"]:
             run = self.passes(f"@fault stuck {level}\n! ping 1\n! ping 1\n@fault stuck off\n"
                               "ping 1\nping 1\n")
@@ -65,13 +65,13 @@ class Faults(unittest.TestCase):
             self.assertEqual(self.errors(run)[0:3:2], [9, 9], run.output)
             self.assertEqual(run.transcript.count("->in"), 2)  # those after the babble
 
-    def test_a_late_reply_is_no_reply_and_not_that_to_the_next_question(self):
+    def test_late_reply_is_taken_for_no_request(self):
         run = self.passes("@fault delay out 1 800\n! read 1 LED\n@wait 5\nread 2 ID\n"
                           "@fault delay out 1 700\n! read 1 LED\nread 2 ID\n", servos="1,2")
         self.assertEqual(self.errors(run), [2, 0, 2, 0])
         self.assertEqual(run.output.count("ID = 2"), 2)
 
-    def test_a_reply_that_meets_the_next_packet_is_no_breach_of_the_controller(self):
+    def test_reply_that_meets_the_next_packet_breaks_no_rule(self):
         met = 0
         for us in range(9000, 10500, 25):
             run = controller(f"@fault delay out 1 {us}\n! ping 1\nread 2 ID\n", "atmega128", "1,2")
@@ -117,7 +117,7 @@ class Faults(unittest.TestCase):
                          for us in [1, 2, 5, 9, 11, 25, 59])
         self.passes(script, "--allow-duplicates", servos="7,7")
 
-    def test_noise_ends_in_errors_or_good_replies_but_the_console_goes_on(self):
+    def test_noise_ends_in_errors_or_replies_console_continues(self):
         script = ("@fault noise 3000\n" + "ping 1\n" * 300 + "@fault noise 0\nping 1\n")
         run = controller(script, "atmega128", "1", "--echo", "--seed", "3")
         self.assertEqual(run.status, 1)

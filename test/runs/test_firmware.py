@@ -25,7 +25,7 @@ class Console(unittest.TestCase):
     def test_an_expected_error_that_does_not_come_fails_the_run(self):
         self.expect("! ping 1\n", status=1)
 
-    def test_a_mute_servo_still_answers_ping_and_is_not_waited_for_otherwise(self):
+    def test_mute_servo_answers_ping_and_is_awaited_only_then(self):
         output = self.expect("write 1 STATUS_RETURN_LEVEL 0\nwrite 1 LED 1\n! read 1 LED\nping 1\n"
                              "@expect servo 1 LED 1 within 0\n")
         self.assertEqual(output.count("->in:"), 3) # the READ is not even sent
@@ -39,7 +39,7 @@ class Console(unittest.TestCase):
         output = self.expect("write 1 CCW_ANGLE_LIMIT 511\n! write 1 GOAL_POSITION 512\n")
         self.assertIn("error 23: servo: angle limit error", output)
 
-    def test_action_without_a_registered_write_is_an_instruction_error(self):
+    def test_action_without_registered_write_is_an_instruction_error(self):
         self.assertIn("error 20: servo: instruction error", self.expect("! action 1\n"))
 
     def test_low_supply_is_a_warning_and_ok(self):
@@ -102,7 +102,7 @@ class Programs(unittest.TestCase):
         self.assertLess(figure["submit_us"], 8 * 10)  # not even its own packet was waited for
         self.assertGreater(figure["turns"], 20)
 
-    def test_the_clock_never_goes_back_nor_jumps_and_alarms_ring_in_time(self):
+    def test_clock_never_jumps_and_timers_expire_in_time(self):
         run, figure = self.figures("clock")
         self.assertEqual(run.status, 0, run.output)
         self.assertEqual(figure["wrong"], 0)

@@ -85,7 +85,7 @@ class Debugger(unittest.TestCase):
         said = self.debug("info registers pc", "detach")
         self.assertRegex(said, r"pc +0x0 +0x0 <__vectors>")
 
-    def test_a_breakpoint_in_the_main_loop_and_the_controller_printed(self):
+    def test_breakpoint_in_the_main_loop_prints_the_controller(self):
         said = self.debug("break turn", "continue", "continue",
                           "print controller.bus.stats", "detach")
         stops = re.findall(r"^Breakpoint 1, turn \(.*\) at src/controller/main.c:(\d+)", said, re.M)

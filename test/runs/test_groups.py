@@ -94,7 +94,7 @@ class Groups(unittest.TestCase):
         for op, servos in zip(reads, (60, 18, 3)):  # the first was read first; 162 us each on the wire
             self.assertTrue(162 * (servos - 1) < op["oldest_us"] < 200 * servos, op)
 
-    def test_servos_that_take_143_bytes_miss_the_long_packet_and_get_the_short_ones(self):
+    def test_servos_that_take_143_bytes_get_only_the_short_packets(self):
         operations, _ = self.run_with("--fault", "quirk 1-60 sync_write_limit 1")
         reads = [op for op in operations if "read_result" in op]
         self.assertEqual([op["there"] for op in reads], [10, 18, 3])

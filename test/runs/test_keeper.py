@@ -102,7 +102,7 @@ class Settings(unittest.TestCase):
             self.assertGreaterEqual(writes, 15)
             self.assertIn(old, found)
 
-    def test_both_places_are_used_in_turn_and_the_file_keeps_them_from_run_to_run(self):
+    def test_save_uses_both_places_in_turn_and_the_file_keeps_them(self):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder, "eeprom")
             records = []
@@ -162,7 +162,7 @@ class Settings(unittest.TestCase):
             self.assertEqual(len(bus), 4, f"{board}: {output}")
             self.assertTrue(all(save < at < output.index("\nok", save) for at in bus), output)
 
-    def test_settings_hold_at_once_and_only_saved_ones_outlive_the_power(self):
+    def test_settings_act_at_once_and_only_saved_ones_outlive_power(self):
         output = self.run_script("settings bus_baud 3\n! ping 1\nwrite 254 BAUD_RATE 3\n@reset power\n"
                                  "settings\n", "atmega128")
         self.assertEqual(listed(output), (DEFAULTS, "defaults: nothing was ever saved"))
@@ -186,7 +186,7 @@ class HostLink(unittest.TestCase):
         self.assertEqual(run.status, 0, f"{board}: {run.output}")
         return run
 
-    def test_hold_sends_nothing_more_and_refuses_goals_until_it_is_cleared(self):
+    def test_hold_sends_nothing_and_refuses_goals_until_cleared(self):
         for board in BOARDS:
             run = self.run_script(
                 self.START + "settings link_loss_action 1\n@wait 90\nwrite 1 GOAL_POSITION 301\n"
@@ -199,7 +199,7 @@ class HostLink(unittest.TestCase):
             self.assertFalse([p for p in sent if p.startswith("FF FF 01 05 03 1E 90 01")])
             self.assertEqual(len(sent), 7)
 
-    def test_the_watch_begins_with_the_line_that_sets_it_and_anew_with_clear(self):
+    def test_watch_begins_with_the_line_that_sets_it_and_with_clear(self):
         for ms in (0, 1, 33, 100):
             self.run_script(f"scan\n@wait {ms}\nsettings link_loss_ms 50\n@wait 200\nstatus\n"
                             "@expect text host link: lost\n! release\n"
@@ -327,7 +327,7 @@ class Alarms(unittest.TestCase):
             self.assertEqual(run.status, 0, f"{name}: {run.output}")
             self.assertEqual(run.output.count("alarm 1: "), 1, run.output)
 
-    def test_an_alarm_is_told_of_a_servo_in_the_place_of_one_forgotten(self):
+    def test_alarm_is_told_of_a_servo_in_place_of_a_forgotten_one(self):
         run = controller("settings alarm_report 1\n! write 1 PRESENT_POSITION 1\n@expect text alarm 1: range\n"
                          "servos forget\n! write 2 PRESENT_POSITION 1\n@expect text alarm 2: range\n",
                          "atmega128", "1,2", "--echo")

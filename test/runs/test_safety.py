@@ -98,7 +98,7 @@ class Safety(unittest.TestCase):
         self.assertEqual([reads[1 + i] > 0 for i in range(servos)], [True] * servos)
         self.assertGreaterEqual(reads[dead], 3)
 
-    def test_torque_off_for_all_amid_cycle_and_queue_on_every_board_with_a_console(self):
+    def test_torque_off_for_all_amid_cycle_and_queue_on_every_board(self):
         for board in HOSTED:
             with self.subTest(board):
                 self.check_stop(board)

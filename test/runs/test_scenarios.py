@@ -48,7 +48,7 @@ class Language(unittest.TestCase):
         path.unlink()
         return status, output, str(path)
 
-    def test_an_unmet_expectation_fails_with_its_line_and_what_was_seen(self):
+    def test_unmet_expectation_fails_with_its_line_and_what_was_seen(self):
         for way in [["bus"], firmware("atmega128")]:
             status, output, path = self.run_text("# one\n@expect servo 1 LED 1 within 5\n", way)
             self.assertEqual(status, 1, output)

@@ -28,7 +28,7 @@ class Setup(unittest.TestCase):
         self.assertEqual([int(number) for name, number in figures if name == "found"], [1, 100, 253])
         return self.figure["state"], self.figure["result"], then
 
-    def test_three_servos_among_254_ids_are_found_within_300_ms_and_one_changes_its_id(self):
+    def test_scan_finds_3_of_254_ids_within_300_ms_and_changes_one(self):
         self.assertEqual(self.change(), (CHANGED, OK, [1, 42, 253]))
         self.assertEqual(self.figure["asked"], 254)
         self.assertLess(self.figure["scan_us"], 300000)

@@ -1502,7 +1502,7 @@ void test_submit_of_a_request_pending_on_another_bus_is_refused(void)
 }
 
 /* A bus without hooks, and a request without on_end, end by a shorter path. */
-void test_damaged_reply_then_another_packet_on_a_bus_without_hooks(void)
+void test_reply_damaged_then_another_packet_without_hooks_corrupt(void)
 {
     static const uint8_t bad_pong[] = {0xFF, 0xFF, 0x05, 0x02, 0x00, 0x00};
 

@@ -882,7 +882,7 @@ void test_39_angles_wait_behind_goals_that_bring_a_speed_of_0(void)
 }
 
 /* Its servo may have carried it out: it is learnt as if its reply had been lost. */
-void test_packet_on_the_wire_is_learnt_when_the_bus_is_opened_again(void)
+void test_bus_reopened_packet_on_the_wire_is_learnt(void)
 {
     begin(2);
     limit_goal(one);

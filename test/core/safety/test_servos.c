@@ -224,7 +224,7 @@ void test_the_deadline_is_the_servo_s_own_once_its_delay_is_known(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, request.result);
 }
 
-void test_the_delay_is_learnt_from_a_read_a_broadcast_and_a_sync_write(void)
+void test_delay_is_learnt_from_read_broadcast_and_sync_write(void)
 {
     static const uint8_t three[] = {1, 7, 60}; // ID, baud rate, return delay
 
@@ -256,7 +256,7 @@ void test_of_a_write_without_answer_the_longer_delay_is_taken(void)
     TEST_ASSERT_EQUAL_UINT8(90, one->return_delay);
 }
 
-void test_of_a_level_without_answer_the_one_that_says_more_is_taken(void)
+void test_level_write_unanswered_higher_level_is_taken(void)
 {
     silence(write_byte(1, CDS_REG_STATUS_RETURN_LEVEL, 0));
     TEST_ASSERT_EQUAL_UINT8(2, one->status_return_level);
@@ -357,7 +357,7 @@ static void go_unheard(uint8_t id)
         silence(cds_servo_ping(&bus, &request, id));
 }
 
-void test_a_servo_whose_change_of_id_was_not_answered_counts_by_both(void)
+void test_id_write_unanswered_servo_is_known_by_both_ids(void)
 {
     static const uint8_t goal_of_9[4] = {0, 1, 100, 0};
 
@@ -485,7 +485,7 @@ void test_a_reset_that_was_not_answered_may_have_been_carried_out(void)
     assert_admitted(goal(2, 800)); // not known any more
 }
 
-void test_a_reset_of_all_on_purpose_leaves_them_inhibited_and_unknown(void)
+void test_reset_of_all_leaves_servos_inhibited_and_unknown(void)
 {
     in_position_mode(1);
     cds_servos_allow_reset(&servos, true);
@@ -796,7 +796,7 @@ void test_torque_that_an_action_has_switched_on_is_known_to_be_on(void)
     TEST_ASSERT_FALSE(two->torque);
 }
 
-void test_what_nobody_would_know_after_an_action_is_not_registered(void)
+void test_reg_write_of_unknown_outcome_is_refused(void)
 {
     for (uint8_t address = CDS_REG_ID; address <= CDS_REG_CCW_ANGLE_LIMIT + 1; address++)
         assert_refused(CDS_LIMIT, register_byte(1, address, 1));
@@ -875,7 +875,7 @@ void test_a_goal_that_waits_is_not_sent_beyond_a_new_limit(void)
     TEST_ASSERT_EQUAL_UINT16(3, sent());
 }
 
-void test_a_goal_that_waits_is_sent_if_the_change_is_another_one_s(void)
+void test_goal_waits_change_of_another_servo_goal_is_sent(void)
 {
     let_wait();
     cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
@@ -1191,7 +1191,7 @@ void test_speed_has_a_limit_in_endless_turn_both_ways(void)
     assert_refused(CDS_LIMIT, speed(1, 0x400 + 301));
 }
 
-void test_a_servo_with_a_limit_of_its_goal_does_not_turn_endlessly(void)
+void test_endless_turn_servo_with_goal_limit_is_refused(void)
 {
     static const uint8_t zeros[4];
 
@@ -1284,7 +1284,7 @@ void test_half_a_change_of_mode_needs_a_speed_for_both(void)
 }
 
 /* A speed of 0 that no servo acknowledges may be held all the same. */
-void test_a_speed_of_a_sync_write_does_not_let_it_leave_endless_turn(void)
+void test_endless_turn_speed_of_sync_write_does_not_end_it(void)
 {
     static const uint8_t position[] = {0, 0, 0xFF, 3};
 
@@ -1300,7 +1300,7 @@ void test_a_speed_of_a_sync_write_does_not_let_it_leave_endless_turn(void)
     assert_admitted(cds_servo_write(&bus, &request, 1, CDS_REG_CW_ANGLE_LIMIT, position, 4));
 }
 
-void test_a_speed_0_without_an_answer_does_not_let_it_leave_endless_turn(void)
+void test_endless_turn_speed_0_unanswered_does_not_end_it(void)
 {
     static const uint8_t all[CDS_REG_MOVING_SPEED + 2 - CDS_REG_CW_ANGLE_LIMIT];
 
@@ -1333,7 +1333,7 @@ void test_nothing_unacknowledged_makes_goal_or_speed_known(void)
 }
 
 /* It would go on with what it was told before there was a limit. */
-void test_what_a_servo_holds_counts_when_it_is_switched_on_or_over(void)
+void test_torque_on_or_mode_change_checks_the_goal_held(void)
 {
     static const uint8_t fast[] = {0xE8, 3, 0xE8, 3}, zeros[4];
 
@@ -1362,7 +1362,7 @@ void test_the_mode_of_a_held_servo_stays(void)
     assert_admitted(write_byte(1, CDS_REG_CCW_ANGLE_LIMIT + 2, 0));
 }
 
-void test_whom_a_refusal_concerns_is_not_overwritten_by_what_is_admitted(void)
+void test_refused_id_is_not_overwritten_by_a_permitted_request(void)
 {
     cds_servos_inhibit(&servos, two, CDS_INHIBIT_STOPPED);
     assert_refused(CDS_INHIBITED, goal(2, 500));

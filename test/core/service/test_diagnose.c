@@ -265,7 +265,7 @@ void test_nobody(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_NO_ID, diagnose.found_id);
 }
 
-void test_it_waits_while_others_use_the_bus_and_until_all_late_answers_are_over(void)
+void test_listening_waits_for_other_requests_and_stale_replies(void)
 {
     uint8_t other_buffer[8];
     struct cds_request other = CDS_REQUEST_WITHOUT_DATA(other_buffer);
@@ -463,7 +463,7 @@ void test_bytes_that_this_controller_loses(void)
 
 /* ---- damage ---- */
 
-void test_one_damaged_answer_is_nothing_wherever_it_is_and_two_are_noise(void)
+void test_replies_one_damaged_is_ignored_two_are_noise(void)
 {
     for (uint8_t at = 0; at < QUESTIONS; at++)
         TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_for(questions(at, 1), false, false));
@@ -558,7 +558,7 @@ void test_answers_whole_but_for_their_first_bytes_come_too_soon(void)
                           found_cut(5, 0, 0)); // no ERROR: who can tell?
 }
 
-void test_twins_that_both_come_too_soon_differ_in_what_they_measure(void)
+void test_twins_both_too_early_are_told_by_their_values(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_cut(1, 0, 1));
     TEST_ASSERT_EQUAL_UINT8(10, diagnose.total.cut);
@@ -617,7 +617,7 @@ static uint8_t found_with(uint8_t error, uint8_t address, uint8_t value)
     return found();
 }
 
-void test_limits_are_the_servo_s_and_reaching_one_is_not_beyond_it(void)
+void test_limits_of_the_servo_value_at_the_limit_is_within(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_OK, found_with(0, CDS_REG_PRESENT_VOLTAGE, 60));
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_LOW_SUPPLY, found_with(0, CDS_REG_PRESENT_VOLTAGE, 59));
@@ -780,7 +780,7 @@ static uint8_t found_after_replies(uint8_t count, uint8_t id)
     return diagnose.finding;
 }
 
-void test_unrequested_replies_of_the_last_servo_are_a_duplicate_id(void)
+void test_unrequested_replies_of_last_servo_mean_duplicate_id(void)
 {
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_DUPLICATE_ID, found_after_replies(2, ID));
     TEST_ASSERT_EQUAL_UINT8(ID, diagnose.found_id);
@@ -789,7 +789,7 @@ void test_unrequested_replies_of_the_last_servo_are_a_duplicate_id(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_FINDING_COLLISION, found_after_replies(1, 77));
 }
 
-void test_part_of_an_echo_counts_only_if_nothing_or_a_reply_follows(void)
+void test_echo_in_part_counts_if_nothing_or_a_reply_follows(void)
 {
     static const char *const behind[] = {"",     "\xFF\xFF\x05", "\xFF\xFF", "\xFF",
                                          "\x55", "\x55\xFF",     "\xFF\x55"};

@@ -136,7 +136,7 @@ void test_what_goes_well(void)
     }
 }
 
-void test_any_fault_and_any_power_cut_at_any_packet_ends_with_the_truth(void)
+void test_change_any_fault_or_power_cut_reports_the_truth(void)
 {
     static const uint8_t absences[] = {0, 1, 2, 3, 4, 5, 7, SERVOS_FOREVER};
     struct servos_plan none = {0};
@@ -160,7 +160,7 @@ void test_any_two_losses_end_with_the_truth(void)
                         (struct servos_plan){then, faults & 2 ? LOSE_PACKET : LOSE_REPLY, 0});
 }
 
-void test_a_lost_write_leaves_it_unchanged_and_a_lost_reply_changed(void)
+void test_change_lost_write_is_unchanged_lost_reply_is_changed(void)
 {
     begin(NEW_ID); // three PINGs of the new ID, one of the old one, and the WRITE
     servos.plan[0] = (struct servos_plan){5, LOSE_PACKET, 0};
@@ -173,7 +173,7 @@ void test_a_lost_write_leaves_it_unchanged_and_a_lost_reply_changed(void)
     TEST_ASSERT_EQUAL(CDS_IDENTITY_CHANGED, identity.state);
 }
 
-void test_a_place_that_is_taken_is_never_written_to_whatever_one_or_two_packets_meet(void)
+void test_change_place_taken_is_never_written_whatever_the_faults(void)
 {
     for (uint8_t what = 0; what < RESET_IN_PLACE; what++)
         for (uint8_t at = 1; at <= 3; at++)
@@ -484,7 +484,7 @@ void test_one_whose_request_is_cancelled_gives_the_bus_back(void)
     }
 }
 
-void test_an_abort_at_any_poll_gives_the_bus_back_and_tells_what_was_written(void)
+void test_abort_at_any_poll_frees_the_bus_and_tells_what_it_wrote(void)
 {
     for (uint16_t polls = 0; polls < 3000; polls++) {
         begin(NEW_BAUD);
@@ -516,7 +516,7 @@ static enum cds_result refuse_writes(struct cds_request *asked)
     return at_its_turn == waits ? CDS_INHIBITED : CDS_OK;
 }
 
-void test_a_write_that_is_not_admitted_ends_it_and_nothing_was_written(void)
+void test_change_write_refused_ends_with_nothing_written(void)
 {
 
     for (uint8_t i = 0; i < 2; i++) {

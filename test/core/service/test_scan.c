@@ -89,7 +89,7 @@ static void assert_found(uint8_t index, uint8_t id, uint8_t baud)
     TEST_ASSERT_EQUAL_UINT8(CDS_OK, found[index].result);
 }
 
-void test_all_ids_at_1_mbps_within_300_ms_and_first_and_last_are_found(void)
+void test_scan_all_ids_at_1_mbps_takes_less_than_300_ms(void)
 {
     servo_fake_put(0, 0, 1);
     servo_fake_put(1, 253, 1);
@@ -367,7 +367,7 @@ void test_a_scan_whose_request_is_cancelled_gives_the_bus_back(void)
     }
 }
 
-void test_a_scan_under_way_cannot_be_begun_anew_until_it_has_given_the_bus_back(void)
+void test_scan_under_way_begin_is_refused_until_it_frees_the_bus(void)
 {
     for (uint8_t i = 0; i < 2; i++) {
         setUp();
@@ -386,7 +386,7 @@ void test_a_scan_under_way_cannot_be_begun_anew_until_it_has_given_the_bus_back(
 
 static uint8_t ping_buffer[CDS_PACKET_SIZE(0)];
 
-void test_a_scan_has_the_bus_to_itself_but_for_requests_that_pass_the_lock(void)
+void test_scan_locks_the_bus_except_for_requests_that_pass(void)
 {
     struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(ping_buffer);
     struct cds_scan second;
@@ -428,7 +428,7 @@ void test_a_scan_leaves_behind_a_request_that_waited(void)
     TEST_ASSERT_EQUAL(CDS_TIMEOUT, pings[1].result);
 }
 
-void test_a_scan_ends_when_a_request_that_passes_the_lock_lets_it_restore_the_rate(void)
+void test_scan_abort_behind_a_passing_request_restores_the_rate(void)
 {
     static const uint8_t slow[] = {7};
     struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(ping_buffer);
@@ -452,7 +452,7 @@ void test_a_scan_ends_when_a_request_that_passes_the_lock_lets_it_restore_the_ra
 }
 
 /* As torque off does it: the lock is all it knows of the operation. */
-void test_abort_by_the_lock_restores_the_bus_although_the_scan_is_not_polled(void)
+void test_scan_abort_by_the_lock_restores_the_bus_without_poll(void)
 {
     for (uint8_t i = 0; i < 2; i++) {
         setUp();
@@ -526,7 +526,7 @@ void test_line_that_is_not_quiet_ends_the_scan(void)
 
 /* ---- cds_bus_set_baud() ---- */
 
-void test_another_rate_keeps_stats_and_settings_and_is_only_for_an_idle_bus(void)
+void test_set_baud_idle_bus_only_keeps_stats_and_settings(void)
 {
     struct cds_bus closed = {.port = 0};
     struct cds_stats stats;

@@ -79,7 +79,7 @@ static bool holds_limits(void)
     return memcmp(&servos.servo[0].table[6], limits, 4) == 0;
 }
 
-void test_what_differs_is_written_once_and_read_back_and_then_never_again(void)
+void test_setup_difference_is_written_once_and_read_back(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, begin_limits());
     TEST_ASSERT_EQUAL(CDS_OK, run());
@@ -175,7 +175,7 @@ void test_a_lock_whose_answer_is_lost_is_not_sent_twice(void)
     TEST_ASSERT_EQUAL_UINT16(1, servos.writes);
 }
 
-void test_return_delay_is_rounded_up_and_never_longer_than_the_bus_waits(void)
+void test_return_delay_is_rounded_up_within_the_bus_deadline(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, begin_delay(3));
     TEST_ASSERT_EQUAL(CDS_OK, run());

@@ -378,7 +378,7 @@ void test_goals_set_in_any_order_copy_no_block(void)
 }
 
 /* Commits with each turn of the main loop must not keep the goals from being checked and sent. */
-void test_commit_with_each_poll_while_goals_are_checked_lets_them_leave(void)
+void test_commit_in_every_poll_of_the_check_still_sends_goals(void)
 {
     for (uint8_t i = 0; i < SERVOS; i++)
         set_goal(i);

@@ -224,7 +224,7 @@ void test_one_that_fails_does_not_stop_the_others(void)
     TEST_ASSERT_EQUAL_UINT32(CDS_GROUP_READ_NEVER, cds_group_read_age_us(&answers[1]));
 }
 
-void test_who_fails_in_the_next_group_read_keeps_data_and_their_time(void)
+void test_group_read_failed_servo_keeps_data_and_time(void)
 {
     static const uint8_t all[] = {5, 1, 8, 8, 8, 8}, old[] = {5, 1}, new[] = {8, 8};
 
@@ -274,7 +274,7 @@ void test_nobody_to_read_is_refused(void)
     TEST_ASSERT_NULL(bus.request);
 }
 
-void test_group_read_without_room_or_with_a_busy_request_is_refused(void)
+void test_group_read_no_capacity_or_busy_request_is_refused(void)
 {
     for (uint8_t i = 0; i < 2; i++) {
         open_requests();

@@ -270,7 +270,7 @@ void test_request_that_is_in_use_at_first_is_awaited(void)
 }
 
 /* The bus stays taken for no longer than a turn of the main loop. */
-void test_the_next_packet_goes_out_in_the_poll_that_sees_the_last_one_out(void)
+void test_many_next_packet_leaves_in_the_poll_that_ends_the_last(void)
 {
     begin(60, 4);
     cds_sync_write_many_poll(&group);

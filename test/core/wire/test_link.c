@@ -136,7 +136,7 @@ void test_driver_is_held_until_complete(void)
     TEST_ASSERT_EQUAL(FAKE_LISTEN, port_fake.lines[PORT]);
 }
 
-void test_talk_with_two_bytes_taken_at_once_goes_on_with_the_third(void)
+void test_talk_two_bytes_taken_at_once_continues_with_the_third(void)
 {
     port_fake.takes_two = true;
     cds_link_talk(&link_, PORT, packet, 3);

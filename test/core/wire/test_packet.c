@@ -354,7 +354,7 @@ void test_block_that_does_not_fit_is_refused_at_the_end(void)
 }
 
 /* The length of the blocks stands in the packet; in so small a buffer it stands nowhere. */
-void test_sync_write_in_any_small_buffer_reads_and_writes_nothing_past_it(void)
+void test_sync_write_small_buffer_touches_nothing_past_it(void)
 {
     static uint8_t small[7]; // of its own, for AddressSanitizer to watch
 
@@ -431,7 +431,7 @@ void test_packet_that_was_written_over_is_not_sent_again(void)
     TEST_ASSERT_EQUAL(CDS_BAD_ARGUMENT, cds_packet_end(&packet));
 }
 
-void test_packet_that_was_never_begun_takes_nothing_and_is_not_whole(void)
+void test_packet_never_begun_takes_nothing_and_is_not_whole(void)
 {
     static const uint8_t data[4] = {1, 2, 3, 4};
 

@@ -92,7 +92,7 @@ void tearDown(void)
 {
 }
 
-void test_every_register_value_becomes_the_nearest_whole_value_and_comes_back(void)
+void test_units_every_register_value_survives_the_round_trip(void)
 {
     for (uint8_t i = 0; i < CASES; i++) {
         const struct unit_case *c = &cases[i];

@@ -1,0 +1,202 @@
+"""What make promises: boards and their mistakes, what is missing, flash, fuses and run."""
+# needs: build/atmega128/libcds55xx.a
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "test/runs"))
+
+from simulator import call
+
+
+def copy_build_files(root):
+    """What make reads, without the sources."""
+    for name in ["mk", "boards", "test/boards", "scripts", "src/avr", "src/controller/avr"]:
+        shutil.copytree(ROOT / name, root / name)
+    (root / "sim").mkdir()
+    for name in ["Makefile", "sim/sim.mk", "test/test.mk"]:
+        shutil.copy(ROOT / name, root / name)
+
+
+class NewBoard(unittest.TestCase):
+    def test_a_field_that_board_mk_forgets_is_named_and_not_another_boards(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            copy_build_files(root)
+            new = root / "boards/new"
+            (root / "boards/cm510").rename(new)
+            for other in ["atmega128", "arbotix", "arduino-mega"]:  # arduino-uno is read before it
+                shutil.rmtree(root / "boards" / other)
+            text = (new / "board.mk").read_text()
+            make = ["make", "-C", root, "-n", "-s", "--no-print-directory"]
+            for field in ["MCU", "F_CPU", "FLASH_MAX", "RAM_MAX", "PROGRAMMER", "PORT"]:
+                for line in ["", f"{field} :=\n"]:
+                    (new / "board.mk").write_text(re.sub(rf"^{field} .*\n", line, text, flags=re.M))
+                    status, output = call(*make, "fuses", "BOARD=new")
+                    self.assertNotEqual(status, 0)
+                    self.assertIn(f"boards/new/board.mk: {field} is missing", output)
+            # an optional one is empty, and not the one of arduino-uno
+            (new / "board.mk").write_text(re.sub(r"^FLASH_(NOTE|FLAGS).*\n", "", text, flags=re.M))
+            self.assertEqual(call(*make, "flash", "BOARD=new", "-o", "port", "-o",
+                                  "build/new/controller.hex")[1].split(),
+                             "scripts/avrdude.sh 'usb' -p atmega2561 -c usbasp -U "
+                             "flash:w:build/new/controller.hex:i".split())
+
+
+class Make(unittest.TestCase):
+    """make flash, fuses and run, in a copy of the build's files; avrdude is a script that tells its arguments."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name)
+        copy_build_files(self.root)
+        (self.root / "bin").mkdir()
+        self.fake_avrdude('echo "avrdude was called: $*"')
+
+    def fake_avrdude(self, command):
+        avrdude = self.root / "bin/avrdude"
+        avrdude.write_text(f"#!/bin/sh\n{command}\n")
+        avrdude.chmod(0o755)
+
+    def make(self, target, *words, **environment):
+        """(status, output) of a make that builds nothing."""
+        path = f"{self.root / 'bin'}:{os.environ['PATH']}"
+        done = subprocess.run(
+            ["make", "-C", self.root, "-s", "--no-print-directory", "-o", "tools", "-o",
+             "build/atmega128/controller.hex", target, *words], stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            env={**os.environ, "PATH": path, "MAKEFLAGS": "", **environment})
+        return done.returncode, done.stdout
+
+    def set_fuses(self, line):
+        path = self.root / "boards/cm510/board.mk"
+        text, count = re.subn(r"^FUSES .*\n", line, path.read_text(), flags=re.M)
+        self.assertEqual(count, 1)
+        path.write_text(text)
+
+    def test_flash_and_fuses_missing_port_not_started(self):
+        for port in ["/dev/ttyNONE", "./ttyNONE", "../ttyNONE", "/dev/none0:/dev/none1"]:
+            for target in ["flash", "fuses"]:
+                status, output = self.make(target, f"PORT={port}")
+                self.assertNotEqual(status, 0, output)
+                self.assertIn(f"PORT={port} does not exist; plug the board in, or name its port",
+                              output)
+                self.assertNotIn("avrdude was called", output)
+
+    def test_flash_missing_port_ends_before_the_build(self):
+        done = subprocess.run(
+            ["make", "-C", self.root, "-j1", "flash", "PORT=/dev/ttyNONE"], text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env={**os.environ, "MAKEFLAGS": ""})
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("PORT=/dev/ttyNONE does not exist", done.stdout)
+        self.assertFalse((self.root / "build").exists(), done.stdout)
+
+    def test_flash_port_that_is_no_device_not_started(self):
+        (self.root / "file").write_text("")
+        for port in ["./file", "./bin"]:
+            status, output = self.make("flash", f"PORT={port}")
+            self.assertNotEqual(status, 0, output)
+            self.assertIn(f"PORT={port} is no device; name the serial port of the board", output)
+            self.assertNotIn("avrdude was called", output)
+
+    def test_flash_device_or_name_of_a_port_is_passed_on(self):
+        for port in ["/dev/null", "/dev/null:/dev/zero", "usb", "usb:0042", "net:host:1234", "ch340",
+                     "usb:serial"]:
+            status, output = self.make("flash", f"PORT={port}")
+            self.assertEqual(status, 0, output)
+            self.assertIn(f"avrdude was called: -P {port} -p atmega128 -c usbasp -U "
+                          "flash:w:build/atmega128/controller.hex:i\n", output)
+
+    def test_flash_failure_of_avrdude_fails_make(self):
+        self.fake_avrdude("exit 1")
+        self.assertNotEqual(self.make("flash")[0], 0)
+
+    def test_flash_avrdude_that_spins_is_ended(self):
+        self.fake_avrdude("while :; do sleep 0.1; done")
+        status, output = self.make("flash", AVRDUDE_LIMIT_S="1")
+        self.assertNotEqual(status, 0, output)
+        self.assertIn("avrdude is ended after 1 s; ", output)
+
+    def test_fuses_of_each_board_written_or_right_as_shipped(self):
+        for board in ["arbotix", "arduino-mega", "arduino-uno", "cm510"]:
+            status, output = self.make("fuses", f"BOARD={board}")
+            self.assertEqual(status, 0, output)  # so `make fuses flash` goes on
+            self.assertIn(f"the fuses of {board} are right as shipped: nothing to write\n", output)
+            self.assertNotIn("avrdude was called", output)
+        status, output = self.make("fuses", "BOARD=atmega128")
+        self.assertEqual(status, 0, output)
+        self.assertIn("avrdude was called: -P usb -p atmega128 -c usbasp -U lfuse:w:0x3f:m -U "
+                      "hfuse:w:0xc1:m -U efuse:w:0xff:m\n", output)
+
+    def test_fuses_board_without_fuses_says_not_known(self):
+        for line in ["", "FUSES :=\n", "FUSES := as shipped\n"]:
+            with self.subTest(line):
+                self.setUp()
+                self.set_fuses(line)
+                status, output = self.make("fuses", "BOARD=cm510")
+                self.assertNotEqual(status, 0)
+                self.assertIn("the right fuses of cm510 are not known: nothing is written", output)
+                self.assertIn("set FUSES in boards/cm510/board.mk", output)
+                self.assertNotIn("right as shipped", output)
+                self.assertNotIn("avrdude was called", output)
+
+    def test_run_host_baud_is_passed_to_the_simulator(self):
+        for words, baud in [([], "board"), (["HOST_BAUD=client"], "client")]:
+            status, output = self.make("run", "-n", "-o", "build/atmega128/controller.elf", "-o",
+                                       "build/host/cds55xx-sim", *words)
+            self.assertEqual(status, 0, output)
+            self.assertIn(f" --host-baud {baud}\n", output)
+
+
+class Build(unittest.TestCase):
+    def make(self, *arguments, **environment):
+        return call("make", "-C", ROOT, "--no-print-directory", *arguments,
+                    env={**os.environ, **environment})
+
+    def test_an_unknown_board_lists_those_there_are(self):
+        status, output = self.make("lib", "BOARD=toaster")
+        self.assertNotEqual(status, 0)
+        self.assertIn("no board 'toaster'; BOARD= one of: arbotix arduino-mega arduino-uno atmega128 cm510", output)
+
+    def test_help_has_a_line_for_every_target(self):
+        _, output = self.make("help")
+        for target in ["demo", "test", "deps", "lib", "firmware", "size", "flash", "fuses", "check"]:
+            self.assertIn(f"make {target} ", output)
+
+    def test_what_is_missing_is_named_and_not_installed(self):
+        with tempfile.TemporaryDirectory() as empty:
+            status, output = self.make("deps", f"UNITY={empty}/unity", "DEPS=no")
+            self.assertNotEqual(status, 0)
+            self.assertIn(f"missing Unity in {empty}/unity (make deps fetches it)", output)
+            self.assertEqual(os.listdir(empty), [])
+
+    def test_touching_a_header_makes_the_library_out_of_date(self):
+        self.assertEqual(self.make("lib")[0], 0)
+        header = ROOT / "include/cds55xx/link.h"
+        before = header.stat()
+        status, output = self.make("lib", "-n", "-W", "include/cds55xx/link.h")
+        self.assertEqual((status, header.stat().st_mtime), (0, before.st_mtime))
+        self.assertIn("bus.o", output)
+
+    def test_flash_and_fuses_are_avrdude_command_lines_with_the_boards_data(self):
+        flash = self.make("flash", "-n")[1]
+        self.assertIn("scripts/avrdude.sh 'usb' -p atmega128 -c usbasp  -U "
+                      "flash:w:build/atmega128/controller.hex:i", flash)
+        self.assertIn("(fuse M103C): make fuses first", flash)
+        self.assertIn("efuse:w:0xff:m", self.make("fuses", "-n")[1])
+        self.assertIn("scripts/avrdude.sh '/dev/ttyUSB7' -p atmega2560 -c wiring -D -U flash:w:",
+                      self.make("flash", "-n", "BOARD=arduino-mega", "PORT=/dev/ttyUSB7")[1])
+        status, output = self.make("fuses", "BOARD=arduino-mega")
+        self.assertEqual(status, 0, output)
+        self.assertIn("right as shipped", output)
+
+
+if __name__ == "__main__":
+    unittest.main()
