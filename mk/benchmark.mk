@@ -21,7 +21,7 @@ bench-scaling: $(BENCH_NEEDS)
 bench-account: $(BENCH_NEEDS)
 	@scripts/account.py
 
-## bench-docs: make bench, and its tables in README.md and docs/internals/performance.md anew
+## bench-docs: make bench, and renew its tables in README.md and docs/internals/performance.md
 .PHONY: bench-docs
 bench-docs: $(BENCH_NEEDS)
 	@scripts/bench.py; scripts/bench.py --docs; scripts/account.py --docs

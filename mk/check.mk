@@ -32,7 +32,7 @@ eva:
 	@scripts/deps.sh eva
 	@scripts/eva.py
 
-## docs: write anew what docs and README quote from tables and commands
+## docs: renew what documents quote from tables and commands
 .PHONY: docs
 docs: tools build/atmega128/controller.elf build/host/cds55xx-sim
 	@for d in $(GENERATED_DOCS); do scripts/$$d.py > docs/$$d.md; done

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Where the cycles of a figure of the bench go: the worst case of each, function by function, as the
-simulated CPU runs it (--steps). What gcc inlines counts for the function it stands in.
+"""Where the cycles of the benchmark go: the worst case of each figure by function, as the
+simulated CPU runs it (--steps). Inlined code counts for the function that contains it.
 
-usage: account.py [--docs]    --docs: the tables of docs/internals/performance.md anew
+usage: account.py [--docs]    --docs: renews the tables of docs/internals/performance.md
 """
 import bisect
 import collections

@@ -1,5 +1,5 @@
-# How the cost grows with the servos: build/bench-scaling.tsv beside the floor of the wire, and below
-# what is above that floor, for each servo.
+# Draws build/bench-scaling.tsv: how the cost grows with the number of servos. Upper row: measured time
+# and the floor of the wire. Lower row: the time above the floor, for each servo.
 # gnuplot -e "table='FILE'; output_file='FILE'" bench.gp
 set encoding utf8
 set datafile separator tab

@@ -3,7 +3,7 @@
 
 usage: faults.py [--part N/M] [--seed N] [--jobs N] [--out FILE] [--docs] [ROW...]
 
---docs: the table in docs/internals/faults.md is written anew from FILE; runs nothing.
+--docs: renews the table in docs/internals/faults.md from FILE; runs nothing.
 --part 1/20: the first of 20 parts into which --seed divides the injections. Writes FILE (build/faults.tsv): fault, what,
 injections and failures, and of the injections: `undetected`, a value was taken that no servo gave;
 `misunderstood`, a servo carried out a damaged packet; both were foreseen, each one, or they are

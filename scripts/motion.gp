@@ -1,5 +1,5 @@
-# Goal and present position of the servos over time, one row a servo: the last data block of a CSV
-# that cds55xx-sim --csv wrote. gnuplot -e "csv='FILE'; svg='FILE'; name='TITLE'" motion.gp
+# Draws goal and present position of the servos over time, one row for each servo, from the last data
+# block of a CSV that cds55xx-sim --csv wrote. gnuplot -e "csv='FILE'; svg='FILE'; name='TITLE'" motion.gp
 set datafile separator comma
 set terminal svg size 1100,780 dynamic background rgb 'white' font 'sans-serif,13'
 set output svg

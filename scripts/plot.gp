@@ -1,9 +1,9 @@
-# The picture of a run, from the data files that sim/output/plot.c writes into a folder:
+# The picture of a run, from the data files that sim/output/plot_drawing.c writes into a folder:
 # gnuplot -e "folder='...'" plot.gp
 # Upper pane: a lane for each talker. Lower pane: goal and present position of the servos.
 load folder.'/params.gp'
 
-# of each layer of sim/output/plot.c: what it is, colour, point type (0: a bar), point size
+# of each layer of sim/output/plot_drawing.c: what it is, colour, point type (0: a bar), point size
 styles = "controller servo bin1 bin10 bin50 bin100 fault collision breach damaged"
 array label[10] = ['packet of the '.talker, 'packet of a servo', 'up to 1 %', 'to 10 %', \
     'to 50 %', 'to 100 %', 'fault injected', 'collision', 'rule broken', 'no packet']

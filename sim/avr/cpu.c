@@ -16,7 +16,7 @@ void cpu_halt(avr_t *avr, avr_cycle_count_t cycles)
     avr->run_cycle_count = avr->run_cycle_count > cycles ? avr->run_cycle_count - cycles : 1;
 }
 
-static void forget_pending(avr_t *avr, avr_int_vector_t *vector)
+static void drop_pending(avr_t *avr, avr_int_vector_t *vector)
 {
     avr_int_pending_t *fifo = &avr->interrupts.pending;
     unsigned kept = fifo->read;
@@ -38,7 +38,7 @@ void cpu_set_level_interrupt(avr_t *avr, avr_int_vector_t *vector, bool on)
     if (on && !vector->pending) {
         avr_raise_interrupt(avr, vector);
     } else if (!on && vector->pending) {
-        forget_pending(avr, vector);
+        drop_pending(avr, vector);
     }
 }
 

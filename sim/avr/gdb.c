@@ -10,102 +10,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#define POLL_EVERY  1024 // instructions
-#define DATA_SPACE  0x800000u
-#define EEPROM_BASE 0x810000u
-#define CTRL_C      3
+#define POLL_EVERY 1024 // instructions
+#define CTRL_C     3
 
-/* gdb's numbers of signals, and of an AVR's registers in gdb's order. */
+/* gdb's numbers of signals. */
 enum { SIGNAL_INT = 2, SIGNAL_TRAP = 5, SIGNAL_SEGV = 11 };
-enum { REGISTER_SREG = 32, REGISTER_SP = 33, REGISTER_PC = 34, REGISTERS = 35 };
-
-/* --- the machine as the debugger sees it --- */
-
-static uint8_t sreg(const avr_t *avr)
-{
-    unsigned value = 0;
-    for (unsigned bit = 0; bit < 8; bit++) {
-        value |= (unsigned)(avr->sreg[bit] != 0) << bit;
-    }
-    return (uint8_t)value;
-}
-
-static void store_data(struct gdb *gdb, uint32_t address, uint8_t byte)
-{
-    avr_t *avr = gdb->avr;
-    uint32_t io = AVR_DATA_TO_IO(address);
-    if (address == R_SREG) {
-        for (unsigned bit = 0; bit < 8; bit++) {
-            avr->sreg[bit] = byte >> bit & 1;
-        }
-    } else if (address > 31 && address <= avr->ioend && io < MAX_IOs && avr->io[io].w.c) {
-        avr->io[io].w.c(avr, (avr_io_addr_t)address, byte, avr->io[io].w.param);
-        return;
-    }
-    avr->data[address] = byte;
-}
-
-/* Reads a byte at gdb's address: flash from 0, data space from 0x800000, EEPROM from 0x810000.
- * Reads I/O registers without the side effects that a read by the CPU has. */
-static bool load(const struct gdb *gdb, uint32_t address, uint8_t *byte)
-{
-    const avr_t *avr = gdb->avr;
-    const avr_eeprom_t *eeprom = gdb->eeprom->registers;
-    if (address <= avr->flashend) {
-        *byte = avr->flash[address];
-    } else if (address >= EEPROM_BASE && eeprom && address - EEPROM_BASE < eeprom->size) {
-        *byte = eeprom->eeprom[address - EEPROM_BASE];
-    } else if (address >= DATA_SPACE && address - DATA_SPACE <= avr->ramend + 2u) {
-        address -= DATA_SPACE; // gdb looks for a return address beyond an empty stack, too
-        *byte = address == R_SREG ? sreg(avr) : avr->data[address];
-    } else {
-        return false;
-    }
-    return true;
-}
-
-static bool store(struct gdb *gdb, uint32_t address, uint8_t byte)
-{
-    const avr_eeprom_t *eeprom = gdb->eeprom->registers;
-    if (address <= gdb->avr->flashend) {
-        gdb->avr->flash[address] = byte;
-    } else if (address >= EEPROM_BASE && eeprom && address - EEPROM_BASE < eeprom->size) {
-        eeprom->eeprom[address - EEPROM_BASE] = byte;
-    } else if (address >= DATA_SPACE && address - DATA_SPACE <= gdb->avr->ramend) {
-        store_data(gdb, address - DATA_SPACE, byte);
-    } else {
-        return false;
-    }
-    return true;
-}
-
-static unsigned load_register(const struct gdb *gdb, unsigned number, uint8_t bytes[4])
-{
-    const avr_t *avr = gdb->avr;
-    switch (number) {
-    case REGISTER_SREG: bytes[0] = sreg(avr); return 1;
-    case REGISTER_SP: memcpy(bytes, &avr->data[R_SPL], 2); return 2;
-    case REGISTER_PC:
-        for (unsigned i = 0; i < 4; i++) {
-            bytes[i] = (uint8_t)(avr->pc >> 8 * i);
-        }
-        return 4;
-    default: bytes[0] = avr->data[number]; return 1;
-    }
-}
-
-static unsigned store_register(struct gdb *gdb, unsigned number, const uint8_t bytes[4])
-{
-    avr_t *avr = gdb->avr;
-    switch (number) {
-    case REGISTER_SREG: store_data(gdb, R_SREG, bytes[0]); return 1;
-    case REGISTER_SP: memcpy(&avr->data[R_SPL], bytes, 2); return 2;
-    case REGISTER_PC:
-        avr->pc = (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16;
-        return 4;
-    default: avr->data[number] = bytes[0]; return 1;
-    }
-}
 
 /* --- packets --- */
 
@@ -138,7 +47,8 @@ static void reply_stopped(struct gdb *gdb)
 {
     char text[40];
     if (gdb->hit) {
-        snprintf(text, sizeof(text), "T%02xwatch:%x;", SIGNAL_TRAP, DATA_SPACE + gdb->hit->address);
+        snprintf(text, sizeof(text), "T%02xwatch:%x;", SIGNAL_TRAP,
+                 GDB_DATA_SPACE + gdb->hit->address);
     } else {
         snprintf(text, sizeof(text), "S%02x", gdb->signal);
     }
@@ -173,11 +83,11 @@ static void why_stopped(struct gdb *gdb, const char *arguments)
 static void read_registers(struct gdb *gdb, const char *arguments)
 {
     (void)arguments;
-    char text[4 * 2 * REGISTERS + 1];
+    char text[4 * 2 * GDB_REGISTERS + 1];
     unsigned used = 0;
-    for (unsigned i = 0; i < REGISTERS; i++) {
+    for (unsigned i = 0; i < GDB_REGISTERS; i++) {
         uint8_t bytes[4];
-        unsigned size = load_register(gdb, i, bytes);
+        unsigned size = gdb_register_load(&gdb->machine, i, bytes);
         put_hex(text + 2 * used, bytes, size);
         used += size;
     }
@@ -186,10 +96,10 @@ static void read_registers(struct gdb *gdb, const char *arguments)
 
 static void write_registers(struct gdb *gdb, const char *arguments)
 {
-    uint8_t bytes[4 * REGISTERS] = {0};
+    uint8_t bytes[4 * GDB_REGISTERS] = {0};
     unsigned size = get_hex(arguments, bytes, sizeof(bytes));
-    for (unsigned i = 0, used = 0; i < REGISTERS && used < size; i++) {
-        used += store_register(gdb, i, bytes + used);
+    for (unsigned i = 0, used = 0; i < GDB_REGISTERS && used < size; i++) {
+        used += gdb_register_store(&gdb->machine, i, bytes + used);
     }
     reply(gdb, "OK");
 }
@@ -199,23 +109,23 @@ static void read_register(struct gdb *gdb, const char *arguments)
     unsigned long number = strtoul(arguments, 0, 16);
     char text[2 * 4 + 1];
     uint8_t bytes[4];
-    if (number >= REGISTERS) {
+    if (number >= GDB_REGISTERS) {
         reply(gdb, "E01");
         return;
     }
-    put_hex(text, bytes, load_register(gdb, (unsigned)number, bytes));
+    put_hex(text, bytes, gdb_register_load(&gdb->machine, (unsigned)number, bytes));
     reply(gdb, text);
 }
 
 static void write_register(struct gdb *gdb, const char *arguments)
 {
-    unsigned number = REGISTERS;
+    unsigned number = GDB_REGISTERS;
     char hex[9];
     uint8_t bytes[4] = {0};
-    bool good = sscanf(arguments, "%x=%8s", &number, hex) == 2 && number < REGISTERS;
+    bool good = sscanf(arguments, "%x=%8s", &number, hex) == 2 && number < GDB_REGISTERS;
     if (good) {
         get_hex(hex, bytes, sizeof(bytes));
-        store_register(gdb, number, bytes);
+        gdb_register_store(&gdb->machine, number, bytes);
     }
     reply(gdb, good ? "OK" : "E01");
 }
@@ -228,7 +138,7 @@ static void read_memory(struct gdb *gdb, const char *arguments)
     bool good = sscanf(arguments, "%x,%x", &address, &size) == 2;
     for (unsigned i = 0; good && i < size && 2 * i + 2 < sizeof(text); i++) {
         uint8_t byte;
-        if (!load(gdb, address + i, &byte)) {
+        if (!gdb_memory_load(&gdb->machine, address + i, &byte)) {
             good = i > 0; // the bytes so far
             break;
         }
@@ -245,15 +155,16 @@ static void write_memory(struct gdb *gdb, const char *arguments)
     bool good = sscanf(arguments, "%x,%x:%n", &address, &size, &start) == 2 && start;
     for (unsigned i = 0; good && i < size; i++) {
         uint8_t byte;
-        good = get_hex(arguments + start + 2 * i, &byte, 1) && store(gdb, address + i, byte);
+        good = get_hex(arguments + start + 2 * i, &byte, 1) &&
+               gdb_memory_store(&gdb->machine, address + i, byte);
     }
     reply(gdb, good ? "OK" : "E01");
 }
 
 static bool set_watch(struct gdb *gdb, unsigned address, unsigned size, bool on)
 {
-    address -= DATA_SPACE;
-    if (address > gdb->avr->ramend || !size || size > GDB_WATCHED_SIZE) {
+    address -= GDB_DATA_SPACE;
+    if (address > gdb->machine.avr->ramend || !size || size > GDB_WATCHED_SIZE) {
         return false;
     }
     for (unsigned i = 0; i < GDB_WATCHES; i++) {
@@ -262,7 +173,7 @@ static bool set_watch(struct gdb *gdb, unsigned address, unsigned size, bool on)
         if (on ? watch->size == 0 : same) {
             watch->address = (uint16_t)address;
             watch->size = (uint16_t)(on ? size : 0);
-            memcpy(watch->bytes, &gdb->avr->data[address], size);
+            memcpy(watch->bytes, &gdb->machine.avr->data[address], size);
             gdb->watching += on ? 1u : -1u;
             return true;
         }
@@ -280,7 +191,7 @@ static void change_point(struct gdb *gdb, const char *arguments, bool on)
         reply(gdb, "");
     } else if (kind == 2) {
         reply(gdb, set_watch(gdb, address, size, on) ? "OK" : "E01");
-    } else if (address > gdb->avr->flashend) {
+    } else if (address > gdb->machine.avr->flashend) {
         reply(gdb, "E01");
     } else {
         gdb->breakpoints[address / 2] = on;
@@ -301,14 +212,14 @@ static void clear_point(struct gdb *gdb, const char *arguments)
 static void resume(struct gdb *gdb, const char *arguments, enum gdb_state state)
 {
     if (*arguments) {
-        gdb->avr->pc = (avr_flashaddr_t)strtoul(arguments, 0, 16);
+        gdb->machine.avr->pc = (avr_flashaddr_t)strtoul(arguments, 0, 16);
     }
     gdb->state = state;
     gdb->depth = gdb->cpu->depth;
     gdb->hit = 0;
     for (unsigned i = 0; i < GDB_WATCHES; i++) {
         struct gdb_watch *watch = &gdb->watches[i];
-        memcpy(watch->bytes, &gdb->avr->data[watch->address], watch->size);
+        memcpy(watch->bytes, &gdb->machine.avr->data[watch->address], watch->size);
     }
 }
 
@@ -331,7 +242,7 @@ static void drop_client(struct gdb *gdb)
     gdb->in_size = 0;
     gdb->watching = 0;
     memset(gdb->watches, 0, sizeof(gdb->watches));
-    memset(gdb->breakpoints, 0, gdb->avr->flashend / 2 + 1u);
+    memset(gdb->breakpoints, 0, gdb->machine.avr->flashend / 2 + 1u);
     gdb->state = GDB_RUNNING;
 }
 
@@ -508,9 +419,9 @@ void gdb_close(struct gdb *gdb)
 void gdb_attach(struct gdb *gdb, avr_t *avr, const struct cpu *cpu,
                 const struct eeprom_model *eeprom, const volatile sig_atomic_t *stop)
 {
-    gdb->avr = avr;
+    gdb->machine.avr = avr;
     gdb->cpu = cpu;
-    gdb->eeprom = eeprom;
+    gdb->machine.eeprom = eeprom;
     gdb->stop = stop;
     gdb->breakpoints = calloc(avr->flashend / 2 + 1u, sizeof(*gdb->breakpoints));
     if (!gdb->breakpoints) {
@@ -523,7 +434,7 @@ static bool watch_changed(struct gdb *gdb)
 {
     for (unsigned i = 0; i < GDB_WATCHES && gdb->watching; i++) {
         const struct gdb_watch *watch = &gdb->watches[i];
-        if (memcmp(watch->bytes, &gdb->avr->data[watch->address], watch->size) != 0) {
+        if (memcmp(watch->bytes, &gdb->machine.avr->data[watch->address], watch->size) != 0) {
             gdb->hit = watch;
             return true;
         }
@@ -533,7 +444,7 @@ static bool watch_changed(struct gdb *gdb)
 
 bool gdb_may_run(struct gdb *gdb)
 {
-    const avr_t *avr = gdb->avr;
+    const avr_t *avr = gdb->machine.avr;
     if (gdb->state != GDB_STOPPED) {
         bool stepped = gdb->state == GDB_STEPPING && gdb->runs && gdb->cpu->depth <= gdb->depth;
         bool met =

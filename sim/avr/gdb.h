@@ -17,6 +17,7 @@
 
 #include "avr/cpu.h"
 #include "avr/eeprom_model.h"
+#include "avr/gdb_memory.h"
 
 #define GDB_SIZE         2048 // bytes of a packet
 #define GDB_WATCHES      8
@@ -30,9 +31,8 @@ struct gdb_watch {
 };
 
 struct gdb {
-    avr_t *avr;
+    struct gdb_machine machine;
     const struct cpu *cpu;
-    const struct eeprom_model *eeprom;
     const volatile sig_atomic_t *stop; // the simulation shall end
     int listener, client;              // -1: none
     enum gdb_state state;

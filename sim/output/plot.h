@@ -16,6 +16,7 @@
 #define PLOT_BINS        1024 // for the whole run; at least half of them are used
 #define PLOT_SAMPLES     2048 // positions of the whole run; at least half are used
 #define PLOT_PACKETS_MAX 4000
+#define PLOT_ABSENT      UINT16_MAX
 #define PLOT_SETS_MAX    3 // buses
 
 enum plot_mark { PLOT_FAULT, PLOT_COLLISION, PLOT_BREACH, PLOT_DAMAGED, PLOT_MARKS };

@@ -16,13 +16,13 @@
 static void name_file(const struct servo_eeprom *eeprom, unsigned index, char path[PATH_SIZE])
 {
     const struct servo_node *node = eeprom->servos->node;
-    unsigned twin = 1;
+    unsigned number_of_id = 1;
     for (unsigned i = 0; i < index; i++) {
-        twin += node[i].id == node[index].id;
+        number_of_id += node[i].id == node[index].id;
     }
     char number[16] = "";
-    if (twin > 1) {
-        snprintf(number, sizeof(number), "-%u", twin);
+    if (number_of_id > 1) {
+        snprintf(number, sizeof(number), "-%u", number_of_id);
     }
     snprintf(path, PATH_SIZE, "%s/bus%u-servo%03u%s.eeprom", eeprom->folder, eeprom->bus,
              node[index].id, number);

@@ -78,7 +78,7 @@ void servo_node_power(struct servo_node *node, uint64_t now, bool on);
 void servos_power(struct servos *servos, uint64_t now, bool on);
 /* Cuts the power for `cycles`. A servo without power ignores it. */
 void servo_node_brown_out(struct servo_node *node, uint64_t now, uint64_t cycles);
-/* Changes the bit rate until the servo is told another one or powers up again. */
+/* Changes the bit rate until a packet sets another rate or the servo powers up again. */
 void servo_node_baud(struct servo_node *node, uint8_t baud);
 
 /* As servo_set_eeprom(). */

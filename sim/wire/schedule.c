@@ -82,7 +82,7 @@ static void close_hole(struct schedule *schedule)
     }
 }
 
-static void make_room(struct schedule *schedule)
+static void grow_heap(struct schedule *schedule)
 {
     if (schedule->size + 1 < schedule->capacity) {
         return;
@@ -98,7 +98,7 @@ static void make_room(struct schedule *schedule)
 void schedule_at(struct schedule *schedule, struct event *event, uint64_t time)
 {
     schedule_cancel(schedule, event);
-    make_room(schedule);
+    grow_heap(schedule);
     event->time = time < schedule->now ? schedule->now : time;
     event->order = schedule->order++;
     if (schedule->hole) {

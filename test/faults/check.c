@@ -24,8 +24,7 @@
 #define QUIET          (60 * RIG_US) // more than it takes a bus to see that it is
 #define ENDLESS        (10 * 1000 * 1000 * RIG_US)
 
-/* --- which, and what of it -----------------------------------------------------------------------
- */
+/* --- which, and what of it --- */
 
 static uint32_t mix(uint32_t a, uint32_t b)
 {
@@ -75,7 +74,7 @@ bool check_next(struct check *check, const char *format, ...)
     vsnprintf(check->text, sizeof(check->text), format, arguments);
     va_end(arguments);
     rig_forget(check->rig);
-    check->rig->servos_heard.count = 0;
+    check->rig->servos_received.count = 0;
     if (check->on_progress) {
         check->on_progress(check);
     }
@@ -106,8 +105,7 @@ static void expect(struct check *check, const char *what, unsigned expected, uns
     }
 }
 
-/* --- what a job means ----------------------------------------------------------------------------
- */
+/* --- what a job means --- */
 
 enum { PING = 1, READ, WRITE, REG_WRITE, ACTION, BROADCAST = 0xFE };
 
@@ -146,8 +144,7 @@ const char *check_name(const struct job *job)
     return name;
 }
 
-/* --- what is heard -------------------------------------------------------------------------------
- */
+/* --- what is heard --- */
 
 /* As many bytes as are said are echo, as long as the controller has not noticed that all are out. A
  * byte that ends with the packet may find the handler of that before its own, or behind it. */
@@ -167,10 +164,10 @@ static bool is_echo(const struct check *check, uint64_t time)
 /* What was heard until then is of the present span. */
 static void hear(struct check *check, uint64_t until)
 {
-    const struct tap *heard = &check->rig->heard;
+    const struct tap *received = &check->rig->received;
     struct check_span *span = &check->span;
-    for (; check->judged < heard->count && check->judged < RIG_ROOM; check->judged++) {
-        const struct tap_byte *byte = &heard->bytes[check->judged];
+    for (; check->judged < received->count && check->judged < RIG_ROOM; check->judged++) {
+        const struct tap_byte *byte = &received->bytes[check->judged];
         if (byte->time >= until) {
             return;
         }
@@ -303,12 +300,12 @@ static uint32_t allowed_us(const struct check *check)
 static void open_span(struct check *check, unsigned attempt)
 {
     struct check_span *span = &check->span;
-    const struct tap_byte *said = check->rig->said.bytes + attempt * check->asked.size;
+    const struct tap_byte *sent = check->rig->sent.bytes + attempt * check->asked.size;
     span->asked = check->asked;
     span->asks = true;
     span->count = span->echoes = 0;
-    span->echo_from = said[0].time;
-    span->echo_until = said[check->asked.size - 1].time + RIG_BYTE;
+    span->echo_from = sent[0].time;
+    span->echo_until = sent[check->asked.size - 1].time + RIG_BYTE;
     span->last_id = check->last_id;
     span->last_ok = check->last_ok;
 }
@@ -352,8 +349,7 @@ static void end_span(struct check *check, uint64_t until, int result)
     }
 }
 
-/* --- one exchange --------------------------------------------------------------------------------
- */
+/* --- one exchange --- */
 
 static double us(uint64_t cycles)
 {
@@ -364,7 +360,7 @@ static double us(uint64_t cycles)
 static void check_time(struct check *check)
 {
     const struct rig *rig = check->rig;
-    uint64_t start = rig->said.bytes[(check->attempts - 1) * check->asked.size].time;
+    uint64_t start = rig->sent.bytes[(check->attempts - 1) * check->asked.size].time;
     uint64_t took = rig->ended - start, allowed = allowed_us(check) * (uint64_t)RIG_US;
     if (took > allowed + processing(check)) {
         check_fail(check, "took %.1f us, deadline %.1f", us(took), us(allowed));
@@ -402,10 +398,10 @@ static uint64_t last_use(const struct check *check, uint64_t until, uint64_t nea
 static void check_start(struct check *check, unsigned attempt)
 {
     const struct rig *rig = check->rig;
-    uint64_t start = rig->said.bytes[attempt * check->asked.size].time, from = rig->begun;
+    uint64_t start = rig->sent.bytes[attempt * check->asked.size].time, from = rig->begun;
     unsigned near, nearest;
     if (attempt > 0) {
-        from = rig->said.bytes[(attempt - 1) * check->asked.size].time +
+        from = rig->sent.bytes[(attempt - 1) * check->asked.size].time +
                allowed_us(check) * (uint64_t)RIG_US;
     }
     last_use(check, start, rig_tied(rig) ? RACE_TIED : RACE, &nearest);
@@ -454,14 +450,14 @@ static void check_unsent(struct check *check)
     }
 }
 
-static void check_said(struct check *check)
+static void check_sent(struct check *check)
 {
-    const struct tap *said = &check->rig->said;
+    const struct tap *sent = &check->rig->sent;
     unsigned size = check->asked.size;
-    expect(check, "bytes said", check->attempts * size, said->count);
-    for (unsigned i = 0; i < said->count && i < RIG_ROOM; i++) {
-        if (said->bytes[i].byte != check->asked.packet[i % size]) {
-            check_fail(check, "said %02X as byte %u", said->bytes[i].byte, i);
+    expect(check, "bytes said", check->attempts * size, sent->count);
+    for (unsigned i = 0; i < sent->count && i < RIG_ROOM; i++) {
+        if (sent->bytes[i].byte != check->asked.packet[i % size]) {
+            check_fail(check, "said %02X as byte %u", sent->bytes[i].byte, i);
         }
     }
 }
@@ -471,7 +467,7 @@ static void hear_all(struct check *check)
 {
     const struct rig *rig = check->rig;
     for (unsigned attempt = 0; attempt < check->attempts; attempt++) {
-        uint64_t start = rig->said.bytes[attempt * check->asked.size].time;
+        uint64_t start = rig->sent.bytes[attempt * check->asked.size].time;
         if (attempt > 0) {
             end_span(check, start, -1);
         }
@@ -634,7 +630,7 @@ void check_job(struct check *check, const struct job *job)
 static void check_exchange(struct check *check)
 {
     expect(check, "submitted", CDS_OK, check->outcome.submitted);
-    check_said(check);
+    check_sent(check);
     check_sums(check);
     expect(check, "bytes stored behind the reply", 0, check->outcome.spilled);
     check->blind |= check->holds && check->rig->overruns;
@@ -657,8 +653,7 @@ static void check_exchange(struct check *check)
     }
 }
 
-/* --- the servos ----------------------------------------------------------------------------------
- */
+/* --- the servos --- */
 
 /* What the job does to this servo, if it heard it. */
 static void carry_out(const struct job *job, uint8_t *registers)
@@ -682,11 +677,11 @@ static void power_up(const struct servo *servo, uint8_t *registers)
 /* A servo holds something else: that is told apart, and forgiven where it was foreseen. */
 static void misunderstood(struct check *check, unsigned index)
 {
-    const struct tap *heard = &check->rig->servos_heard;
+    const struct tap *received = &check->rig->servos_received;
     struct oracle_byte bytes[RIG_ROOM];
-    unsigned count = heard->count < RIG_ROOM ? heard->count : RIG_ROOM;
+    unsigned count = received->count < RIG_ROOM ? received->count : RIG_ROOM;
     for (unsigned i = 0; i < count; i++) {
-        bytes[i] = (struct oracle_byte){heard->bytes[i].byte, heard->bytes[i].bad};
+        bytes[i] = (struct oracle_byte){received->bytes[i].byte, received->bytes[i].bad};
     }
     check->commanded++;
     if (!oracle_commands(&check->asked, bytes, count)) {
@@ -757,8 +752,7 @@ static unsigned awaited(const struct check *check)
     return most;
 }
 
-/* --- what a row calls ----------------------------------------------------------------------------
- */
+/* --- what a row calls --- */
 
 void check_open(struct check *check)
 {
@@ -818,7 +812,7 @@ void check_refused(struct check *check, const struct job *job, enum cds_result r
     check_job(check, job);
     hear(check, check->rig->ended);
     expect(check, "submitted", result, check->outcome.submitted);
-    expect(check, "bytes said", 0, check->rig->said.count);
+    expect(check, "bytes said", 0, check->rig->sent.count);
     expect(check, "sent", 0, check->moved.sent);
     expect(check, "unsent", 0, check->moved.line_busy);
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define DATA_BASE 0x800000u // where an AVR's ELF has its RAM
+#define DATA_BASE 0x800000u // offset of the RAM in an AVR's ELF file
 #define START_UP  (2000 * RIG_US)
 
 static _Noreturn void die(const char *what, const char *which)
@@ -15,8 +15,7 @@ static _Noreturn void die(const char *what, const char *which)
     exit(2);
 }
 
-/* --- the program's RAM ---------------------------------------------------------------------------
- */
+/* --- the program's RAM --- */
 
 static uint32_t symbol(const struct image *image, const char *name)
 {
@@ -45,10 +44,9 @@ static void *in_ram(struct rig *rig, size_t offset)
     return &rig->bench.machine.avr->data[rig->job_at + offset];
 }
 
-/* --- taps ----------------------------------------------------------------------------------------
- */
+/* --- taps --- */
 
-static struct rig *the_rig; // the hooks get the contexts of the simulator, not this one
+static struct rig *the_rig; // the hooks get the simulator's contexts, not this one
 static void (*to_usart)(void *context, uint64_t now, const struct uart_frame *frame);
 static void (*to_servos)(void *context, uint64_t now, const struct uart_frame *frame);
 static void (*to_trace)(void *context, uint64_t now);
@@ -56,7 +54,7 @@ static void (*to_faults)(void *context, uint64_t now);
 static void (*to_due)(void *fault_context, struct servo_node *node);
 static void (*to_circuit)(void *context, enum usart_event event, uint64_t now);
 
-static void write_down(struct tap *tap, uint64_t time, uint8_t byte, bool bad)
+static void record(struct tap *tap, uint64_t time, uint8_t byte, bool bad)
 {
     if (tap->count < RIG_ROOM) {
         tap->bytes[tap->count] = (struct tap_byte){time, byte, bad};
@@ -64,23 +62,23 @@ static void write_down(struct tap *tap, uint64_t time, uint8_t byte, bool bad)
     tap->count++;
 }
 
-static void usart_hears(void *context, uint64_t now, const struct uart_frame *frame)
+static void usart_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    write_down(&the_rig->heard, now, frame->byte, frame->framing_error);
+    record(&the_rig->received, now, frame->byte, frame->framing_error);
     to_usart(context, now, frame);
 }
 
-static void servos_hear(void *context, uint64_t now, const struct uart_frame *frame)
+static void servos_received(void *context, uint64_t now, const struct uart_frame *frame)
 {
-    write_down(&the_rig->servos_heard, now, frame->byte, frame->framing_error);
+    record(&the_rig->servos_received, now, frame->byte, frame->framing_error);
     to_servos(context, now, frame);
 }
 
-static void controller_says(void *context, uint64_t now)
+static void controller_sends(void *context, uint64_t now)
 {
     struct rig *rig = the_rig;
     const struct uart_tx *tx = &rig->bench.bus[0].circuit.usart.tx;
-    write_down(&rig->said, now, (uint8_t)(tx->frame >> 1), false);
+    record(&rig->sent, now, (uint8_t)(tx->frame >> 1), false);
     if (rig->hold_after != INT64_MIN) {
         schedule_at(&rig->bench.schedule, &rig->hold, now + (uint64_t)rig->hold_after);
         rig->hold_after = INT64_MIN;
@@ -123,21 +121,20 @@ static void tap_in(struct rig *rig)
     struct testbench_bus *bus = &rig->bench.bus[0];
     struct servo_receiver *receiver = bus->servos.receivers[SERVO_RESET_BAUD];
     to_usart = bus->circuit.usart.rx.on_byte;
-    bus->circuit.usart.rx.on_byte = usart_hears;
+    bus->circuit.usart.rx.on_byte = usart_received;
     to_servos = receiver->rx.on_byte;
-    receiver->rx.on_byte = servos_hear;
+    receiver->rx.on_byte = servos_received;
     to_trace = bus->circuit.on_change;
     bus->circuit.on_change = circuit_changed;
     to_faults = bus->circuit.on_byte;
-    bus->circuit.on_byte = controller_says;
+    bus->circuit.on_byte = controller_sends;
     to_due = bus->servos.fault_on_reply;
     bus->servos.fault_on_reply = reply_due;
     to_circuit = bus->circuit.usart.on_event;
     bus->circuit.usart.on_event = usart_has_event;
 }
 
-/* --- the machine ---------------------------------------------------------------------------------
- */
+/* --- the machine --- */
 
 static void marked(struct avr_irq_t *irq, uint32_t value, void *param)
 {
@@ -197,7 +194,7 @@ static void watch_marks(struct rig *rig)
     avr_irq_register_notify(irq, marked, rig);
 }
 
-/* Runs until a mark or the limit; false: the limit, or a crash. */
+/* Runs until a mark or the time limit. Returns false at the limit. A crash ends the program. */
 static bool run(struct rig *rig, uint64_t cycles)
 {
     struct machine *machine = &rig->bench.machine;
@@ -263,7 +260,7 @@ bool rig_tied(const struct rig *rig)
 
 void rig_forget(struct rig *rig)
 {
-    rig->said.count = rig->heard.count = 0;
+    rig->sent.count = rig->received.count = 0;
     rig->overruns = 0;
     rig->answer_count = 0;
     memset(rig->bench.rules.breaches, 0, sizeof(rig->bench.rules.breaches));
@@ -276,7 +273,7 @@ void rig_pass(struct rig *rig, uint64_t cycles)
     }
 }
 
-static void give(struct rig *rig, uint64_t now, const char *text)
+static void inject(struct rig *rig, uint64_t now, const char *text)
 {
     const char *wrong = faults_order(&rig->bench.bus[0].faults, now, text);
     if (wrong) {
@@ -291,13 +288,13 @@ void rig_order(struct rig *rig, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(text, sizeof(text), format, arguments);
     va_end(arguments);
-    give(rig, rig_now(rig), text);
+    inject(rig, rig_now(rig), text);
 }
 
-static void its_time(void *context, uint64_t now)
+static void inject_timed(void *context, uint64_t now)
 {
     const struct timed_order *timed = context;
-    give(timed->rig, now, timed->text);
+    inject(timed->rig, now, timed->text);
 }
 
 void rig_order_in(struct rig *rig, uint64_t cycles, const char *format, ...)
@@ -312,11 +309,11 @@ void rig_order_in(struct rig *rig, uint64_t cycles, const char *format, ...)
     vsnprintf(timed->text, sizeof(timed->text), format, arguments);
     va_end(arguments);
     timed->rig = rig;
-    event_init(&timed->event, its_time, timed);
+    event_init(&timed->event, inject_timed, timed);
     schedule_at(&rig->bench.schedule, &timed->event, rig_now(rig) + cycles);
 }
 
-static bool quiet(const struct rig *rig)
+static bool is_quiet(const struct rig *rig)
 {
     const struct testbench_bus *bus = &rig->bench.bus[0];
     for (unsigned i = 0; i < bus->servos.count; i++) {
@@ -331,7 +328,7 @@ static bool quiet(const struct rig *rig)
 bool rig_settle(struct rig *rig)
 {
     for (unsigned i = 0; i < 50000; i++) {
-        if (quiet(rig)) {
+        if (is_quiet(rig)) {
             return true;
         }
         rig_pass(rig, 20 * RIG_US);

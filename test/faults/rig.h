@@ -1,6 +1,6 @@
 /* The rig of `make faults`: a board that runs test/firmware/library/exchanges.c, servos on its bus,
- * and taps that write down what was said and heard. The machine is started once and does one job
- * after the other. All time is in CPU cycles. */
+ * and taps that record sent and received bytes. The machine starts once and runs one job after the
+ * other. All times are in CPU cycles. */
 #ifndef RIG_H
 #define RIG_H
 
@@ -11,27 +11,27 @@
 #include "job.h"
 
 #define RIG_US      16u  // cycles
-#define RIG_BYTE    160u // cycles at 1 Mbps
-#define RIG_ROOM    8192 // bytes that a tap keeps; later ones are counted only
+#define RIG_BYTE    160u // cycles at 1 Mbit/s
+#define RIG_ROOM    8192 // bytes that a tap keeps; later bytes are only counted
 #define RIG_ANSWERS 16
 #define RIG_TIMED   4
 
 struct tap {
     unsigned count;
     struct tap_byte {
-        uint64_t time; // heard: mid stop bit; said: start bit
+        uint64_t time; // received: middle of the stop bit; sent: start bit
         uint8_t byte;
         bool bad; // framing error
     } bytes[RIG_ROOM];
 };
 
-/* A reply as the servo meant it, before any fault has touched it. */
+/* A reply as the servo built it, before a fault has changed it. */
 struct answer {
     unsigned size;
     uint8_t bytes[SERVO_PACKET_MAX];
 };
 
-/* An order that is given in the course of an exchange. */
+/* An order that is executed during a transaction. */
 struct timed_order {
     struct rig *rig;
     struct event event;
@@ -43,21 +43,21 @@ struct rig {
     struct testbench_options options;
     uint32_t job_at; // address of job_board
     struct event limit;
-    bool late;                    // the limit was met
+    bool late;                    // the time limit was reached
     uint64_t begun, ended, ready; // of the latest job
-    struct tap said, heard, servos_heard;
+    struct tap sent, received, servos_received;
     uint32_t overruns; // bytes overwritten in the receiver
     struct answer answers[RIG_ANSWERS];
-    unsigned answer_count; // later ones are counted only
+    unsigned answer_count; // later replies are only counted
     struct timed_order timed[RIG_TIMED];
-    uint64_t released;   // when the TX enable last went off
-    uint64_t hold_until; // when the handler that holds up the others was last left
-    struct event hold;   // raises it
-    int64_t hold_after;  // the first byte of the next packet; INT64_MIN: not to be raised
+    uint64_t released;   // when the TX enable last turned off
+    uint64_t hold_until; // when the holding handler last ended
+    struct event hold;   // raises the holding handler
+    int64_t hold_after;  // cycles after the first byte of the next packet; INT64_MIN: not raised
 };
 
-/* False, with one line on stderr. `servos`: as for --servos; several may have one ID. `console`: it
- * is the controller's own firmware, which takes no jobs. */
+/* `servos` is as for --servos; servos may share an ID. `console`: the ELF is the controller's own
+ * firmware, which takes no jobs. Returns false, with one line on stderr. */
 bool rig_open(struct rig *rig, const char *elf, const char *boards, const char *board,
               const char *servos, bool console);
 void rig_close(struct rig *rig);
@@ -66,28 +66,30 @@ uint64_t rig_now(const struct rig *rig);
 struct servo_node *rig_node(struct rig *rig, unsigned index);
 bool rig_tied(const struct rig *rig);
 
-/* The taps forget, but for that of the servos; the rules too. */
+/* Clears the taps, except that of the servos, and the counts of the rules. */
 void rig_forget(struct rig *rig);
 void rig_pass(struct rig *rig, uint64_t cycles);
-/* A fault order as in docs/faults.md; a bad one ends the program. */
+/* Injects a fault (docs/faults.md). A wrong order ends the program. */
 void rig_order(struct rig *rig, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* The same, so many cycles from now. */
+/* Injects a fault `cycles` from now. */
 void rig_order_in(struct rig *rig, uint64_t cycles, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Until nobody talks or is about to. False: not within a second. */
+/* Runs until no servo and no controller sends or is about to send. Returns false after 50 000 steps
+ * of 20 us. */
 bool rig_settle(struct rig *rig);
 
-/* Gives the job; rig_wait() then runs until it is done, at most so long. False: it is not. */
+/* rig_begin() starts a job. rig_wait() runs until it is done, and returns false if that takes more
+ * than `cycles`. */
 void rig_begin(struct rig *rig, const struct job *job);
 bool rig_wait(struct rig *rig, uint64_t cycles, struct job_outcome *outcome);
 
-/* A handler of the program's, of 4 cycles times `loops` and some, is raised so long after the first
+/* Raises a handler of the program that takes 4 cycles times `loops`, `after` cycles after the first
  * byte of the next packet. */
 void rig_hold(struct rig *rig, int64_t after, uint16_t loops);
 
-/* The controller has let go of the wire and hears it. */
+/* Returns true if the controller has released the wire and receives. */
 bool rig_listens(const struct rig *rig);
 
 #endif

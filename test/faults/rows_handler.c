@@ -7,8 +7,7 @@
 #define RELEASE   40                // cycles of the handler that lets go
 #define HELD_MOST 400
 
-/* --- F13: overrun --------------------------------------------------------------------------------
- */
+/* --- F13: overrun --- */
 
 static void overrun(struct check *check)
 {
@@ -38,8 +37,7 @@ static void overrun(struct check *check)
     }
 }
 
-/* --- F20: transmit complete ----------------------------------------------------------------------
- */
+/* --- F20: transmit complete --- */
 
 /* The handler begins between others, so that none holds it up in its turn, and ends when the
  * release has been due for so many cycles. */
@@ -54,10 +52,10 @@ static void hold_release(struct check *check, const struct job *job, unsigned cy
         rig_hold(rig, complete + cycles - 4 * loops - HOLD_ENDS, loops);
     }
     check_run(check, job);
-    uint64_t end = rig->said.bytes[check->asked.size - 1].time + RIG_BYTE;
+    uint64_t end = rig->sent.bytes[check->asked.size - 1].time + RIG_BYTE;
     uint64_t latest = (rig->hold_until > end ? rig->hold_until : end) + RELEASE;
     // once in 32 ms the clock's handler comes first, and the one held up is that of the last byte
-    bool gap = end - rig->said.bytes[0].time > (uint64_t)complete;
+    bool gap = end - rig->sent.bytes[0].time > (uint64_t)complete;
     if (!gap &&
         (rig->hold_until + BIT < end + cycles || rig->hold_until > end + cycles + 2 * BIT)) {
         check_fail(check, "held up for %d cycles", (int)(rig->hold_until - end));

@@ -80,15 +80,15 @@ static unsigned errors_told(struct check *check)
 static void check_bus(struct check *check)
 {
     static const uint8_t ping[] = {0xFF, 0xFF, 1, 2, 1, 0xFB};
-    const struct tap *said = &check->rig->said;
-    for (unsigned i = 0; i < said->count && i < RIG_ROOM; i++) {
-        const struct tap_byte *byte = &said->bytes[i];
+    const struct tap *sent = &check->rig->sent;
+    for (unsigned i = 0; i < sent->count && i < RIG_ROOM; i++) {
+        const struct tap_byte *byte = &sent->bytes[i];
         if (byte->byte != ping[i % sizeof(ping)]) {
             check_fail(check, "said %02X on the bus", byte->byte);
         }
     }
-    if (said->count == 0 || said->count % sizeof(ping)) {
-        check_fail(check, "%u bytes on the bus", said->count);
+    if (sent->count == 0 || sent->count % sizeof(ping)) {
+        check_fail(check, "%u bytes on the bus", sent->count);
     }
     for (unsigned rule = 0; rule < RULE_COUNT; rule++) {
         if (check->rig->bench.rules.breaches[rule]) {

@@ -1,16 +1,15 @@
 /* A line that is never quiet, or stuck: F9, F10. */
 #include "rows.h"
 
-/* --- F9: babble ----------------------------------------------------------------------------------
- */
+/* --- F9: babble --- */
 
 /* Nothing is said, and the state is told. */
 static void say_nothing(struct check *check, const struct job *job, enum cds_bus_line state)
 {
     check_run(check, job);
     check_outcome(check, OUTCOME(CDS_LINE_BUSY));
-    if (check->rig->said.count) {
-        check_fail(check, "%u bytes were said", check->rig->said.count);
+    if (check->rig->sent.count) {
+        check_fail(check, "%u bytes were said", check->rig->sent.count);
     }
     if (check->outcome.state != state) {
         check_fail(check, "the state was %u", check->outcome.state);
@@ -64,8 +63,8 @@ static void babble_begins(struct check *check)
  * us at the least before the first start bit. */
 static void check_silence(struct check *check)
 {
-    const struct tap *heard = &check->rig->heard;
-    uint64_t said = check->rig->said.bytes[0].time, last = 0;
+    const struct tap *heard = &check->rig->received;
+    uint64_t said = check->rig->sent.bytes[0].time, last = 0;
     for (unsigned i = 0; i < heard->count && heard->bytes[i].time < said; i++) {
         last = heard->bytes[i].time;
     }
@@ -90,7 +89,7 @@ static void babble_ends(struct check *check)
             check_run(check, job);
             bool short_of = us > 1000; // up to what it waits, and what the program takes besides
             check_outcome(check, GOOD | (short_of ? OUTCOME(CDS_LINE_BUSY) : 0));
-            if (check->rig->said.count) {
+            if (check->rig->sent.count) {
                 check_silence(check);
             }
             check_after(check);
@@ -124,8 +123,7 @@ static void babble_random(struct check *check)
     }
 }
 
-/* --- F10: stuck ----------------------------------------------------------------------------------
- */
+/* --- F10: stuck --- */
 
 static void stick(struct check *check, bool low)
 {

@@ -23,8 +23,7 @@ static void set_register(struct check *check, uint8_t address, uint8_t value)
     rig_node(check->rig, 0)->servo.registers[address] = value;
 }
 
-/* --- F6: two servos with one ID ------------------------------------------------------------------
- */
+/* --- F6: two servos with one ID --- */
 
 /* The header of the second reply does no harm to the end of the first one, if bit falls on bit:
  * then the first one is whole. What the receiver makes of both replies, the second one `us` bits
@@ -125,8 +124,7 @@ static void twins(struct check *check)
     }
 }
 
-/* --- F8: brown-out -------------------------------------------------------------------------------
- */
+/* --- F8: brown-out --- */
 
 /* Which of the boards this is: what takes long is divided among them. */
 static unsigned board_number(const struct check *check)
@@ -239,8 +237,7 @@ static void drop_amid(struct check *check)
     }
 }
 
-/* --- F11: absent ---------------------------------------------------------------------------------
- */
+/* --- F11: absent --- */
 
 static void absent(struct check *check)
 {
@@ -281,8 +278,7 @@ static void scan(struct check *check)
     check_after(check);
 }
 
-/* --- F12: another rate ---------------------------------------------------------------------------
- */
+/* --- F12: another rate --- */
 
 static void other_baud(struct check *check)
 {
@@ -324,8 +320,7 @@ static void scan_bauds(struct check *check)
     }
 }
 
-/* --- F17, F18 ------------------------------------------------------------------------------------
- */
+/* --- F17, F18 --- */
 
 static void delay_from(struct check *check, unsigned first)
 {
@@ -464,8 +459,7 @@ static void levels(struct check *check)
     }
 }
 
-/* --- F19: error bits -----------------------------------------------------------------------------
- */
+/* --- F19: error bits --- */
 
 /* Supply, heat and load that the servo complains of, as long as it does not look anew. */
 static void worry(struct check *check, unsigned conditions)

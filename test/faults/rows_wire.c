@@ -28,8 +28,7 @@ unsigned rows_packet_size(const struct job *job)
     return asked.size;
 }
 
-/* --- what must come of it ------------------------------------------------------------------------
- */
+/* --- what must come of it --- */
 
 /* What the reply comes to if the line is at these levels: GOOD if it is taken, right or wrong. A
  * wrong one is foreseen. */
@@ -92,8 +91,7 @@ static bool escapes(const uint8_t *reply, unsigned a, unsigned b)
     return bit == b % BITS && byte_a != byte_b && !known && (unlike || bit == 8);
 }
 
-/* --- F1, F2 --------------------------------------------------------------------------------------
- */
+/* --- F1, F2 --- */
 
 static void flip(struct check *check, bool out, unsigned bit)
 {
@@ -210,8 +208,7 @@ static void flip_pairs_of_packets(struct check *check)
     }
 }
 
-/* --- F3, F4, F7 ----------------------------------------------------------------------------------
- */
+/* --- F3, F4, F7 --- */
 
 static void lose_of_replies(struct check *check)
 {
@@ -306,8 +303,7 @@ static void cut(struct check *check)
     }
 }
 
-/* --- F5 ------------------------------------------------------------------------------------------
- */
+/* --- F5 --- */
 
 /* The buffer to RXD stuck open. The receiver is off but for the last byte, whose handler holds up
  * the release: the line is let go of within 8 us of the last stop bit. A servo that answers sooner
@@ -357,8 +353,7 @@ static void echo_changed(struct check *check)
     }
 }
 
-/* --- F15, F16 ------------------------------------------------------------------------------------
- */
+/* --- F15, F16 --- */
 
 /* A good reply that came too late is one that was late, and nothing else. */
 static void check_late(struct check *check)

@@ -1,5 +1,5 @@
-"""A client for Dynamixel protocol 1.0 through the firmware's bridge, and the same client at the
-servos themselves: it must not see a difference."""
+"""A client for Dynamixel protocol 1.0 gets the same answers through the firmware's bridge as from
+the servos themselves."""
 # needs: $(CONSOLE_ELFS)
 import pathlib
 import subprocess
@@ -17,7 +17,7 @@ from simulator import ROOT, SIM, Process
 DEVICE, OFF = 253, 254
 SYNC_READ, BULK_READ = 0x84, 0x92
 DEVICE_ID, HOST_BAUD, BUS_BAUD, FAILED, FAILED_IDS = 0x03, 0x04, 0x05, 0x16, 0x50
-BUS_SENT, BUS_OK, BUS_TIMEOUTS, HOST_BROKEN, HOST_SILENT = 0x18, 0x1C, 0x1E, 0x36, 0x38
+BUS_SENT, BUS_OK, BUS_TIMEOUTS, HOST_MALFORMED, HOST_SILENT = 0x18, 0x1C, 0x1E, 0x36, 0x38
 BROADCAST_PING = packet(BROADCAST, PING)
 
 
@@ -31,7 +31,7 @@ def bus(*options, servos="1-18"):
 
 
 class Client(Port):
-    """A port that hands over what came, whatever it is."""
+    """A port that returns the bytes that came, unchecked."""
 
     def __init__(self, sim, baud=115200):
         super().__init__(sim.path, baud)
@@ -39,7 +39,7 @@ class Client(Port):
         sim.settle(0.05)
 
     def ask(self, raw, size=None, silence=0.03):
-        """Sends, and returns what comes: `size` bytes, or all until the simulator has been silent
+        """Sends, and returns the bytes that come: `size` of them, or all until the simulator has been silent
         for `silence` seconds; 0.2 s if nothing comes at all."""
         self.send(raw)
         if size:
@@ -68,7 +68,7 @@ class Client(Port):
 
 
 class BothWays(unittest.TestCase):
-    """Each packet to fresh servos, behind the bridge and on the bus: the answers are compared."""
+    """Compares the answers to each packet through the bridge and on the bus, each with new servos."""
 
     def compare(self, packets, servos="1-18"):
         answers = []
@@ -109,8 +109,8 @@ class BothWays(unittest.TestCase):
         silent = [raw for raw, answer in zip(packets, answers) if not answer]
         self.assertCountEqual(silent, [raw for raw in packets if raw[2] in (BROADCAST, 99, 0)] + [
             packet(4, WRITE, [LED, 0]), packet(4, WRITE, [RETURN_LEVEL, 0]),  # at level 1
-            packet(4, READ, [LED, 1]), packet(6, PING),       # at level 0; now called 77
-            packet(77, PING)])           # ... and reset
+            packet(4, READ, [LED, 1]), packet(6, PING),       # at level 0; the servo now has ID 77
+            packet(77, PING)])           # the servo is reset
 
     def test_the_longest_packets(self):
         blocks = [byte for servo in range(50) for byte in (servo, *word(servo * 20), *word(512))]
@@ -152,10 +152,10 @@ class Bridge(unittest.TestCase):
                 damaged = bytearray(good)
                 damaged[at] ^= 0x41
                 if at == 3:
-                    damaged[at] = 2 # a shorter one, with rest
+                    damaged[at] = 2 # a shorter packet; the rest remains
                 self.assertEqual(port.ask(bytes(damaged)), b"", damaged.hex(" "))
                 self.assertEqual(port.ask(good, 7).hex(" "), "ff ff 01 03 00 01 fa")
-            self.assertEqual(port.device(HOST_BROKEN, 2), len(good) - 2)
+            self.assertEqual(port.device(HOST_MALFORMED, 2), len(good) - 2)
             self.assertEqual(port.device(BUS_SENT, 2), len(good) - 2)
 
     def test_a_packet_that_stops_is_dropped_after_50_ms(self):
@@ -180,7 +180,7 @@ class Bridge(unittest.TestCase):
             whole = port.ask(packet(1, READ, [0, 50]), 56)
             for milliseconds in range(1, 40, 2):
                 port.send(b"help\r")
-                time.sleep(milliseconds / 1000)  # any moment will do
+                time.sleep(milliseconds / 1000)  # at any moment
                 said = port.ask(packet(1, READ, [0, 50]) + b"version\r", silence=0.1)
                 self.assertIn(whole, said)
                 self.assertEqual(said.replace(whole, b"").count(b"\nok\r\n"), 2, said)
@@ -239,8 +239,8 @@ class Device(unittest.TestCase):
                     (packet(DEVICE, READ, [0]), 0x40, b""),
                     (packet(DEVICE, WRITE, [0, 1]), 0x08, b""),
                     (packet(DEVICE, WRITE, [0x07, 3]), 0x08, b""),
-                    (packet(DEVICE, WRITE, [0x07, 2, 2]), 0x08, b""),  # the second is out of range
-                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x00"), # so neither was stored
+                    (packet(DEVICE, WRITE, [0x07, 2, 2]), 0x08, b""),  # the second byte is out of range
+                    (packet(DEVICE, READ, [0x07, 2]), 0, b"\x00\x00"), # neither byte was stored
                     (packet(DEVICE, WRITE, [0x07, 2, 1]), 0, b""),
                     (packet(DEVICE, READ, [0x07, 2]), 0, b"\x02\x01"),
                     (packet(DEVICE, WRITE, [0x0C, 0]), 0, b""),        # low byte of 4000
@@ -300,7 +300,7 @@ class Device(unittest.TestCase):
 
 
 class GroupReads(unittest.TestCase):
-    """SYNC READ and BULK READ of servos that are there, absent, and refuse."""
+    """SYNC READ and BULK READ of servos that answer, are absent or refuse."""
 
     def failed(self, port):
         bits = int.from_bytes(port.read(DEVICE, FAILED_IDS, 32), "little")
@@ -333,7 +333,7 @@ class GroupReads(unittest.TestCase):
             self.assertEqual(port.status(), (DEVICE, 0x80, b"\x01\x01\xff\xff\x02\x01\xff\xff\xff\xff"
                                              b"\xfd\xff"))
             self.assertEqual(self.failed(port), [3, 9, 254])
-            port.send(packet(BROADCAST, SYNC_READ, [49, 2, 1])) # beyond the table: it refuses
+            port.send(packet(BROADCAST, SYNC_READ, [49, 2, 1])) # beyond the table: the servo refuses
             self.assertEqual(port.status(), (DEVICE, 0x80, b"\xff\xff"))
             self.assertEqual(self.failed(port), [1])
 
@@ -361,7 +361,7 @@ class GroupReads(unittest.TestCase):
             sim.settle(0.1)
             self.assertEqual(port.receive(1, 0), b"")
             self.assertEqual(self.failed(port), [9])
-            self.bulk(port, (3, ID, 1)) # and the next one is as if nothing had been
+            self.bulk(port, (3, ID, 1)) # the next BULK READ is not affected
             self.assertEqual(port.status(), (3, 0, b"\x03"))
 
     def test_one_that_refuses_has_answered_too(self):
@@ -391,8 +391,8 @@ class GroupReads(unittest.TestCase):
 
 
 class GroupBulkRead:
-    """As DynamixelSDK's for protocol 1.0 goes about it: one timeout for all packets, a packet for
-    each ID in order, those of other IDs skipped, and the first that does not come ends it."""
+    """Reads as DynamixelSDK's GroupBulkRead for protocol 1.0: one timeout for all packets, a packet for
+    each ID in order, packets of other IDs skipped; the first missing packet ends it."""
 
     def __init__(self, port, items):
         self.port, self.items = port, items
@@ -408,7 +408,7 @@ class GroupBulkRead:
         return all(self.read_rx(servo) for servo in self.items)
 
     def receive(self, size):
-        """What has come by the end of the time that the client waits, in time of the simulator."""
+        """Returns the bytes that come while the client waits, in time of the simulator."""
         got = self.port.receive(size, 0)
         if len(got) < size:
             self.port.sim.settle(self.patience)

@@ -6,7 +6,7 @@ from feedback import LIMIT_US, Feedback
 
 
 class WholeRobot(unittest.TestCase):
-    def test_one_bulk_read_instead_of_18_round_trips(self):
+    def test_bulk_read_equals_18_round_trips_and_is_faster(self):
         for board in ("atmega128", "arduino-mega", "cm510", "arbotix"):
             with self.subTest(board):
                 run = Feedback(board)

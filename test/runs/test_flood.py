@@ -1,5 +1,5 @@
-"""300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz, the
-servos at a return delay of 6 us: test/firmware/library/flood.c, the firmware with a cycle beside it."""
+"""300 000 random bytes at 1 Mbps on the host link while a cycle of 18 servos runs at 250 Hz with a
+return delay of 6 us. test/firmware/library/flood.c is the firmware with that cycle."""
 # needs: $(patsubst %,build/%/firmware/flood.elf,atmega128 arduino-mega cm510 arbotix)
 import pathlib
 import re
@@ -15,8 +15,9 @@ RETURN_DELAY = 0x05
 MHZ = 16
 PERIOD_US = 4000
 COUNTERS = HOST_OVERFLOWS + 2 - BUS_SENT
-NAMES = ("sent repeated ok timeouts corrupt unsent refuted late extra foreign framing overruns "
-         "overflows echoes packets broken silent gaps host_overflows").split()
+NAMES = ("sent retried ok timeouts corrupt line_busy malformed stale_replies duplicate_replies "
+         "unexpected_packets framing_errors overruns ring_overflows echo_errors packets "
+         "host_malformed silent gaps host_overflows").split()
 FLOOD = "flood 300000"
 BOARDS = ("atmega128", "arduino-mega", "cm510", "arbotix")
 
@@ -48,13 +49,13 @@ class Run:
         broadcasts = sum(match[3].startswith("FF FF FE") for match in wire)
         goals = [int(match[1]) for match in wire if re.match("FF FF FE .. 83", match[3])]
 
-        goals = goals[10:] # those before the host says anything, and what it says
+        goals = goals[10:] # the goals before the host sends anything
         self.seconds = (goals[-1] - goals[0]) / MHZ / 1e6
         self.periods = len(goals)
         self.late_us = [(cycle - goals[0]) / MHZ - PERIOD_US * period
                         for period, cycle in enumerate(goals)]
         self.sent = sum(match[2] == "->in" for match in wire)
-        # ... by when the counters were asked for, and by when they were told
+        # packets sent when the host asked for the counters, and when it had them
         self.asked, self.told = (sum(match[2] == "->in" and int(match[1]) <= int(cycle)
                                      for match in wire) for cycle in (said[-1][2], heard[-1][1]))
         self.reads = self.sent - broadcasts
@@ -67,7 +68,7 @@ class Flood(unittest.TestCase):
         cls.runs = {(board, during): Run(board, during) for board in BOARDS
                     for during in ("wait 3000000", FLOOD + " 7")}
 
-    def test_nothing_is_lost_on_the_bus(self):
+    def test_flood_loses_nothing_on_the_bus(self):
         for which, run in self.runs.items():
             with self.subTest(which):
                 self.assertEqual(run.status, 0, run.output)  # no rule of the wire broken
@@ -79,19 +80,19 @@ class Flood(unittest.TestCase):
                 self.assertLessEqual(run.asked, run.counters["sent"])
                 self.assertLessEqual(run.counters["sent"], run.told)
 
-    def test_no_period_is_missed_and_goals_leave_on_time(self):
+    def test_flood_misses_no_period_and_delays_no_goal(self):
         for which, run in self.runs.items():
             with self.subTest(which):
                 self.assertEqual(run.periods, round(run.seconds * 1e6 / PERIOD_US) + 1)
                 self.assertLess(max(run.late_us) - min(run.late_us), 350)
 
-    def test_there_is_still_time_for_feedback(self):
+    def test_flood_leaves_time_for_feedback(self):
         for quiet, loud in self.pairs():
             self.assertGreater(loud.reads, 0.7 * quiet.reads)
 
-    def test_what_was_too_much_is_counted_and_told(self):
+    def test_flood_counts_its_gaps(self):
         for quiet, loud in self.pairs():
-            self.assertEqual((quiet.counters["gaps"], quiet.counters["broken"]), (0, 0))
+            self.assertEqual((quiet.counters["gaps"], quiet.counters["host_malformed"]), (0, 0))
             self.assertGreater(loud.counters["gaps"], 100)
             self.assertGreaterEqual(loud.counters["gaps"], loud.counters["host_overflows"])
 

@@ -1,4 +1,4 @@
-"""A saved host_baud that no terminal can do, and the window after a reset in which Enter undoes it."""
+"""A saved host_baud that no terminal supports, and the window after a reset in which Enter undoes it."""
 # needs: $(CONSOLE_ELFS)
 import pathlib
 import random
@@ -21,13 +21,13 @@ def hear(expected, within_ms=1000):
 
 
 def host_baud(register):
-    """(lines that ask for the setting, what the console answers)"""
+    """(lines that ask for the setting, the reply of the console)"""
     answer = f"host_baud = {register} register\r\nok\r\n".encode()
     return "text settings host_baud\n" + hear(answer), answer
 
 
 def save_host_baud(register, baud):
-    """What a person does who tries a rate, with a terminal that follows."""
+    """The steps of a person who tries a rate with a terminal that changes its rate, too."""
     return (f"text settings host_baud {register}\n" + hear(OK) + f"wait 20000\nbaud {baud}\ntext save\n" +
             hear(OK, 3000))
 
@@ -47,7 +47,7 @@ def say(data):
 
 
 def heard_at_own_rate(data, bit_us=8.5):
-    """The bytes that a receiver at 117647 bit/s makes of these at 1 Mbps; None for a damaged one."""
+    """The bytes that a receiver at 117647 bit/s makes of bytes at 1 Mbps; None for a damaged byte."""
     line = [1] * 100
     for byte in data:
         line += [0, *(byte >> bit & 1 for bit in range(8)), 1]

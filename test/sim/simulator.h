@@ -1,4 +1,4 @@
-/* Runs the simulator, $SIM, on the small firmwares in $FIRMWARE, and keeps what it printed. */
+/* Runs the simulator, $SIM, on the small firmwares in $FIRMWARE, and keeps its output. */
 #ifndef SIMULATOR_H
 #define SIMULATOR_H
 
@@ -20,7 +20,7 @@ static inline const char *environment(const char *name, const char *otherwise)
     return value ? value : otherwise;
 }
 
-/* With these arguments, standard error included in the output. */
+/* Runs the simulator with these arguments. The output contains standard error. */
 static inline void simulate(struct run *run, const char *arguments)
 {
     char command[1024];
@@ -38,7 +38,7 @@ static inline void simulate(struct run *run, const char *arguments)
     run->status = WEXITSTATUS(status);
 }
 
-/* A firmware of ours on its board, with servo 1. */
+/* Runs a test firmware on its board with servo 1. */
 static inline void simulate_firmware(struct run *run, const char *name, const char *options)
 {
     char arguments[512];
@@ -48,7 +48,7 @@ static inline void simulate_firmware(struct run *run, const char *name, const ch
     simulate(run, arguments);
 }
 
-/* The figure that the firmware printed in a line "name value". */
+/* Returns the number that the firmware printed in a line "name value". */
 static inline int figure(const struct run *run, const char *name)
 {
     char wanted[64];

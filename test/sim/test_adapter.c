@@ -12,7 +12,7 @@ static struct schedule schedule;
 static struct net net;
 static struct adapter adapter;
 static struct servos servos;
-static struct uart_rx onlooker; // at 1 Mbps
+static struct uart_rx onlooker; // at 1 Mbit/s
 static uint8_t seen[ROOM];
 static unsigned seen_count;
 static uint8_t heard[ROOM]; // by the adapter
@@ -73,7 +73,7 @@ static void put_servo(uint8_t baud)
     servo_node_baud(&servos.node[0], baud);
 }
 
-void test_bytes_go_out_back_to_back_and_the_driver_is_released_after_the_last_stop_bit(void)
+void test_bytes_are_sent_without_gap_then_the_driver_is_off(void)
 {
     schedule_run_until(&schedule, 1000);
     adapter_send(&adapter, 1000, ping, sizeof(ping));
@@ -86,7 +86,7 @@ void test_bytes_go_out_back_to_back_and_the_driver_is_released_after_the_last_st
     TEST_ASSERT_EQUAL_UINT(0, net.enabled);
 }
 
-void test_it_does_not_hear_itself_and_hears_the_servo(void)
+void test_half_duplex_receives_the_servo_and_not_itself(void)
 {
     put_servo(1);
     adapter_send(&adapter, 0, ping, sizeof(ping));
@@ -96,7 +96,7 @@ void test_it_does_not_hear_itself_and_hears_the_servo(void)
     TEST_ASSERT_EQUAL_UINT(0, adapter.framing_errors);
 }
 
-void test_a_servo_without_return_delay_is_heard_whole(void)
+void test_reply_without_return_delay_is_received_whole(void)
 {
     put_servo(1);
     servos.node[0].servo.registers[TABLE_RETURN_DELAY] = 0;
@@ -106,7 +106,7 @@ void test_a_servo_without_return_delay_is_heard_whole(void)
     TEST_ASSERT_EQUAL_HEX8(0xFF, heard[0]);
 }
 
-void test_who_talks_while_it_drives_is_not_heard(void)
+void test_bytes_of_others_while_driving_are_not_received(void)
 {
     struct driver other;
     driver_init(&other, &net);
@@ -119,7 +119,7 @@ void test_who_talks_while_it_drives_is_not_heard(void)
     TEST_ASSERT_EQUAL_UINT(0, heard_count);
 }
 
-void test_every_rate_of_the_servos_as_a_client_sets_it(void)
+void test_every_servo_rate_set_by_a_client_works(void)
 {
     static const struct {
         uint8_t baud;
@@ -138,7 +138,7 @@ void test_every_rate_of_the_servos_as_a_client_sets_it(void)
     TEST_ASSERT_EQUAL_UINT(0, adapter.framing_errors);
 }
 
-void test_at_another_rate_there_is_no_answer(void)
+void test_packet_at_another_rate_gets_no_reply(void)
 {
     put_servo(1);
     adapter_baud(&adapter, 500000);
@@ -148,18 +148,18 @@ void test_at_another_rate_there_is_no_answer(void)
     TEST_ASSERT_NOT_EQUAL(0, memcmp(seen, ping, sizeof(ping)));
 }
 
-void test_an_answer_at_another_rate_is_garbage(void)
+void test_reply_at_another_rate_is_garbage(void)
 {
     put_servo(1);
     adapter_send(&adapter, 0, ping, sizeof(ping));
     schedule_run_until(&schedule, 6 * 160);
-    adapter_baud(&adapter, 400000); // before the answer
+    adapter_baud(&adapter, 400000); // before the reply
     schedule_run_until(&schedule, CLOCK / 10);
     TEST_ASSERT_TRUE(heard_count > 0 && heard_count < 6);
     TEST_ASSERT_NOT_EQUAL(0xFF, heard[0]);
 }
 
-void test_bytes_keep_the_rate_that_held_when_they_were_given(void)
+void test_queued_bytes_keep_the_rate_at_which_they_were_queued(void)
 {
     adapter_send(&adapter, 0, ping, sizeof(ping));
     adapter_baud(&adapter, 500000);
@@ -171,26 +171,26 @@ void test_bytes_keep_the_rate_that_held_when_they_were_given(void)
     TEST_ASSERT_EQUAL_UINT64(6 * 160 + 320, driving_until);
 }
 
-void test_a_line_that_was_hung_up_keeps_its_rate(void)
+void test_rate_0_keeps_the_rate(void)
 {
     adapter_baud(&adapter, 0);
     adapter_send(&adapter, 0, ping, 1);
     TEST_ASSERT_EQUAL_UINT64(160, adapter_end(&adapter));
 }
 
-void test_there_is_room_for_4096_bytes_and_no_more(void)
+void test_queue_holds_4096_bytes(void)
 {
     static const uint8_t much[5000] = {0x55};
     TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, adapter_space(&adapter));
     adapter_send(&adapter, 0, much, sizeof(much));
-    TEST_ASSERT_EQUAL_UINT(1, adapter_space(&adapter)); // one is on its way
+    TEST_ASSERT_EQUAL_UINT(1, adapter_space(&adapter)); // one byte is being sent
     schedule_run_until(&schedule, 10 * CLOCK);
     TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, seen_count);
     TEST_ASSERT_EQUAL_UINT(ADAPTER_SIZE, adapter_space(&adapter));
     TEST_ASSERT_EQUAL_UINT(1, times_driving);
 }
 
-void test_on_two_wires_it_hears_while_it_talks(void)
+void test_full_duplex_receives_while_sending(void)
 {
     struct net in;
     struct adapter two;
@@ -202,7 +202,7 @@ void test_on_two_wires_it_hears_while_it_talks(void)
     driver_init(&driver, &in);
     driver_enable(&driver, 0, true);
     uart_tx_init(&tx, &schedule, &driver, 0);
-    adapter.on_byte = 0; // it hears the other one
+    adapter.on_byte = 0; // it receives the other adapter
     adapter_send(&two, 0, ping, sizeof(ping));
     uart_tx_send(&tx, 80, 16 * 256, 0xA5);
     schedule_run_until(&schedule, 235);

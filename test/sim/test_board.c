@@ -48,7 +48,7 @@ void setUp(void)
     mkdir(path, 0700);
     put("one/board.mk", chip);
     put("one/board.h", wiring);
-    TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr)); // complaints are not looked at here
+    TEST_ASSERT_NOT_NULL(freopen("/dev/null", "w", stderr)); // messages are not checked here
 }
 
 void tearDown(void)
@@ -79,7 +79,7 @@ void test_an_unknown_board_is_refused(void)
 {
     TEST_ASSERT_FALSE(board_read(&board, folder, "two"));
     TEST_ASSERT_FALSE(board_read(&board, folder, ""));
-    TEST_ASSERT_FALSE(board_read(&board, folder, "../one")); // a path, and there is nothing
+    TEST_ASSERT_FALSE(board_read(&board, folder, "../one")); // a path that does not exist
     TEST_ASSERT_FALSE(board_read(&board, "/no/such/folder", "one"));
 }
 
@@ -131,8 +131,7 @@ void test_one_usart_cannot_serve_bus_and_host(void)
     TEST_ASSERT_FALSE(board_read(&board, folder, "one"));
 }
 
-/* --- wirings -------------------------------------------------------------------------------------
- */
+/* --- wirings --- */
 
 static bool read_wiring(const char *word, const char *without, const char *more)
 {
@@ -145,7 +144,7 @@ static bool read_wiring(const char *word, const char *without, const char *more)
     return board_read(&board, folder, "one");
 }
 
-void test_two_enables_may_be_said(void)
+void test_wiring_two_enables_may_be_named(void)
 {
     TEST_ASSERT_TRUE(read_wiring("TWO_ENABLES", "nothing", ""));
     TEST_ASSERT_EQUAL_INT(BOARD_TWO_ENABLES, board.bus[0].wiring);
@@ -174,7 +173,7 @@ void test_an_unknown_wiring_is_refused(void)
     TEST_ASSERT_FALSE(read_wiring("THREE_ENABLES", "nothing", ""));
 }
 
-void test_simavr_may_have_the_chip_under_another_name(void)
+void test_sim_mcu_names_the_simulated_chip(void)
 {
     TEST_ASSERT_TRUE(board_read(&board, folder, "one"));
     TEST_ASSERT_EQUAL_STRING("atmega128", board.core);
@@ -184,8 +183,7 @@ void test_simavr_may_have_the_chip_under_another_name(void)
     TEST_ASSERT_EQUAL_STRING("atmega2560", board.core);
 }
 
-/* --- people's own boards -------------------------------------------------------------------------
- */
+/* --- people's own boards --- */
 
 static bool read_own(const char *name)
 {
@@ -201,7 +199,7 @@ static void put_with_chip(const char *lines)
     put("mine.h", text);
 }
 
-void test_a_path_is_a_board_of_ones_own_with_board_mk_beside_it(void)
+void test_path_to_board_h_reads_board_mk_beside_it(void)
 {
     TEST_ASSERT_TRUE(read_own("one/board.h"));
     TEST_ASSERT_EQUAL_STRING("atmega128", board.mcu);
@@ -218,7 +216,7 @@ void test_chip_and_clock_may_stand_in_the_file(void)
     TEST_ASSERT_EQUAL_CHAR('A', board.bus[0].tx_enable.port);
 }
 
-void test_a_board_of_ones_own_without_chip_is_refused(void)
+void test_board_path_without_chip_is_refused(void)
 {
     put("mine.h", wiring);
     TEST_ASSERT_FALSE(read_own("mine.h"));
@@ -227,7 +225,7 @@ void test_a_board_of_ones_own_without_chip_is_refused(void)
     TEST_ASSERT_FALSE(read_own("none.h"));
 }
 
-/* What board_read() says on stderr. */
+/* Returns what board_read() prints on stderr. */
 static const char *complaint(const char *name)
 {
     static char text[512];
@@ -249,7 +247,7 @@ static void assert_complaint(const char *where, const char *what)
     TEST_ASSERT_EQUAL_STRING(wanted, complaint("mine.h"));
 }
 
-void test_what_is_wrong_is_told_with_file_and_line(void)
+void test_wrong_value_prints_file_and_line(void)
 {
     put_with_chip("#define BOARD_MCU atmega1284p\n#define BOARD_F_CPU fast\n");
     assert_complaint("18", "BOARD_F_CPU: \"fast\" is not valid: use a whole number from 1000000 "
@@ -261,7 +259,7 @@ void test_what_is_wrong_is_told_with_file_and_line(void)
     assert_complaint("14", "BOARD_HOST_USART: USART1 has another job already");
 }
 
-/* The value of `key` in mine.h is `value`. */
+/* Sets the value of `key` in mine.h. */
 static void put_value(const char *key, const char *value)
 {
     char text[sizeof(wiring) + 256];
@@ -284,7 +282,7 @@ void test_board_number_in_range_is_accepted(void)
     TEST_ASSERT_EQUAL_UINT32(2000000, board.host_baud);
 }
 
-/* Every number of a board.h, each with values that are no number or too large. */
+/* Checks every number of a board.h with values that are no number or too large. */
 void test_board_number_out_of_range_is_refused(void)
 {
     static const struct {

@@ -1,5 +1,4 @@
-/* Framing: what is a packet and what is not, and that none is lost behind something damaged (R27).
- */
+/* The codec: what is a packet, and that no packet is lost after a damaged one (R27). */
 #include <string.h>
 
 #include "unity.h"
@@ -95,7 +94,7 @@ void test_R27_an_ID_of_FF_is_header_whatever_ID_follows(void)
     for (unsigned id = 0; id <= 253; id++) {
         setUp();
         PUT(0xFF, 0xFF, 0xFF, (uint8_t)id, 0x02, 0x01, (uint8_t) ~(id + 3));
-        TEST_ASSERT_EQUAL(1, packets); // taken with its last byte, though `id` might be a LENGTH
+        TEST_ASSERT_EQUAL(1, packets); // complete with its last byte, though `id` might be a LENGTH
         TEST_ASSERT_EQUAL(0, damaged);
         TEST_ASSERT_EQUAL(id, found.id);
     }
@@ -123,7 +122,7 @@ void test_R27_length_0_1_and_255_are_no_packet(void)
 
 void test_R27_length_255_can_itself_be_the_next_header(void)
 {
-    PUT(0xFF, 0xFF, 0x05); // then the FF FF of a good packet: the first of them stands at LENGTH
+    PUT(0xFF, 0xFF, 0x05); // then the FF FF of a good packet: its first FF stands at LENGTH
     PUT(PING_1);
     TEST_ASSERT_EQUAL(1, packets);
 }
@@ -201,15 +200,15 @@ void test_R27_a_packet_inside_a_damaged_one_is_found(void)
 void test_R27_several_packets_inside_a_damaged_one_are_found(void)
 {
     PUT(0xFF, 0xFF, 0x05, 0x16, 0x03, PING_1, READ_1, PING_1);
-    TEST_ASSERT_EQUAL(0, packets + damaged); // one byte of LENGTH is still to come
+    TEST_ASSERT_EQUAL(0, packets + damaged); // one byte of LENGTH is missing
     PUT(0xFF);
     TEST_ASSERT_EQUAL(1, damaged);
     TEST_ASSERT_EQUAL(3, packets);
-    PUT(0xFF, 0x01, 0x02, 0x01, 0xFB); // and that byte was a header's first
+    PUT(0xFF, 0x01, 0x02, 0x01, 0xFB); // that byte was the first of a header
     TEST_ASSERT_EQUAL(4, packets);
 }
 
-void test_packets_of_before_a_pause_are_dropped(void)
+void test_packets_before_a_pause_are_dropped(void)
 {
     PUT(0xFF, 0xFF, 0x05, 0x16, 0x03, PING_1, READ_1);
     codec_pause(&codec);
@@ -219,9 +218,9 @@ void test_packets_of_before_a_pause_are_dropped(void)
     TEST_ASSERT_EQUAL_HEX8(0x01, found.instruction);
 }
 
-void test_damaged_packets_of_before_a_pause_are_dropped(void)
+void test_damaged_packets_before_a_pause_are_dropped(void)
 {
-    PUT(0xFF, 0xFF, 0x05, 0x08, 0xFF, 0xFF, 0x01, 0x02, 0x01, 0x00); // a PING of 1, damaged
+    PUT(0xFF, 0xFF, 0x05, 0x08, 0xFF, 0xFF, 0x01, 0x02, 0x01, 0x00); // a damaged PING of servo 1
     codec_pause(&codec);
     PUT(0x00, 0x00);
     TEST_ASSERT_EQUAL(1, damaged);
@@ -238,19 +237,21 @@ void test_a_packet_with_a_pause_in_it_is_found(void)
         codec_pause(&codec);
         put_all(good + pause, sizeof good - pause);
         TEST_ASSERT_EQUAL(2, packets);
-        PUT(PING_1); // the pause is over
+        PUT(PING_1); // after the pause
         TEST_ASSERT_EQUAL(3, packets);
     }
 }
 
 void test_R27_a_packet_that_shares_its_header_with_a_damaged_one_is_found(void)
 {
-    /* FF FF 02 02 FF | FF: damaged, ends with the first header byte of a good packet. */
+    /* FF FF 02 02 FF
+     *
+     *  FF: damaged; it ends with the first header byte of a good packet. */
     PUT(0xFF, 0xFF, 0x02, 0x02, PING_1);
     TEST_ASSERT_EQUAL(1, packets);
 }
 
-/* Good packets after the torn one until 258 bytes are through: its LENGTH reaches no further. */
+/* Sends good packets after the cut one until 258 bytes have passed: its LENGTH covers no more. */
 static void expect_good_after(const uint8_t *torn, size_t count)
 {
     static const uint8_t good[] = {READ_1};
@@ -302,10 +303,11 @@ void test_noise_never_overruns_and_a_packet_after_it_is_found(void)
     for (int round = 0; round < 200; round++) {
         for (int i = 0; i < 300; i++) {
             noise = noise * 1664525u + 1013904223u;
-            put(noise >> 30 ? (uint8_t)(noise >> 20) : 0xFF); // a quarter headers
+            put(noise >> 30 ? (uint8_t)(noise >> 20)
+                            : 0xFF); // a quarter of the bytes are header bytes
         }
         for (int i = 0; i < CODEC_PACKET_MAX; i++) {
-            put(0); // refutes whatever the noise began
+            put(0); // ends whatever packet the noise has begun
         }
         int before = packets;
         PUT(PING_1);
@@ -313,7 +315,7 @@ void test_noise_never_overruns_and_a_packet_after_it_is_found(void)
     }
 }
 
-void test_reset_forgets_a_packet_begun(void)
+void test_reset_drops_an_unfinished_packet(void)
 {
     PUT(0xFF, 0xFF, 0x01, 0x02, 0x01);
     codec_reset(&codec);

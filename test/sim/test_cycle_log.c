@@ -1,4 +1,4 @@
-/* What --times tells, on the firmware times.c, which says how long everything in it takes. */
+/* The file of --times, on the firmware times.c, which prints how long its parts take. */
 #include <unistd.h>
 
 #include "simulator.h"
@@ -32,7 +32,7 @@ void tearDown(void)
 {
 }
 
-/* The line that begins so, its numbers into `number`; returns how many there are. */
+/* Reads the numbers of the line that begins with `start`. Returns how many there are. */
 static unsigned line(const char *start, unsigned long number[static 6])
 {
     const char *at = strstr(text, start);
@@ -41,7 +41,7 @@ static unsigned line(const char *start, unsigned long number[static 6])
                             &number[1], &number[2], &number[3], &number[4], &number[5]);
 }
 
-void test_the_steps_of_a_pin(void)
+void test_stamp_records_each_change_of_a_pin(void)
 {
     unsigned long up[6], down[6];
     TEST_ASSERT_EQUAL_UINT(4, line("pin ", up));
@@ -54,12 +54,12 @@ void test_the_steps_of_a_pin(void)
         4, sscanf(second, "pin %lu %lu %lu %lu", &down[0], &down[1], &down[2], &down[3]));
     TEST_ASSERT_EQUAL_UINT(102, down[0] - up[0]);
     TEST_ASSERT_EQUAL_UINT(0, down[2]);
-    TEST_ASSERT_EQUAL_UINT(0, down[3]); // no handler yet
+    TEST_ASSERT_EQUAL_UINT(0, down[3]); // before any handler
     TEST_ASSERT_NULL(strstr(second + 1, "pin "));
 }
 
-/* SBI takes two cycles; what begins behind it is told too, and nothing from `to` on. */
-void test_the_instructions_of_a_span(void)
+/* SBI takes two cycles. The instruction after it is in the file too, and none from `to` on. */
+void test_steps_records_each_instruction_of_a_span(void)
 {
     unsigned long up[6], step[6], then[6];
     TEST_ASSERT_NULL(strstr(text, "step "));
@@ -76,7 +76,7 @@ void test_the_instructions_of_a_span(void)
     TEST_ASSERT_NULL(strstr(second + 1, "step "));
 }
 
-void test_handlers_without_those_within(void)
+void test_handler_cycles_exclude_nested_handlers(void)
 {
     unsigned long number[6];
     TEST_ASSERT_EQUAL_UINT(4, line("handler 12 ", number)); // TIMER1_COMPA
@@ -105,7 +105,7 @@ void test_a_transmission_its_idle_time_and_the_turnaround(void)
     TEST_ASSERT_EQUAL_UINT(41, number[5]);
 }
 
-void test_turned_round_is_driver_off_and_receiver_on(void)
+void test_turnaround_ends_with_driver_off_and_receiver_on(void)
 {
     const char *second = strstr(strstr(text, "sent ") + 1, "sent ");
     unsigned bytes = 0, idle = 0, turned = 0;
@@ -126,7 +126,7 @@ void test_interrupts_are_off_from_the_entry_of_a_handler(void)
     TEST_ASSERT_EQUAL_UINT(number[3], off[0]);
 }
 
-void test_the_sums_of_the_run(void)
+void test_last_line_has_the_sums_of_the_run(void)
 {
     unsigned long number[6];
     TEST_ASSERT_EQUAL_UINT(3, line("run ", number));
@@ -134,7 +134,7 @@ void test_the_sums_of_the_run(void)
     TEST_ASSERT_EQUAL_UINT(72 + 31, number[1]);
 }
 
-void test_what_cannot_be_had_is_refused(void)
+void test_wrong_option_values_are_refused(void)
 {
     static const char *const bad[] = {
         "--times /no/such/folder/x",     "--stamp B",   "--times /dev/null --stamp H",

@@ -1,12 +1,12 @@
-/* Every fault on a wire without an AVR: what it does to levels, bytes, framing and time, against a
- * model of its own: an array of levels, one for each microsecond, which is a bit at 1 Mbps. */
+/* Every fault on a wire without an AVR: its effect on levels, bytes, framing and time. The tests
+ * have their own model: an array of levels, one for each bit at 1 Mbit/s (1 us). */
 #include "script/faults.h"
 #include "unity.h"
 
 #include <string.h>
 
 #define CLOCK 16000000u
-#define BIT   16u // cycles at 1 Mbps
+#define BIT   16u // cycles at 1 Mbit/s
 #define FAST  (BIT * 256u)
 #define US    16u
 #define ROOM  6000
@@ -33,9 +33,9 @@ struct edge {
 static struct edge edges[200000];
 static unsigned edge_count, glitches;
 static uint64_t began, ended;     // a servo's driver
-static uint64_t collided, parted; // two servos, or servo and fault, drive
+static uint64_t collided, parted; // cycles at which two senders begin and end to drive together
 
-/* What the controller says: bytes without a gap. */
+/* The bytes of the controller, sent without a gap. */
 static const uint8_t *speech;
 static unsigned left;
 static uint32_t speed;
@@ -65,7 +65,7 @@ static void on_byte(void *context, uint64_t now, const struct uart_frame *frame)
     log->heard[log->count++] = *frame;
 }
 
-/* Pulses of no length are counted, and not kept. */
+/* Counts pulses of 0 cycles and does not keep them. */
 static void on_level(void *context, uint64_t time, bool level)
 {
     (void)context;
@@ -191,7 +191,7 @@ static unsigned build(uint8_t *packet, const uint8_t *body, unsigned size)
     return size + 3;
 }
 
-/* An instruction packet; what was heard before its end is forgotten. */
+/* Sends an instruction packet and drops what was received before its end. */
 static uint64_t say(const uint8_t *body, unsigned size)
 {
     uint8_t packet[64];
@@ -207,7 +207,7 @@ static const uint8_t read_led[] = {7, 4, 2, 0x18, 2};
 static const uint8_t read_goal[] = {1, 4, 2, 0x1E, 2};
 static const uint8_t torque_on[] = {1, 4, 3, 0x18, 1};
 
-/* The whole exchange; returns the end of the instruction packet. */
+/* Runs the whole transaction. Returns the end of the instruction packet. */
 static uint64_t exchange(const uint8_t *body, unsigned size)
 {
     uint64_t end = say(body, size);
@@ -233,8 +233,7 @@ static void assert_ping_is_answered(void)
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
-/* --- the model -----------------------------------------------------------------------------------
- */
+/* --- the model --- */
 
 #define SLOTS 2000 // bits
 
@@ -255,8 +254,8 @@ static void model_and(unsigned at, const uint8_t *bytes, unsigned count)
     }
 }
 
-/* The wire was what the model says, from `start` on, to the cycle. Only where two servos change in
- * one cycle, one up and one down, is there a glitch. */
+/* The wire must follow the model from `start` on, to the cycle. A glitch is allowed only where two
+ * servos change in the same cycle in opposite directions. */
 static void assert_wire_is_model(uint64_t start)
 {
     unsigned next = 0;
@@ -274,7 +273,8 @@ static void assert_wire_is_model(uint64_t start)
     TEST_ASSERT_TRUE(glitches == 0 || servos.count == 2);
 }
 
-/* And so an UART hears it: bytes begin with falling edges, the stop bit is the tenth. */
+/* A UART must receive the same from the model: a byte begins with a falling edge, and its stop bit
+ * is the tenth bit. */
 static void assert_heard_is_model(uint64_t start)
 {
     unsigned count = 0;
@@ -296,7 +296,7 @@ static void assert_heard_is_model(uint64_t start)
     TEST_ASSERT_EQUAL_UINT(wire.count, count);
 }
 
-/* The model begins 1 bit before the reply, which is due one return delay, 2 us, behind `end`. */
+/* The model begins 1 bit before the reply, which is due one return delay (2 us) after `end`. */
 static void assert_reply_is_model(uint64_t end)
 {
     assert_wire_is_model(end + 2 * US - BIT);
@@ -311,8 +311,7 @@ static void model_goal(void)
     model_and(1, goal, 8);
 }
 
-/* --- F1, F2: flipped bits ------------------------------------------------------------------------
- */
+/* --- F1, F2: flipped bits --- */
 
 void test_F1_every_bit_of_a_reply_can_be_flipped(void)
 {
@@ -366,7 +365,7 @@ void test_F1_every_bit_of_an_instruction_packet_can_be_flipped(void)
         assert_wire_is_model(start - BIT);
         pass(1000 * US);
         TEST_ASSERT_EQUAL_UINT8(0, servos.node[0].servo.registers[TABLE_TORQUE_ENABLE]);
-        if (began) { // the servo has seen that its checksum is wrong
+        if (began) { // the servo has detected the wrong checksum
             TEST_ASSERT_EQUAL_HEX8(0x10, wire.heard[wire.count - 2].byte);
             TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
             answers++;
@@ -375,7 +374,7 @@ void test_F1_every_bit_of_an_instruction_packet_can_be_flipped(void)
     TEST_ASSERT_GREATER_THAN_UINT(20, answers);
 }
 
-void test_the_same_bit_flipped_twice_is_as_it_was(void)
+void test_bit_flipped_twice_is_unchanged(void)
 {
     order("flip out 1 4 2");
     order("flip out 1 4 2");
@@ -383,8 +382,7 @@ void test_the_same_bit_flipped_twice_is_as_it_was(void)
     assert_heard(&wire, pong, 6);
 }
 
-/* --- F3, F4: bytes lost and inserted -------------------------------------------------------------
- */
+/* --- F3, F4: bytes lost and inserted --- */
 
 void test_F3_every_byte_can_be_lost(void)
 {
@@ -399,7 +397,7 @@ void test_F3_every_byte_can_be_lost(void)
     }
 }
 
-void test_F3_an_instruction_packet_that_lost_a_byte_is_none(void)
+void test_F3_instruction_packet_without_a_byte_is_ignored(void)
 {
     for (unsigned byte = 0; byte < 6; byte++) {
         again();
@@ -428,10 +426,9 @@ void test_F4_any_byte_can_be_inserted_anywhere(void)
     }
 }
 
-/* --- F5: echo ------------------------------------------------------------------------------------
- */
+/* --- F5: echo --- */
 
-/* The receive buffer is shut while the controller talks. */
+/* The receive buffer is off while the controller sends. */
 static void talk_with_buffer_shut(void)
 {
     uint8_t packet[8];
@@ -439,7 +436,7 @@ static void talk_with_buffer_shut(void)
     say_at(FAST, packet, build(packet, ping, 3));
 }
 
-void test_F5_echo_joins_the_receiver_to_the_wire(void)
+void test_F5_echo_connects_the_receiver_to_the_wire(void)
 {
     uint8_t both[12];
     memcpy(both + build(both, ping, 3), pong, 6);
@@ -460,18 +457,17 @@ void test_F5_echo_joins_the_receiver_to_the_wire(void)
     TEST_ASSERT_EQUAL_UINT(0, receiver.count);
 }
 
-/* --- F6: two servos with one ID ------------------------------------------------------------------
- */
+/* --- F6: two servos with one ID --- */
 
 static void put_twins(bool allowed)
 {
     static const uint8_t twins[] = {7, 7};
     servos.duplicates = allowed;
     servos_replace(&servos, schedule.now, twins, 2);
-    servos.node[1].servo.registers[TABLE_LED] = 1; // so that they do not say the same
+    servos.node[1].servo.registers[TABLE_LED] = 1; // the two replies then differ
 }
 
-void test_F6_replies_of_twins_are_anded_at_every_offset(void)
+void test_F6_replies_of_same_id_are_anded_at_every_offset(void)
 {
     static const uint8_t first[] = {0xFF, 0xFF, 7, 4, 0, 0, 0, 0xF4};
     static const uint8_t second[] = {0xFF, 0xFF, 7, 4, 0, 0, 1, 0xF3};
@@ -481,20 +477,21 @@ void test_F6_replies_of_twins_are_anded_at_every_offset(void)
         orderf("delay out 2 %u", offset, 0, 0);
         uint64_t end = say(read_led, 5);
         pass((2 + 81 + offset) * US);
-        servos_power(&servos, schedule.now, false); // or they go on: see the next test
+        servos_power(&servos, schedule.now, false); // else they continue: see the next test
         pass(20 * US);
         model_idle();
         model_and(1, first, 8);
         model_and(1 + offset, second, 8);
         assert_reply_is_model(end);
-        // at 80 one lets go in the cycle in which the other one takes hold
+        // at 80 one driver turns off in the cycle in which the other one turns on
         TEST_ASSERT_EQUAL_UINT64(offset <= 80 ? end + (2 + offset) * US : 0, collided);
         TEST_ASSERT_EQUAL_UINT64(end + 2 * US + (80 + offset) * BIT, ended);
     }
 }
 
-/* A reply that one twin hears whole is a packet with its own ID and the instruction 0. */
-void test_F6_twins_that_hear_each_other_answer_each_other(void)
+/* A reply that the other servo receives as a whole is a packet with its own ID and instruction 0.
+ */
+void test_F6_same_id_servos_reply_to_each_others_replies(void)
 {
     static const uint8_t heard[] = {0xFF, 0xFF, 7,    2,    0,    0xF6, 0xFF, 0xFF, 7,
                                     2,    0,    0xF6, 0xFF, 0xFF, 7,    2,    0x40, 0xB6};
@@ -505,7 +502,7 @@ void test_F6_twins_that_hear_each_other_answer_each_other(void)
     assert_heard(&wire, heard, 18);
 }
 
-void test_F6_turnaround_sets_twins_apart(void)
+void test_F6_turnaround_separates_servos_of_same_id(void)
 {
     put_twins(true);
     order("turnaround 7 40");
@@ -518,7 +515,7 @@ void test_F6_turnaround_sets_twins_apart(void)
     TEST_ASSERT_EQUAL_UINT(6, wire.count);
 }
 
-void test_F6_twins_are_excused_only_where_they_are_allowed(void)
+void test_F6_same_id_is_exempt_only_if_allowed(void)
 {
     put_twins(false);
     exchange(ping_7, 3);
@@ -532,8 +529,7 @@ void test_F6_twins_are_excused_only_where_they_are_allowed(void)
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
-/* --- F7, F8: a servo that dies -------------------------------------------------------------------
- */
+/* --- F7, F8: a servo that dies --- */
 
 void test_F7_a_servo_can_die_after_any_byte_of_its_reply(void)
 {
@@ -549,7 +545,7 @@ void test_F7_a_servo_can_die_after_any_byte_of_its_reply(void)
     }
 }
 
-void test_F7_it_can_be_gone_for_a_while(void)
+void test_F7_power_can_stay_off_after_a_cut_reply(void)
 {
     for (unsigned bytes = 0; bytes <= 8; bytes++) {
         again();
@@ -622,8 +618,7 @@ void test_F8_power_that_is_switched_in_a_brown_out_ends_it(void)
     TEST_ASSERT_FALSE(servos.node[0].servo.powered);
 }
 
-/* --- F9: babble ----------------------------------------------------------------------------------
- */
+/* --- F9: babble --- */
 
 void test_F9_a_babbler_never_stops(void)
 {
@@ -637,7 +632,7 @@ void test_F9_a_babbler_never_stops(void)
         TEST_ASSERT_EQUAL_UINT64(i * 160, wire.heard[i].start);
     }
     pass(50);
-    order("babble off"); // it ends its byte
+    order("babble off"); // it completes its byte
     pass(1000 * 160);
     TEST_ASSERT_EQUAL_UINT(1001, wire.count);
     TEST_ASSERT_EQUAL_UINT(0, sig.enabled);
@@ -645,7 +640,7 @@ void test_F9_a_babbler_never_stops(void)
     assert_ping_is_answered();
 }
 
-void test_F9_headers_and_noise_for_ever(void)
+void test_F9_babble_of_headers_and_of_random_bytes(void)
 {
     order("babble headers");
     pass(100 * 160);
@@ -664,7 +659,7 @@ void test_F9_headers_and_noise_for_ever(void)
     TEST_ASSERT_EQUAL_UINT(256, different);
 }
 
-void test_F9_a_babbler_collides_with_all_and_its_rate_is_the_bus_s(void)
+void test_F9_babble_collides_with_all_at_the_rate_of_the_bus(void)
 {
     static const uint32_t slow = 32 * 256;
     order("babble 0");
@@ -675,7 +670,7 @@ void test_F9_a_babbler_collides_with_all_and_its_rate_is_the_bus_s(void)
     }
     order("babble off");
     pass(200);
-    say_at(slow, pong, 6); // nothing for servo 1: it is a status packet
+    say_at(slow, pong, 6); // a status packet: servo 1 does nothing
     forget();
     order("babble 0x55");
     uint64_t start = schedule.now;
@@ -683,8 +678,7 @@ void test_F9_a_babbler_collides_with_all_and_its_rate_is_the_bus_s(void)
     TEST_ASSERT_EQUAL_UINT64(start + 32, edges[1].time);
 }
 
-/* --- F10: stuck line, noise ----------------------------------------------------------------------
- */
+/* --- F10: stuck line, noise --- */
 
 void test_F10_a_line_stuck_low_is_one_framing_error_and_silence(void)
 {
@@ -726,22 +720,22 @@ void test_F10_a_new_order_ends_an_earlier_one(void)
     assert_ping_is_answered();
 }
 
-void test_F10_on_a_line_stuck_high_nothing_is_heard(void)
+void test_F10_line_stuck_high_carries_no_bytes(void)
 {
     uint64_t end = say(ping, 3);
     order("stuck high");
     pass(1000 * US);
     TEST_ASSERT_EQUAL_UINT(0, edge_count);
-    TEST_ASSERT_EQUAL_UINT64(end + 2 * US, began); // the servo has talked
+    TEST_ASSERT_EQUAL_UINT64(end + 2 * US, began); // the servo has replied
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     exchange(ping, 3);
-    TEST_ASSERT_EQUAL_UINT64(0, began); // and hears nothing now
+    TEST_ASSERT_EQUAL_UINT64(0, began); // it now receives nothing
     order("stuck off");
     assert_ping_is_answered();
 }
 
-/* Idle: each flip pulls the line down, for one bit. */
-void test_F10_noise_has_the_rate_that_was_asked_for(void)
+/* Idle wire: each flip pulls the line low for one bit. */
+void test_F10_noise_has_the_ordered_rate(void)
 {
     order("noise 2000");
     pass(CLOCK);
@@ -756,7 +750,7 @@ void test_F10_noise_has_the_rate_that_was_asked_for(void)
     TEST_ASSERT_EQUAL_UINT(0, edge_count);
 }
 
-/* One of the bytes' bits lies under each flip: up in 00, down in FE. */
+/* A flip covers one bit of a byte: it sets a bit in 00 and clears one in FE. */
 void test_F10_noise_flips_bits_either_way(void)
 {
     static const char *babble[] = {"babble 0", "babble 0xFE"};
@@ -765,7 +759,7 @@ void test_F10_noise_flips_bits_either_way(void)
         order(babble[i]);
         order("noise 5000");
         pass(CLOCK / 20);
-        unsigned flips[10] = {0}; // by bits set or cleared in one byte
+        unsigned flips[10] = {0}; // by number of changed bits in one byte
         for (unsigned b = 0; b < wire.count; b++) {
             unsigned wrong = wire.heard[b].byte ^ (i ? 0xFE : 0);
             flips[__builtin_popcount(wrong)]++;
@@ -775,10 +769,9 @@ void test_F10_noise_flips_bits_either_way(void)
     }
 }
 
-/* --- F12: another baud rate ----------------------------------------------------------------------
- */
+/* --- F12: another baud rate --- */
 
-void test_F12_a_servo_at_another_rate_hears_nothing_of_use(void)
+void test_F12_servo_at_another_rate_receives_no_packet(void)
 {
     static const uint8_t registers[] = {0, 3, 7, 16, 34, 103, 254};
     for (unsigned i = 0; i < sizeof(registers); i++) {
@@ -795,7 +788,7 @@ void test_F12_a_servo_at_another_rate_hears_nothing_of_use(void)
         uint64_t end = say_at(bit_256, packet, build(packet, ping, 3));
         forget();
         pass(CLOCK / 10);
-        assert_heard(&wire, pong, 6); // it is there, at its own rate
+        assert_heard(&wire, pong, 6); // it replies at its own bit rate
         TEST_ASSERT_EQUAL_UINT64(end + 2 * US, began);
         TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     }
@@ -811,7 +804,7 @@ void test_F12_a_power_cycle_brings_the_saved_rate_back(void)
     assert_ping_is_answered();
 }
 
-/* Cycle by cycle: what a UART of one rate makes of bytes of another one. */
+/* What a UART of one bit rate receives from a sender of another rate, cycle by cycle. */
 static unsigned hear(const bool *level, unsigned cycles, unsigned bit, struct uart_frame *out)
 {
     unsigned count = 0;
@@ -835,8 +828,8 @@ static unsigned hear(const bool *level, unsigned cycles, unsigned bit, struct ua
     return count;
 }
 
-/* Between any two of the listed rates, all bytes, three in a row. */
-void test_F12_bytes_at_another_rate_are_what_a_uart_makes_of_them(void)
+/* All bytes, three in a row, between any two of the listed rates. */
+void test_F12_bytes_at_another_rate_match_the_uart_model(void)
 {
     static const unsigned registers[] = {1, 3, 7, 16, 34, 103};
     static bool level[40000];
@@ -866,16 +859,16 @@ void test_F12_bytes_at_another_rate_are_what_a_uart_makes_of_them(void)
     }
 }
 
-/* Worked out by hand. A sample on an edge sees what comes after it. */
+/* Computed by hand. A sample on an edge reads the level after the edge. */
 void test_F12_bytes_at_half_and_at_twice_the_rate(void)
 {
     static const struct {
-        unsigned bit; // of the ear, cycles
+        unsigned bit; // bit time of the receiver, cycles
         uint8_t byte, heard[2];
         bool wrong[2];
         unsigned count;
     } rows[] = {
-        {32, 0xFF, {0}, {0}, 0},                   // low only up to the middle of a start bit
+        {32, 0xFF, {0}, {0}, 0},                   // low until the middle of a start bit only
         {32, 0x00, {0xF8}, {false}, 1},            // low for 144 cycles: samples at 16 to 112
         {8, 0x00, {0x00}, {true}, 1},              // low for longer than a frame
         {8, 0x01, {0x06}, {true}, 1},              // 00 11 000000
@@ -906,12 +899,12 @@ static const char *as_text(const struct log *log)
     return text;
 }
 
-/* The table of docs/internals/faults.md, from another program than this one. */
+/* Computes the table of docs/internals/faults.md with another program. */
 void test_F12_a_ping_at_other_rates(void)
 {
     static const struct {
-        unsigned reg;                   // of the slower or faster one
-        const char *heard, *heard_fast; // by it at 1 Mbps; from it at 1 Mbps
+        unsigned reg;                   // of the slower or faster servo
+        const char *heard, *heard_fast; // what it receives at 1 Mbit/s; what is received from it
     } rows[] = {
         {0, "FE FE 06! 18! 06! 9E", "84 EC"},
         {3, "84 EC", "FE FE 06! 18! 06! 9E"},
@@ -938,8 +931,7 @@ void test_F12_a_ping_at_other_rates(void)
     }
 }
 
-/* --- F15, F16: late and wrong replies ------------------------------------------------------------
- */
+/* --- F15, F16: late and wrong replies --- */
 
 void test_F15_a_reply_can_be_late_to_the_microsecond(void)
 {
@@ -995,10 +987,9 @@ void test_F16_a_reply_can_carry_any_length_with_a_right_checksum(void)
     }
 }
 
-/* --- which packet --------------------------------------------------------------------------------
- */
+/* --- which packet --- */
 
-static unsigned spoilt(void) // a ping whose reply has a flipped bit?
+static unsigned spoilt(void) // Sends a ping. Returns 1 if its reply has a flipped bit.
 {
     exchange(ping, 3);
     TEST_ASSERT_EQUAL_UINT(6, wire.count);
@@ -1020,7 +1011,7 @@ void test_packets_count_from_the_order_on(void)
     TEST_ASSERT_EQUAL_UINT(0, spoilt());
 }
 
-/* The reply of servo 1 is counted first, and comes last. */
+/* The reply of servo 1 gets the first number and is sent last. */
 void test_an_order_waits_for_a_late_reply(void)
 {
     static const uint8_t ids[] = {1, 7, 8};
@@ -1037,7 +1028,7 @@ void test_an_order_waits_for_a_late_reply(void)
     assert_heard(&wire, pong + 1, 5);
 }
 
-/* No gap, a longer header, and a packet that is cut short and ends by silence. */
+/* No gap, a longer header, and a packet that is cut and ends by silence. */
 void test_packets_of_the_controller_end_with_their_length_or_with_silence(void)
 {
     static const uint8_t stream[] = {0xFF, 0xFF, 0xFE, 4, 3, 0x19, 1,    0xE0, //
@@ -1057,18 +1048,18 @@ void test_packets_of_the_controller_end_with_their_length_or_with_silence(void)
     assert_heard(&wire, heard, sizeof(heard));
 }
 
-void test_orders_that_come_to_nothing_are_told(void)
+void test_report_counts_orders_without_effect(void)
 {
     char text[200] = "";
     FILE *out = fmemopen(text, sizeof(text), "w");
     order("flip out 1 99 0");   // no such byte
-    order("insert out 1 99 0"); // likewise
+    order("insert out 1 99 0"); // no such byte
     order("cut out 1 99");
     order("flip in 1 0 0");
-    order("flip out 9 0 0"); // not yet
+    order("flip out 9 0 0"); // that packet has not come
     exchange(ping, 3);
     pass(100);
-    servos_power(&servos, schedule.now, true); // its start bit was gone: nothing was answered
+    servos_power(&servos, schedule.now, true); // its start bit was lost, so no servo replied
     exchange(ping, 3);
     exchange(ping, 3);
     faults_report(&faults, "", out);
@@ -1076,11 +1067,11 @@ void test_orders_that_come_to_nothing_are_told(void)
     TEST_ASSERT_EQUAL_STRING("faults:  acted 1 times; 4 of 5 orders came to nothing\n", text);
 }
 
-/* --- who is to blame -----------------------------------------------------------------------------
- */
+/* --- who is to blame --- */
 
-/* LENGTH says 34: the servo swallows what follows, and answers it amid another packet. */
-void test_a_servo_that_holds_part_of_a_damaged_packet_is_excused(void)
+/* LENGTH says 34: the servo takes the next packets as its rest and replies in the middle of a
+ * packet. */
+void test_servo_with_part_of_a_damaged_packet_is_exempt(void)
 {
     static const uint8_t other[] = {9, 2, 1};
     uint8_t packet[8];
@@ -1092,7 +1083,7 @@ void test_a_servo_that_holds_part_of_a_damaged_packet_is_excused(void)
         TEST_ASSERT_EQUAL_UINT64(0, began);
     }
     uint64_t start = schedule.now;
-    say_at(FAST, packet, size); // 6 + 5 * 6 bytes, and two of this one
+    say_at(FAST, packet, size); // 6 + 5 * 6 bytes, and two of this packet
     TEST_ASSERT_EQUAL_UINT64(start + 20 * BIT + 2 * US, began);
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     pass(1000 * US);
@@ -1100,8 +1091,8 @@ void test_a_servo_that_holds_part_of_a_damaged_packet_is_excused(void)
     assert_ping_is_answered();
 }
 
-/* LENGTH says 10: the end of the packet is that of the next one, which nobody is to answer. */
-void test_a_servo_that_answers_a_packet_that_is_not_for_it_is_excused(void)
+/* LENGTH says 10: the packet ends with the next packet, to which no servo replies. */
+void test_reply_to_a_packet_of_another_servo_is_exempt(void)
 {
     static const uint8_t all[] = {0xFE, 4, 3, 0x19, 1};
     order("flip in 1 3 4");
@@ -1112,8 +1103,8 @@ void test_a_servo_that_answers_a_packet_that_is_not_for_it_is_excused(void)
     assert_ping_is_answered();
 }
 
-/* Somebody may have taken the fault for a start bit. */
-void test_a_fault_shortly_before_a_packet_excuses_too(void)
+/* A receiver may have taken the fault for a start bit. */
+void test_fault_shortly_before_a_packet_exempts(void)
 {
     for (unsigned gap = 159; gap <= 160; gap++) {
         pass(1000);
@@ -1126,15 +1117,15 @@ void test_a_fault_shortly_before_a_packet_excuses_too(void)
     }
 }
 
-void test_who_waits_or_talks_when_a_fault_acts_is_excused(void)
+void test_servo_that_waits_or_sends_during_a_fault_is_exempt(void)
 {
     say(ping, 3);
-    pass(1 * US); // it waits
+    pass(1 * US); // its reply is due
     order("stuck high 0");
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     pass(1000 * US);
     say(ping, 3);
-    pass(20 * US); // it talks
+    pass(20 * US); // it sends
     TEST_ASSERT_EQUAL_UINT(1, sig.enabled);
     TEST_ASSERT_EQUAL_UINT(0, sig.exempt);
     order("stuck high 0");
@@ -1144,7 +1135,7 @@ void test_who_waits_or_talks_when_a_fault_acts_is_excused(void)
     assert_ping_is_answered();
 }
 
-void test_a_fault_of_one_servo_excuses_no_other(void)
+void test_fault_of_one_servo_does_not_exempt_others(void)
 {
     static const uint8_t ids[] = {1, 7};
     servos_replace(&servos, schedule.now, ids, 2);
@@ -1157,8 +1148,7 @@ void test_a_fault_of_one_servo_excuses_no_other(void)
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
-/* --- orders --------------------------------------------------------------------------------------
- */
+/* --- orders --- */
 
 void test_quirks_can_be_ordered(void)
 {
@@ -1171,7 +1161,7 @@ void test_quirks_can_be_ordered(void)
     TEST_ASSERT_TRUE(quirks->sync_write_limit);
 }
 
-void test_bad_orders_are_refused_with_what_is_wanted(void)
+void test_bad_orders_are_refused_with_their_usage(void)
 {
     static const char *const bad[] = {
         "",
@@ -1236,7 +1226,7 @@ void test_an_order_may_name_a_bus(void)
     TEST_ASSERT_NOT_NULL(faults_check("x:echo on"));
 }
 
-void test_orders_that_cannot_be_met_are_refused(void)
+void test_orders_for_missing_servos_are_refused(void)
 {
     TEST_ASSERT_EQUAL_STRING("no servo has that ID", faults_order(&faults, 0, "baud 1,2 3"));
     faults.echo.net = 0;
@@ -1249,10 +1239,9 @@ void test_orders_that_cannot_be_met_are_refused(void)
     order("flip out 5 0 0");
 }
 
-/* --- one seed, one run ---------------------------------------------------------------------------
- */
+/* --- one seed, one run --- */
 
-/* FNV-1a over all edges of a run in which all that is random happens. */
+/* FNV-1a over all edges of a run with all random faults. */
 static uint64_t run_hash(uint32_t seed)
 {
     static const uint8_t ids[] = {1, 7};
@@ -1282,7 +1271,7 @@ void test_one_seed_gives_one_run(void)
     TEST_ASSERT_FALSE(first == run_hash(0));
 }
 
-void test_jitter_follows_the_seed_and_differs_between_twins(void)
+void test_jitter_follows_the_seed_and_differs_for_same_id(void)
 {
     put_twins(true);
     uint32_t twin = servos.node[1].servo.quirks.seed, first = servos.node[0].servo.quirks.seed;

@@ -1,4 +1,4 @@
-/* Files of the user: read whole, written whole, or one line on stderr. */
+/* Files of the user: read as a whole, written as a whole, or one line on stderr. */
 #include "output/files.h"
 #include "unity.h"
 
@@ -33,7 +33,7 @@ void tearDown(void)
     TEST_ASSERT_EQUAL_INT(0, system(command));
 }
 
-/* Files can grow to `bytes` from now on: a full disk, or one with room again. */
+/* From now on files can grow to `bytes`: simulates a full disk. */
 static void limit_files(rlim_t bytes)
 {
     struct rlimit limit;
@@ -89,7 +89,7 @@ void test_long_text_is_read_up_to_the_limit(void)
     free(much);
 }
 
-void test_text_that_is_none_is_refused(void)
+void test_file_that_is_no_text_is_refused(void)
 {
     TEST_ASSERT_NULL(files_read_text(path)); // missing
     TEST_ASSERT_NULL(files_read_text(folder));

@@ -1,5 +1,5 @@
-/* Resets of the simulated chip and what they leave; a firmware that writes 5A to byte 0 of the
- * EEPROM, and then A5, from 8.5 ms on. */
+/* Resets of the simulated chip and what they leave. The firmware writes 5A to byte 0 of the EEPROM,
+ * and A5 after 8.5 ms. */
 #include "avr/machine.h"
 #include "unity.h"
 
@@ -67,7 +67,7 @@ void tearDown(void)
     schedule_free(&schedule);
 }
 
-/* Runs until shortly after the reset, 8 cycles, in which nothing is written anew. */
+/* Runs until 8 cycles after the reset, before the firmware writes again. */
 static void reset_at(uint64_t time, enum machine_reset by)
 {
     cause = by;
@@ -86,7 +86,7 @@ void test_the_first_start_is_by_power(void)
 {
     reset_at(10 * MS, NO_CAUSE);
     TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[MCUCSR]);
-    TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[PORTB]); // the second write goes on
+    TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[PORTB]); // the second write continues
     TEST_ASSERT_EQUAL_HEX8(0x5A, stored());
 }
 
@@ -155,7 +155,7 @@ void test_power_lost_in_the_second_half_leaves_an_erased_byte(void)
     TEST_ASSERT_EQUAL_HEX8(0xFF, stored());
 }
 
-/* The second write goes on from 8.5 ms to 17 ms. */
+/* The second write lasts from 8.5 ms to 17 ms. */
 void test_power_lost_shortly_before_the_half_leaves_a_byte_half_erased(void)
 {
     reset_at(12500 * (MS / 1000), MACHINE_POWER_ON);
@@ -178,7 +178,7 @@ static void write_begins(void *context, uint64_t start, uint64_t cycles)
     write_start[writes++ % 3] = start;
 }
 
-void test_every_write_to_the_eeprom_is_told_when_it_begins(void)
+void test_eeprom_write_is_reported_when_it_begins(void)
 {
     machine.eeprom.on_write = write_begins;
     writes = 0;
@@ -187,7 +187,7 @@ void test_every_write_to_the_eeprom_is_told_when_it_begins(void)
     TEST_ASSERT_TRUE(write_start[1] - write_start[0] >= 17 * MS / 2);
 }
 
-static bool interrupts_on; // which this firmware does without
+static bool interrupts_on; // this firmware uses none
 
 static void hang(void *context, uint64_t now)
 {
@@ -204,7 +204,7 @@ void test_a_hang_lasts_until_a_reset(void)
     schedule_at(&schedule, &event, MS);
     schedule_at(&schedule, &end, 20 * MS);
     TEST_ASSERT_EQUAL_INT(MACHINE_STOPPED, machine_run(&machine));
-    TEST_ASSERT_EQUAL_HEX8(0, machine.avr->data[PORTB]); // it never came to the second write
+    TEST_ASSERT_EQUAL_HEX8(0, machine.avr->data[PORTB]); // the second write was not reached
     TEST_ASSERT_EQUAL_HEX8(0x5A, stored());
     machine.stop = false;
     machine_reset(&machine, MACHINE_EXTERNAL);
@@ -223,13 +223,13 @@ void test_a_hang_waits_until_interrupts_are_on(void)
     TEST_ASSERT_EQUAL_HEX8(1, machine.avr->data[PORTB]);
 }
 
-void test_the_watchdog_of_a_newer_chip_stays_on_after_an_ordered_bite(void)
+void test_watchdog_of_a_newer_chip_stays_on_after_its_reset(void)
 {
     const char *folder = getenv("FIRMWARE");
     char path[256];
     machine_free(&machine);
     snprintf(path, sizeof(path), "%s/three_buses.elf", folder ? folder : "build/firmware");
-    __lsan_disable(); // simavr 1.6 takes memory in each reset of this chip, and never frees it
+    __lsan_disable(); // simavr 1.6 allocates memory in each reset of this chip and never frees it
     TEST_ASSERT_TRUE(
         machine_init(&machine, &schedule, "atmega2560", "atmega2560", 16000000, path, true));
     machine.on_reset = was_reset;

@@ -83,7 +83,7 @@ void test_with_margin_0_the_output_arrives_exactly(void)
     }
 }
 
-void test_it_does_not_run_past_the_goal(void)
+void test_output_does_not_run_past_the_goal(void)
 {
     command.cw_margin = command.ccw_margin = 0;
     command.goal = 900;
@@ -181,7 +181,7 @@ void test_R40_dcc_is_the_speed_lost_in_each_step(void)
     int32_t before = 0;
     for (int i = 0; i < 1000; i++) {
         steps(1);
-        if (motor.moving && position() < 960) { // further on the position loop is weaker still
+        if (motor.moving && position() < 960) { // further on the position loop is weaker
             TEST_ASSERT_LESS_OR_EQUAL(5 * MOTOR_SPEED_UNIT + 1, before - motor.speed);
         }
         before = motor.speed;
@@ -210,7 +210,7 @@ void test_R40_acc_and_dcc_0_mean_no_ramp(void)
     TEST_ASSERT_EQUAL(0x400 | 300, motor_present_speed(&motor));
 }
 
-void test_a_new_goal_behind_it_makes_it_brake_and_turn(void)
+void test_goal_behind_the_output_makes_it_brake_and_turn(void)
 {
     command.goal = 1000;
     steps(30);
@@ -223,7 +223,7 @@ void test_a_new_goal_behind_it_makes_it_brake_and_turn(void)
     TEST_ASSERT_INT_WITHIN(2, 300, position());
 }
 
-void test_R32_within_the_margin_it_is_insensitive(void)
+void test_R32_within_the_margin_the_motor_does_not_drive(void)
 {
     command.ccw_margin = 20;
     command.cw_margin = 5;
@@ -267,7 +267,7 @@ void test_proportion_is_stiffness(void)
     TEST_ASSERT_GREATER_THAN(3 * MOTOR_UNIT, sag_under(-400));
 }
 
-void test_without_punch_friction_keeps_it_from_the_goal(void)
+void test_without_punch_friction_stops_the_output_early(void)
 {
     command.punch = 0;
     command.ccw_proportion = 4;
@@ -305,7 +305,7 @@ void test_R35_speed_has_bit_10_for_CW(void)
 void test_R35_values_in_registers_are_rounded_and_end_at_1023(void)
 {
     static const int32_t rows[][3] = {
-        // per million, magnitude of speed, of load
+        // per million, magnitude of speed, magnitude of load
         {0, 0, 0},       {499999, 0, 0},           {500000, 1, 1},
         {1, 0, 0},       {1000000, 1, 1},          {1499999, 1, 1},
         {1500000, 2, 2}, {1023499999, 1023, 1023}, {1100000000, 1023, 1023},
@@ -320,7 +320,7 @@ void test_R35_values_in_registers_are_rounded_and_end_at_1023(void)
         TEST_ASSERT_EQUAL(rows[i][2], motor_present_load(&motor));
         motor.speed = -speed;
         motor.torque = rows[i][2];
-        int bit_10 = rows[i][1] ? 0x400 : 0; // none without a magnitude
+        int bit_10 = rows[i][1] ? 0x400 : 0; // 0 for magnitude 0
         TEST_ASSERT_EQUAL(rows[i][1] | bit_10, motor_present_speed(&motor));
         TEST_ASSERT_EQUAL(rows[i][2] | bit_10, motor_present_load(&motor));
     }
@@ -443,7 +443,7 @@ void test_a_blocked_output_is_overload_and_stands(void)
     TEST_ASSERT_INT_WITHIN(2, 900, position());
 }
 
-void test_a_blocked_output_that_is_where_it_should_be_is_no_overload(void)
+void test_blocked_output_at_the_goal_is_no_overload(void)
 {
     environment.blocked = true;
     steps(100);
@@ -512,7 +512,7 @@ void test_R40_moving_in_endless_turn_while_the_speed_is_not_0(void)
     TEST_ASSERT_EQUAL(0, motor.speed);
 }
 
-void test_from_the_gap_of_the_sensor_it_finds_back(void)
+void test_output_returns_from_the_gap_of_the_sensor(void)
 {
     for (int32_t start = -100; start <= 1120; start += 20) {
         motor_init(&motor, 0, &environment);

@@ -62,7 +62,7 @@ void test_the_level_is_the_and_of_the_drivers(void)
     TEST_ASSERT_TRUE(level);
 }
 
-void test_a_driver_that_lets_go_leaves_the_net_to_the_others(void)
+void test_disabled_driver_leaves_the_net_to_the_others(void)
 {
     driver_set(&a, 1, true, false);
     driver_set(&b, 1, true, true);
@@ -72,7 +72,7 @@ void test_a_driver_that_lets_go_leaves_the_net_to_the_others(void)
     TEST_ASSERT_EQUAL_UINT(1, net.enabled);
 }
 
-void test_listeners_hear_of_drivers_that_come_and_go(void)
+void test_listeners_are_called_when_drivers_are_enabled(void)
 {
     driver_enable(&a, 1, true);
     driver_enable(&a, 2, true);
@@ -108,7 +108,7 @@ void test_an_override_stands_above_the_drivers(void)
 {
     static const struct {
         enum net_override override;
-        bool low, high; // the level, when the drivers give low or high
+        bool low, high; // the level when the drivers give low; when they give high
     } rows[] = {{NET_AS_DRIVEN, false, true},
                 {NET_INVERTED, true, false},
                 {NET_HIGH, true, true},
@@ -127,7 +127,7 @@ void test_an_override_stands_above_the_drivers(void)
     TEST_ASSERT_EQUAL_UINT(1, net.enabled);
 }
 
-void test_listeners_hear_of_an_override_when_it_changes_the_level(void)
+void test_listeners_are_called_when_an_override_changes_the_level(void)
 {
     override(5, NET_HIGH);
     TEST_ASSERT_EQUAL_UINT(0, levels);
@@ -144,7 +144,7 @@ void test_listeners_hear_of_an_override_when_it_changes_the_level(void)
     TEST_ASSERT_EQUAL_UINT(2, levels);
 }
 
-void test_the_net_knows_how_many_drivers_are_excused(void)
+void test_net_counts_exempt_drivers(void)
 {
     driver_exempt(&a, true);
     TEST_ASSERT_EQUAL_UINT(0, net.exempt);

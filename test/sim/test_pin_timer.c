@@ -1,4 +1,4 @@
-/* How long a pin is high, on the firmware marks.c; see mark.h. */
+/* --mark: how long a pin is high, on the firmware marks.c. */
 #include "simulator.h"
 
 static struct run run;
@@ -11,7 +11,7 @@ void tearDown(void)
 {
 }
 
-void test_a_pin_is_timed_to_the_cycle_without_handlers(void)
+void test_mark_times_a_pin_to_the_cycle_without_handlers(void)
 {
     simulate_firmware(&run, "marks", "--mark B0");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
@@ -19,7 +19,7 @@ void test_a_pin_is_timed_to_the_cycle_without_handlers(void)
     assert_says(&run, "3 times, 1000 cycles at most, 1900 in all\n");
 }
 
-void test_a_pin_that_is_high_at_the_end_counts_until_then(void)
+void test_mark_pin_high_at_the_end_counts_until_the_end(void)
 {
     simulate_firmware(&run, "marks", "--mark B1");
     const char *line = strstr(run.output, "mark: ");
@@ -30,13 +30,13 @@ void test_a_pin_that_is_high_at_the_end_counts_until_then(void)
     assert_says(&run, "1 times");
 }
 
-void test_without_a_mark_nothing_is_said(void)
+void test_without_mark_nothing_is_printed(void)
 {
     simulate_firmware(&run, "marks", "");
     TEST_ASSERT_NULL_MESSAGE(strstr(run.output, "mark:"), run.output);
 }
 
-void test_a_pin_that_is_not_there_is_refused(void)
+void test_mark_of_a_missing_pin_is_refused(void)
 {
     static const char *const bad[] = {"H0", "B8", "B", "B00", "x"};
     for (unsigned i = 0; i < sizeof(bad) / sizeof(bad[0]); i++) {

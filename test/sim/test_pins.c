@@ -1,6 +1,6 @@
-/* What the CPU reads of a pin that hangs on a net: every instruction that can read PINx, on ports
- * low and high of several chips. */
-#include "avr/machine.h" // machine_free(): all that simavr forgets
+/* What the CPU reads from a pin that is connected to a net: every instruction that can read PINx,
+ * on low and high ports of several chips. */
+#include "avr/machine.h" // machine_free() frees what simavr does not
 #include "avr/pins.h"
 #include "unity.h"
 
@@ -8,7 +8,7 @@
 
 #define X 26 // of the data space: r26, r27
 
-enum { BY_IN = 16, BY_LDS, BY_LD, BY_SBIC, BY_SBIS }; // the registers that get what was read
+enum { BY_IN = 16, BY_LDS, BY_LD, BY_SBIC, BY_SBIS }; // the registers that get the values read
 
 static avr_t *avr;
 static uint16_t words;
@@ -38,7 +38,7 @@ static void put(unsigned word)
     words++;
 }
 
-/* A loop that reads the register in all ways that reach so far. */
+/* Writes a loop that reads the register with each instruction that can address it. */
 static void write_program(unsigned address, unsigned bit)
 {
     unsigned io = address - 0x20;
@@ -108,7 +108,7 @@ void test_PD2_of_an_atmega128(void)
     assert_follows("atmega128", 'D', 2);
 }
 
-void test_PF0_of_an_atmega128_whose_registers_are_apart(void)
+void test_PF0_of_an_atmega128_with_separate_registers(void)
 {
     assert_follows("atmega128", 'F', 0);
     TEST_ASSERT_EQUAL_HEX(0x20, pin.port->r_pin); // DDRF and PORTF are 0x61 and 0x62
@@ -164,7 +164,7 @@ void test_an_output_reads_as_its_port(void)
     assert_read("high", true);
 }
 
-void test_the_other_bits_of_the_port_are_simavrs(void)
+void test_other_bits_of_the_port_keep_the_value_of_simavr(void)
 {
     start("atmega128", 'D', 2);
     avr->data[pin.port->r_ddr] = 0xF0;

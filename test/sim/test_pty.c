@@ -1,4 +1,4 @@
-/* The pseudo terminal, seen from both ends, and the pace of real time. */
+/* The pseudo terminal from both ends, and the real time of a run. */
 #include "host/pty.h"
 #include "host/realtime.h"
 #include "unity.h"
@@ -15,7 +15,7 @@
 
 static struct pty pty;
 static int line;
-static int countdown = -1; // ioctl() calls of the simulator until a client comes; -1: none does
+static int countdown = -1; // ioctl() calls of the simulator before a client comes; -1: none comes
 static uint32_t client_rate;
 
 static void client_sets(uint32_t baud)
@@ -27,8 +27,8 @@ static void client_sets(uint32_t baud)
     syscall(SYS_ioctl, line, TCSETS2, &mode);
 }
 
-/* In the place of the C library's: a client that opens the port and sets its rate just before the
- * simulator's next system call is a race that is always lost. */
+/* Replaces the C library's ioctl(): a client opens the port and sets its rate just before the
+ * simulator's next system call. The race is then always lost. */
 int ioctl(int file, unsigned long request, ...)
 {
     va_list arguments;
@@ -71,7 +71,7 @@ static void set_line(uint32_t baud, tcflag_t local)
     TEST_ASSERT_EQUAL_INT(0, ioctl(line, TCSETS2, &mode));
 }
 
-/* What the client can read now. */
+/* Returns what the client can read now. */
 static size_t take(uint8_t *into, size_t capacity)
 {
     size_t size = 0;
@@ -128,7 +128,7 @@ void test_any_rate_that_a_client_sets(void)
         TEST_ASSERT_EQUAL_UINT32(rates[i], pty_baud(&pty));
     }
     leave();
-    TEST_ASSERT_EQUAL_UINT32(7843, pty_baud(&pty)); // as a serial port does
+    TEST_ASSERT_EQUAL_UINT32(7843, pty_baud(&pty)); // as for a serial port
 }
 
 void test_port_that_was_never_opened_has_no_client(void)
@@ -173,7 +173,7 @@ void test_client_that_writes_or_leaves_wakes_the_simulator(void)
     TEST_ASSERT_FALSE(wakes(0));
 }
 
-void test_without_a_client_bytes_are_gone(void)
+void test_without_a_client_bytes_are_dropped(void)
 {
     pty_send(&pty, (const uint8_t *)"early", 5);
     come();
@@ -182,7 +182,7 @@ void test_without_a_client_bytes_are_gone(void)
     TEST_ASSERT_EQUAL_UINT64(0, pty.lost);
 }
 
-void test_what_a_client_has_not_read_is_not_for_the_next_one(void)
+void test_unread_bytes_are_dropped_when_the_client_leaves(void)
 {
     come();
     pty_send(&pty, (const uint8_t *)"given", 5);
@@ -194,7 +194,7 @@ void test_what_a_client_has_not_read_is_not_for_the_next_one(void)
     TEST_ASSERT_EQUAL_UINT(0, take(bytes, 10));
 }
 
-void test_the_last_words_of_a_client_that_has_left_are_heard(void)
+void test_bytes_of_a_client_that_has_left_are_read(void)
 {
     come();
     TEST_ASSERT_EQUAL_INT(4, write(line, "last", 4));
@@ -214,7 +214,7 @@ void test_the_line_is_raw_again_when_a_client_has_left(void)
     TEST_ASSERT_EQUAL_HEX32(0, mode.c_lflag & (ECHO | ICANON));
 }
 
-void test_and_also_when_nobody_saw_it_come_and_go(void)
+void test_line_is_raw_again_after_an_undetected_client(void)
 {
     struct termios2 mode;
     line = open(pty.path, O_RDWR | O_NOCTTY);
@@ -225,7 +225,7 @@ void test_and_also_when_nobody_saw_it_come_and_go(void)
     TEST_ASSERT_EQUAL_HEX32(0, mode.c_lflag & (ECHO | ICANON));
 }
 
-/* The client before has left the line with these flags set. Returns how many ioctl() calls of the
+/* The client before has left the line with these flags. Returns how many ioctl() calls of the
  * simulator were raced. */
 static unsigned race_after(tcflag_t local)
 {
@@ -237,7 +237,7 @@ static unsigned race_after(tcflag_t local)
         line = -1;
         client_rate = 57600 + (uint32_t)call;
         countdown = call;
-        pty_read(&pty, bytes, 0); // sees that the client has left
+        pty_read(&pty, bytes, 0); // detects that the client has left
         bool came = countdown < 0;
         countdown = -1;
         if (came) {
@@ -249,7 +249,7 @@ static unsigned race_after(tcflag_t local)
     return raced;
 }
 
-void test_rate_of_client_that_comes_amid_a_leave_is_kept(void)
+void test_rate_set_while_another_client_leaves_is_kept(void)
 {
     TEST_ASSERT_GREATER_THAN_UINT(0, race_after(0));
 }
@@ -262,7 +262,7 @@ void test_rate_set_while_flags_are_restored_is_kept(void)
 void test_flush_of_output_by_the_client_is_counted(void)
 {
     come();
-    syscall(SYS_ioctl, line, TCFLSH, TCIFLUSH); // its input: no matter
+    syscall(SYS_ioctl, line, TCFLSH, TCIFLUSH); // drops the client's input; it has no effect
     pty_read(&pty, bytes, 10);
     TEST_ASSERT_EQUAL_UINT32(0, pty.flushes);
     for (unsigned i = 1; i <= 3; i++) {
@@ -279,9 +279,9 @@ void test_flush_of_output_by_the_client_is_counted(void)
     }
 }
 
-/* tcflush() discards what the system has not yet handed to the simulator's end. Bytes that could be
- * read at that end stay. */
-void test_bytes_that_can_be_read_outlive_a_flush(void)
+/* tcflush() drops what the system has not passed to the simulator's end yet. Bytes that can be read
+ * there stay. */
+void test_readable_bytes_survive_a_flush(void)
 {
     come();
     for (unsigned i = 0; i < 100; i++) {
@@ -293,7 +293,7 @@ void test_bytes_that_can_be_read_outlive_a_flush(void)
     }
 }
 
-void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
+void test_paused_client_loses_nothing_until_the_queue_is_full(void)
 {
     static uint8_t much[PTY_SIZE];
     for (unsigned i = 0; i < sizeof(much); i++) {
@@ -302,14 +302,14 @@ void test_a_client_that_pauses_loses_nothing_while_there_is_room(void)
     come();
     pty_send(&pty, much, sizeof(much));
     pty_flush(&pty);
-    pty_send(&pty, much, 10000); // the system has taken more than that
+    pty_send(&pty, much, 10000); // the system has taken some
     TEST_ASSERT_EQUAL_UINT64(0, pty.lost);
     TEST_ASSERT_EQUAL_UINT(sizeof(much) + 10000, take(bytes, sizeof(bytes)));
     TEST_ASSERT_EQUAL_MEMORY(much, bytes, sizeof(much));
     TEST_ASSERT_EQUAL_MEMORY(much, bytes + sizeof(much), 10000);
 }
 
-void test_bytes_without_room_are_counted(void)
+void test_bytes_for_a_full_queue_are_counted(void)
 {
     come();
     pty_send(&pty, bytes, PTY_SIZE);
@@ -318,7 +318,7 @@ void test_bytes_without_room_are_counted(void)
     TEST_ASSERT_EQUAL_UINT64(PTY_SIZE + 3, pty.bytes_out);
 }
 
-void test_a_wait_lasts_until_its_cycle_or_a_word_of_the_client(void)
+void test_wait_lasts_until_its_cycle_or_a_byte_of_the_client(void)
 {
     struct realtime realtime;
     realtime_start(&realtime, 1000000);
@@ -331,16 +331,16 @@ void test_a_wait_lasts_until_its_cycle_or_a_word_of_the_client(void)
     TEST_ASSERT_TRUE(realtime_cycle(&realtime) < before + 2000000);
 }
 
-void test_a_run_that_is_late_does_not_hurry_but_says_so(void)
+void test_late_run_does_not_catch_up_and_counts_lost_time(void)
 {
     struct realtime realtime;
     realtime_start(&realtime, 1000000);
     realtime.origin_ns -= 5000000000u;     // 5 s ago
-    realtime_wait(&realtime, 1000000, -1); // a second is done
+    realtime_wait(&realtime, 1000000, -1); // a second is skipped
     TEST_ASSERT_TRUE(realtime.lost_ns >= 4000000000u);
     TEST_ASSERT_TRUE(realtime_cycle(&realtime) < 2000000);
     realtime_start(&realtime, 1000000);
-    realtime.origin_ns -= 50000000; // 50 ms are made up for
+    realtime.origin_ns -= 50000000; // 50 ms are caught up
     realtime_wait(&realtime, 0, -1);
     TEST_ASSERT_EQUAL_UINT64(0, realtime.lost_ns);
 }

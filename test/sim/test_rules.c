@@ -1,5 +1,4 @@
-/* Whole runs of the simulator that must fail, and say why: rules of the wire, crashes, bad input.
- */
+/* Whole runs that must fail with a message: rules of the wire, crashes, bad input. */
 #include "wire/rules.h"
 #include "simulator.h"
 
@@ -41,11 +40,11 @@ void test_a_release_is_early_to_the_cycle(void)
     assert_says(&run, "byte 55 was cut 2 cycles before");
 }
 
-void test_shutting_the_receiver_within_a_reply_loses_it(void)
+void test_receiver_off_within_a_reply_is_a_lost_reply(void)
 {
     simulate_firmware(&run, "shut_in_reply", "--host stdout");
     assert_says(&run, "reply-lost: the receiver was shut ");
-    /* twice: the byte that is cut, and the two that begin after it */
+    /* Two breaches: the byte that is cut, and the two bytes that begin after it. */
     assert_says(&run, "BROKEN:  reply-lost, 6 times:");
 }
 
@@ -60,17 +59,17 @@ static void collide(const char *line, const char *options)
     simulate_firmware(&run, "collision", arguments);
 }
 
-void test_two_servos_that_are_asked_at_once_collide(void)
+void test_two_replies_at_once_are_a_collision(void)
 {
     collide("@servos 1,2", "");
     TEST_ASSERT_EQUAL_INT(1, run.status);
     assert_broken("collision");
-    collide("@servos 1,2", "--allow-duplicates"); // they are none
+    collide("@servos 1,2", "--allow-duplicates"); // collisions are allowed here
     TEST_ASSERT_EQUAL_INT(1, run.status);
     assert_broken("collision");
 }
 
-void test_two_servos_with_one_id_are_allowed_only_on_demand(void)
+void test_servos_of_same_id_need_allow_duplicates(void)
 {
     collide("@servos 1,1", "");
     TEST_ASSERT_EQUAL_INT(2, run.status);
@@ -80,8 +79,8 @@ void test_two_servos_with_one_id_are_allowed_only_on_demand(void)
     assert_says(&run, "rules:   none broken");
 }
 
-/* Pings amid the talk of a servo that never stops: the controller could not know. */
-void test_collisions_with_a_fault_are_nobodys_breach(void)
+/* Pings while a servo never stops sending: the controller cannot know. */
+void test_collision_with_a_fault_is_no_breach(void)
 {
     collide("@fault babble 0", "");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
@@ -89,7 +88,7 @@ void test_collisions_with_a_fault_are_nobodys_breach(void)
     assert_says(&run, "faults:  acted 1 times; 0 of 1 orders came to nothing");
 }
 
-/* Whether the script is over when the run is. The firmware listens, and never says a word. */
+/* The run ends before or after the script. The firmware listens and never replies. */
 void test_a_script_that_does_not_end_fails_the_run(void)
 {
     FILE *script = fopen("build/unfinished.txt", "w");
@@ -134,8 +133,7 @@ void test_a_jump_out_of_the_code_is_a_crash(void)
     assert_says(&run, "crash: jump out of the code");
 }
 
-/* --- bad input: one line, exit 2 -----------------------------------------------------------------
- */
+/* --- bad input: one line, exit 2 --- */
 
 static void assert_refused(const char *arguments, const char *why)
 {
@@ -189,8 +187,9 @@ void test_an_elf_for_another_chip_is_refused(void)
     assert_refused(arguments, "built for atmega128, the board has an atmega2560");
 }
 
-/* Simulated as an ATmega2560, an ATmega2561 takes its own ELFs only. */
-void test_an_elf_is_for_the_boards_chip_and_not_for_the_one_simulated(void)
+/* A board with an ATmega2561, simulated as an ATmega2560, accepts only ELF files for the
+ * ATmega2561. */
+void test_elf_must_be_for_the_boards_chip_not_the_simulated_one(void)
 {
     assert_refused("firmware build/arduino-mega/controller.elf --board cm510 --seconds 1",
                    "built for atmega2560, the board has an atmega2561");
@@ -204,8 +203,8 @@ void test_an_elf_for_a_bigger_chip_is_refused(void)
                    "built for atmega2560, the board has an atmega128");
 }
 
-/* Without the note of avr-libc's start-up code there is the family in the ELF header. */
-void test_an_elf_without_a_note_is_judged_by_its_family(void)
+/* Without the note of avr-libc's start-up code the family in the ELF header decides. */
+void test_elf_without_a_note_is_checked_by_its_family(void)
 {
     TEST_ASSERT_EQUAL_INT(0, system("avr-objcopy -R .note.gnu.avr.deviceinfo "
                                     "build/arduino-mega/controller.elf build/no_note.elf"));
@@ -234,10 +233,9 @@ void test_an_eeprom_file_of_another_size_is_refused(void)
     assert_says(&run, "build/short_eeprom.bin: holds 5 bytes, the EEPROM of an atmega128 has 4096");
 }
 
-/* --- told, but not failed ------------------------------------------------------------------------
- */
+/* --- told, but not failed --- */
 
-void test_with_rules_warn_breaches_are_told_and_the_run_is_good(void)
+void test_rules_warn_prints_breaches_and_the_run_is_good(void)
 {
     simulate_firmware(&run, "breaches", "--rules warn");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
@@ -252,8 +250,7 @@ void test_with_rules_warn_a_crash_still_fails_the_run(void)
     assert_says(&run, "BROKEN:  crash, 1 times:");
 }
 
-/* --- several buses -------------------------------------------------------------------------------
- */
+/* --- several buses --- */
 
 static void simulate_three_buses(const char *options)
 {
@@ -265,7 +262,7 @@ static void simulate_three_buses(const char *options)
     simulate(&run, arguments);
 }
 
-void test_three_buses_talk_at_once(void)
+void test_three_buses_send_at_once(void)
 {
     simulate_three_buses("--servos 1-3 --servos 1:1,5 --servos 2:1 --echo");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
@@ -296,7 +293,7 @@ void test_a_fault_may_be_on_any_bus(void)
     assert_says(&run, "the board has no such bus");
 }
 
-void test_a_breach_tells_its_bus_and_counts_in_the_run(void)
+void test_breach_names_its_bus_and_fails_the_run(void)
 {
     struct rules all;
     struct rules bus;

@@ -9,15 +9,15 @@ struct probe {
     struct event event;
     struct schedule *schedule;
     char name;
-    uint64_t again; // cycles; 0: once
+    uint64_t again; // period in cycles; 0: once
     unsigned runs;
-    uint64_t ran; // when
+    uint64_t ran; // time of the latest run
 };
 
 static struct schedule schedule;
 static char order[MANY + 1];
 static unsigned ran;
-static uint64_t earliest; // as on_earlier had it last
+static uint64_t earliest; // latest value from on_earlier
 static unsigned told;
 
 static void probe_run(void *context, uint64_t now)
@@ -95,7 +95,7 @@ void test_events_of_one_cycle_run_in_the_order_of_arming(void)
     TEST_ASSERT_EQUAL_STRING("abcdefghijklmnopqrst", order);
 }
 
-void test_arming_again_moves_an_event_behind_its_equals(void)
+void test_arming_again_moves_an_event_after_equal_ones(void)
 {
     struct probe a, b;
     probe_init(&a, 'a');
@@ -140,7 +140,7 @@ void test_a_time_in_the_past_means_now(void)
     TEST_ASSERT_EQUAL_UINT64(50, schedule_next(&schedule));
 }
 
-void test_the_owner_is_told_when_the_next_event_is_earlier(void)
+void test_on_earlier_is_called_when_the_next_event_is_earlier(void)
 {
     struct probe a, b, c;
     schedule.on_earlier = moved;
@@ -197,14 +197,13 @@ void test_ranks_come_before_the_order_of_arming(void)
     TEST_ASSERT_EQUAL_STRING("abc", order);
 }
 
-/* --- events that meddle with others while they run -----------------------------------------------
- */
+/* --- events that meddle with others while they run --- */
 
 #define CROWD 60
 
 struct member {
     struct event event;
-    uint64_t due; // what it was last armed for
+    uint64_t due; // latest time for which it was armed
     unsigned turn;
 };
 
@@ -225,7 +224,8 @@ static void arm(struct member *member, uint64_t now)
     schedule_at(&schedule, &member->event, member->due);
 }
 
-/* Armed before `member` and not later, or earlier: it should have run first. */
+/* An event that was armed before `member` for the same time, or for an earlier time, should have
+ * run first. */
 static void check_that_it_was_the_next(const struct member *member)
 {
     for (unsigned i = 0; i < CROWD; i++) {
@@ -256,7 +256,7 @@ static void meddle(void *context, uint64_t now)
     }
 }
 
-void test_events_that_arm_and_cancel_others_while_they_run_keep_the_order(void)
+void test_running_events_that_arm_and_cancel_keep_the_order(void)
 {
     dice = 1;
     turns = 0;

@@ -1,5 +1,4 @@
-/* Scenarios, read and run against a firmware that is four lines of C and servos on a wire; and
- * lists of IDs. */
+/* Scenarios, run against a firmware of four lines of C and servos on a wire; and lists of IDs. */
 #include "host/adapter.h"
 #include "script/script.h"
 #include "unity.h"
@@ -21,11 +20,11 @@ static struct adapter adapter; // the controller
 static struct rules rules;
 static struct script_ops ops;
 static char path[64];
-static char log_text[1024]; // what happened, one word or line after the other
+static char log_text[1024]; // events of the run, one word or line each
 static char said[256];
-static const char *answer; // to every command; 0: none
+static const char *answer; // the reply to every command; 0: none
 static bool ready;
-static bool dies; // the firmware, at the next command,
+static bool dies; // the firmware crashes at the next command
 static bool for_good;
 static FILE *out;
 
@@ -55,7 +54,7 @@ static void say(void *context, uint64_t now, const char *bytes, size_t size)
         if (dies) {
             dies = false;
             ready = !for_good;
-            script_receive(&script, now, '?'); // half a byte
+            script_receive(&script, now, '?'); // half a line
             script_was_reset(&script, now);
             return;
         }
@@ -192,7 +191,7 @@ void tearDown(void)
     unlink(path);
 }
 
-void test_lines_are_said_one_after_the_other(void)
+void test_commands_are_sent_one_after_the_other(void)
 {
     run("# comment\n\nping 1\n  ping 2  \n");
     TEST_ASSERT_EQUAL_STRING("ping 1\noutcome 0 ping 1: ok\nping 2\noutcome 0 ping 2: ok\n"
@@ -207,7 +206,7 @@ void test_only_ok_and_error_end_a_reply(void)
     TEST_ASSERT_EQUAL_STRING("scan\noutcome 0 scan: ok\nfinished 1 ms\n", log_text);
 }
 
-void test_an_error_is_told_and_the_script_goes_on(void)
+void test_error_reply_is_reported_and_the_script_goes_on(void)
 {
     answer = "error 7: servo absent\n";
     run("ping 1\n@echo off\n");
@@ -224,13 +223,13 @@ void test_an_exclamation_mark_expects_an_error(void)
                              log_text);
 }
 
-void test_an_ok_that_should_be_an_error_is_told(void)
+void test_ok_in_place_of_an_expected_error_is_reported(void)
 {
     run("!ping 77\n");
     TEST_ASSERT_EQUAL_STRING("ping 77\noutcome 2 ping 77: ok\nfinished 1 ms\n", log_text);
 }
 
-void test_a_reply_that_never_comes_ends_the_script(void)
+void test_missing_reply_ends_the_script(void)
 {
     answer = "thinking\n";
     run("ping 1\nping 2\n");
@@ -245,14 +244,14 @@ void test_a_firmware_that_never_listens_ends_the_script(void)
                              log_text);
 }
 
-void test_orders_need_nobody_who_listens(void)
+void test_lines_with_at_need_no_console(void)
 {
     ready = false;
     run("@wait 20\n@fault stuck low 5\n@expect servo 1 ID 1\n@at 12000\n");
     TEST_ASSERT_EQUAL_STRING("fault stuck low 5 at 21 ms\nfinished 12000 ms\n", log_text);
 }
 
-void test_the_patience_with_a_console_begins_at_the_first_command(void)
+void test_console_timeout_begins_at_the_first_command(void)
 {
     ready = false;
     run("@wait 12000\nping 1\n@echo on\n");
@@ -272,7 +271,7 @@ void test_actions_act_on_the_simulation(void)
         log_text);
 }
 
-void test_a_wait_may_be_longer_than_the_patience(void)
+void test_wait_may_be_longer_than_the_reply_timeout(void)
 {
     run("ping 1\n@wait 20000\nping 2\n");
     TEST_ASSERT_NOT_NULL(strstr(log_text, "finished 20001 ms\n"));
@@ -295,7 +294,7 @@ static const struct servo_environment *environment_of(unsigned servo)
     return &servos.node[servo - 1].servo.environment;
 }
 
-void test_causes_are_set_for_all_or_for_some(void)
+void test_environment_is_set_for_all_or_for_some_servos(void)
 {
     run("@supply 9.5\n@supply 2-3 7.4\n@ambient 1,3 60\n@load -300\n@load 2 450\n@block 3 on\n"
         "@power 2 off\n");
@@ -319,13 +318,13 @@ void test_power_and_block_return(void)
     TEST_ASSERT_FALSE(environment_of(3)->blocked);
 }
 
-void test_a_cause_can_take_time_while_the_scenario_goes_on(void)
+void test_ramp_runs_while_the_scenario_goes_on(void)
 {
     run("@supply 2 8.0 over 100\n@load 2 -1000 over 200\n@wait 50\n"
         "@expect servo 2 PRESENT_VOLTAGE 99..101 within 4\n"
         "@expect servo 1 PRESENT_VOLTAGE 120 within 0\n@load 2 77\n@wait 500\n");
     TEST_ASSERT_EQUAL(80, environment_of(2)->supply_dV);
-    TEST_ASSERT_EQUAL(77, environment_of(2)->load); // the later line ended the ramp
+    TEST_ASSERT_EQUAL(77, environment_of(2)->load); // the later line has ended the ramp
     TEST_ASSERT_EQUAL(120, environment_of(1)->supply_dV);
 }
 
@@ -343,7 +342,7 @@ void test_a_ramp_is_even_and_ends_in_time(void)
     }
 }
 
-void test_new_servos_know_nothing_of_ramps(void)
+void test_new_servos_end_all_ramps(void)
 {
     run("@supply 5 over 100\n@wait 10\n@servos 1-3\n@wait 200\n");
     TEST_ASSERT_EQUAL(120, environment_of(1)->supply_dV);
@@ -357,7 +356,7 @@ void test_at_waits_until_that_time(void)
     TEST_ASSERT_EQUAL_STRING("finished 250 ms\n", log_text);
 }
 
-void test_at_a_time_that_is_over_is_told(void)
+void test_at_a_time_in_the_past_fails(void)
 {
     run("@at 100\n@wait 50\n@at 120\n@echo on\n");
     TEST_ASSERT_EQUAL_STRING("outcome 4 @at 120: it is 150.000 ms already\nfinished 150 ms\n",
@@ -386,7 +385,7 @@ static void expect_unmet(const char *text, const char *seen)
     tearDown();
 }
 
-void test_servos_are_looked_at_from_outside(void)
+void test_expect_servo_reads_the_state_of_the_servo(void)
 {
     tearDown();
     expect_met("@expect servo 1-3 GOAL_POSITION 512\n", "1");
@@ -405,7 +404,7 @@ void test_servos_are_looked_at_from_outside(void)
     setUp();
 }
 
-void test_an_expectation_is_met_when_it_comes_true_in_time(void)
+void test_expectation_is_met_within_its_time(void)
 {
     tearDown();
     expect_met("@supply 1 5 over 200\n@expect servo 1 PRESENT_VOLTAGE 0..60 within 300\n", "176");
@@ -428,8 +427,8 @@ void test_packets_are_expected_in_their_order(void)
         "@expect packet out FF FF 01 02 00 FC\n",
         "2");
     static const char *const wrong[] = {
-        "in FF FF 01 02 00 FC",     // of the servo
-        "out FF FF 01 02 01 FB",    // of the controller
+        "in FF FF 01 02 00 FC",     // from the servo
+        "out FF FF 01 02 01 FB",    // from the controller
         "out FF FF 01 02 00",       // too short
         "out FF FF 01 02 00 FC ..", // too long
         "out FF FF 01 02 00 FC!",   // no framing error
@@ -455,7 +454,7 @@ void test_bytes_are_sent_at_the_rate_that_was_set(void)
     setUp();
 }
 
-void test_damaged_bytes_are_seen_as_they_are(void)
+void test_expect_packet_matches_damaged_bytes(void)
 {
     run("@send FF FF 01 02 01 00\n@expect packet in FF FF 01 02 01 00\n"
         "@expect packet out FF FF 01 02 10 EC\n@send 12\n@expect packet in 12\n");
@@ -474,7 +473,7 @@ void test_silence_is_no_edge_and_a_high_wire(void)
     TEST_ASSERT_NOT_NULL(strstr(log_text, "the wire is not silent\nfinished 1 ms"));
 }
 
-void test_text_is_looked_for_in_the_whole_last_reply(void)
+void test_expect_text_searches_the_whole_last_reply(void)
 {
     answer = "id 7\nid 9\nok\n";
     run("scan\nscan\n@expect text id 7\n@expect text d 9\n@expect text ok within 0\n");
@@ -489,11 +488,11 @@ void test_text_is_looked_for_in_the_whole_last_reply(void)
     tearDown();
     setUp();
     answer = "id 7\nok\n";
-    run("scan\n@wait 1\n@expect text id 7 within 3\n"); // forgotten
+    run("scan\n@wait 1\n@expect text id 7 within 3\n"); // dropped
     TEST_ASSERT_NOT_NULL(strstr(log_text, "seen: no reply\n"));
 }
 
-void test_a_breach_that_is_expected_is_none(void)
+void test_expected_breach_is_not_counted(void)
 {
     rules_break(&rules, RULE_COLLISION, 0, "a test");
     run("@expect rule collision\n");
@@ -504,7 +503,7 @@ void test_a_breach_that_is_expected_is_none(void)
     setUp();
 }
 
-void test_a_fault_that_is_refused_ends_the_scenario(void)
+void test_refused_fault_ends_the_scenario(void)
 {
     run("@fault baud 9 1\n@echo on\n");
     TEST_ASSERT_EQUAL_STRING("fault baud 9 1 at 1 ms\n"
@@ -512,7 +511,7 @@ void test_a_fault_that_is_refused_ends_the_scenario(void)
                              log_text);
 }
 
-void test_what_a_servo_has_can_be_shown(void)
+void test_show_prints_the_state_of_a_servo(void)
 {
     char shown[200] = "";
     table_set(servos.node[1].servo.registers, TABLE_GOAL_POSITION, 2, 0x155);
@@ -526,7 +525,7 @@ void test_what_a_servo_has_can_be_shown(void)
 
 /* --- bad input --- */
 
-void test_bad_lines_are_refused_before_anything_runs(void)
+void test_bad_lines_are_refused_before_the_run(void)
 {
     static const char *const bad[] = {
         "@fly 1\n",
@@ -643,7 +642,7 @@ void test_no_more_than_1024_bytes_are_sent_by_one_line(void)
     TEST_ASSERT_FALSE(reads_a_send_of(1025));
 }
 
-void test_servos_that_are_not_there_are_noticed_before_anything_runs(void)
+void test_missing_servos_are_reported_before_the_run(void)
 {
     TEST_ASSERT_TRUE(starts("@power 1-3 off\n@servos 7\n@power 7 off\n@expect servo 7 ID 7\n"));
     TEST_ASSERT_FALSE(starts("@load 4 0\n"));
@@ -651,14 +650,14 @@ void test_servos_that_are_not_there_are_noticed_before_anything_runs(void)
     TEST_ASSERT_FALSE(starts("@servos 7\n@power 1 off\n"));
 }
 
-void test_an_id_stands_twice_only_where_that_is_allowed(void)
+void test_duplicate_id_needs_allow_duplicates(void)
 {
     TEST_ASSERT_FALSE(starts("@servos 3,7,3\n"));
     servos.duplicates = true;
     TEST_ASSERT_TRUE(starts("@servos 3,7,3\n"));
 }
 
-void test_what_a_run_has_not_is_noticed_before_anything_runs(void)
+void test_missing_functions_are_reported_before_the_run(void)
 {
     ops.console_send = 0;
     ops.console_ready = 0;
@@ -688,7 +687,7 @@ void test_resets_and_hangs_are_ordered(void)
                              log_text);
 }
 
-void test_bad_orders_of_resets_are_noticed_before_anything_runs(void)
+void test_bad_reset_orders_are_reported_before_the_run(void)
 {
     static const char *const bad[] = {
         "@reset\n",
@@ -710,15 +709,15 @@ void test_bad_orders_of_resets_are_noticed_before_anything_runs(void)
     }
 }
 
-/* It may be in the middle of a byte of its reply then. */
-void test_a_command_that_a_reset_ends_is_not_waited_for(void)
+/* The reset may come in the middle of a byte of the reply. */
+void test_reset_ends_the_wait_for_a_reply(void)
 {
     dies = true;
     run("ping 1\nping 2\n");
     TEST_ASSERT_EQUAL_STRING("ping 1\nping 2\noutcome 0 ping 2: ok\nfinished 11 ms\n", log_text);
 }
 
-void test_a_firmware_that_no_longer_listens_after_a_reset_ends_the_script(void)
+void test_firmware_deaf_after_a_reset_ends_the_script(void)
 {
     dies = for_good = true;
     run("ping 1\nping 2\n");
@@ -726,7 +725,7 @@ void test_a_firmware_that_no_longer_listens_after_a_reset_ends_the_script(void)
                              log_text);
 }
 
-void test_without_a_console_it_begins_at_once(void)
+void test_without_a_console_the_scenario_begins_at_once(void)
 {
     ops.console_send = 0;
     ops.console_ready = 0;

@@ -1,5 +1,5 @@
 /* The simulated servo: every instruction, register and alarm of the manual, and the rulings R1-R40.
- * The packets are built here, not by the servo's codec. */
+ * The tests build their packets themselves, not with the servo's codec. */
 #include <string.h>
 
 #include "unity.h"
@@ -17,7 +17,7 @@ enum {
     ALL = 0xFE
 };
 
-#define SILENCE (-1) // returned in place of an ERROR byte
+#define SILENCE (-1) // returned instead of an ERROR byte
 
 static struct servo servo;
 
@@ -94,12 +94,12 @@ static void ticks(int count)
 
 /* The manual's packets. */
 
-/* Every packet the manual prints: what is sent, in which state, and what comes back. */
+/* Every packet that the manual prints: the packet, the state before it, and the reply. */
 struct example {
     int number;
     uint8_t id;
     bool locked;
-    const char *instruction, *status; // hexadecimal; NULL: not answered
+    const char *instruction, *status; // hexadecimal; NULL: no reply
 };
 
 // clang-format off
@@ -184,7 +184,7 @@ void test_example_19_two_servos_start_together(void)
 
 static void expect_initial_values(void)
 {
-    /* The 50 bytes of the manual's table, in its order. */
+    /* The 50 bytes of the manual's table in its order. */
     static const uint8_t initial[SERVO_REGISTERS] = {
         0,    1,    1,    1,    1,    0x01, 0x00, 0x00, 0xFF, 0x03, // 0x00
         0x00, 0x50, 0x3C, 0xA0, 0xFF, 0x03, 0x02, 0x25, 0x04, 0x00, // 0x0A
@@ -215,7 +215,8 @@ void test_the_rows_cover_each_of_the_50_registers_once(void)
     TEST_ASSERT_EQUAL(SERVO_REGISTERS, next);
 }
 
-/* The highest value that may be written to each address; words by their low byte; -1: read only. */
+/* Highest value that may be written to each address. Words stand at their low byte; -1: read only.
+ */
 static const int16_t highest[SERVO_REGISTERS] = {
     -1,    -1,  -1,    253, 254,   254, 0x3FF, -2,   0x3FF, -2,  // 0x00
     -1,    255, 255,   255, 0x3FF, -2,  2,     0x7F, 0x7F,  255, // 0x0A
@@ -237,7 +238,7 @@ void test_R4_R33_every_value_in_range_is_stored(void)
     for (uint8_t address = 0; address < SERVO_REGISTERS; address++) {
         for (int value = 0; value <= highest[address]; value++) {
             int error = write_value(address, (unsigned)value) & ~SERVO_ERROR_VOLTAGE &
-                        ~SERVO_ERROR_OVERHEATING; // physical limits may be written to anything
+                        ~SERVO_ERROR_OVERHEATING; // limits may have any value
             TEST_ASSERT_EQUAL_MESSAGE(0, error, "in range");
             TEST_ASSERT_EQUAL(value & 0xFF, get(address));
             if (value > 255) {
@@ -278,8 +279,8 @@ void test_R5_register_0x13_is_writable(void)
 
 void test_R5_one_read_only_register_refuses_the_whole_write(void)
 {
-    EXPECT(SERVO_ERROR_RANGE, DO(TABLE_DCC, 50, 0, 0));          // reaches into present position
-    EXPECT(SERVO_ERROR_RANGE, DO(TABLE_CCW_LIMIT, 0, 1, 0, 70)); // across reserved 0x0A
+    EXPECT(SERVO_ERROR_RANGE, DO(TABLE_DCC, 50, 0, 0)); // reaches into the present position
+    EXPECT(SERVO_ERROR_RANGE, DO(TABLE_CCW_LIMIT, 0, 1, 0, 70)); // across the reserved 0x0A
     expect_initial_values();
 }
 
@@ -353,7 +354,7 @@ void test_R14_17_volts_may_be_set(void)
     TEST_ASSERT_EQUAL(170, get(TABLE_HIGHEST_VOLTAGE));
 }
 
-/* Who is answered, when, and how. */
+/* Which packets get a reply, when, and how. */
 
 void test_R1_ping_is_answered_at_every_level(void)
 {
@@ -453,7 +454,7 @@ void test_R3_level_1_answers_read_and_ping_only(void)
     EXPECT(SILENCE, SEND0(1, 0x77));
     EXPECT(SILENCE, SEND(1, SYNC_WRITE, TABLE_LED, 1, 1, 1));
     EXPECT(SILENCE, SEND0(1, RESET));
-    TEST_ASSERT_EQUAL(2, get(TABLE_RETURN_LEVEL)); // the level on arrival decided
+    TEST_ASSERT_EQUAL(2, get(TABLE_RETURN_LEVEL)); // the level on arrival decides
 }
 
 void test_R3_level_0_answers_ping_only(void)
@@ -534,14 +535,15 @@ void test_R27_a_packet_inside_a_damaged_one_is_executed(void)
 
 void test_R27_the_last_reply_counts_when_one_byte_brings_several(void)
 {
-    uint8_t packet[32] = {0xFF, 0xFF, 0x01, 9}; // damaged, for this servo, and a good one inside
+    uint8_t packet[32] = {0xFF, 0xFF, 0x01,
+                          9}; // damaged, for this servo, with a good packet inside
     size_t size = 4 + build(packet + 4, 1, WRITE, (const uint8_t[]){TABLE_LED, 1}, 2);
     packet[size++] = 0;
     TEST_ASSERT_TRUE(hear(packet, size));
     TEST_ASSERT_EQUAL(0, servo.reply.bytes[4]);
 }
 
-/* A damaged packet whose LENGTH takes in a WRITE; the silence stands before its last byte. */
+/* A damaged packet whose LENGTH covers a WRITE. The silence comes before its last byte. */
 static uint8_t led_of_a_write_before_silence(uint64_t silence_us)
 {
     uint8_t packet[32] = {0xFF, 0xFF, 0x05, 9};
@@ -774,7 +776,7 @@ void test_each_register_is_kept_without_power_or_is_not(void)
         if (highest[address] <= 0) {
             continue; // read only, the second byte of a word, or 0x2C
         }
-        unsigned other = address == TABLE_BAUD ? 3 : 0; // unlisted rates are another matter
+        unsigned other = address == TABLE_BAUD ? 3 : 0; // unlisted rates have their own test
         unsigned value = get(address) == 1 ? other : 1;
         TEST_ASSERT_EQUAL(0, write_value(address, value) & SERVO_ERROR_RANGE);
         TEST_ASSERT_EQUAL(value, get(address));
@@ -792,7 +794,7 @@ void test_each_register_is_kept_without_power_or_is_not(void)
 void test_a_READ_of_each_byte_returns_it(void)
 {
     for (uint8_t address = 0; address < SERVO_REGISTERS; address++) {
-        servo.registers[TABLE_PRESENT_SPEED] = 0x12; // those that are 0 in rest
+        servo.registers[TABLE_PRESENT_SPEED] = 0x12; // registers that are 0 at rest
         servo.registers[TABLE_PRESENT_LOAD] = 0x34;
         for (uint8_t count = 1; address + count <= SERVO_REGISTERS; count++) {
             OK(SEND(1, READ, address, count));
@@ -965,7 +967,7 @@ void test_R22_the_last_block_of_an_id_wins(void)
 {
     SEND(ALL, SYNC_WRITE, TABLE_CW_MARGIN, 1, 1, 10, 2, 20, 1, 30);
     TEST_ASSERT_EQUAL(30, get(TABLE_CW_MARGIN));
-    SEND(ALL, SYNC_WRITE, TABLE_LED, 1, 1, 1, 1, 2); // refused: the first does not come to life
+    SEND(ALL, SYNC_WRITE, TABLE_LED, 1, 1, 1, 1, 2); // refused: the first value is not stored
     TEST_ASSERT_EQUAL(0, get(TABLE_LED));
 }
 
@@ -1051,8 +1053,8 @@ void test_R15_a_lone_byte_of_a_goal_is_judged_too(void)
     EXPECT(SERVO_ERROR_ANGLE, DO(TABLE_GOAL_POSITION + 1, 0));
     TEST_ASSERT_EQUAL(512, servo_goal_position(&servo));
     OK(DO(TABLE_CW_LIMIT, 0, 2, 0, 3));
-    OK(DO(TABLE_CW_LIMIT, 1, 2));  // 513: the goal of 512 stands outside now
-    OK(DO(TABLE_MOVING_SPEED, 5)); // but a write beside it is none of a goal
+    OK(DO(TABLE_CW_LIMIT, 1, 2));  // 513: the goal of 512 is outside now
+    OK(DO(TABLE_MOVING_SPEED, 5)); // a write that does not touch the goal is allowed
     OK(DO(TABLE_CCW_PROPORTION, 5));
 }
 
@@ -1170,7 +1172,7 @@ void test_R8_R9_R35_more_is_ccw_and_0x3FF_is_300_degrees(void)
 
 void test_every_motor_register_reaches_the_motor(void)
 {
-    /* Each of them, changed alone, changes the way of the same move or of the same load. */
+    /* Each change alone changes the same move or the same load. */
     static const uint8_t changes[][3] = {
         {TABLE_CW_MARGIN, 100, 0},   {TABLE_CCW_MARGIN, 100, 0},
         {TABLE_CW_PROPORTION, 1, 0}, {TABLE_CCW_PROPORTION, 1, 0},
@@ -1202,7 +1204,7 @@ void test_every_motor_register_reaches_the_motor(void)
     }
 }
 
-/* Conditions and alarms: each by its physical cause. */
+/* Conditions and alarms, each by its physical cause. */
 
 static void heat(uint8_t ambient_C)
 {
@@ -1221,7 +1223,7 @@ void test_R18_voltage_out_of_the_limits(void)
         servo_tick(&servo);
         EXPECT(rows[i].error, SEND0(1, PING));
         EXPECT(rows[i].error, SEND(1, READ, TABLE_PRESENT_VOLTAGE, 1));
-        TEST_ASSERT_EQUAL(rows[i].supply_dV, servo.reply.bytes[5]); // an error, and still data
+        TEST_ASSERT_EQUAL(rows[i].supply_dV, servo.reply.bytes[5]); // an error, with data
         TEST_ASSERT_EQUAL(rows[i].error, servo_errors(&servo));
     }
 }
@@ -1236,7 +1238,7 @@ void test_R18_new_voltage_limits_hold_at_once(void)
 void test_R18_overheating(void)
 {
     heat(81);
-    EXPECT(0, SEND0(1, PING)); // 80 is the limit, not beyond it
+    EXPECT(0, SEND0(1, PING)); // 80 is the limit and not above it
     heat(82);
     TEST_ASSERT_EQUAL(81, get(TABLE_PRESENT_TEMPERATURE));
     EXPECT(SERVO_ERROR_OVERHEATING, SEND0(1, PING));
@@ -1352,7 +1354,7 @@ void test_R17_each_shutdown_bit_turns_torque_off_for_its_error_only(void)
             setUp();
             OK(DO(TABLE_ALARM_SHUTDOWN, (uint8_t)(1u << mask)));
             provoke((uint8_t)(1u << bit));
-            bool off = bit == mask && bit != 5; // overload only lowers it
+            bool off = bit == mask && bit != 5; // an overload only lowers the torque
             TEST_ASSERT_EQUAL(!off, servo_torque(&servo));
         }
     }
@@ -1385,7 +1387,7 @@ void test_R36_a_packet_error_alarms_until_the_next_good_packet(void)
     TEST_ASSERT_TRUE(hear_damaged(1, PING));
     ticks(1000);
     TEST_ASSERT_TRUE(blinks());
-    SEND0(2, PING); // not this servo's
+    SEND0(2, PING); // for another servo
     TEST_ASSERT_TRUE(blinks());
     SEND(ALL, SYNC_WRITE, TABLE_LED, 1, 2, 1);
     TEST_ASSERT_FALSE(blinks());
@@ -1431,7 +1433,7 @@ void test_power_up_ends_an_overload(void)
     TEST_ASSERT_EQUAL(0, get_word(TABLE_PRESENT_LOAD));
     OK(DO(TABLE_TORQUE_ENABLE, 1));
     OK(DO(TABLE_GOAL_POSITION, 0xFF, 3));
-    ticks(24); // 100 ms of stall anew
+    ticks(24); // again 100 ms of stall
     OK(SEND0(1, PING));
 }
 
@@ -1442,7 +1444,7 @@ void test_R36_power_up_ends_a_packet_error(void)
     TEST_ASSERT_EQUAL(0, servo_errors(&servo));
 }
 
-/* Departures of real servos. */
+/* Differences of real servos. */
 
 void test_quirk_silent_for_1_s_after_power_up(void)
 {
@@ -1531,7 +1533,7 @@ void test_quirks_are_off_at_first(void)
     OK(SEND0(1, PING));
 }
 
-/* Whatever is heard, nothing is written outside the table's ranges. */
+/* Random bytes never write a value outside the table's ranges. */
 void test_noise_leaves_a_valid_table(void)
 {
     uint32_t noise = 1;

@@ -99,7 +99,7 @@ static void read_file(const char *name, char text[200])
     fclose(file);
 }
 
-void test_a_servo_that_never_changed_has_no_file(void)
+void test_unchanged_servo_has_no_file(void)
 {
     servo_eeprom_save(&state);
     TEST_ASSERT_EQUAL_UINT(0, files(false));
@@ -119,7 +119,7 @@ void test_the_eeprom_area_comes_back_and_the_ram_area_does_not(void)
     TEST_ASSERT_EQUAL_UINT8(2, registers(1)[TABLE_ID]);
 }
 
-void test_the_receiver_is_at_the_rate_that_was_kept(void)
+void test_receiver_has_the_kept_rate(void)
 {
     registers(0)[TABLE_BAUD] = 34;
     servos.node[0].servo.saved_baud = 34;
@@ -130,7 +130,7 @@ void test_the_receiver_is_at_the_rate_that_was_kept(void)
     TEST_ASSERT_EQUAL_UINT(1, servos.receivers[34]->users);
 }
 
-void test_two_servos_of_one_id_have_a_file_each(void)
+void test_servos_of_same_id_have_a_file_each(void)
 {
     registers(1)[TABLE_ALARM_LED] = 1;
     registers(2)[TABLE_ALARM_LED] = 2;
@@ -142,7 +142,7 @@ void test_two_servos_of_one_id_have_a_file_each(void)
     TEST_ASSERT_EQUAL_UINT8(2, registers(2)[TABLE_ALARM_LED]);
 }
 
-void test_it_saves_by_itself_four_times_a_second(void)
+void test_changes_are_saved_four_times_a_second(void)
 {
     registers(0)[TABLE_ID] = 9;
     schedule_run_until(&schedule, CLOCK / 4 - 1);
@@ -165,7 +165,7 @@ void test_the_file_is_one_line_of_text(void)
                              text);
 }
 
-void test_every_damage_to_one_character_is_noticed(void)
+void test_damage_to_any_character_is_detected(void)
 {
     char good[200];
     registers(0)[TABLE_ID] = 9;
@@ -191,7 +191,7 @@ void test_every_damage_to_one_character_is_noticed(void)
     TEST_ASSERT_EQUAL_UINT(0, unnoticed);
 }
 
-void test_bytes_that_no_servo_can_hold_are_refused_though_the_checksum_is_right(void)
+void test_impossible_values_with_a_right_checksum_are_refused(void)
 {
     char text[200];
     registers(0)[TABLE_ID] = 254;
@@ -207,7 +207,7 @@ void test_bytes_that_no_servo_can_hold_are_refused_though_the_checksum_is_right(
     TEST_ASSERT_FALSE(loaded);
 }
 
-void test_a_folder_that_cannot_be_is_told(void)
+void test_impossible_folder_is_reported(void)
 {
     struct servo_eeprom other;
     char path[600];
@@ -221,7 +221,7 @@ void test_a_folder_that_cannot_be_is_told(void)
     TEST_ASSERT_FALSE(good);
 }
 
-void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
+void test_failed_write_is_reported_and_keeps_the_old_file(void)
 {
     char text[200];
     struct rlimit limit;
@@ -241,12 +241,12 @@ void test_a_file_that_cannot_be_written_is_told_and_the_old_one_stays(void)
     limit.rlim_cur = size;
     TEST_ASSERT_EQUAL_INT(0, setrlimit(RLIMIT_FSIZE, &limit));
     TEST_ASSERT_TRUE(state.failed);
-    TEST_ASSERT_EQUAL_UINT(1, files(false)); // nothing is left of the new one
+    TEST_ASSERT_EQUAL_UINT(1, files(false)); // the new file was removed
     read_file("bus0-servo001.eeprom", text);
     TEST_ASSERT_NOT_NULL(strstr(text, "00 01 01 09"));
 }
 
-void test_without_a_folder_nothing_is_kept(void)
+void test_without_a_folder_no_file_is_written(void)
 {
     struct servo_eeprom none;
     TEST_ASSERT_TRUE(servo_eeprom_init(&none, 0, 0, &servos));
@@ -256,7 +256,7 @@ void test_without_a_folder_nothing_is_kept(void)
     TEST_ASSERT_EQUAL_UINT8(9, registers(0)[TABLE_ID]);
 }
 
-void test_what_has_not_changed_is_not_written_again(void)
+void test_unchanged_servo_is_not_written_again(void)
 {
     registers(0)[TABLE_ID] = 9;
     servo_eeprom_save(&state);

@@ -1,4 +1,4 @@
-/* Servos on a wire without an AVR: when they answer, what they hear, and their rates. */
+/* Servos on a wire without an AVR: reply times, received bytes, and bit rates. */
 #include "servo/servos.h"
 #include "unity.h"
 
@@ -13,11 +13,11 @@ static struct net net;
 static struct driver driver;
 static struct uart_tx tx;
 static struct servos servos;
-static struct uart_rx rx; // at 1 Mbps
+static struct uart_rx rx; // at 1 Mbit/s
 static uint8_t heard[ROOM];
 static unsigned count;
 static uint64_t began; // first byte of a servo
-static unsigned most;  // servos that drove at once
+static unsigned most;  // highest number of servos that drove together
 static struct listener listener;
 
 static void ended(void *context, uint64_t now)
@@ -80,7 +80,7 @@ static void put(const uint8_t *ids, unsigned number)
     servos_replace(&servos, schedule.now, ids, number);
 }
 
-/* Says bytes and returns the end of the last stop bit. */
+/* Sends bytes. Returns the end of the last stop bit. */
 static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
 {
     uint64_t time = schedule.now + 100;
@@ -91,12 +91,12 @@ static uint64_t say_bytes(uint32_t bit_256, const uint8_t *bytes, unsigned size)
         schedule_run_until(&schedule, time);
     }
     driver_enable(&driver, time, false);
-    count = most = 0; // its own bytes
+    count = most = 0; // drops its own bytes
     began = 0;
     return time;
 }
 
-/* Says an instruction packet, checksum added, and returns the end of its last stop bit. */
+/* Sends an instruction packet and adds the checksum. Returns the end of its last stop bit. */
 static uint64_t say(uint32_t bit_256, const uint8_t *body, unsigned size)
 {
     uint8_t packet[32] = {0xFF, 0xFF};
@@ -123,7 +123,7 @@ void test_the_return_delay_counts_from_the_end_of_the_last_stop_bit(void)
     TEST_ASSERT_EQUAL_UINT(0, net.enabled);
 }
 
-void test_a_return_delay_that_was_written_is_kept(void)
+void test_written_return_delay_is_used(void)
 {
     static const uint8_t write[] = {0x01, 0x04, 0x03, 0x05, 0x08};
     put(one, 1);
@@ -133,7 +133,7 @@ void test_a_return_delay_that_was_written_is_kept(void)
     TEST_ASSERT_EQUAL_UINT64(end + 16 * 16, began);
 }
 
-void test_only_the_one_that_is_meant_answers(void)
+void test_only_the_addressed_servo_replies(void)
 {
     static const uint8_t ids[] = {1, 2, 3};
     static const uint8_t ping_2[] = {0x02, 0x02, 0x01};
@@ -144,7 +144,7 @@ void test_only_the_one_that_is_meant_answers(void)
     TEST_ASSERT_EQUAL_UINT(1, most);
 }
 
-void test_two_of_one_id_drive_at_once(void)
+void test_servos_of_same_id_drive_at_once(void)
 {
     static const uint8_t ids[] = {1, 1};
     put(ids, 2);
@@ -152,13 +152,13 @@ void test_two_of_one_id_drive_at_once(void)
     TEST_ASSERT_EQUAL_UINT(2, most);
 }
 
-void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
+void test_new_baud_rate_is_used_after_the_reply(void)
 {
     static const uint8_t write[] = {0x01, 0x04, 0x03, 0x04, 0x10}; // 115200, as the servo has it
     uint32_t slow = 17 * 8 * 256;
     put(one, 1);
     schedule_run_until(&schedule, say(FAST, write, 5) + 2000);
-    TEST_ASSERT_EQUAL_UINT(6, count); // heard at 1 Mbps
+    TEST_ASSERT_EQUAL_UINT(6, count); // received at 1 Mbit/s
     schedule_run_until(&schedule, say(FAST, ping, 3) + 5000);
     TEST_ASSERT_EQUAL_UINT(0, count);
     TEST_ASSERT_EQUAL_UINT64(0, began);
@@ -169,7 +169,7 @@ void test_a_new_baud_rate_is_answered_with_the_old_one_and_then_used(void)
     TEST_ASSERT_EQUAL_HEX8(0xFC, heard[5]);
 }
 
-/* Bytes of the answer to a PING with a silence in it. */
+/* Returns the bytes of the reply to a PING with a silence in it. */
 static unsigned answer_after_silence_in_ping(uint32_t us)
 {
     static const uint8_t whole[] = {0xFF, 0xFF, 0x01, 0x02, 0x01, 0xFB};
@@ -193,7 +193,7 @@ void test_a_fast_sender_pauses_nowhere(void)
     TEST_ASSERT_EQUAL_UINT(6, count);
 }
 
-void test_a_servo_without_power_is_deaf_and_lets_go(void)
+void test_servo_without_power_receives_and_drives_nothing(void)
 {
     put(one, 1);
     uint64_t end = say(FAST, ping, 3);
@@ -209,7 +209,7 @@ void test_a_servo_without_power_is_deaf_and_lets_go(void)
     TEST_ASSERT_EQUAL_UINT(6, count);
 }
 
-void test_servos_can_be_replaced_while_one_talks(void)
+void test_servos_can_be_replaced_during_a_reply(void)
 {
     static const uint8_t others[] = {7, 8};
     put(one, 1);

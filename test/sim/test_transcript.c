@@ -1,11 +1,11 @@
-/* The transcript of a wire with two talkers; what it must say is the manual's notation. */
+/* The transcript of a wire with two senders, in the manual's notation. */
 #include "output/transcript.h"
 #include "unity.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define FAST (16u * 256u) // 1 Mbps at 16 MHz
+#define FAST (16u * 256u) // 1 Mbit/s at 16 MHz
 
 static struct schedule schedule;
 static struct net net;
@@ -41,7 +41,7 @@ void tearDown(void)
     schedule_free(&schedule);
 }
 
-/* Sends a packet from `start` on and returns when it has ended. */
+/* Sends a packet from `start` on. Returns its end. */
 static uint64_t send(struct uart_tx *tx, uint64_t start, uint32_t bit_256, const char *bytes,
                      unsigned count)
 {
@@ -67,7 +67,7 @@ static const char *written(void)
 #define READ  "\xFF\xFF\x01\x04\x02\x2B\x01\xCC"
 #define REPLY "\xFF\xFF\x01\x03\x00\x20\xDB"
 
-void test_an_exchange_in_the_manuals_notation(void)
+void test_transaction_in_the_manuals_notation(void)
 {
     uint64_t end = send(&talkers[0], 1000, FAST, READ, 8);
     TEST_ASSERT_EQUAL_UINT64(1000 + 8 * 160, end);
@@ -81,7 +81,7 @@ void test_an_exchange_in_the_manuals_notation(void)
     TEST_ASSERT_EQUAL_UINT64(15 * 160, transcript.busy);
 }
 
-void test_packets_without_a_gap_are_told_apart_by_length(void)
+void test_packets_without_a_gap_are_separated_by_length(void)
 {
     uint64_t end = send(&talkers[0], 0, FAST, READ, 8);
     send(&talkers[0], end, FAST, READ, 8);
@@ -97,16 +97,16 @@ void test_any_number_of_ff_may_come_before_the_id(void)
     TEST_ASSERT_EQUAL_UINT32(1, transcript.packets_in);
 }
 
-void test_each_talker_is_decoded_at_its_own_rate(void)
+void test_each_sender_is_decoded_at_its_own_rate(void)
 {
-    uint64_t end = send(&talkers[0], 0, FAST * 2, READ, 8); // 500 kbps
+    uint64_t end = send(&talkers[0], 0, FAST * 2, READ, 8); // 500 kbit/s
     send(&talkers[1], end + 100, 35556, REPLY, 7);          // 115200
     TEST_ASSERT_EQUAL_STRING("         0 ->in: FF FF 01 04 02 2B 01 CC (LEN:008)\n"
                              "      2660 <-out: FF FF 01 03 00 20 DB (LEN:007)\n",
                              written());
 }
 
-void test_a_cut_packet_is_shown_when_the_other_side_talks(void)
+void test_cut_packet_is_written_when_the_other_side_sends(void)
 {
     uint64_t end = send(&talkers[0], 0, FAST, READ, 5);
     send(&talkers[1], end + 10, FAST, REPLY, 7);
@@ -145,7 +145,7 @@ void test_a_framing_error_is_marked(void)
     TEST_ASSERT_EQUAL_STRING("       100 <-out: 00! (LEN:001) no packet\n", written());
 }
 
-void test_what_the_end_of_the_run_cuts_is_not_counted(void)
+void test_packet_cut_by_the_end_of_the_run_is_not_counted(void)
 {
     send(&talkers[0], 0, FAST, READ, 3);
     transcript_end(&transcript);

@@ -1,4 +1,4 @@
-/* Talker and ear on one net: bit times, mismatch, breaks, collisions. Cycles are of 16 MHz. */
+/* Transmitter and receiver on one net at 16 MHz: bit times, wrong bit rates, breaks, collisions. */
 #include "unity.h"
 #include "wire/uart.h"
 
@@ -6,12 +6,12 @@
 
 #define MHZ16 16000000u
 #define ROOM  600
-#define FAST  (16u * 256u) // 1 Mbps
+#define FAST  (16u * 256u) // 1 Mbit/s
 
 struct line {
     struct driver driver;
     struct uart_tx tx;
-    const char *text; // still to be said
+    const char *text; // to be sent
     uint32_t bit_256;
     uint64_t ended;
 };
@@ -107,7 +107,7 @@ void test_bit_times_are_right_to_a_256th_of_a_cycle(void)
 void test_a_frame_is_a_start_bit_eight_bits_and_a_stop_bit(void)
 {
     static const uint64_t expected[] = {100, 116, 132, 148, 164, 180, 196, 212, 228, 244};
-    say(&one, 100, FAST, "U"); // 0x55: an edge at every bit
+    say(&one, 100, FAST, "U"); // 0x55 has an edge at every bit
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(10, edge_count);
     TEST_ASSERT_EQUAL_UINT64_ARRAY(expected, edges, 10);
@@ -137,7 +137,7 @@ void test_frames_follow_each_other_without_a_gap(void)
     }
 }
 
-void test_the_ear_delivers_in_the_middle_of_the_stop_bit(void)
+void test_receiver_delivers_in_the_middle_of_the_stop_bit(void)
 {
     say(&one, 100, FAST, "A");
     schedule_run_until(&schedule, 1000);
@@ -158,7 +158,7 @@ void test_all_256_bytes_pass(void)
     }
 }
 
-void test_two_percent_off_is_still_understood(void)
+void test_two_percent_of_rate_error_is_received(void)
 {
     rx.bit_256 = uart_bit_256(MHZ16, 115200);
     say(&one, 0, uart_bit_256(MHZ16, 117647), "kangaroo");
@@ -169,27 +169,28 @@ void test_two_percent_off_is_still_understood(void)
     }
 }
 
-void test_an_ear_at_twice_the_rate_hears_other_bytes(void)
+void test_receiver_at_twice_the_rate_gets_other_bytes(void)
 {
-    rx.bit_256 = FAST / 2; // 2 Mbps
+    rx.bit_256 = FAST / 2; // 2 Mbit/s
     uart_tx_send(&one.tx, 0, FAST, 0xF0);
     schedule_run_until(&schedule, 1000);
-    /* at double speed the low start bit and four zeros are ten low bits: 0x00 without a stop bit */
+    /* At double speed the low start bit and four zeros are ten low bits: 0x00 without a stop bit.
+     */
     TEST_ASSERT_EQUAL_UINT(1, count);
     TEST_ASSERT_EQUAL_HEX8(0x00, heard[0].byte);
     TEST_ASSERT_TRUE(heard[0].framing_error);
 }
 
-void test_an_ear_at_half_the_rate_hears_other_bytes(void)
+void test_receiver_at_half_the_rate_gets_other_bytes(void)
 {
-    rx.bit_256 = FAST * 2; // 500 kbps
+    rx.bit_256 = FAST * 2; // 500 kbit/s
     uart_tx_send(&one.tx, 0, FAST, 0xAA);
     schedule_run_until(&schedule, 1000);
     TEST_ASSERT_EQUAL_UINT(1, count);
     TEST_ASSERT_NOT_EQUAL(0xAA, heard[0].byte);
 }
 
-void test_a_slow_ear_survives_any_number_of_fast_edges(void)
+void test_slow_receiver_accepts_any_number_of_fast_edges(void)
 {
     rx.bit_256 = uart_bit_256(MHZ16, 7843); // register 254
     for (unsigned i = 0; i < 60; i++) {
@@ -230,12 +231,12 @@ void test_a_glitch_shorter_than_half_a_bit_is_no_start_bit(void)
     TEST_ASSERT_EQUAL_UINT8('B', heard[0].byte);
 }
 
-void test_a_frame_right_behind_a_glitch_is_heard(void)
+void test_frame_right_after_a_glitch_is_received(void)
 {
     driver_level(&one.driver, 100, false);
     schedule_run_until(&schedule, 104);
     driver_level(&one.driver, 104, true);
-    say(&one, 112, FAST, "C"); // before the glitch's frame would be over
+    say(&one, 112, FAST, "C"); // before the frame of the glitch would end
     schedule_run_until(&schedule, 500);
     TEST_ASSERT_EQUAL_UINT(1, count);
     TEST_ASSERT_EQUAL_UINT8('C', heard[0].byte);
@@ -252,10 +253,10 @@ void test_the_start_bit_is_verified_in_its_middle(void)
     TEST_ASSERT_EQUAL_UINT64(268, started[1]);
 }
 
-void test_a_frame_that_began_while_the_ear_was_off_is_not_heard(void)
+void test_frame_begun_while_the_receiver_was_off_is_dropped(void)
 {
     uart_rx_enable(&rx, false);
-    say(&one, 100, FAST, "\x80"); // its only high bit is the last
+    say(&one, 100, FAST, "\x80"); // its only high bit is the last one
     schedule_run_until(&schedule, 150);
     uart_rx_enable(&rx, true);
     schedule_run_until(&schedule, 1000);
@@ -265,7 +266,7 @@ void test_a_frame_that_began_while_the_ear_was_off_is_not_heard(void)
     TEST_ASSERT_EQUAL_UINT(1, count);
 }
 
-void test_an_ear_that_is_turned_off_drops_its_frame(void)
+void test_disabled_receiver_drops_its_frame(void)
 {
     say(&one, 100, FAST, "E");
     schedule_run_until(&schedule, 240);
@@ -274,7 +275,7 @@ void test_an_ear_that_is_turned_off_drops_its_frame(void)
     TEST_ASSERT_EQUAL_UINT(0, count);
 }
 
-void test_two_talkers_at_once_are_anded(void)
+void test_two_transmitters_at_once_are_anded(void)
 {
     uart_tx_send(&one.tx, 100, FAST, 0x3C);
     uart_tx_send(&two.tx, 100, FAST, 0x66);
@@ -283,7 +284,7 @@ void test_two_talkers_at_once_are_anded(void)
     TEST_ASSERT_EQUAL_HEX8(0x3C & 0x66, heard[0].byte);
 }
 
-void test_a_late_second_talker_spoils_the_frame(void)
+void test_late_second_transmitter_damages_the_frame(void)
 {
     uart_tx_send(&one.tx, 100, FAST, 0xFF);
     uart_tx_send(&two.tx, 180, FAST, 0x00);
@@ -293,7 +294,7 @@ void test_a_late_second_talker_spoils_the_frame(void)
     TEST_ASSERT_TRUE(heard[0].framing_error);
 }
 
-void test_a_talker_that_loses_power_leaves_the_line_high(void)
+void test_stopped_transmitter_leaves_the_line_high(void)
 {
     uart_tx_send(&one.tx, 100, FAST, 0x00);
     schedule_run_until(&schedule, 150);
@@ -302,7 +303,7 @@ void test_a_talker_that_loses_power_leaves_the_line_high(void)
     TEST_ASSERT_TRUE(net.level);
     TEST_ASSERT_EQUAL_UINT64(0, one.ended);
     TEST_ASSERT_EQUAL_UINT(1, count);
-    TEST_ASSERT_EQUAL_HEX8(0xFC, heard[0].byte); // two low bits had gone out
+    TEST_ASSERT_EQUAL_HEX8(0xFC, heard[0].byte); // two low bits were sent
 }
 
 static void set(struct line *line, uint64_t time, bool level)
@@ -311,24 +312,24 @@ static void set(struct line *line, uint64_t time, bool level)
     driver_level(&line->driver, time, level);
 }
 
-/* The line has been low; one lets go and the other one pulls in the same cycle. */
-void test_a_pulse_of_no_length_starts_no_frame(void)
+/* The line was low. One driver turns off and the other one pulls low in the same cycle. */
+void test_pulse_of_0_cycles_starts_no_frame(void)
 {
     set(&one, 100, false);
-    schedule_run_until(&schedule, 1000); // a break: one byte with a framing error
+    schedule_run_until(&schedule, 1000); // a break gives one byte with a framing error
     set(&one, 1000, true);
     set(&two, 1000, false);
     set(&two, 1500, true);
     schedule_run_until(&schedule, 3000);
     TEST_ASSERT_EQUAL_UINT(1, count);
-    set(&one, 3000, false); // and a real edge does
+    set(&one, 3000, false); // a real edge starts a frame
     set(&one, 3100, true);
     schedule_run_until(&schedule, 4000);
     TEST_ASSERT_EQUAL_UINT(2, count);
 }
 
-/* The stop bit is sampled at 100 + 152, where the other one pulls low. */
-void test_a_sample_on_an_edge_sees_what_comes_after_it(void)
+/* The stop bit is sampled at 100 + 152, when the other transmitter pulls low. */
+void test_sample_on_an_edge_reads_the_level_after_it(void)
 {
     uart_tx_send(&two.tx, 100 + 152, FAST, 0xFF);
     uart_tx_send(&one.tx, 100, FAST, 0x55);

@@ -54,7 +54,7 @@ void test_a_dump_of_two_signals(void)
 }
 
 /* The changes are in a temporary file until the dump is closed. */
-void test_changes_that_found_no_room_fail_the_close(void)
+void test_full_temporary_file_fails_the_close(void)
 {
     struct rlimit limit;
     TEST_ASSERT_EQUAL_INT(0, getrlimit(RLIMIT_FSIZE, &limit));
@@ -66,7 +66,7 @@ void test_changes_that_found_no_room_fail_the_close(void)
     for (unsigned i = 1; i < 1000; i++) {
         vcd_change(&vcd, vector, i, i % 2);
     }
-    limit.rlim_cur = before; // the disk has room again
+    limit.rlim_cur = before; // the disk has space again
     setrlimit(RLIMIT_FSIZE, &limit);
     FILE *kept = stderr;
     stderr = fopen("/dev/null", "w");
@@ -76,20 +76,20 @@ void test_changes_that_found_no_room_fail_the_close(void)
     TEST_ASSERT_FALSE(good);
 }
 
-void test_what_does_not_change_is_not_written(void)
+void test_unchanged_value_is_not_written(void)
 {
     unsigned wire = vcd_signal(&vcd, "wire", 1);
     vcd_change(&vcd, wire, 5, 0);
     TEST_ASSERT_NULL(strstr(written(), "#3125"));
 }
 
-void test_a_name_is_one_signal(void)
+void test_same_name_is_the_same_signal(void)
 {
     TEST_ASSERT_EQUAL_UINT(vcd_signal(&vcd, "servo1", 1), vcd_signal(&vcd, "servo1", 1));
     TEST_ASSERT_NOT_EQUAL(vcd_signal(&vcd, "servo1", 1), vcd_signal(&vcd, "servo2", 1));
 }
 
-void test_time_never_goes_back(void)
+void test_time_stamps_never_decrease(void)
 {
     unsigned wire = vcd_signal(&vcd, "wire", 1);
     vcd_change(&vcd, wire, 100, 1);

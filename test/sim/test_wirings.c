@@ -1,5 +1,5 @@
-/* The same bus on fewer pins: what the simulator makes of one enable, of TXD and RXD tied to the
- * wire, and of adapters; and what the firmware reads of RXD. */
+/* The same bus on fewer pins: one enable, TXD and RXD tied to the wire, adapters; and what the
+ * firmware reads from RXD. */
 #include "simulator.h"
 
 static struct run run;
@@ -32,9 +32,9 @@ static void assert_silent_on(const char *rule)
     TEST_ASSERT_NULL_MESSAGE(strstr(run.output, rule), run.output);
 }
 
-/* Clearing TXEN amid a byte cuts nothing, and the driver lets go in the cycle in which the servo
+/* Clearing TXEN during a byte cuts nothing. The driver turns off in the cycle in which the servo
  * begins. */
-void test_tied_pins_hear_their_echo_and_a_reply_without_return_delay(void)
+void test_tied_pins_receive_echo_and_reply_without_return_delay(void)
 {
     simulate_on("tied", "tied_good");
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, run.status, run.output);
@@ -57,7 +57,7 @@ void test_with_tied_pins_a_receiver_turned_on_late_loses_the_reply(void)
     assert_says(&run, "a servo's byte began while RXEN was off");
 }
 
-void test_with_tied_pins_txen_is_what_drives_the_wire(void)
+void test_with_tied_pins_txen_drives_the_wire(void)
 {
     simulate_on("tied", "tied_driver_kept");
     assert_breaks("BROKEN:  two-drivers");
@@ -81,8 +81,7 @@ void test_one_enable_kept_high_is_two_drivers_and_a_lost_reply(void)
     assert_silent_on("both-enables");
 }
 
-/* --- adapters that find the direction by themselves ----------------------------------------------
- */
+/* --- adapters that find the direction by themselves --- */
 
 static void assert_good(const char *board, const char *firmware, int echo)
 {
@@ -93,20 +92,20 @@ static void assert_good(const char *board, const char *firmware, int echo)
     assert_says(&run, "9 packets in, 8 out, 0 damaged");
 }
 
-void test_an_adapter_needs_nothing_switched(void)
+void test_adapter_needs_no_enable_pin(void)
 {
     assert_good("adapter", "adapter_good", 0);
     assert_good("adapter-echo", "adapter_good", 8);
 }
 
-/* The pin of an enable that is not there, and a receiver that is off meanwhile, do no harm. */
-void test_an_adapter_takes_a_driver_written_for_one_enable(void)
+/* The pin of a missing enable, and a receiver that is off meanwhile, have no effect. */
+void test_adapter_works_with_firmware_for_one_enable(void)
 {
     assert_good("adapter", "one_enable_good", 0);
     assert_good("adapter-echo", "one_enable_good", 0);
 }
 
-void test_an_adapter_holds_the_wire_too_long_for_no_return_delay(void)
+void test_adapter_breaks_a_reply_without_return_delay(void)
 {
     simulate_on("adapter", "tied_good");
     assert_breaks("BROKEN:  two-drivers");
@@ -123,8 +122,8 @@ static void assert_between(int low, int high, int value)
     TEST_ASSERT_TRUE_MESSAGE(low <= value && value <= high, run.output);
 }
 
-/* 160 cycles a byte, 16 of hold; some more until the firmware has seen it. */
-void test_an_adapter_drives_from_start_bit_to_stop_bit_and_a_microsecond(void)
+/* 160 cycles a byte and 16 cycles of hold. The firmware detects the end a little later. */
+void test_adapter_drives_until_1_us_after_the_stop_bit(void)
 {
     char arguments[512];
     snprintf(arguments, sizeof(arguments),
@@ -137,14 +136,14 @@ void test_an_adapter_drives_from_start_bit_to_stop_bit_and_a_microsecond(void)
     assert_between(336, 348, figure(&run, "two"));
 }
 
-void test_an_adapter_talks_whenever_txd_floats(void)
+void test_adapter_drives_when_txd_floats(void)
 {
     simulate_on("adapter", "adapter_txd_floats");
     assert_breaks("BROKEN:  floating-txd");
     assert_silent_on("floating-rxd");
 }
 
-/* After a reset in mid-run all pins float until the firmware is there. */
+/* After a reset during the run all pins float until the firmware sets them. */
 void test_txd_may_float_until_a_reset_chip_drives_it(void)
 {
     simulate_on("adapter", "watchdog");
@@ -152,15 +151,14 @@ void test_txd_may_float_until_a_reset_chip_drives_it(void)
     assert_says(&run, "rules:   none broken");
 }
 
-void test_behind_an_adapter_that_echoes_a_receiver_off_loses_the_reply(void)
+void test_adapter_with_echo_and_receiver_off_loses_the_reply(void)
 {
     simulate_on("adapter-echo", "tied_receiver_off");
     assert_breaks("BROKEN:  reply-lost");
     assert_says(&run, "a servo's byte began while RXEN was off");
 }
 
-/* --- the level of RXD ----------------------------------------------------------------------------
- */
+/* --- the level of RXD --- */
 
 static void assert_levels(const char *board, const char *options, int idle, int shut, int talk)
 {
@@ -175,7 +173,7 @@ static void assert_levels(const char *board, const char *options, int idle, int 
     TEST_ASSERT_EQUAL_INT_MESSAGE(talk, figure(&run, "talk"), board);
 }
 
-/* All five ways to read PIND agree. Behind a buffer that is off there is the AVR's pull-up. */
+/* All five ways to read PIND agree. Behind a buffer that is off the AVR's pull-up applies. */
 void test_pin_register_shows_the_level_behind_the_receive_buffer(void)
 {
     assert_levels("atmega128", "", 5, 5, 5);
@@ -191,7 +189,7 @@ void test_pin_register_shows_the_wire_to_tied_pins(void)
     assert_levels("test/boards/tied", "--fault 'stuck high'", 5, 5, 5);
 }
 
-void test_pin_register_shows_what_an_adapter_lets_through(void)
+void test_pin_register_shows_the_receive_side_of_an_adapter(void)
 {
     assert_levels("test/boards/adapter", "", 5, 5, 5);
     assert_levels("test/boards/adapter", "--fault 'stuck low'", 0, 0, 5);
@@ -199,7 +197,7 @@ void test_pin_register_shows_what_an_adapter_lets_through(void)
     assert_levels("test/boards/adapter-echo", "--fault 'stuck low'", 0, 0, 0);
 }
 
-/* FF FF 01 02 00 FC: how many bits of 0 there are in a row. */
+/* FF FF 01 02 00 FC: the numbers of successive 0 bits. */
 void test_pin_register_follows_every_edge_of_a_reply(void)
 {
     static const int lows[] = {1, 1, 1, 7, 2, 6, 9, 3};

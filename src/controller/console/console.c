@@ -45,7 +45,7 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     begin_line(console);
 }
 
-/* The line cannot be trusted any more; it still ends, and is answered, at its end. */
+/* The line is wrong: the rest of it is ignored, and its end replies `error`. */
 static void spoil(struct console *console, uint8_t error)
 {
     if (!console->skipping) {
@@ -93,7 +93,7 @@ NOINLINE static void conclude(struct console *console, uint8_t error)
 
 NOINLINE static void begin_command(struct console *console)
 {
-    if (!console->line.command->instruction) // else the packet of the line stands there
+    if (!console->line.command->instruction) // else the packet of the line uses these bytes
         memset(console_job(console), 0, CONSOLE_JOB_SIZE);
     console->step = 0;
     console->phase = 0;
@@ -102,7 +102,7 @@ NOINLINE static void begin_command(struct console *console)
     console->state = CONSOLE_RUNNING;
 }
 
-/* The command that console->line is. */
+/* Runs the command of console->line. */
 static void run(struct console *console)
 {
     const CDS_FLASH struct command *command = console->line.command;
@@ -132,7 +132,7 @@ static void end_line(struct console *console)
         run(console);
 }
 
-/* What is locked of the line, some characters a turn. */
+/* Gives locked characters to the parser, some in each turn. */
 static void feed_locked(struct console *console)
 {
     struct editor *editor = &console->editor;
@@ -164,7 +164,7 @@ static bool is_mark(uint8_t byte)
     return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
 }
 
-/* The host link says that the line so far is gone. */
+/* The host link says that the line so far is lost. */
 NOINLINE static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
@@ -218,7 +218,7 @@ static void read_input(struct console *console)
 
 /* ---- Ctrl-X ---- */
 
-/* The place behind the last Ctrl-X among the bytes that wait for their turn, or 0. */
+/* The index behind the last Ctrl-X in the input ring, or 0. */
 NOINLINE static uint8_t behind_stop(const struct console *console, uint8_t from)
 {
     uint8_t behind = 0;
@@ -241,21 +241,21 @@ void console_stop(struct console *console)
         drop_line(console);
 }
 
-/* Bytes that wait for their turn may hold the one that cannot wait. */
+/* A Ctrl-X behind other input must not wait for its turn. */
 static void look_for_stop(struct console *console)
 {
     uint8_t count = cds_ring_count(console->input);
     uint8_t from = (uint8_t)(console->looked - console->input->tail);
 
     if (from > count)
-        from = 0; // what was looked at has been taken
+        from = 0; // the searched bytes were taken out
     if (behind_stop(console, from))
         console_stop(console);
     else
         console->looked = (uint8_t)(console->input->tail + count);
 }
 
-/* A command that Ctrl-X has ended: its request must be back before the next one. */
+/* Ends a command after Ctrl-X. Its request must have ended before the next command begins. */
 static void interrupt(struct console *console)
 {
     if (console->line.request->result == CDS_PENDING || robot_is_exclusive(console->robot))

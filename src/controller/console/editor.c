@@ -26,7 +26,8 @@ bool editor_show(struct editor *editor, struct printer *echo)
             return true;
         char c = editor->text[editor->shown++];
 
-        printer_char(echo, c >= ' ' && c < DELETE ? c : '?'); // others a terminal may obey
+        printer_char(echo,
+                     c >= ' ' && c < DELETE ? c : '?'); // a terminal may obey other characters
     }
     return false;
 }
@@ -56,7 +57,7 @@ static void fetch_back(struct editor *editor)
         editor->length = editor->last;
 }
 
-/* ESC [ A is arrow up; others are not for us. True: the key was part of one. */
+/* ESC [ A is arrow up; other sequences are ignored. True: the key is part of a sequence. */
 static bool is_escape(struct editor *editor, char key)
 {
     if (key == ESCAPE) {
@@ -67,7 +68,7 @@ static bool is_escape(struct editor *editor, char key)
         editor->escape = 2;
         return true;
     }
-    if (editor->escape != 2 || key < ' ') { // the end of a line ends that, too
+    if (editor->escape != 2 || key < ' ') { // the end of a line ends the sequence
         editor->escape = 0;
         return false;
     }
@@ -82,7 +83,7 @@ static bool is_escape(struct editor *editor, char key)
 static enum editor_event put(struct editor *editor, char key)
 {
     editor->text[editor->length++] = key;
-    editor->last = 0; // it stood there
+    editor->last = 0; // the new line overwrites it
     return editor->length == EDITOR_SIZE ? EDITOR_FULL : EDITOR_NONE;
 }
 

@@ -4,7 +4,7 @@
 #include "cds55xx/control_table.h" // cds_register_name()
 #include "console/unit_names.h"    // unit_shown[]
 
-void number_write_bare(struct printer *printer, enum cds_unit unit, uint16_t raw)
+void number_print_bare(struct printer *printer, enum cds_unit unit, uint16_t raw)
 {
     int32_t value = raw;
 
@@ -16,13 +16,13 @@ void number_write_bare(struct printer *printer, enum cds_unit unit, uint16_t raw
     printer_fixed(printer, value, unit_shown[unit].exponent);
 }
 
-void number_write(struct printer *printer, enum cds_unit unit, uint16_t raw)
+void number_print(struct printer *printer, enum cds_unit unit, uint16_t raw)
 {
-    number_write_bare(printer, unit, raw);
+    number_print_bare(printer, unit, raw);
     printer_flash(printer, unit_shown[unit].text);
 }
 
-void number_write_name(struct printer *printer, uint8_t address)
+void number_print_name(struct printer *printer, uint8_t address)
 {
     char name[CDS_REGISTER_NAME_SIZE];
 

@@ -38,7 +38,7 @@ uint8_t number_parse(const struct token *token, struct number *number);
  * ERROR_NOT_A_NUMBER, ERROR_UNIT or ERROR_OUT_OF_RANGE. */
 uint8_t number_whole(const struct token *token, uint16_t highest, uint16_t *value);
 
-/* The register value of `unit` that is nearest; a bare number is in the unit that number_write()
+/* The register value of `unit` that is nearest; a bare number is in the unit that number_print()
  * shows. 0 and *raw; else ERROR_UNIT: it has another one; ERROR_NOT_A_NUMBER: more decimals than
  * the unit has; ERROR_OUT_OF_RANGE. */
 uint8_t number_register(const struct number *number, enum cds_unit unit, uint16_t *raw);

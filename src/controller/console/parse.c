@@ -27,7 +27,7 @@ enum argument {
 } __attribute__((packed));
 
 static const CDS_FLASH struct {
-    char name[12]; // not ended by a NUL if it fills the field
+    char name[12]; // at most 11 characters
     uint8_t argument;
 } arguments[] = {
     {"ID", ARGUMENT_ID},
@@ -52,7 +52,7 @@ NOINLINE void parse_begin(struct command_line *line)
 
     memset(line, 0, sizeof *line);
     line->request = request;
-    request->no_retry = false; // until raw_begin()
+    request->no_retry = false; // raw_begin() sets it
     line->usage = message_nothing;
     line->id = CDS_BROADCAST_ID;
 }
@@ -259,7 +259,7 @@ static uint8_t take_id(struct command_line *line, const struct token *token)
     return 0;
 }
 
-/* An angle of a list, kept there as a word. */
+/* An angle of a list, kept in the request's buffer as a word. */
 static uint8_t take_angle(struct command_line *line, const struct token *token)
 {
     uint8_t *word = line->request->packet.bytes + 2 * line->values;

@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#include "console/number_format.h" // number_write()
+#include "console/number_format.h" // number_print()
 
 /* The bus must not wait for a message. */
 #define CHARACTERS_PER_CALL 4
@@ -14,12 +14,12 @@
 static const CDS_FLASH struct {
     char letter;
     uint8_t unit; // enum cds_unit
-} units[] = {
+} conversions[] = {
     {'a', CDS_UNIT_MDEG},    {'r', CDS_UNIT_SIGNED_MRPM}, {'v', CDS_UNIT_MV},
     {'c', CDS_UNIT_CELSIUS}, {'b', CDS_UNIT_BPS},
 };
 
-#define UNITS (sizeof units / sizeof units[0])
+#define CONVERSIONS (sizeof conversions / sizeof conversions[0])
 
 void printer_end_of_line(struct printer *printer)
 {
@@ -69,9 +69,9 @@ static void print_long(struct printer *printer)
 /* False: the letter is no conversion of a unit. */
 static bool print_unit(struct printer *printer, char letter)
 {
-    for (uint8_t i = 0; i < UNITS; i++) {
-        if (units[i].letter == letter) {
-            number_write(printer, (enum cds_unit)units[i].unit, take_value(printer).number);
+    for (uint8_t i = 0; i < CONVERSIONS; i++) {
+        if (conversions[i].letter == letter) {
+            number_print(printer, (enum cds_unit)conversions[i].unit, take_value(printer).number);
             return true;
         }
     }

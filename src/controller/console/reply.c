@@ -26,7 +26,7 @@ uint8_t reply_condition(uint8_t bits, const CDS_FLASH char **text)
     return (uint8_t)(bits & ~bit);
 }
 
-/* Names one condition that merely holds; false when there is none left. */
+/* Prints a warning for one condition; false when there is none left. */
 static bool warn(struct console *console)
 {
     uint8_t conditions = console->servo_error & CDS_ERRORS_OF_CONDITION;
@@ -39,7 +39,8 @@ static bool warn(struct console *console)
     return true;
 }
 
-/* Ends the reply. A servo may refuse for several reasons: all but the last are told as "also". */
+/* Ends the reply. A servo may refuse for several reasons: all but the last are printed as "also".
+ */
 static bool closing(struct console *console)
 {
     uint8_t number = error_of_servo(&console->servo_error);
@@ -56,7 +57,7 @@ static bool closing(struct console *console)
 bool reply_piece(struct console *console)
 {
     if (console->closed)
-        return false; // and the last line is out
+        return false; // the last line was printed
     if (!warn(console) && !closing(console))
         console->closed = true;
     return true;

@@ -9,7 +9,7 @@
 
 struct console;
 
-/* Writes the next piece of it; the printer must be ready. False when the reply is complete. */
+/* Prints the next piece of the end; the printer must be ready. False when the reply is complete. */
 bool reply_piece(struct console *console);
 
 /* The name of a condition by the number of its CDS_ERROR_* bit: 0 to 6. */

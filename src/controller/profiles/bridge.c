@@ -18,13 +18,15 @@ void console_poll(struct console *console)
 
     printer_ready(&console->printer); // prints on
     for (; cds_ring_count(console->input); input_drop(console->input, 1))
-        stop = stop || input_peek(console->input, 0) == CONSOLE_STOP;
+        if (input_peek(console->input, 0) == CONSOLE_STOP)
+            stop = true;
     if (stop)
         console_stop(console);
 }
 
 void console_stop(struct console *console)
 {
+    input_drop(console->input, cds_ring_count(console->input)); // with the Ctrl-X, if it is there
     robot_stop(console->robot);
 }
 

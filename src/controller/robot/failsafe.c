@@ -54,7 +54,7 @@ static void lose_link(struct failsafe *failsafe)
     failsafe->link_lost = true;
     if (failsafe->settings->link_loss_action == FAILSAFE_TORQUE_OFF)
         robot_stop(failsafe->robot);
-    else if (failsafe->settings->link_loss_action == FAILSAFE_HOLD)
+    else if (failsafe->settings->link_loss_action == FAILSAFE_INHIBIT)
         robot_inhibit(failsafe->robot);
 }
 
@@ -96,17 +96,17 @@ static void watch_alarms(struct failsafe *failsafe)
 {
     const struct cds_servos *servos = &failsafe->robot->servos;
     const struct cds_servo_state *servo;
-    uint8_t *told;
+    uint8_t *reported;
 
     if (failsafe->alarm || !failsafe->settings->alarm_report || servos->count == 0)
         return;
     if (failsafe->next >= servos->count)
         failsafe->next = 0;
     servo = &servos->states[failsafe->next];
-    told = &failsafe->told[failsafe->next++];
-    failsafe->alarm = (uint8_t)(servo->alarms & ~*told);
+    reported = &failsafe->reported[failsafe->next++];
+    failsafe->alarm = (uint8_t)(servo->alarms & ~*reported);
     failsafe->alarm_id = servo->id;
-    *told = servo->alarms;
+    *reported = servo->alarms;
 }
 
 void failsafe_poll(struct failsafe *failsafe)

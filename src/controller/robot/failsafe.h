@@ -16,7 +16,11 @@
 #include "robot/settings.h" // struct settings
 
 /* Values of settings.link_loss_action. */
-enum failsafe_action { FAILSAFE_SHOW, FAILSAFE_HOLD, FAILSAFE_TORQUE_OFF } __attribute__((packed));
+enum failsafe_action {
+    FAILSAFE_SHOW,
+    FAILSAFE_INHIBIT,
+    FAILSAFE_TORQUE_OFF
+} __attribute__((packed));
 
 /* Bits of `reset_cause`: those of watchdog.h. */
 enum failsafe_reset {
@@ -44,7 +48,7 @@ struct failsafe {
     bool link_lost;    // until failsafe_clear()
     bool unsettled;    // the settings of the bus are not in force yet
     bool counts_stack; // `status` asks for a count of `spare_bytes`; main clears it when done
-    uint8_t told[ROBOT_SERVOS]; // CDS_ERROR_* bits reported, of each servo
+    uint8_t reported[ROBOT_SERVOS]; // CDS_ERROR_* bits reported, of each servo
 };
 
 /* Zero *failsafe first (static storage is), and set its settings, store, damaged_stops and robot,

@@ -98,7 +98,7 @@ static void says(uint8_t id, uint8_t error)
 }
 
 /* Words and bytes of its struct, each under its name. */
-void test_the_counters_of_a_servo_are_told(void)
+void test_counters_of_servo_prints_each_counter(void)
 {
     robot_add(&robot, 7);
     robot.states[0].counters = (struct cds_servo_counters){.ok = 1001,
@@ -114,7 +114,7 @@ void test_the_counters_of_a_servo_are_told(void)
         reply_to("counters 7"));
 }
 
-void test_settings_are_listed_with_unit_and_where_they_come_from(void)
+void test_settings_prints_values_units_and_origin(void)
 {
     reply_to("settings");
     TEST_ASSERT_EQUAL_STRING_LEN("device_id = 253 ID\r\nhost_baud = 255 register\r\n", said, 46);
@@ -143,7 +143,7 @@ void test_errors_of_settings_change_nothing(void)
     TEST_ASSERT_EQUAL_UINT8(0, settings.repeats);
 }
 
-void test_save_is_answered_when_it_is_over(void)
+void test_save_replies_when_record_is_written(void)
 {
     eeprom_fake.slow = 10;
     TEST_ASSERT_EQUAL_STRING("", reply_to("save"));
@@ -191,7 +191,7 @@ void test_clear_while_torque_off_is_under_way_is_an_error(void)
     TEST_ASSERT_EQUAL_HEX8(0x20, robot.servos.alarms);
 }
 
-void test_alarms_are_told_at_once_one_a_line_but_not_into_a_reply(void)
+void test_alarm_report_prints_lines_between_replies(void)
 {
     settings.alarm_report = 1;
     said[0] = '\0';
@@ -219,7 +219,7 @@ void test_status_tells_all_there_is(void)
                              reply_to("status"));
 }
 
-void test_status_tells_of_links_holds_and_what_became_of_torque_off(void)
+void test_status_prints_link_inhibit_and_last_stop(void)
 {
     settings.link_loss_ms = 1;
     TEST_ASSERT_NOT_NULL(strstr(reply_to("status"), "host link: watched\r\n"));

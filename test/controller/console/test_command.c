@@ -99,7 +99,7 @@ static void check_name(const CDS_FLASH struct command *command)
         TEST_ASSERT_TRUE(parse_command(&token) == NULL);
 }
 
-void test_every_name_finds_its_row(void)
+void test_parse_command_each_name_finds_row(void)
 {
     each_command(check_name);
 }
@@ -110,7 +110,7 @@ static void check_example(const CDS_FLASH struct command *command)
     TEST_ASSERT_TRUE(line.command == command);
 }
 
-void test_every_example_is_a_line_of_its_command(void)
+void test_each_example_is_accepted_by_command(void)
 {
     each_command(check_example);
 }
@@ -184,7 +184,7 @@ void test_lists_of_angles(void)
     TEST_ASSERT_EQUAL_UINT8(ERROR_COUNT, read_line("pose 90 at"));
 }
 
-void test_a_list_is_never_longer_than_its_room(void)
+void test_list_of_angles_too_long_is_refused(void)
 {
     struct token word = {.length = 1, .text = "1"};
 
@@ -195,7 +195,7 @@ void test_a_list_is_never_longer_than_its_room(void)
     TEST_ASSERT_EQUAL_UINT8(PARSE_LIST_MAX, line.values);
 }
 
-void test_a_list_of_ids_neither(void)
+void test_list_of_ids_too_long_is_refused(void)
 {
     read_line("group 100");
     for (uint8_t id = 0; id < 60; id++) {

@@ -131,7 +131,7 @@ void test_ping_sends_the_packet_of_example_3(void)
     TEST_ASSERT_EQUAL_STRING("ok\r\n", said);
 }
 
-void test_broadcast_ping_tells_who_answered(void)
+void test_broadcast_ping_prints_id_of_reply(void)
 {
     reply_to("ping 254");
     answer(42, 0, NULL, 0);
@@ -176,7 +176,7 @@ void test_read_of_a_named_register_in_part_gives_no_value(void)
     TEST_ASSERT_EQUAL_STRING("0x24: 34\r\nok\r\n", said);
 }
 
-void test_write_by_name_takes_words_and_goes_on_with_the_next_register(void)
+void test_write_by_name_fills_following_registers(void)
 {
     reply_to("write 0 GOAL_POSITION 0x200 512");
     assert_sent("FF FF 00 07 03 1E 00 02 00 02 D3");
@@ -188,7 +188,7 @@ void test_write_by_address_takes_bytes(void)
     assert_sent("FF FF 00 05 03 08 FF 01 EF");
 }
 
-void test_broadcast_write_is_ok_when_it_has_left(void)
+void test_broadcast_write_is_ok_when_sent(void)
 {
     reply_to("write 254 ID 1");
     assert_sent("FF FF FE 04 03 03 01 F6");
@@ -382,7 +382,7 @@ void test_damaged_reply(void)
     TEST_ASSERT_EQUAL_STRING_LEN("error 3: ", said, 9);
 }
 
-void test_each_packet_error_of_a_servo_has_its_number(void)
+void test_packet_errors_of_servo_have_numbers(void)
 {
     static const uint8_t errors[][2] = {{CDS_ERROR_INSTRUCTION, ERROR_SERVO_INSTRUCTION},
                                         {CDS_ERROR_RANGE, ERROR_SERVO_RANGE},
@@ -451,7 +451,7 @@ static void mark(uint8_t byte)
     type(text);
 }
 
-void test_lost_input_costs_its_line_and_is_told_at_once(void)
+void test_lost_input_drops_line_and_prints_error_at_once(void)
 {
     type("write 1 GOAL_POSITION 5");
     mark(HOST_MARK_LOST);
@@ -460,7 +460,7 @@ void test_lost_input_costs_its_line_and_is_told_at_once(void)
     assert_sent("FF FF 01 02 01 FB");
 }
 
-void test_a_packet_drops_the_line_that_was_begun_and_nothing_is_said(void)
+void test_packet_drops_begun_line_without_reply(void)
 {
     type("write 1 GOAL_POSITION 5");
     mark(HOST_MARK_DROPPED);
@@ -479,7 +479,7 @@ void test_the_next_line_waits_for_the_reply_to_this_one(void)
     assert_sent("FF FF 02 02 01 FA");
 }
 
-void test_a_reader_that_stops_holds_up_the_reply_but_loses_nothing(void)
+void test_stopped_reader_delays_reply_without_loss(void)
 {
     type("");
     for (const char *c = "help\r"; *c; c++)

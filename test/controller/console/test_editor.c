@@ -134,7 +134,7 @@ void test_the_end_of_a_line_ends_an_escape_sequence(void)
     assert_line("ping 1");
 }
 
-void test_other_escape_sequences_are_for_nobody(void)
+void test_other_escape_sequences_are_ignored(void)
 {
     type("a\x1B[Bb\x1B[3~c\x1B[1;5Dd\x1BOPe");
     assert_line("abcde");
@@ -199,7 +199,7 @@ void test_a_reader_that_stops_holds_up_the_echo_only(void)
     TEST_ASSERT_EQUAL_UINT8(editor.length, strlen(shown));
 }
 
-void test_what_is_on_its_way_to_the_parser_cannot_be_taken_back(void)
+void test_locked_text_cannot_be_taken_back(void)
 {
     type("ping 1");
     editor.locked = 4;

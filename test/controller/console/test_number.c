@@ -55,7 +55,7 @@ static const char *written(enum cds_unit unit, uint16_t raw)
 {
     uint8_t length = 0;
 
-    number_write(&printer, unit, raw);
+    number_print(&printer, unit, raw);
     for (; cds_ring_count(&ring); input_drop(&ring, 1))
         text[length++] = (char)input_peek(&ring, 0);
     text[length] = '\0';
@@ -75,7 +75,7 @@ void test_angles(void)
     assert_error(ERROR_OUT_OF_RANGE, "-1", CDS_UNIT_MDEG);
 }
 
-void test_speeds_have_a_sign_where_they_have_a_direction(void)
+void test_speeds_with_direction_have_sign(void)
 {
     assert_raw(495, "30rpm", CDS_UNIT_MRPM);
     assert_raw(495, "30", CDS_UNIT_SIGNED_MRPM);

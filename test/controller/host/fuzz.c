@@ -1,11 +1,11 @@
-/* The host link of the firmware against noise and damage, on this machine under the sanitizers: the
- * demultiplexer, bridge, device and console as main.c joins them, over servos that answer anything.
+/* Noise and damage on the host link: demux, bridge, device and console, joined as in main.c, under
+ * the sanitizers of this machine.
  *
  * usage: fuzz BYTES DAMAGED [SEED]
  *
- * First so many random bytes. Then so many lines and packets with a byte changed, lost, added or
- * cut off; behind each a good packet and a good line, which must be answered as if nothing had
- * been. Exit status 1, with what happened, when one is not. */
+ * The host sends BYTES random bytes. Then it sends DAMAGED lines and packets with a byte changed,
+ * lost or added, or with the end cut off. After each of them a good packet and a good line must be
+ * answered. If one is not, the program prints what happened; exit status 1. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +17,7 @@ static bool has_said(const void *what, size_t size)
     return said_size >= size && memmem(said, said_size, what, size);
 }
 
-/* Until it is said, a second at most. */
+/* Turns until the controller has sent these bytes, for one second at most. */
 static bool wait_for(const void *what, size_t size)
 {
     for (uint32_t i = 0; i < 50000 && !has_said(what, size); i++)
@@ -37,8 +37,7 @@ static int fail(const char *what, const uint8_t *bytes, size_t size)
     return 1;
 }
 
-/* --- noise ---------------------------------------------------------------------------------------
- */
+/* ---- noise ---- */
 
 static uint8_t any_byte(void)
 {
@@ -59,8 +58,7 @@ static void noise(uint32_t count)
     wait_us(200000);
 }
 
-/* --- damage --------------------------------------------------------------------------------------
- */
+/* ---- damage ---- */
 
 static size_t packet(uint8_t *to, uint8_t id, uint8_t instruction, size_t count)
 {
@@ -107,13 +105,13 @@ static size_t damage(uint8_t *bytes, size_t size)
     }
 }
 
-/* A client waits for the reply to the damaged packet before it says the next one: that one must be
- * answered. Without a pause a cut packet may swallow the next one; then the one behind it counts.
- */
-static uint32_t seconds;
+/* Good packets that were not answered. */
+static uint32_t unanswered;
 
-/* The ID of the device may have been changed, or the rate of the bus, by what was whole after all:
- * so a servo is asked. */
+/* Sends a good packet, often after the pause of a client that waits for a reply: it must be
+ * answered then. Without the pause a cut packet may swallow it, and the packet after it must be
+ * answered. It is a READ of a servo, since a damaged packet may be a good one that changes the
+ * device's ID. */
 static int good_ones(const uint8_t *damaged, size_t size)
 {
     bool paused = any(2);
@@ -124,11 +122,11 @@ static int good_ones(const uint8_t *damaged, size_t size)
     if (paused)
         wait_us(HOST_SILENCE_US + 1000);
     for (uint32_t i = 0; paused && i < 50000 && robot_is_stopping(&robot); i++)
-        turn(); // damage that holds a Ctrl-X stops the robot, and a stop goes before the host
+        turn(); // damage with Ctrl-X stops the robot; torque off goes before packets of the host
     said_size = 0;
     say(question, sizeof question);
     if (!wait_for(reply, sizeof reply)) {
-        seconds++;
+        unanswered++;
         if (paused)
             return fail("the packet after a pause", damaged, size);
         say(question, sizeof question);
@@ -136,7 +134,7 @@ static int good_ones(const uint8_t *damaged, size_t size)
             return fail("the packet", damaged, size);
     }
     for (uint32_t i = 0; i < 50000 && !console_idle(&console); i++)
-        turn(); // it still answers what it took for lines
+        turn(); // the console answers damage that it takes for lines
     said_size = 0;
     say((const uint8_t *)"ping 4\r", 7);
     if (!wait_for("ok\r\n", 4))
@@ -176,9 +174,9 @@ int main(int argc, char **argv)
            argv[1], host.counters.packets, host.counters.malformed, host.counters.silent,
            host.counters.gaps, lost);
     damaged = (uint32_t)strtoul(argv[2], NULL, 0);
-    failed = good_ones(NULL, 0) || damaged_ones(damaged) || seconds > damaged / 10;
+    failed = good_ones(NULL, 0) || damaged_ones(damaged) || unanswered > damaged / 10;
     printf("damage: %s lines and packets; a good one behind them was not answered %u times\n",
-           argv[2], seconds);
+           argv[2], unanswered);
     if (port_fake.breaches)
         printf("%u rules of the port broken\n", port_fake.breaches);
     puts(failed || port_fake.breaches ? "FAILED" : "ok");

@@ -1,4 +1,5 @@
-/* The bridge, the virtual device and the reads of many servos, between host bytes and bus bytes. */
+/* Bridge, virtual device, SYNC READ and BULK READ: bytes of the host in and out, packets on the
+ * bus. */
 #include <string.h>
 
 #include "host/bridge.h"
@@ -23,7 +24,7 @@ static struct failsafe failsafe;
 static uint8_t buffers[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX];
 static uint16_t gaps;
 
-/* What the host has heard. */
+/* Bytes that the host has received. */
 static uint8_t heard[300];
 static uint16_t heard_size;
 
@@ -47,7 +48,7 @@ void setUp(void)
     memset(&store, 0, sizeof store);
     memset(&robot, 0, sizeof robot);
     robot_begin(&robot, &bus, 0);
-    attach(&robot.queue.hooks); // the servos here are made up, and they say nonsense of themselves
+    attach(&robot.queue.hooks); // no permit: the replies here contradict each other
     settings_default(&settings);
     failsafe = (struct failsafe){.settings = &settings, .store = &store, .robot = &robot};
     device_registers_open(&registers, &failsafe, &host, &bridge, &gaps);
@@ -79,7 +80,7 @@ static void turns(uint16_t count)
         turn();
 }
 
-/* The host says a packet. */
+/* The host sends a packet. */
 static void say(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint8_t count)
 {
     uint8_t head[5] = {0xFF, 0xFF, id, (uint8_t)(count + 2), instruction};
@@ -103,7 +104,7 @@ static void say(uint8_t id, uint8_t instruction, const uint8_t *parameters, uint
         say(id, instruction, parameters_, sizeof parameters_);                                     \
     } while (0)
 
-/* What the bus has sent is out. */
+/* True if the bus sends a packet; the packet has then left. */
 static bool sent(void)
 {
     for (uint16_t i = 0; i < 1200 && bus.link.state != CDS_LINK_TALKING; i++)
@@ -128,7 +129,7 @@ static void answer(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t
     turns(20);
 }
 
-/* The host has heard one status packet, and nothing else. */
+/* The host has received this status packet and no other byte. */
 static void assert_heard(uint8_t id, uint8_t error, const uint8_t *parameters, uint8_t count)
 {
     uint8_t sum = (uint8_t)(id + count + 2 + error);
@@ -161,7 +162,7 @@ static void fill(uint8_t count, uint8_t from)
         data[i] = (uint8_t)(from + i);
 }
 
-void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
+void test_packet_of_any_length_goes_out_unchanged(void)
 {
     struct cds_stats stats;
 
@@ -176,7 +177,7 @@ void test_a_packet_of_any_length_goes_out_as_it_came_in(void)
     TEST_ASSERT_EQUAL_UINT16(bridge.counters.passed, stats.ok);
 }
 
-void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
+void test_reply_of_any_length_and_error_comes_back_unchanged(void)
 {
     for (uint8_t count = 0; count <= CDS_REPLY_ANY; count++) {
         SAY(9, CDS_READ, 0, count);
@@ -185,7 +186,7 @@ void test_replies_of_all_lengths_and_errors_come_back_as_they_were(void)
         answer(9, count & 0x7F, data, count);
         assert_heard(9, count & 0x7F, data, count);
     }
-    SAY(9, 0x77, 1, 2, 3); // whatever that is
+    SAY(9, 0x77, 1, 2, 3); // no instruction of a servo
     assert_sent(9, 0x77, (const uint8_t *)"\1\2\3", 3);
     answer(9, 0x40, data, 5);
     assert_heard(9, 0x40, data, 5);
@@ -199,7 +200,7 @@ static uint8_t due(uint8_t id, uint8_t length, uint8_t instruction, uint8_t coun
     return status_packet_due(packet);
 }
 
-void test_how_long_a_reply_may_be(void)
+void test_status_packet_due_follows_the_instruction(void)
 {
     TEST_ASSERT_EQUAL_UINT8(8, due(1, 4, CDS_READ, 8));
     TEST_ASSERT_EQUAL_UINT8(50, due(1, 4, CDS_READ, 50));
@@ -212,7 +213,7 @@ void test_how_long_a_reply_may_be(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_NONE, due(254, 8, 0x83, 8));
 }
 
-void test_a_reply_of_any_length_must_fit(void)
+void test_reply_longer_than_the_buffer_is_refused(void)
 {
     static uint8_t packet[CDS_PACKET_SIZE(0)], bytes[CDS_REPLY_ANY];
     struct cds_request request = CDS_REQUEST(packet, bytes);
@@ -229,7 +230,7 @@ void test_a_reply_of_any_length_must_fit(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_REPLY_ANY, request.length);
 }
 
-void test_no_reply_or_a_damaged_one_is_no_answer(void)
+void test_reply_missing_or_damaged_is_not_answered(void)
 {
     SAY(9, CDS_PING);
     TEST_ASSERT_TRUE(sent());
@@ -240,14 +241,14 @@ void test_no_reply_or_a_damaged_one_is_no_answer(void)
     wait_for_deadline();
     SAY(9, CDS_PING);
     TEST_ASSERT_TRUE(sent());
-    answer(8, 0, NULL, 0); // another one's
+    answer(8, 0, NULL, 0); // of another servo
     wait_for_deadline();
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
     TEST_ASSERT_EQUAL_UINT16(3, bridge.counters.unanswered);
-    TEST_ASSERT_EQUAL_UINT16(3, port_fake.packets); // none was sent twice
+    TEST_ASSERT_EQUAL_UINT16(3, port_fake.packets); // no retries
 }
 
-void test_only_a_broadcast_ping_is_answered(void)
+void test_broadcast_is_answered_only_if_it_is_a_ping(void)
 {
     SAY(254, CDS_PING);
     TEST_ASSERT_TRUE(sent());
@@ -256,11 +257,11 @@ void test_only_a_broadcast_ping_is_answered(void)
     SAY(254, CDS_READ, 0, 1);
     TEST_ASSERT_TRUE(sent());
     turns(2);
-    TEST_ASSERT_TRUE(bridge_idle(&bridge)); // without waiting for any
+    TEST_ASSERT_TRUE(bridge_idle(&bridge)); // it awaits no reply
     TEST_ASSERT_EQUAL_UINT16(0, bridge.counters.unanswered);
 }
 
-void test_the_next_packet_waits_for_the_reply_to_this_one(void)
+void test_packet_waits_for_the_reply_to_the_one_before(void)
 {
     SAY(1, CDS_PING);
     SAY(2, CDS_PING);
@@ -274,7 +275,7 @@ void test_the_next_packet_waits_for_the_reply_to_this_one(void)
     assert_heard(2, 0, NULL, 0);
 }
 
-void test_a_host_that_does_not_listen_gets_the_answer_later_and_whole(void)
+void test_reply_without_room_in_the_ring_comes_later_and_whole(void)
 {
     SAY(1, CDS_READ, 0, 50);
     TEST_ASSERT_TRUE(sent());
@@ -297,12 +298,11 @@ void test_a_host_that_does_not_listen_gets_the_answer_later_and_whole(void)
     assert_heard(1, 0, data, 50);
 }
 
-/* --- the device --------------------------------------------------------------------------------
- */
+/* ---- the device ---- */
 
 #define DEVICE_IS 253
 
-void test_registers_lie_apart_and_within_the_table(void)
+void test_registers_do_not_overlap_and_lie_within_the_table(void)
 {
     static const uint8_t row[][2] = {
 #define ROW(name, address, bytes, access, lowest, highest, unit, what) {address, bytes},
@@ -317,16 +317,16 @@ void test_registers_lie_apart_and_within_the_table(void)
             TEST_ASSERT_LESS_THAN(DEVICE_TABLE_SIZE, row[reg][0] + i);
             TEST_ASSERT_EQUAL_UINT8(0, used[row[reg][0] + i]++);
         }
-    TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_KEPT); // the first that is no setting
+    TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_KEPT); // the first register that is no setting
 }
 
-void test_the_device_answers_and_the_bus_stays_silent(void)
+void test_device_answers_and_the_bus_stays_silent(void)
 {
     SAY(DEVICE_IS, CDS_PING);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     SAY(DEVICE_IS, CDS_READ, 0, 4);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x55\xCD\x01\xFD", 4);
-    SAY(DEVICE_IS, CDS_READ, 0x0F, 3); // where nothing is it reads 0
+    SAY(DEVICE_IS, CDS_READ, 0x0F, 3); // an address without a register reads 0
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0\0\0", 3);
     SAY(DEVICE_IS, CDS_READ, 0x6F, 1);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
@@ -337,7 +337,7 @@ void test_the_device_answers_and_the_bus_stays_silent(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
-void test_a_write_is_carried_out_whole_or_not_at_all(void)
+void test_device_write_is_carried_out_whole_or_not_at_all(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x06, 7, 2, 0, 1, 0x34, 0x12); // 0x06 to 0x0B
     assert_heard(DEVICE_IS, 0, NULL, 0);
@@ -348,7 +348,7 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
     TEST_ASSERT_EQUAL_UINT8(2, robot.queue.retries);
     SAY(DEVICE_IS, CDS_WRITE, 0x06, 9, 3); // 3 is out of range
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
-    SAY(DEVICE_IS, CDS_WRITE, 0x0F, 0); // nothing there
+    SAY(DEVICE_IS, CDS_WRITE, 0x0F, 0); // no register
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     SAY(DEVICE_IS, CDS_WRITE, 0x02, 1, 5); // VERSION is read-only
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -362,7 +362,7 @@ void test_a_write_is_carried_out_whole_or_not_at_all(void)
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
 }
 
-void test_a_change_of_id_is_answered_with_the_old_one(void)
+void test_device_change_of_id_is_answered_with_the_old_id(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x03, 7);
     assert_heard(DEVICE_IS, 0, NULL, 0);
@@ -374,7 +374,7 @@ void test_a_change_of_id_is_answered_with_the_old_one(void)
     assert_sent(DEVICE_IS, CDS_PING, NULL, 0);
 }
 
-void test_the_rate_of_the_bus_waits_for_the_exchange_on_it(void)
+void test_device_bus_baud_waits_for_the_end_of_the_transaction(void)
 {
     static uint8_t bytes[64];
     struct cds_request other = CDS_REQUEST_WITHOUT_DATA(bytes);
@@ -391,14 +391,14 @@ void test_the_rate_of_the_bus_waits_for_the_exchange_on_it(void)
     assert_heard(DEVICE_IS, 0, NULL, 0);
 }
 
-void test_save_keeps_the_settings_and_says_when_it_is_done(void)
+void test_device_save_keeps_settings_and_tells_its_end(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x04, 16);
     SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
     assert_heard(DEVICE_IS, 0, NULL, 0);
     SAY(DEVICE_IS, CDS_READ, 0x10, 1);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
-    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1); // waits for the one before it
+    SAY(DEVICE_IS, CDS_WRITE, 0x10, 1); // waits for the save before it
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
     while (settings_save_poll(&store)) {
     }
@@ -410,10 +410,10 @@ void test_save_keeps_the_settings_and_says_when_it_is_done(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
     settings_load(&store, &settings);
     TEST_ASSERT_EQUAL_UINT8(16, settings.host_baud);
-    TEST_ASSERT_EQUAL_UINT8(3, store.sequence + 1); // two were saved
+    TEST_ASSERT_EQUAL_UINT8(3, store.sequence + 1); // two saves
 }
 
-void test_a_save_that_fails_is_told(void)
+void test_device_save_that_fails_reads_2(void)
 {
     eeprom_fake.dead = SETTINGS_PLACE + 3;
     SAY(DEVICE_IS, CDS_WRITE, 0x10, 1);
@@ -423,7 +423,7 @@ void test_a_save_that_fails_is_told(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\2", 1);
 }
 
-void test_a_reset_brings_back_the_defaults(void)
+void test_device_reset_restores_the_defaults(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x0C, 0x88, 0x13);
     TEST_ASSERT_EQUAL_UINT16(5000, settings.cycle_us);
@@ -432,7 +432,7 @@ void test_a_reset_brings_back_the_defaults(void)
     TEST_ASSERT_EQUAL_UINT16(4000, settings.cycle_us);
 }
 
-void test_registers_hold_what_the_failsafe_knows(void)
+void test_device_registers_show_the_state_of_the_failsafe(void)
 {
     failsafe.reset_cause = FAILSAFE_RESET_WATCHDOG;
     failsafe.link_lost = true;
@@ -467,7 +467,7 @@ void test_inhibit_register_written_0_releases(void)
     robot_inhibit(&robot);
     SAY(DEVICE_IS, CDS_READ, 0x17, 1);
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\1", 1);
-    SAY(DEVICE_IS, CDS_WRITE, 0x17, 1); // a stop is a broadcast of torque off, not this
+    SAY(DEVICE_IS, CDS_WRITE, 0x17, 1); // only 0 may be written
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
     failsafe.link_lost = true;
     SAY(DEVICE_IS, CDS_WRITE, 0x17, 0);
@@ -520,7 +520,7 @@ void test_delay_below_what_the_board_bears_is_a_range_error(void)
     assert_sent(99, CDS_WRITE, (const uint8_t *)"\x05\1", 2);
 }
 
-/* What the bus refuses when the packet's turn has come is counted and answered as at once. */
+/* A packet refused when its turn comes is counted and answered like a packet refused at once. */
 void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
@@ -538,14 +538,14 @@ void test_inhibit_of_a_host_packet_that_waits_counts_it_refused(void)
     cds_servo_ping(&bus, &ping, 7);
     SAY(99, CDS_WRITE, 0x05, 0);
     robot.servos.shortest_delay = 1;
-    TEST_ASSERT_TRUE(robot_release(&robot)); // a change, so that what waits is checked again
+    TEST_ASSERT_TRUE(robot_release(&robot)); // a change: the permit checks again
     TEST_ASSERT_TRUE(sent());
     answer(7, 0, NULL, 0);
     assert_heard(99, CDS_ERROR_RANGE, NULL, 0);
     TEST_ASSERT_EQUAL_UINT16(2, bridge.counters.refused);
 }
 
-/* At 7843 bit/s a PING of another one takes 16 ms. */
+/* At 7843 bit/s the PING of another request takes 16 ms. */
 void test_packet_that_waits_15_ms_for_the_bus_is_dropped(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
@@ -563,7 +563,7 @@ void test_packet_that_waits_15_ms_for_the_bus_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
-/* The bridge is held up, as by an operation that has the bus for itself. */
+/* The bridge is not polled, as while an operation has the bus to itself. */
 void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
 {
     static const uint8_t ping_7[] = {0xFF, 0xFF, 7, 2, 1, 0xF5},
@@ -586,7 +586,7 @@ void test_packet_that_waits_15_ms_for_the_bridge_is_dropped(void)
     assert_sent(7, CDS_PING, NULL, 0);
 }
 
-void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
+void test_device_answer_that_waits_has_the_id_that_was_asked(void)
 {
     static uint8_t buffer[CDS_PACKET_SIZE(0)];
     struct cds_request action = CDS_REQUEST_WITHOUT_DATA(buffer);
@@ -602,7 +602,7 @@ void test_an_answer_that_has_to_wait_is_of_the_id_that_was_asked(void)
     TEST_ASSERT_EQUAL_UINT8(3, bus.baud_reg);
 }
 
-void test_each_counter_is_the_one_that_its_register_names(void)
+void test_device_counter_registers_match_their_counters(void)
 {
     struct cds_bus_counts *c = &bus.stats;
     uint16_t *const counts[] = {&c->sent,
@@ -638,7 +638,7 @@ void test_each_counter_is_the_one_that_its_register_names(void)
     c->sent = 0x1234;
     c->timeouts = 0x0030;
     c->corrupt = 0x0200;
-    SAY(DEVICE_IS, CDS_READ, 0x1C, 2); // ok: all others
+    SAY(DEVICE_IS, CDS_READ, 0x1C, 2); // BUS_OK: all other transactions
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x04\x10", 2);
     gaps = 0x4321;
     SAY(DEVICE_IS, CDS_READ, 0x3C, 2);
@@ -646,8 +646,7 @@ void test_each_counter_is_the_one_that_its_register_names(void)
     gaps = 0;
 }
 
-/* --- many servos -------------------------------------------------------------------------------
- */
+/* ---- SYNC READ and BULK READ ---- */
 
 #define SYNC_READ INSTRUCTION_SYNC_READ
 #define BULK_READ INSTRUCTION_BULK_READ
@@ -662,7 +661,7 @@ static void read_and_answer(uint8_t id, uint8_t address, uint8_t count, uint8_t 
     answer(id, error, data, answered);
 }
 
-void test_sync_read_gathers_all_in_one_packet(void)
+void test_sync_read_puts_all_servos_into_one_packet(void)
 {
     SAY(254, SYNC_READ, 0x24, 2, 3, 1, DEVICE_IS, 2);
     read_and_answer(3, 0x24, 2, 0, 2);
@@ -673,7 +672,7 @@ void test_sync_read_gathers_all_in_one_packet(void)
     TEST_ASSERT_EQUAL_UINT8(0, device.failed);
 }
 
-void test_sync_read_marks_who_failed(void)
+void test_sync_read_marks_the_servos_that_failed(void)
 {
     SAY(DEVICE_IS, SYNC_READ, 0x24, 2, 1, 2, 3, 254, 5);
     TEST_ASSERT_TRUE(sent());
@@ -695,7 +694,7 @@ void test_sync_read_marks_who_failed(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\0", 1);
 }
 
-void test_the_reads_of_many_servos_are_sent_again_if_that_is_set(void)
+void test_sync_read_with_retries_sends_a_read_again(void)
 {
     cds_queue_set_retries(&robot.queue, 1);
     SAY(254, SYNC_READ, 0x24, 2, 1);
@@ -734,7 +733,7 @@ void test_sync_read_of_all_that_one_packet_holds(void)
     assert_heard(DEVICE_IS, 0, list, 250);
 }
 
-void test_sync_read_of_too_much_or_nothing_is_out_of_range(void)
+void test_sync_read_of_too_much_or_nothing_is_a_range_error(void)
 {
     SAY(254, SYNC_READ, 0, 85, 1, 2, 3);
     assert_heard(DEVICE_IS, CDS_ERROR_RANGE, NULL, 0);
@@ -745,11 +744,11 @@ void test_sync_read_of_too_much_or_nothing_is_out_of_range(void)
     TEST_ASSERT_EQUAL_UINT16(0, port_fake.packets);
 }
 
-void test_bulk_read_hands_over_each_reply_while_the_next_servo_is_asked(void)
+void test_bulk_read_hands_over_a_reply_during_the_next_read(void)
 {
     SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, DEVICE_IS, 3, 2, 2, 0x24);
     read_and_answer(1, 0x24, 8, 0, 8);
-    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state); // the third, as the second is ours
+    TEST_ASSERT_EQUAL(CDS_LINK_TALKING, bus.link.state); // servo 3, since 2 is the device
     TEST_ASSERT_EQUAL_UINT16(14 + 7, heard_size);
     TEST_ASSERT_EQUAL_UINT8(DEVICE_IS, heard[14 + 2]);
     heard_size = 14;
@@ -760,7 +759,7 @@ void test_bulk_read_hands_over_each_reply_while_the_next_servo_is_asked(void)
     TEST_ASSERT_TRUE(bridge_idle(&bridge));
 }
 
-void test_the_next_servo_is_asked_by_the_poll_that_ends_the_reply(void)
+void test_bulk_read_sends_the_next_read_in_the_poll_that_ends_one(void)
 {
     SAY(254, BULK_READ, 0, 8, 1, 0x24, 1, 2, 3);
     TEST_ASSERT_TRUE(sent());
@@ -774,7 +773,7 @@ void test_the_next_servo_is_asked_by_the_poll_that_ends_the_reply(void)
     read_and_answer(2, 3, 1, 0, 1);
 }
 
-void test_a_reply_goes_into_the_ring_wherever_that_begins(void)
+void test_bulk_read_reply_wraps_around_the_end_of_the_ring(void)
 {
     for (uint8_t head = 48; head <= 64; head++) { // from its last 14 bytes on, then over its end
         output.head = output.tail = head;
@@ -787,7 +786,7 @@ void test_a_reply_goes_into_the_ring_wherever_that_begins(void)
     assert_heard(1, CDS_ERROR_RANGE, NULL, 0);
 }
 
-void test_a_reply_that_the_ring_just_holds_need_not_wait(void)
+void test_bulk_read_reply_that_just_fits_the_ring_does_not_wait(void)
 {
     for (uint8_t room = 13; room <= 14; room++) {
         SAY(254, BULK_READ, 0, 8, 1, 0x24);
@@ -804,7 +803,7 @@ void test_a_reply_that_the_ring_just_holds_need_not_wait(void)
     }
 }
 
-void test_a_bulk_read_waits_for_a_host_that_does_not_listen(void)
+void test_bulk_read_waits_for_room_in_the_ring(void)
 {
     SAY(254, BULK_READ, 0, 1, 1, 3, 1, 2, 3, 1, 4, 3);
     while (cds_ring_put(&output, 'x')) {
@@ -818,8 +817,8 @@ void test_a_bulk_read_waits_for_a_host_that_does_not_listen(void)
             bridge_poll(&bridge);
         }
     }
-    TEST_ASSERT_EQUAL(CDS_LINK_LISTENING, bus.link.state); // there is no place for a third reply
-    TEST_ASSERT_TRUE(bridge_talks(&bridge));               // text is not to take the room
+    TEST_ASSERT_EQUAL(CDS_LINK_LISTENING, bus.link.state); // both reply buffers are full
+    TEST_ASSERT_TRUE(bridge_talks(&bridge));               // no text may be put between
     turns(20);
     TEST_ASSERT_EQUAL_UINT16(64 + 7 + 7, heard_size);
     TEST_ASSERT_EQUAL_UINT8(1, heard[64 + 2]);
@@ -829,7 +828,7 @@ void test_a_bulk_read_waits_for_a_host_that_does_not_listen(void)
     assert_heard(4, 0, data, 1);
 }
 
-/* Servo 3 is asked, and answers 500 us later. */
+/* Servo 3 gets a READ and answers 500 us later. */
 static void hear_slow_servo_3(void)
 {
     TEST_ASSERT_TRUE(sent());
@@ -839,7 +838,7 @@ static void hear_slow_servo_3(void)
     turns(20);
 }
 
-void test_what_the_observer_says_of_a_read_holds(void)
+void test_sync_read_marks_a_servo_that_the_permit_refuses(void)
 {
     attach(&robot.servos.hooks);
     cds_servos_add(&robot.servos, 2);
@@ -854,7 +853,7 @@ void test_what_the_observer_says_of_a_read_holds(void)
     TEST_ASSERT_EQUAL_UINT16(2, port_fake.packets);
 }
 
-void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
+void test_sync_read_uses_the_return_delay_of_each_servo(void)
 {
     attach(&robot.servos.hooks);
     cds_servos_add(&robot.servos, 3);
@@ -866,7 +865,7 @@ void test_the_next_servo_has_the_return_delay_that_the_observer_knows(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x1E", 2);
 }
 
-void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
+void test_sync_read_lets_a_waiting_request_go_first(void)
 {
     static uint8_t bytes[2][16];
     struct cds_request ping = CDS_REQUEST_WITHOUT_DATA(bytes[0]),
@@ -889,7 +888,7 @@ void test_who_waits_goes_before_the_next_servo_or_hears_why_not(void)
     assert_heard(DEVICE_IS, 0, (const uint8_t *)"\x0A\x14\x1E", 3);
 }
 
-void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
+void test_bulk_read_stops_after_a_servo_that_does_not_answer(void)
 {
     SAY(254, BULK_READ, 0, 1, 1, 3, 1, 9, 3, 1, 2, 3, 1, 4, 3);
     read_and_answer(1, 3, 1, 0, 1);
@@ -907,9 +906,9 @@ void test_bulk_read_stops_behind_a_servo_that_does_not_answer(void)
     assert_heard(3, 0, NULL, 0);
 }
 
-void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
+void test_bulk_read_that_is_malformed_is_dropped(void)
 {
-    memset(buffers, 1, sizeof buffers); // a servo's ID, where none is said
+    memset(buffers, 1, sizeof buffers); // a valid ID where the packet has none
     say(254, BULK_READ, NULL, 0);
     SAY(254, BULK_READ, 0);
     SAY(254, BULK_READ, 0, 1, 1);
@@ -920,7 +919,7 @@ void test_a_bulk_read_that_makes_no_sense_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT16(0, heard_size);
 }
 
-void test_without_the_device_both_go_out_as_any_other(void)
+void test_sync_and_bulk_read_without_a_device_go_out_unchanged(void)
 {
     SAY(DEVICE_IS, CDS_WRITE, 0x03, DEVICE_OFF);
     SAY(254, BULK_READ, 0, 1, 1, 3);

@@ -13,11 +13,11 @@ static struct cds_ring input, text;
 static uint8_t buffers[2][HOST_PACKET_MAX];
 static struct host_demux host;
 
-/* What came out. */
+/* Output of the demux. */
 static char said[200];
 static uint8_t said_size;
 static uint8_t packet[HOST_PACKET_MAX];
-static uint16_t packets, ids; // how many, and the sum of their IDs
+static uint16_t packets, ids; // number of packets, sum of their IDs
 static uint8_t *spare;
 
 void setUp(void)
@@ -72,7 +72,7 @@ static void settle(void)
         turn();
 }
 
-/* So many bytes at a time, 64 at most, between polls. */
+/* The host sends bytes, a few of them, 64 at most, between two polls. */
 static void feed(const void *bytes, uint16_t size, uint8_t burst)
 {
     const uint8_t *from = bytes;
@@ -134,7 +134,7 @@ void test_text_goes_to_the_console(void)
     TEST_ASSERT_EQUAL_UINT16(0, packets);
 }
 
-void test_a_packet_of_every_length_comes_out_as_it_came_in(void)
+void test_packet_of_every_length_is_handed_over_unchanged(void)
 {
     static uint8_t sent[HOST_PACKET_MAX];
 
@@ -150,7 +150,7 @@ void test_a_packet_of_every_length_comes_out_as_it_came_in(void)
     assert_said("");
 }
 
-void test_a_packet_drops_the_line_that_was_begun(void)
+void test_packet_drops_the_line_before_it(void)
 {
     type("ping");
     feed(ping, sizeof ping, 1);
@@ -158,10 +158,10 @@ void test_a_packet_drops_the_line_that_was_begun(void)
     type("help\r");
     feed(ping, sizeof ping, 1);
     assert_ping_found(2);
-    assert_said("ping" MARK_DROPPED "help\r"); // behind a whole line nothing is dropped
+    assert_said("ping" MARK_DROPPED "help\r"); // after a whole line there is no line to drop
 }
 
-void test_more_headers_than_two_are_headers(void)
+void test_header_of_more_than_two_bytes_is_accepted(void)
 {
     for (uint16_t i = 0; i < 600; i++)
         feed(ping, 1, 1);
@@ -170,14 +170,14 @@ void test_more_headers_than_two_are_headers(void)
     TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
 }
 
-void test_a_lone_header_byte_is_no_packet_and_the_text_behind_it_is_text(void)
+void test_header_byte_alone_begins_no_packet(void)
 {
     type("\xFFping 1\r");
     assert_said("ping 1\r");
     TEST_ASSERT_EQUAL_UINT16(0, host.counters.malformed);
 }
 
-void test_every_damaged_byte_costs_one_packet(void)
+void test_damage_to_any_byte_drops_one_packet(void)
 {
     for (uint8_t at = 2; at < sizeof ping; at++) {
         uint8_t damaged[sizeof ping];
@@ -188,7 +188,7 @@ void test_every_damaged_byte_costs_one_packet(void)
         if (at == 3)
             damaged[at] = 1;
         feed(damaged, sizeof damaged, 3);
-        if (at == 3) // the rest of it is no packet: it is text, up to the next packet
+        if (at == 3) // the rest of the packet is text, up to the next packet
             feed(ping, sizeof ping, 3);
         else
             type("help\r");
@@ -200,7 +200,7 @@ void test_every_damaged_byte_costs_one_packet(void)
     }
 }
 
-void test_lengths_that_cannot_be_are_refused_at_once(void)
+void test_length_out_of_range_is_rejected_at_once(void)
 {
     static const uint8_t lengths[] = {0, 1, 255};
 
@@ -209,14 +209,14 @@ void test_lengths_that_cannot_be_are_refused_at_once(void)
 
         setUp();
         feed(head, sizeof head, 1);
-        TEST_ASSERT_EQUAL(lengths[i] != 255, host_demux_idle(&host)); // which may be a header again
+        TEST_ASSERT_EQUAL(lengths[i] != 255, host_demux_idle(&host)); // 255 may be a header
         TEST_ASSERT_EQUAL_UINT16(1, host.counters.malformed);
         type("help\r");
         assert_said("help\r");
     }
 }
 
-void test_a_packet_within_a_broken_one_is_found(void)
+void test_packet_within_a_malformed_one_is_found(void)
 {
     static uint8_t sent[HOST_PACKET_MAX];
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 9, 3, 0x1E};
@@ -225,7 +225,7 @@ void test_a_packet_within_a_broken_one_is_found(void)
     feed(ping, sizeof ping, 1);
     feed(ping, sizeof ping, 1);
     assert_ping_found(2);
-    make(sent, 1, 254, false); // one that takes up the whole buffer, full of packets
+    make(sent, 1, 254, false); // fills the whole buffer with packets
     for (uint8_t i = 0; i < 42; i++) {
         memcpy(&sent[5 + 6 * i], ping, sizeof ping);
         sent[5 + 6 * i + 2] = i;
@@ -242,14 +242,14 @@ void test_a_packet_within_a_broken_one_is_found(void)
     assert_said("");
 }
 
-void test_a_buffer_full_of_beginnings_ends_too(void)
+void test_buffer_full_of_headers_is_worked_off(void)
 {
     static const uint8_t beginning[] = {0xFF, 0xFF, 1, 254, 3};
 
     for (uint16_t i = 0; i < 400; i++)
         feed(beginning, sizeof beginning, 5);
     port_fake.now_us += HOST_SILENCE_US;
-    for (uint8_t i = 0; i < 150; i++) // their ends are not looked for
+    for (uint8_t i = 0; i < 150; i++) // the demux does not wait for their ends
         turn();
     TEST_ASSERT_TRUE(host_demux_idle(&host));
     feed(ping, sizeof ping, 1);
@@ -275,7 +275,7 @@ void test_packet_is_dropped_when_the_host_falls_silent(void)
     }
 }
 
-/* The client that said it has given up waiting. */
+/* The client has given up waiting for the reply. */
 void test_packet_swallowed_by_a_cut_one_is_dropped(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3, 0x1E};
@@ -293,7 +293,7 @@ void test_packet_swallowed_by_a_cut_one_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT16(3, host.counters.late);
 }
 
-/* The host says three packets behind a cut one without a pause of 15 ms: the end of the cut one
+/* The host sends three packets after a cut one without a pause of 15 ms: the end of the cut one
  * falls into the third. */
 void test_packet_found_again_is_dropped_if_it_is_old(void)
 {
@@ -323,7 +323,7 @@ static void assert_stop_within_20_ms(void)
     TEST_ASSERT_EQUAL_UINT16(0, packets);
 }
 
-/* A Ctrl-X behind every beginning that swallows it. */
+/* Ctrl-X after each part of a packet that can contain it. */
 void test_stop_in_a_cut_packet_is_found_within_20_ms(void)
 {
     static uint8_t bytes[HOST_PACKET_MAX];
@@ -331,7 +331,7 @@ void test_stop_in_a_cut_packet_is_found_within_20_ms(void)
     for (uint16_t size = 5; size < HOST_PACKET_MAX; size++) {
         setUp();
         make(bytes, 1, 254, size & 1);
-        bytes[5 + 0x18] = 0; // where the parameters count up
+        bytes[5 + 0x18] = 0; // the parameters count up and contain 0x18
         bytes[size - 1] = 0x18;
         feed(bytes, size, 40);
         TEST_ASSERT_FALSE(host.stop);
@@ -340,7 +340,7 @@ void test_stop_in_a_cut_packet_is_found_within_20_ms(void)
     }
 }
 
-void test_stop_pressed_again_and_again_in_a_cut_packet_is_found(void)
+void test_stop_pressed_repeatedly_in_a_cut_packet_is_found(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 0xFE, 3};
 
@@ -366,7 +366,7 @@ void test_stop_in_a_packet_with_a_bad_checksum_is_found_at_once(void)
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
 }
 
-/* Or a release that was said before the stop would be carried out after it. */
+/* Else a release sent before the stop would act after it. */
 void test_stop_behind_a_packet_that_waits_drops_the_packet(void)
 {
     for (uint8_t i = 0; i < sizeof ping; i++)
@@ -395,7 +395,7 @@ void test_stop_behind_a_damaged_packet_counts_once(void)
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.stops);
 }
 
-/* The packet stands within a cut one; what came behind it is lost. */
+/* The packet stands within a cut packet; the bytes after it are lost. */
 void test_packet_in_a_cut_one_before_a_gap_is_dropped(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3};
@@ -435,7 +435,7 @@ void test_stop_is_not_seen_in_a_good_packet_that_is_dropped(void)
     TEST_ASSERT_EQUAL_UINT16(0, packets);
 }
 
-void test_a_silence_drops_one_packet_whatever_had_begun_within_it(void)
+void test_silence_drops_one_packet(void)
 {
     static const uint8_t cut[] = {0xFF, 0xFF, 1, 200, 3, 0xFF, 0xFF, 2};
 
@@ -445,7 +445,7 @@ void test_a_silence_drops_one_packet_whatever_had_begun_within_it(void)
     TEST_ASSERT_EQUAL_UINT16(1, host.counters.silent);
 }
 
-void test_nothing_is_taken_while_a_packet_waits(void)
+void test_packet_that_waits_keeps_the_next_from_being_taken(void)
 {
     for (uint8_t i = 0; i < 2 * sizeof ping; i++)
         cds_ring_put(&input, ping[i % sizeof ping]);
@@ -457,7 +457,7 @@ void test_nothing_is_taken_while_a_packet_waits(void)
     assert_ping_found(2);
 }
 
-void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
+void test_gap_drops_the_packet_or_line_and_is_marked_once(void)
 {
     type("ping ");
     host_demux_gap(&host);
@@ -476,11 +476,11 @@ void test_a_gap_drops_what_it_fell_into_and_is_told_once(void)
     TEST_ASSERT_EQUAL_UINT16(3, host.counters.gaps);
 }
 
-/* Whoever waits for the answer to each line says the next one when the loss is told. */
-void test_a_loss_is_told_when_the_next_line_is_taken(void)
+/* A host that waits for the reply to each line sends the next line when the loss is reported. */
+void test_gap_is_marked_before_the_next_line(void)
 {
     type("ping 1");
-    host_demux_gap(&host); // it was the end of the line
+    host_demux_gap(&host); // the end of the line is lost
     settle();
     assert_said("ping 1");
     pause_us(HOST_SILENCE_US);
@@ -489,7 +489,7 @@ void test_a_loss_is_told_when_the_next_line_is_taken(void)
     assert_said("ping 2\r");
 }
 
-void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
+void test_gap_after_a_packet_that_waits_keeps_the_packet(void)
 {
     for (uint8_t i = 0; i < sizeof ping + 2; i++)
         cds_ring_put(&input, ping[i % sizeof ping]);
@@ -504,7 +504,7 @@ void test_a_gap_behind_a_packet_that_waits_does_not_concern_it(void)
     assert_said(MARK_LOST "ping 2\r");
 }
 
-void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
+void test_text_without_room_is_lost_and_marked(void)
 {
     for (uint8_t i = 0; i < 90; i++) { // the ring of text holds 64
         cds_ring_put(&input, 'x');
@@ -518,7 +518,7 @@ void test_text_that_nobody_takes_is_lost_and_that_is_told(void)
     assert_said(MARK_LOST "ping 1\r");
 }
 
-void test_packets_pass_although_nobody_takes_the_text(void)
+void test_packet_passes_while_the_text_ring_is_full(void)
 {
     for (uint8_t i = 0; i < 90; i++) {
         cds_ring_put(&input, 'x');
@@ -534,7 +534,7 @@ void test_packets_pass_although_nobody_takes_the_text(void)
     TEST_ASSERT_EQUAL_UINT8(64, cds_ring_count(&text));
 }
 
-void test_half_a_line_that_could_not_be_dropped_for_want_of_room_is_not_joined(void)
+void test_line_cut_without_room_for_a_mark_is_not_joined(void)
 {
     for (uint8_t i = 0; i < 64; i++) {
         cds_ring_put(&input, 'x');
@@ -549,7 +549,7 @@ void test_half_a_line_that_could_not_be_dropped_for_want_of_room_is_not_joined(v
     assert_said(MARK_LOST "ping 1\r");
 }
 
-void test_ctrl_x_is_seen_wherever_it_stands_outside_a_packet(void)
+void test_ctrl_x_outside_a_packet_is_a_stop(void)
 {
     static uint8_t sent[0x18 + 4];
 
@@ -561,7 +561,7 @@ void test_ctrl_x_is_seen_wherever_it_stands_outside_a_packet(void)
     TEST_ASSERT_TRUE(host.stop);
 }
 
-void test_a_ctrl_x_behind_a_packet_that_waits_does_not(void)
+void test_ctrl_x_after_a_packet_that_waits_is_taken(void)
 {
     static const char typed[] = "abc\x18"
                                 "de";
@@ -578,19 +578,19 @@ void test_a_ctrl_x_behind_a_packet_that_waits_does_not(void)
         host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.stop);
     settle();
-    TEST_ASSERT_EQUAL_UINT16(1, packets); // the one behind it
+    TEST_ASSERT_EQUAL_UINT16(1, packets); // the packet after it
     assert_said("abc\x18"
                 "de" MARK_DROPPED);
 }
 
-void test_marks_cannot_be_typed(void)
+void test_mark_bytes_of_the_host_are_dropped(void)
 {
     type("a\xF8\xF9"
          "b\r");
     assert_said("ab\r");
 }
 
-void test_the_rest_of_a_packet_whose_length_was_damaged_spoils_no_later_line(void)
+void test_rest_of_a_malformed_packet_does_not_reach_a_later_line(void)
 {
     static const uint8_t damaged[] = {0xFF, 0xFF, 1, 2, 3, 'a', 'b', 'c', 'd'}; // LENGTH was 5
 
@@ -604,14 +604,14 @@ void test_the_rest_of_a_packet_whose_length_was_damaged_spoils_no_later_line(voi
     assert_said("ping 2\r");
 }
 
-void test_it_is_told_while_a_packet_comes_in(void)
+void test_poll_returns_true_while_a_packet_comes_in(void)
 {
     static const uint8_t ping[] = {0xFF, 0xFF, 1, 2, 1, 0xFB};
 
     for (uint8_t i = 0; i < sizeof ping; i++) {
         cds_ring_put(&input, ping[i]);
         TEST_ASSERT_EQUAL(i == CDS_AT_LENGTH || i == CDS_AT_INSTRUCTION, host_demux_poll(&host));
-        TEST_ASSERT_FALSE(host_demux_poll(&host)); // nothing has come since
+        TEST_ASSERT_FALSE(host_demux_poll(&host)); // no byte has come since
     }
     TEST_ASSERT_TRUE(host.whole);
     cds_ring_put(&input, 'x');

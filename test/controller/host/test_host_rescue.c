@@ -146,7 +146,7 @@ void test_three_enters_keep_the_rate_and_end_the_window(void)
     }
 }
 
-void test_bytes_behind_the_third_enter_are_left_to_the_host(void)
+void test_bytes_after_the_third_enter_are_left_to_the_demux(void)
 {
     for (uint8_t i = 0; i < 3; i++)
         cds_ring_put(&input, CR);
@@ -167,7 +167,7 @@ void test_cr_lf_of_one_key_counts_once(void)
     TEST_ASSERT_TRUE(is_kept());
 }
 
-void test_every_other_byte_starts_the_count_anew(void)
+void test_other_byte_restarts_the_count_of_enters(void)
 {
     for (uint16_t byte = 0; byte <= UINT8_MAX; byte++) {
         if (byte == CR || byte == LF)
@@ -182,7 +182,7 @@ void test_every_other_byte_starts_the_count_anew(void)
     }
 }
 
-void test_damaged_byte_starts_the_count_anew(void)
+void test_damaged_byte_restarts_the_count_of_enters(void)
 {
     hear_all("\r\r");
     host_rescue_damage(&rescue);
@@ -193,7 +193,7 @@ void test_damaged_byte_starts_the_count_anew(void)
 }
 
 /* LF belongs to the CR that is the last byte before it, and to no other. */
-void test_lf_counts_if_a_damaged_byte_is_behind_the_cr(void)
+void test_lf_counts_if_a_damaged_byte_follows_the_cr(void)
 {
     hear(CR);
     host_rescue_damage(&rescue);

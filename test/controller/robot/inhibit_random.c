@@ -219,7 +219,7 @@ static void begin_inhibit(void)
     } else if (kind == 2) {
         say(cut, sizeof cut);
     } else {
-        settings.link_loss_action = kind == 3 ? FAILSAFE_HOLD : FAILSAFE_TORQUE_OFF;
+        settings.link_loss_action = kind == 3 ? FAILSAFE_INHIBIT : FAILSAFE_TORQUE_OFF;
         settings.link_loss_ms = 15;
     }
     wait_us(20000);

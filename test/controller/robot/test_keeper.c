@@ -117,7 +117,7 @@ void test_the_watch_begins_when_the_time_is_set(void)
     TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
-void test_the_link_is_lost_when_its_time_is_over_and_not_before(void)
+void test_link_is_lost_at_end_of_time(void)
 {
     failsafe_heard(&failsafe);
     for (uint8_t i = 0; i < 3; i++) {
@@ -131,9 +131,9 @@ void test_the_link_is_lost_when_its_time_is_over_and_not_before(void)
     TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
-void test_a_loss_stays_until_it_is_cleared_also_when_the_host_is_back(void)
+void test_loss_stays_until_clear_when_host_returns(void)
 {
-    lose_link(FAILSAFE_HOLD);
+    lose_link(FAILSAFE_INHIBIT);
     failsafe_heard(&failsafe);
     run(10);
     TEST_ASSERT_TRUE(failsafe.link_lost);
@@ -159,7 +159,7 @@ void test_a_host_that_falls_silent_again_is_lost_only_once(void)
 
 void test_after_a_clear_the_watch_begins_anew(void)
 {
-    lose_link(FAILSAFE_HOLD);
+    lose_link(FAILSAFE_INHIBIT);
     failsafe_heard(&failsafe); // it is the host who clears
     failsafe_clear(&failsafe);
     run(LIMIT_MS * 1000ul - 1);
@@ -168,7 +168,7 @@ void test_after_a_clear_the_watch_begins_anew(void)
     TEST_ASSERT_TRUE(failsafe.link_lost);
 }
 
-void test_a_loss_that_is_only_shown_holds_nobody_and_sends_nothing(void)
+void test_loss_shown_only_inhibits_and_sends_nothing(void)
 {
     meet(1);
     lose_link(FAILSAFE_SHOW);
@@ -176,10 +176,10 @@ void test_a_loss_that_is_only_shown_holds_nobody_and_sends_nothing(void)
     TEST_ASSERT_EQUAL(CDS_OK, goal(1));
 }
 
-void test_hold_sends_nothing_and_refuses_goals_to_whoever_was_met_or_not(void)
+void test_inhibit_on_loss_refuses_goals_of_all_ids(void)
 {
     meet(1);
-    lose_link(FAILSAFE_HOLD);
+    lose_link(FAILSAFE_INHIBIT);
     TEST_ASSERT_EQUAL_UINT8(1, wire.count);
     TEST_ASSERT_EQUAL(1, wire.servo[0].torque);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
@@ -191,7 +191,7 @@ void test_hold_sends_nothing_and_refuses_goals_to_whoever_was_met_or_not(void)
     TEST_ASSERT_EQUAL_UINT8(1, wire.count);
 }
 
-void test_torque_off_is_told_three_times_read_back_and_goals_are_refused(void)
+void test_torque_off_on_loss_is_sent_three_times_and_read(void)
 {
     meet(1);
     meet(2);
@@ -223,18 +223,18 @@ void test_nothing_is_cleared_while_torque_off_is_under_way(void)
     TEST_ASSERT_EQUAL(CDS_OK, goal(1));
 }
 
-void test_a_clear_does_not_let_go_who_is_held_for_another_reason(void)
+void test_clear_keeps_inhibit_of_other_reasons(void)
 {
     meet(1);
     meet(2);
-    lose_link(FAILSAFE_HOLD);
+    lose_link(FAILSAFE_INHIBIT);
     cds_servos_inhibit(&robot.servos, cds_servos_find(&robot.servos, 1), CDS_INHIBIT_STATE_LOST);
     failsafe_clear(&failsafe);
     TEST_ASSERT_EQUAL(CDS_INHIBITED, goal(1));
     TEST_ASSERT_EQUAL(CDS_OK, goal(2));
 }
 
-void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
+void test_torque_off_waits_until_low_line_is_free(void)
 {
     meet(1);
     port_fake.low = true;
@@ -253,7 +253,7 @@ void test_torque_off_goes_on_until_a_line_that_is_held_low_is_free(void)
 
 /* ---- the crew ---- */
 
-void test_a_servo_is_met_when_it_answers_and_not_when_it_is_only_asked(void)
+void test_servo_joins_by_reply_not_by_request(void)
 {
     wire.servo[1].dead = true;
     meet(1);
@@ -265,7 +265,7 @@ void test_a_servo_is_met_when_it_answers_and_not_when_it_is_only_asked(void)
     TEST_ASSERT_EQUAL_UINT8(1, robot.servos.count);
 }
 
-void test_a_servo_is_met_when_it_is_written_to(void)
+void test_servo_joins_when_written_to(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, goal(77));
     run(3000);
@@ -282,7 +282,7 @@ void test_a_servo_is_met_when_it_is_written_to(void)
     run(1000);
 }
 
-void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
+void test_servo_without_room_sets_is_full(void)
 {
     for (uint8_t id = 10; id < 10 + ROBOT_SERVOS; id++)
         says(id, 0);
@@ -295,7 +295,7 @@ void test_who_finds_no_room_is_counted_out_and_that_is_told(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_OVERLOAD, robot.servos.alarms);
 }
 
-void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(void)
+void test_mute_servo_that_replies_is_awaited_again(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK,
                       cds_servo_write_byte(&bus, &request, 1, CDS_REG_STATUS_RETURN_LEVEL, 0));
@@ -312,7 +312,7 @@ void test_one_that_answers_though_it_was_set_not_to_is_waited_for_from_then_on(v
 
 /* ---- alarms ---- */
 
-void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_clear(void)
+void test_each_alarm_is_latched_and_reported_until_clear(void)
 {
     settings.alarm_report = 1;
     for (uint8_t bit = 1; bit < 0x80; bit = (uint8_t)(bit << 1)) {
@@ -334,7 +334,7 @@ void test_an_alarm_of_every_kind_is_latched_told_once_and_told_again_after_a_cle
     }
 }
 
-void test_a_further_alarm_is_told_alone(void)
+void test_further_alarm_is_reported_alone(void)
 {
     settings.alarm_report = 1;
     says(3, CDS_ERROR_VOLTAGE);
@@ -356,7 +356,7 @@ void test_alarms_of_several_servos_wait_for_one_another(void)
     TEST_ASSERT_EQUAL_HEX8(CDS_ERROR_VOLTAGE, failsafe.alarm);
 }
 
-void test_alarms_are_latched_and_not_told_unless_asked(void)
+void test_alarms_are_latched_without_report_by_default(void)
 {
     says(3, CDS_ERROR_OVERLOAD);
     run(10);

@@ -103,7 +103,7 @@ static const struct cds_servo_state *known(uint8_t id)
     return cds_servos_find(&robot.servos, id);
 }
 
-void test_who_only_answers_is_known_and_left_alone(void)
+void test_servo_that_only_replies_is_not_read(void)
 {
     meet(1);
     TEST_ASSERT_NOT_NULL(known(1));
@@ -111,7 +111,7 @@ void test_who_only_answers_is_known_and_left_alone(void)
     TEST_ASSERT_EQUAL_UINT8(1, wire.count); // the PING
 }
 
-void test_one_who_answers_though_set_not_to_is_asked_again(void)
+void test_mute_servo_that_replies_is_read_again(void)
 {
     robot.servos.grows = CDS_GROWS_ON_ALARM_OR_SETTING;
     TEST_ASSERT_TRUE(robot_add(&robot, 1));
@@ -121,7 +121,7 @@ void test_one_who_answers_though_set_not_to_is_asked_again(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_LEVEL_UNKNOWN, known(1)->status_return_level);
 }
 
-void test_one_who_answers_that_it_answers_nothing_is_asked_again(void)
+void test_servo_that_reports_mute_level_is_read_again(void)
 {
     TEST_ASSERT_TRUE(robot_add(&robot, 1));
     cds_packet_read(&request.packet, 1, CDS_REG_STATUS_RETURN_LEVEL, 1); // 0, says the fake
@@ -132,7 +132,7 @@ void test_one_who_answers_that_it_answers_nothing_is_asked_again(void)
     TEST_ASSERT_EQUAL_UINT8(1, known(1)->status_return_level);
 }
 
-void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void)
+void test_robot_not_open_joins_servo_by_alarm_only(void)
 {
     robot.servos.grows = CDS_GROWS_ON_ALARM_OR_SETTING;
     meet(1);
@@ -145,7 +145,7 @@ void test_who_only_answers_a_robot_that_is_not_open_joins_by_an_alarm_alone(void
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));
 }
 
-void test_who_was_named_is_looked_at_and_so_is_the_rest_from_then_on(void)
+void test_named_servo_starts_check_of_all_servos(void)
 {
     bool looked[TORQUE_SERVOS + 1] = {false};
 
@@ -158,7 +158,7 @@ void test_who_was_named_is_looked_at_and_so_is_the_rest_from_then_on(void)
     TEST_ASSERT_TRUE(wire.count >= 3 && wire.count <= 4); // each once a second
 }
 
-void test_the_pc_has_the_bus_to_itself_for_a_second_after_a_packet(void)
+void test_packet_of_pc_pauses_check_for_one_second(void)
 {
     robot_add(&robot, 1);
     robot_add(&robot, 2);
@@ -175,7 +175,7 @@ void test_the_pc_has_the_bus_to_itself_for_a_second_after_a_packet(void)
     TEST_ASSERT_TRUE(wire.count > 0);
 }
 
-void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(void)
+void test_returned_servo_is_checked_despite_pc(void)
 {
     TEST_ASSERT_EQUAL(CDS_OK, torque_on(1));
     wire.servo[0].dead = true;
@@ -191,7 +191,7 @@ void test_one_that_is_back_is_looked_at_though_the_pc_talks_or_nobody_named_it(v
     TEST_ASSERT_EQUAL_UINT8(CDS_INHIBIT_STATE_LOST, known(1)->inhibits);
 }
 
-void test_who_joins_a_robot_that_is_stopped_is_held_until_all_are_released(void)
+void test_servo_joining_stopped_robot_is_inhibited(void)
 {
     robot_stop(&robot);
     run(3000);
@@ -215,7 +215,7 @@ void test_a_SYNC_WRITE_whose_blocks_would_be_longer_than_any_packet_names_nobody
     TEST_ASSERT_EQUAL_UINT8(0, robot.servos.count);
 }
 
-void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
+void test_robot_after_forget_joins_and_inhibits_servos(void)
 {
     robot_add(&robot, 1);
     robot_stop(&robot);
@@ -231,7 +231,7 @@ void test_a_robot_that_forgets_goes_on_meeting_servos_and_holding_them(void)
     TEST_ASSERT_EQUAL(CDS_INHIBITED, torque_on(2));
 }
 
-void test_who_joins_during_a_stop_is_asked_too(void)
+void test_servo_joining_during_stop_is_read(void)
 {
     wire.servo[0].torque = 1;
     meet(2);
@@ -244,7 +244,7 @@ void test_who_joins_during_a_stop_is_asked_too(void)
     TEST_ASSERT_EQUAL_UINT8(0, wire.servo[0].torque);
 }
 
-void test_a_stop_waits_until_a_scan_has_brought_the_bus_back_to_its_rate(void)
+void test_stop_waits_until_scan_restores_rate(void)
 {
     static const uint8_t elsewhere = 34;
 

@@ -62,7 +62,7 @@ static void assert_default(void)
         TEST_ASSERT_EQUAL_UINT16(settings_table[i].initial, settings_get(&settings, i));
 }
 
-void test_every_default_is_within_its_range(void)
+void test_each_default_is_in_range(void)
 {
     for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
         TEST_ASSERT_TRUE(settings_table[i].initial >= settings_table[i].lowest);
@@ -71,7 +71,7 @@ void test_every_default_is_within_its_range(void)
     }
 }
 
-void test_a_setting_is_found_by_its_whole_name_only(void)
+void test_setting_is_found_by_whole_name_only(void)
 {
     TEST_ASSERT_EQUAL_UINT8(0, row("device_id"));
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_COUNT - 1, row("cycle_us"));
@@ -80,7 +80,7 @@ void test_a_setting_is_found_by_its_whole_name_only(void)
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_COUNT, row(""));
 }
 
-void test_a_value_beyond_its_range_is_not_set(void)
+void test_setting_out_of_range_is_refused(void)
 {
     for (uint8_t i = 0; i < SETTINGS_COUNT; i++) {
         uint16_t lowest = settings_table[i].lowest, highest = settings_table[i].highest;
@@ -136,7 +136,7 @@ void test_the_newer_record_is_found_over_all_sequence_numbers(void)
     }
 }
 
-void test_a_poll_writes_one_byte_at_most_and_none_while_the_eeprom_is_busy(void)
+void test_poll_writes_one_byte_if_eeprom_is_ready(void)
 {
     uint16_t polls = 0;
 
@@ -172,7 +172,7 @@ void test_only_one_save_at_a_time(void)
     TEST_ASSERT_TRUE(settings_save(&store, &settings));
 }
 
-void test_a_change_during_a_save_does_not_get_into_it(void)
+void test_change_during_save_is_not_saved(void)
 {
     fill(1);
     settings_save(&store, &settings);
@@ -277,7 +277,7 @@ void test_any_byte_damaged_gives_the_other_record(void)
     }
 }
 
-void test_both_records_damaged_give_the_defaults_and_that_is_told(void)
+void test_two_damaged_records_give_defaults(void)
 {
     fill(1);
     save();
@@ -454,7 +454,7 @@ void test_load_longer_record_gives_known_settings(void)
     TEST_ASSERT_EQUAL_MEMORY(&before, &settings, sizeof before);
 }
 
-void test_save_after_longer_record_keeps_its_rest(void)
+void test_save_after_longer_record_keeps_unknown_settings(void)
 {
     put_longer_record();
     for (uint8_t seed = 1; seed <= 3; seed++) { // both places, and the first one again
@@ -471,7 +471,7 @@ void test_save_after_longer_record_keeps_its_rest(void)
     }
 }
 
-void test_two_saves_after_longer_record_keep_its_rest(void)
+void test_two_saves_after_longer_record_keep_unknown(void)
 {
     put_longer_record();
     start_again();
@@ -567,7 +567,7 @@ void test_a_length_that_leads_out_of_the_record_is_damage(void)
     TEST_ASSERT_EQUAL_UINT8(SETTINGS_DAMAGED, store.origin);
 }
 
-void test_a_stored_value_out_of_range_is_its_default(void)
+void test_stored_value_out_of_range_is_default(void)
 {
     settings.cycle_us = 5000;
     settings.repeats = 2;
@@ -580,7 +580,7 @@ void test_a_stored_value_out_of_range_is_its_default(void)
     TEST_ASSERT_EQUAL_UINT16(5000, settings.cycle_us);
 }
 
-void test_a_cell_that_keeps_nothing_fails_the_save_and_the_older_record_holds(void)
+void test_dead_cell_fails_save_and_keeps_older_record(void)
 {
     fill(1);
     save();

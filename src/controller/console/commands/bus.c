@@ -59,8 +59,7 @@ static uint8_t scan_begin(struct console *console)
     return robot_start(robot, &scan, &config);
 }
 
-/* What else is to be said of it, if it does not simply belong to the robot from now on.
- * console->part counts those that do. */
+/* The remark on a servo that does not join the robot. console->part counts the servos that join. */
 static const CDS_FLASH char *remark(struct console *console, const struct cds_scan_found *found)
 {
     if (found->result != CDS_OK)
@@ -76,7 +75,7 @@ static const CDS_FLASH char *remark(struct console *console, const struct cds_sc
 }
 
 /* "id 5 model 1 at 57600bps" */
-NOINLINE static void tell_found(struct console *console, const struct cds_scan_found *found)
+NOINLINE static void print_found(struct console *console, const struct cds_scan_found *found)
 {
     union printer_value *value = console->printer.values;
 
@@ -97,7 +96,7 @@ NOINLINE static void tell_found(struct console *console, const struct cds_scan_f
     printer_line(&console->printer, message_found);
 }
 
-/* Is all known of what was found as number `index`? */
+/* True if nothing more will be known of the found servo `index`. */
 static bool is_whole(const struct robot *robot, uint8_t index)
 {
     const struct cds_scan_found *found = &robot->work.scan.found[index];
@@ -105,7 +104,7 @@ static bool is_whole(const struct robot *robot, uint8_t index)
     return found->details != CDS_PENDING || found->result != CDS_OK || robot->operation == NULL;
 }
 
-/* A whole scan at the robot's rate tells how many servos are not of the robot. */
+/* A whole scan at the robot's rate counts the servos that do not belong to the robot. */
 static bool sum_up(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -128,7 +127,7 @@ static bool scan_poll(struct console *console)
     bool over = !console_operates(console);
 
     if (*index < state->count && *index < ROBOT_SERVOS && is_whole(robot, *index)) {
-        tell_found(console, &robot->work.scan.found[(*index)++]);
+        print_found(console, &robot->work.scan.found[(*index)++]);
         return true;
     }
     if (over)
@@ -165,12 +164,12 @@ static const CDS_FLASH char *const CDS_FLASH counter_lines[] = {
     FLASH_TEXT("echo errors %u"),
 };
 
-/* Those of a servo, in the order of their struct: which of the bus's they are called like. */
+/* The counters of a servo, in the order of their struct: index of their line in counter_lines. */
 static const CDS_FLASH uint8_t servo_counters[] = {2, 3, 4, 8, 9, 10, 14};
 
 #define SERVO_COUNTERS (sizeof servo_counters)
 #define BUS_COUNTERS   (sizeof(struct cds_stats) / sizeof(uint16_t))
-#define SERVO_BYTES_AT offsetof(struct cds_servo_counters, stale_replies) // behind words
+#define SERVO_BYTES_AT offsetof(struct cds_servo_counters, stale_replies) // bytes, behind the words
 
 _Static_assert(sizeof(struct cds_servo_counters) == SERVO_COUNTERS + SERVO_BYTES_AT / 2,
                "each has a name");
@@ -180,7 +179,7 @@ static uint8_t counters_begin(struct console *console)
     return console->line.id == CDS_BROADCAST_ID || console_servo(console) ? 0 : ERROR_NOT_KNOWN;
 }
 
-/* Number `index` of a servo's, a word or a byte. */
+/* Counter `index` of a servo, a word or a byte. */
 static uint16_t servo_counter(const struct cds_servo_counters *counters, uint8_t index)
 {
     const uint8_t *byte = (const uint8_t *)counters + SERVO_BYTES_AT / 2 + index;
@@ -192,7 +191,7 @@ static uint16_t servo_counter(const struct cds_servo_counters *counters, uint8_t
     return word;
 }
 
-/* A line a call: number `index`. */
+/* Prints one counter in each call. */
 static bool counters_poll(struct console *console)
 {
     struct cds_stats counters;
@@ -202,7 +201,7 @@ static bool counters_poll(struct console *console)
     if (console->line.id != CDS_BROADCAST_ID) {
         const struct cds_servo_state *servo = console_servo(console);
 
-        if (servo == NULL) { // it has another ID by now
+        if (servo == NULL) { // the servo has another ID now
             console->error = ERROR_NOT_KNOWN;
             return false;
         }
@@ -238,7 +237,7 @@ static uint8_t bus_begin(struct console *console)
     return error;
 }
 
-/* A request of the state check may be on its way: it changes when that is over. */
+/* While a request of the state check is under way, the rate cannot change yet. */
 static bool bus_poll(struct console *console)
 {
     if (console->line.numbers && cds_bus_set_baud(console->bus, (uint8_t)console->raw) == CDS_BUSY)
@@ -248,7 +247,7 @@ static bool bus_poll(struct console *console)
     return false;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command bus_rows[] = {
     {
         .usage = FLASH_TEXT("scan [all|rescue]"),
         .what = FLASH_TEXT("find servos on the bus"),
@@ -282,6 +281,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group bus_commands = {
     .heading = FLASH_TEXT("The bus:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = bus_rows,
+    .count = sizeof bus_rows / sizeof bus_rows[0],
 };

@@ -44,7 +44,7 @@ static const CDS_FLASH char *const CDS_FLASH origins[] = {
         FLASH_TEXT("settings at start: as saved, but one was out of range and is its default"),
 };
 
-static void say_origin(struct console *console)
+static void print_origin(struct console *console)
 {
     printer_line(&console->printer, origins[console->failsafe->store->origin]);
 }
@@ -87,11 +87,11 @@ static uint8_t defaults_begin(struct console *console)
     return 0;
 }
 
-/* One; none, if it was set; or all, and where they came from. */
+/* Prints one setting, nothing if it was set, or all settings and their origin. */
 static bool settings_poll(struct console *console)
 {
     if (console->line.words == 3)
-        return console->failsafe->unsettled; // in force with the ok
+        return console->failsafe->unsettled; // `ok` means that the setting is in force
     if (console->line.words == 2) {
         setting_line(console, console->line.setting);
         return false;
@@ -100,11 +100,11 @@ static bool settings_poll(struct console *console)
         setting_line(console, console->step);
         return true;
     }
-    say_origin(console);
+    print_origin(console);
     return false;
 }
 
-/* In force with the ok. */
+/* `ok` means that the settings are in force. */
 static bool defaults_poll(struct console *console)
 {
     return console->failsafe->unsettled;
@@ -128,7 +128,7 @@ static bool save_poll(struct console *console)
 
 /* ---- alarms ---- */
 
-/* Writes the line of the lowest bit, and returns the others. "alarm 3: overheating" */
+/* Prints the line of the lowest bit, "alarm 3: overheating", and returns the other bits. */
 NOINLINE static uint8_t alarm_line(struct printer *printer, uint8_t id, uint8_t bits)
 {
     union printer_value *value = printer->values;
@@ -157,7 +157,7 @@ static uint8_t alarms_of(const struct cds_servos *servos, uint8_t index)
     return others;
 }
 
-/* A line a call: `part` is what was told of servo `index`. */
+/* Prints one line in each call. `part`: the alarms printed of servo `index`. */
 static bool alarms_poll(struct console *console)
 {
     const struct cds_servos *servos = &console->robot->servos;
@@ -200,13 +200,13 @@ static const CDS_FLASH char *const CDS_FLASH reset_causes[] = {
     FLASH_TEXT(" watchdog"), FLASH_TEXT(" JTAG"),
 };
 
-static const CDS_FLASH char *const CDS_FLASH bus_lines[] = {
+static const CDS_FLASH char *const CDS_FLASH bus_states[] = {
     [CDS_BUS_LINE_QUIET] = FLASH_TEXT("bus: ok"),
     [1] = FLASH_TEXT("bus: busy"),
     [2] = FLASH_TEXT("bus: fault"),
 };
 
-static void tell_reset(struct printer *printer, uint8_t causes)
+static void print_reset(struct printer *printer, uint8_t causes)
 {
     for (uint8_t i = 0; i < 5; i++, causes >>= 1)
         printer->values[i].text = causes & 1 ? reset_causes[i] : message_nothing;
@@ -230,8 +230,8 @@ static const CDS_FLASH char *stop_text(const struct robot *robot)
 }
 
 /* "last stop: 2 of 3 servos read back as off; up to 251 more were not looked at". A servo that
- * joined the robot after the stop is not among those that were read back. */
-static void tell_torque(struct printer *printer, const struct robot *robot)
+ * joined the robot after the stop was not read back. */
+static void print_torque(struct printer *printer, const struct robot *robot)
 {
     const struct cds_servo_state *servo = robot->states;
     uint8_t unlisted = robot_unlisted(robot), off = 0;
@@ -253,21 +253,21 @@ static const CDS_FLASH char *inhibit_text(const struct failsafe *failsafe)
     return failsafe->link_lost ? message_inhibit_link : message_inhibit_on;
 }
 
-static void tell_delays(struct printer *printer, const struct cds_servos *servos)
+static void print_delays(struct printer *printer, const struct cds_servos *servos)
 {
     printer->values[0].number = servos->too_early;
     printer->values[1].number = servos->shortest_delay;
     printer_line(printer, message_delays);
 }
 
-static void tell_stops(struct printer *printer, const struct failsafe *failsafe)
+static void print_stops(struct printer *printer, const struct failsafe *failsafe)
 {
     printer->values[0].number = *failsafe->damaged_stops;
     printer_line(printer, message_stops);
 }
 
 /* "servos: 18, inhibited 0, offline 1" */
-static void tell_servos(struct printer *printer, const struct cds_servos *servos)
+static void print_servos(struct printer *printer, const struct cds_servos *servos)
 {
     const struct cds_servo_state *servo = servos->states;
     uint8_t inhibited = 0, offline = 0;
@@ -285,7 +285,7 @@ static void tell_servos(struct printer *printer, const struct cds_servos *servos
     printer_line(printer, message_servos);
 }
 
-static void tell_stack(struct printer *printer, const struct failsafe *failsafe)
+static void print_stack(struct printer *printer, const struct failsafe *failsafe)
 {
     printer->values[0].number = failsafe->spare_bytes;
     printer->values[1].number = failsafe->room_bytes;
@@ -299,27 +299,27 @@ static bool status_poll(struct console *console)
     switch (console->step) {
     case 0:
         console->failsafe->counts_stack = true;
-        tell_reset(printer, console->failsafe->reset_cause);
+        print_reset(printer, console->failsafe->reset_cause);
         return true;
-    case 1: say_origin(console); return true;
+    case 1: print_origin(console); return true;
     case 2: printer_line(printer, link_text(console->failsafe)); return true;
     case 3: printer_line(printer, inhibit_text(console->failsafe)); return true;
-    case 4: tell_torque(printer, console->robot); return true;
-    case 5: tell_stops(printer, console->failsafe); return true;
-    case 6: printer_line(printer, bus_lines[cds_bus_line(console->bus)]); return true;
-    case 7: tell_servos(printer, &console->robot->servos); return true;
-    case 8: tell_delays(printer, &console->robot->servos); return true;
+    case 4: print_torque(printer, console->robot); return true;
+    case 5: print_stops(printer, console->failsafe); return true;
+    case 6: printer_line(printer, bus_states[cds_bus_line(console->bus)]); return true;
+    case 7: print_servos(printer, &console->robot->servos); return true;
+    case 8: print_delays(printer, &console->robot->servos); return true;
     default:
         if (console->failsafe->counts_stack) {
-            console->step--; // this step once more
+            console->step--; // repeats this step
             return true;
         }
-        tell_stack(printer, console->failsafe);
+        print_stack(printer, console->failsafe);
         return false;
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command controller_rows[] = {
     {
         .usage = FLASH_TEXT("status"),
         .what = FLASH_TEXT("state of the controller"),
@@ -373,6 +373,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group controller_commands = {
     .heading = FLASH_TEXT("The controller:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = controller_rows,
+    .count = sizeof controller_rows / sizeof controller_rows[0],
 };

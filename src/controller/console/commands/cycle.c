@@ -16,7 +16,7 @@ static const CDS_FLASH char message_cycle_bus[] = ", bus ";
 
 #define PERIOD_MIN_MS 2
 #define PERIOD_MAX_MS 65
-#define KNOWN_US      1000000 // within which each servo must have said where it is
+#define KNOWN_US      1000000 // time in which each servo must have answered once
 
 enum cycle_choice { CHOICE_NONE, CHOICE_EVERY, CHOICE_OFF } __attribute__((packed));
 enum cycle_phase { CYCLE_TELL, CYCLE_LOOK, CYCLE_GOALS, CYCLE_END } __attribute__((packed));
@@ -53,7 +53,7 @@ static void abort_cycle(struct robot *robot)
 const CDS_FLASH struct robot_operation cycle_operation = {
     .begin = begin_cycle, .poll = poll_cycle, .abort = abort_cycle};
 
-/* As said, or as set: 0 and console->raw in us, or an error. */
+/* The period of the line or of the settings, in us, into console->raw. Returns an error or 0. */
 static uint8_t period(struct console *console)
 {
     uint8_t error;
@@ -102,7 +102,7 @@ static uint8_t cycle_begin(struct console *console)
 
 /* ---- starting ---- */
 
-/* Its goals are where the servos are; until all have said so, none is sent. */
+/* The first goals are the present positions: none is sent until all servos have answered. */
 static bool look_poll(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -139,10 +139,10 @@ static bool goals_poll(struct console *console)
     return false;
 }
 
-/* ---- telling ---- */
+/* ---- printing ---- */
 
 /* "servo 1: 150.147deg 0rpm 12V 32C" */
-static void tell_servo(struct console *console, uint8_t index)
+static void print_servo(struct console *console, uint8_t index)
 {
     const struct robot *robot = console->robot;
     const struct cds_feedback *feedback = &robot->work.cycle.feedback[index];
@@ -178,7 +178,7 @@ static const CDS_FLASH uint8_t counters[] = {
 
 #define COUNTERS (sizeof counters)
 
-static void tell_counter(struct printer *printer, const struct cds_cycle *state, uint8_t index)
+static void print_counter(struct printer *printer, const struct cds_cycle *state, uint8_t index)
 {
     uint32_t value;
 
@@ -186,17 +186,17 @@ static void tell_counter(struct printer *printer, const struct cds_cycle *state,
     printer->values[0].number = (uint16_t)value;
     printer->values[1].number = (uint16_t)(value >> 16);
     printer_line(printer, counter_texts[index]);
-    printer->ends = index == 2 || index == 4; // the last ones of their lines
+    printer->ends = index == 2 || index == 4; // these end a line
 }
 
-/* Counters, the share of the bus, then a servo a line; false when there are no more. */
-static bool tell(struct console *console, uint8_t index)
+/* Prints the counters, the load of the bus, then one line for each servo. False after the last. */
+static bool print_line(struct console *console, uint8_t index)
 {
     const struct cds_cycle *state = &console->robot->work.cycle.cycle;
     struct printer *printer = &console->printer;
 
     if (index < COUNTERS) {
-        tell_counter(printer, state, index);
+        print_counter(printer, state, index);
     } else if (index == COUNTERS) {
         printer_text(printer, message_cycle_bus);
     } else if (index == COUNTERS + 1) {
@@ -204,7 +204,7 @@ static bool tell(struct console *console, uint8_t index)
         printer_char(printer, '%');
         printer_end_of_line(printer);
     } else {
-        tell_servo(console, (uint8_t)(index - COUNTERS - 2));
+        print_servo(console, (uint8_t)(index - COUNTERS - 2));
         return index - COUNTERS - 1 < state->count;
     }
     return true;
@@ -222,11 +222,11 @@ static bool cycle_poll(struct console *console)
             return false;
         console->phase = CYCLE_TELL;
         return true;
-    default: return tell(console, console->index++);
+    default: return print_line(console, console->index++);
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command cycle_rows[] = {
     {
         .usage = FLASH_TEXT("cycle [every|off [MS]]"),
         .what = FLASH_TEXT("send goals and read feedback at a fixed rate, or show the counters"),
@@ -240,6 +240,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group cycle_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = cycle_rows,
+    .count = sizeof cycle_rows / sizeof cycle_rows[0],
 };

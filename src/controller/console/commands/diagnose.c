@@ -1,4 +1,4 @@
-/* diagnose: why does it not answer? */
+/* diagnose: finds out why a servo does not answer. */
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/groups.h"
@@ -7,7 +7,7 @@
 static const CDS_FLASH char message_waits[] = ", return delay us %u";
 static const CDS_FLASH char message_supply[] = ", supply mV %u";
 static const CDS_FLASH char message_hot[] = ", hot C %u";
-static const CDS_FLASH char message_place[] = "ID %u at %b%s";
+static const CDS_FLASH char message_finding_place[] = "ID %u at %b%s";
 static const CDS_FLASH char message_tally[] = "asked %u, answered %u, damaged %u, silent %u";
 static const CDS_FLASH char message_finding_is[] = "finding %u: %s";
 
@@ -45,7 +45,7 @@ static const CDS_FLASH char *const CDS_FLASH findings[] = {
 #undef ROW
 };
 
-/* What the value of the finding is. Not by a switch: a table for it would stand in RAM. */
+/* The message of the finding's value. No switch: its table would stand in RAM. */
 static const CDS_FLASH char *value_text(uint8_t finding)
 {
     if (finding == CDS_FINDING_SLOW)
@@ -55,17 +55,17 @@ static const CDS_FLASH char *value_text(uint8_t finding)
     return finding == CDS_FINDING_OVERHEATED ? message_hot : message_nothing;
 }
 
-/* Whom it is about, and the value that the finding has. */
-static void tell_who(struct printer *printer, const struct cds_diagnose *diagnose)
+/* The servo of the finding, and the value of the finding. */
+static void print_who(struct printer *printer, const struct cds_diagnose *diagnose)
 {
     printer->values[0].number = diagnose->found_id;
     printer->values[1].number = diagnose->found_baud_reg;
     printer->values[2].text = value_text(diagnose->finding);
     printer->values[3].number = diagnose->value;
-    printer_line(printer, message_place);
+    printer_line(printer, message_finding_place);
 }
 
-static void tell_tally(struct printer *printer, const struct cds_diagnose *diagnose)
+static void print_tally(struct printer *printer, const struct cds_diagnose *diagnose)
 {
     printer->values[0].number = diagnose->total.asked;
     printer->values[1].number = diagnose->total.answered;
@@ -74,7 +74,7 @@ static void tell_tally(struct printer *printer, const struct cds_diagnose *diagn
     printer_line(printer, message_tally);
 }
 
-static bool tell(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line)
+static bool print_line(struct printer *printer, const struct cds_diagnose *diagnose, uint8_t line)
 {
     switch (line) {
     case 0:
@@ -82,8 +82,8 @@ static bool tell(struct printer *printer, const struct cds_diagnose *diagnose, u
         printer->values[1].text = findings[diagnose->finding];
         printer_line(printer, message_finding_is);
         return true;
-    case 1: tell_tally(printer, diagnose); return diagnose->found_id != CDS_NO_ID;
-    default: tell_who(printer, diagnose); return false;
+    case 1: print_tally(printer, diagnose); return diagnose->found_id != CDS_NO_ID;
+    default: print_who(printer, diagnose); return false;
     }
 }
 
@@ -95,10 +95,10 @@ static bool diagnose_poll(struct console *console)
         return true;
     if (console->error)
         return false;
-    return tell(&console->printer, &robot->work.diagnose, console->index++);
+    return print_line(&console->printer, &robot->work.diagnose, console->index++);
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command diagnose_rows[] = {
     {
         .usage = FLASH_TEXT("diagnose [ID|254]"),
         .what = FLASH_TEXT("find out why a servo does not answer"),
@@ -112,6 +112,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group diagnose_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = diagnose_rows,
+    .count = sizeof diagnose_rows / sizeof diagnose_rows[0],
 };

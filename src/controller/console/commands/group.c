@@ -1,4 +1,4 @@
-/* group, pose: several servos, all at once. */
+/* group, pose: moves several servos at once. */
 #include <string.h>
 
 #include "cds55xx/sync_write.h" // cds_sync_write_begin()
@@ -17,7 +17,7 @@ static const CDS_FLASH char message_servo_failed[] = "servo %u%s: %s";
 /* 20 RPM, the default speed. */
 #define POSE_SPEED 330
 
-/* Is there room for those that are not known yet? All of them, or none, are taken in. */
+/* True if the robot has room for all servos of the list that it does not know. */
 static bool fit(struct robot *robot, const uint8_t *ids, uint8_t count)
 {
     uint8_t room = (uint8_t)(ROBOT_SERVOS - robot->servos.count);
@@ -52,7 +52,7 @@ static uint8_t group_begin(struct console *console)
     return 0;
 }
 
-/* "group 1 2 3 sync", an ID at a time. */
+/* Prints "group 1 2 3 sync", one ID in each call. */
 static bool group_poll(struct console *console)
 {
     const struct robot *robot = console->robot;
@@ -79,7 +79,7 @@ static uint16_t angle_of(const struct console *console, uint8_t index)
     return (uint16_t)(words[2 * index] | words[2 * index + 1] << 8);
 }
 
-/* The goals, out of the request's buffer, which the packet needs. */
+/* Copies the goals out of the request's buffer, which the packet needs. */
 static void keep_goals(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -149,7 +149,7 @@ static uint8_t pose_begin(struct console *console)
     return console->robot->group_acts ? act(console) : sync(console);
 }
 
-/* Goals into the packet that the cycle sends next; it is busy with it for a period at most. */
+/* Puts the goals into the next packet of the cycle, which is busy for one period at most. */
 static bool cycle_poll_goals(struct console *console)
 {
     struct cds_cycle *cycle = &console->robot->work.cycle.cycle;
@@ -174,7 +174,7 @@ static bool cycle_poll_goals(struct console *console)
     return false;
 }
 
-/* Those for which it failed: "servo 3: no reply by the deadline; ..." */
+/* Prints the servos that failed: "servo 3: no reply by the deadline; ..." */
 static bool action_poll(struct console *console)
 {
     struct robot *robot = console->robot;
@@ -206,7 +206,7 @@ static bool pose_poll(struct console *console)
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command group_rows[] = {
     {
         .usage = FLASH_TEXT("group [ID... [sync|action]]"),
         .what = FLASH_TEXT("choose the servos of pose and cycle, or show them"),
@@ -231,6 +231,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group group_commands = {
     .heading = FLASH_TEXT("Many servos:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = group_rows,
+    .count = sizeof group_rows / sizeof group_rows[0],
 };

@@ -77,7 +77,7 @@ static uint8_t echo_begin(struct console *console)
     return 0;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command help_rows[] = {
     {
         .usage = FLASH_TEXT("help [COMMAND]"),
         .what = FLASH_TEXT("this list, or one command"),
@@ -103,6 +103,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group help_commands = {
     .heading = FLASH_TEXT("The console:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = help_rows,
+    .count = sizeof help_rows / sizeof help_rows[0],
 };

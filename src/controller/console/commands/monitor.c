@@ -1,4 +1,4 @@
-/* monitor: what servos do, as lines that a serial plotter draws: "1deg:150.147,1rpm:0,..." */
+/* monitor: feedback as lines for a serial plotter: "1deg:150.147,1rpm:0,..." */
 #include <stddef.h>
 #include <string.h>
 
@@ -35,10 +35,10 @@ struct monitor {
 _Static_assert(sizeof(struct monitor) <= CONSOLE_JOB_SIZE, "the job must fit");
 
 enum monitor_phase {
-    PAUSE, // until the next line is due
-    ASK,   // a servo
-    TAKE,  // its answer
-    TELL,  // what it says
+    PAUSE, // waits until the next line is due
+    ASK,   // reads a servo
+    TAKE,  // waits for its reply
+    TELL,  // prints its values
     SUM_UP,
 } __attribute__((packed));
 
@@ -63,7 +63,7 @@ static uint8_t monitor_begin(struct console *console)
     return 0;
 }
 
-/* Told of each servo, one a turn: a conversion takes 100 us. */
+/* Values of each servo, one in each call: a conversion takes 100 us. */
 static const CDS_FLASH struct {
     char label[5];
     uint8_t unit;   // enum cds_unit
@@ -80,7 +80,7 @@ static const CDS_FLASH struct {
 #define VALUES (sizeof values / sizeof values[0])
 
 /* "1deg:150.147", behind the first one with a comma before it */
-static void tell(struct console *console, uint8_t value)
+static void print_value(struct console *console, uint8_t value)
 {
     struct monitor *monitor = console_job(console);
     struct printer *printer = &console->printer;
@@ -93,7 +93,7 @@ static void tell(struct console *console, uint8_t value)
     printer_flash(printer, values[value].label);
     memcpy(&raw, (const uint8_t *)&monitor->feedback + values[value].offset,
            values[value].bytes); // low byte first, on an AVR and on the host
-    number_write_bare(printer, (enum cds_unit)values[value].unit, raw);
+    number_print_bare(printer, (enum cds_unit)values[value].unit, raw);
 }
 
 static void end_of_line(struct console *console)
@@ -107,7 +107,7 @@ static void end_of_line(struct console *console)
         monitor->lines++;
     monitor->next_us += monitor->period_us;
     if ((int32_t)(now_us - monitor->next_us) > 0)
-        monitor->next_us = now_us; // it takes longer than that
+        monitor->next_us = now_us; // the line takes longer than the period
     monitor->begun = false;
     monitor->index = 0;
     console->phase = PAUSE;
@@ -124,7 +124,7 @@ static void next(struct console *console)
         end_of_line(console);
 }
 
-/* One that fails is left out of the line; in the first one it ends all. */
+/* A servo that fails is left out of the line; in the first line it ends the command. */
 static void take(struct console *console)
 {
     struct monitor *monitor = console_job(console);
@@ -186,7 +186,7 @@ static bool monitor_poll(struct console *console)
     case ASK: ask(console); return true;
     case TAKE: take(console); return true;
     case TELL:
-        tell(console, monitor->value++);
+        print_value(console, monitor->value++);
         if (monitor->value == VALUES)
             next(console);
         return true;
@@ -194,7 +194,7 @@ static bool monitor_poll(struct console *console)
     }
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command monitor_rows[] = {
     {
         .usage = FLASH_TEXT("monitor ID... [every MS]"),
         .what = FLASH_TEXT("print feedback of servos until a key"),
@@ -207,6 +207,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group monitor_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = monitor_rows,
+    .count = sizeof monitor_rows / sizeof monitor_rows[0],
 };

@@ -11,7 +11,7 @@ static const CDS_FLASH char message_id[] = "id %u";
 
 static uint8_t raw_begin(struct console *console)
 {
-    console->line.request->no_retry = true; // what was typed is sent once
+    console->line.request->no_retry = true; // a typed packet is sent once
     return (uint8_t)cds_bus_submit(console->bus, console->line.request);
 }
 
@@ -47,13 +47,13 @@ static void value_line(struct console *console)
     const struct cds_request *request = console->line.request;
     const uint8_t *bytes = request->reply;
 
-    number_write_name(&console->printer, console->line.address);
+    number_print_name(&console->printer, console->line.address);
     printer_decimal(&console->printer,
                     (uint16_t)(request->length == 2 ? bytes[0] | bytes[1] << 8 : bytes[0]));
     printer_end_of_line(&console->printer);
 }
 
-/* The bytes, and the value of a register that was named and read whole. */
+/* Prints the bytes, and the value if a named register was read whole. */
 static bool read_poll(struct console *console)
 {
     const struct cds_request *request = console->line.request;
@@ -75,7 +75,7 @@ static bool read_poll(struct console *console)
     return false;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command raw_rows[] = {
     {
         .usage = FLASH_TEXT("ping ID|254"),
         .what = FLASH_TEXT("check that a servo answers"),
@@ -144,6 +144,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group raw_commands = {
     .heading = FLASH_TEXT("Instructions of the manual:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = raw_rows,
+    .count = sizeof raw_rows / sizeof raw_rows[0],
 };

@@ -23,8 +23,8 @@ static void write_register(struct printer *printer, uint8_t address, uint16_t ra
 {
     enum cds_unit unit = unit_of(address, raw);
 
-    number_write_name(printer, address);
-    number_write(printer, unit, raw);
+    number_print_name(printer, address);
+    number_print(printer, unit, raw);
     if (unit != CDS_UNIT_NUMBER && unit != CDS_UNIT_NONE) {
         printer_char(printer, ' ');
         printer_char(printer, '(');
@@ -123,7 +123,7 @@ static bool info_poll(struct console *console)
     return *address < CDS_TABLE_SIZE;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command register_rows[] = {
     {
         .usage = FLASH_TEXT("get ID REG"),
         .what = FLASH_TEXT("a register, with its unit"),
@@ -155,6 +155,6 @@ static const CDS_FLASH struct command rows[] = {
 };
 
 const CDS_FLASH struct command_group register_commands = {
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = register_rows,
+    .count = sizeof register_rows / sizeof register_rows[0],
 };

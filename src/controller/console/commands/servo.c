@@ -12,13 +12,13 @@ static const CDS_FLASH char message_torque_is_off[] =
 static const CDS_FLASH char message_limits_are_off[] =
     "angle limits set to 0: it turns without end";
 
-/* What move looks at first, in one READ. */
+/* Registers that move reads first. */
 #define LOOK_FROM CDS_REG_CW_ANGLE_LIMIT
 #define LOOK_SIZE (CDS_REG_TORQUE_ENABLE - CDS_REG_CW_ANGLE_LIMIT + 1)
 
 enum phase { LOOK, WRITE } __attribute__((packed));
 
-/* Number `index` of the line as what is written; its error, or 0. */
+/* Puts number `index` of the line into the data to be written. Returns an error or 0. */
 static uint8_t take_raw(struct console *console, uint8_t index, enum cds_unit unit)
 {
     uint8_t *data = &set_job(console)->data[2 * index];
@@ -53,7 +53,7 @@ static uint8_t move_begin(struct console *console)
     if (result == 0 && line->numbers == 2)
         result = take_raw(console, 1, CDS_UNIT_MRPM);
     if (result == 0 && robot_cycles(console->robot, line->id))
-        result = ERROR_CYCLE; // whose goals come 4 ms later
+        result = ERROR_CYCLE; // the next goals of the cycle would replace this goal
     if (result)
         return result;
     if (line->id != CDS_BROADCAST_ID)
@@ -63,7 +63,7 @@ static uint8_t move_begin(struct console *console)
     return result;
 }
 
-/* A servo that could not do it says nothing by itself. */
+/* A servo in endless turn, or with torque off, accepts a goal without moving. */
 static void look(struct console *console)
 {
     const uint8_t *bytes = console->line.request->reply;
@@ -89,10 +89,10 @@ static bool move_poll(struct console *console)
     return console->error == 0;
 }
 
-/* Both angle limits 0 make it an endless turn (manual 3.2). */
+/* Both angle limits 0 select the endless turn (manual 3.2). */
 static uint8_t turn_begin(struct console *console)
 {
-    const uint8_t *no_limits = set_job(console)->no_limits; // zero since it began
+    const uint8_t *no_limits = set_job(console)->no_limits; // a job begins zeroed
     uint8_t error = take_raw(console, 0, CDS_UNIT_SIGNED_MRPM);
 
     if (error == 0 && robot_cycles(console->robot, console->line.id))
@@ -132,7 +132,7 @@ static uint8_t led_begin(struct console *console)
     return write_switch(console, CDS_REG_LED);
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command servo_rows[] = {
     {
         .usage = FLASH_TEXT("move ID|254 ANGLE [SPEED]"),
         .what = FLASH_TEXT("go to an angle"),
@@ -173,6 +173,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group servo_commands = {
     .heading = FLASH_TEXT("One servo:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = servo_rows,
+    .count = sizeof servo_rows / sizeof servo_rows[0],
 };

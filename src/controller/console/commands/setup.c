@@ -1,4 +1,4 @@
-/* id, baud, factory, lock: what a servo keeps. */
+/* id, baud, factory, lock: settings of a servo that outlive power-off. */
 #include "console/console.h"
 #include "console/errors.h"
 #include "console/commands/groups.h"
@@ -77,9 +77,9 @@ static uint8_t factory_begin(struct console *console)
     return change_begin(console, all ? CDS_IDENTITY_RESET_ALL : CDS_IDENTITY_RESET, 0);
 }
 
-/* Where it answers, as `message` says it. */
-static void tell_place(struct console *console, const CDS_FLASH char *message,
-                       const struct cds_identity_place *place)
+/* Prints where the servo answers, as `message`. */
+static void print_place(struct console *console, const CDS_FLASH char *message,
+                        const struct cds_identity_place *place)
 {
     console->printer.values[0].number = place->id;
     console->printer.values[1].number = place->baud_reg;
@@ -94,16 +94,16 @@ static bool conclude(struct console *console)
 
     console->servo_error = state->error;
     switch (state->state) {
-    case CDS_IDENTITY_CHANGED: tell_place(console, message_place, &state->to); return false;
+    case CDS_IDENTITY_CHANGED: print_place(console, message_place, &state->to); return false;
     case CDS_IDENTITY_TAKEN: console->error = ERROR_PLACE_TAKEN; return false;
-    case CDS_IDENTITY_LOST: // or it was never there
+    case CDS_IDENTITY_LOST: // or the servo never answered
         console->error = state->is_written ? (uint8_t)ERROR_LOST : state->steps.result;
         return false;
     case CDS_IDENTITY_BOTH: console->error = ERROR_BOTH; return false;
     default: console->error = state->steps.result; break;
     }
     if (state->state == CDS_IDENTITY_UNCHANGED)
-        tell_place(console, message_unchanged_place, &state->from);
+        print_place(console, message_unchanged_place, &state->from);
     return false;
 }
 
@@ -156,7 +156,7 @@ bool setup_poll(struct console *console)
     return false;
 }
 
-static const CDS_FLASH struct command rows[] = {
+static const CDS_FLASH struct command setup_rows[] = {
     {
         .usage = FLASH_TEXT("id OLD NEW"),
         .what = FLASH_TEXT("give a servo another ID"),
@@ -196,6 +196,6 @@ static const CDS_FLASH struct command rows[] = {
 
 const CDS_FLASH struct command_group setup_commands = {
     .heading = FLASH_TEXT("Set-up of servos:"),
-    .rows = rows,
-    .count = sizeof rows / sizeof rows[0],
+    .rows = setup_rows,
+    .count = sizeof setup_rows / sizeof setup_rows[0],
 };

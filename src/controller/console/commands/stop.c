@@ -110,7 +110,7 @@ enum servos_part {
     PART_STATE,
     PART_LOST,
     PART_STOPPED,
-    PART_ALARMS, // and on: a part for each bit
+    PART_ALARMS, // one part for each bit
     PART_END = PART_ALARMS + 7,
     PARTS,
 } __attribute__((packed));
@@ -126,7 +126,8 @@ static uint8_t servos_begin(struct console *console)
     if (robot_is_stopping(robot))
         return ERROR_STOPPED;
     robot_forget(robot);
-    memset(console->failsafe->told, 0, sizeof console->failsafe->told); // others take their places
+    memset(console->failsafe->reported, 0,
+           sizeof console->failsafe->reported); // other servos will take these places
     return 0;
 }
 
@@ -137,8 +138,8 @@ static const CDS_FLASH char *const CDS_FLASH presences[] = {
     [CDS_PRESENCE_RETURNED] = FLASH_TEXT("servo %u: returned, being checked, torque %s"),
 };
 
-/* Of the conditions in `alarms`, number `index`, if it is one. */
-static void tell_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
+/* Prints the condition `index`, if its bit in `alarms` is set. */
+static void print_alarm(struct printer *printer, uint8_t alarms, uint8_t index)
 {
     uint8_t bit = (uint8_t)(1u << index);
 
@@ -168,7 +169,8 @@ NOINLINE static void servo_part(struct printer *printer, const struct cds_servos
         break;
     case PART_END: printer_end_of_line(printer); break;
     default:
-        tell_alarm(printer, servo->alarms & CDS_ERRORS_OF_CONDITION, (uint8_t)(part - PART_ALARMS));
+        print_alarm(printer, servo->alarms & CDS_ERRORS_OF_CONDITION,
+                    (uint8_t)(part - PART_ALARMS));
         break;
     }
 }

@@ -1,5 +1,6 @@
-/* What the exact USART mends: each small firmware sees simavr's fault with `--usart stock` and the
- * data sheet's behaviour with `--usart exact`. Figures are cycles, with what it takes to look. */
+/* What the exact USART corrects. Each small firmware shows simavr's error with `--usart stock` and
+ * the data sheet's behaviour with `--usart exact`. Figures are cycles and contain the time of the
+ * measurement. */
 #include "simulator.h"
 
 static struct run exact;
@@ -84,11 +85,11 @@ void test_txen_off_and_on_leaves_udr_writable_and_the_byte_whole(void)
     TEST_ASSERT_EQUAL_INT(0, figure(&stock, "ready"));
 }
 
-void test_txcie_fires_when_txc_is_set_already(void)
+void test_txcie_interrupts_if_txc_is_set_already(void)
 {
     run_both("txcie_late");
     TEST_ASSERT_EQUAL_INT(1, figure(&exact, "interrupts"));
-    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "flag")); // the handler's entry cleared it
+    TEST_ASSERT_EQUAL_INT(0, figure(&exact, "flag")); // the entry of the handler has cleared it
     TEST_ASSERT_EQUAL_INT(0, figure(&stock, "interrupts"));
     TEST_ASSERT_EQUAL_INT(1, figure(&stock, "flag"));
 }
@@ -170,7 +171,7 @@ void test_the_eeprom_is_locked_while_it_is_written(void)
     TEST_ASSERT_EQUAL_INT(1, figure(&stock, "moved"));
 }
 
-void test_a_write_later_than_4_cycles_after_eemwe_is_none(void)
+void test_write_later_than_4_cycles_after_eemwe_is_ignored(void)
 {
     run_both("eeprom_write");
     TEST_ASSERT_EQUAL_INT(0, figure(&exact, "late"));
@@ -200,7 +201,7 @@ void test_the_eeprom_is_kept_in_a_file(void)
     TEST_ASSERT_EQUAL_INT(0, figure(&exact, "starts"));
     simulate_firmware(&exact, "eeprom_keep", options);
     TEST_ASSERT_EQUAL_INT(1, figure(&exact, "starts"));
-    TEST_ASSERT_EQUAL_INT(0x42, figure(&exact, "marked")); // it came with the ELF
+    TEST_ASSERT_EQUAL_INT(0x42, figure(&exact, "marked")); // from the ELF file
 }
 
 /* MCUCSR: 1 power-on, 8 watchdog. Flags stay until the firmware clears them. */
@@ -212,7 +213,7 @@ void test_flags_of_resets_add_up_until_they_are_cleared(void)
     TEST_ASSERT_EQUAL_INT(8, figure(&exact, "third"));
 }
 
-void test_registers_are_as_after_reset_in_every_life(void)
+void test_each_reset_sets_the_registers_to_their_reset_values(void)
 {
     run_both("reset_cause");
     TEST_ASSERT_EQUAL_INT(0, figure(&exact, "pins"));
@@ -226,15 +227,14 @@ void test_the_watchdog_of_an_atmega128_is_off_after_its_reset(void)
     TEST_ASSERT_EQUAL_INT(1 << 3, figure(&stock, "dog"));
 }
 
-/* --- drivers -------------------------------------------------------------------------------------
- */
+/* --- drivers --- */
 
 static void assert_only_exact_rejects(const char *firmware, const char *rule)
 {
     char broken[64];
     run_both(firmware);
     TEST_ASSERT_EQUAL_INT_MESSAGE(0, stock.status, stock.output);
-    TEST_ASSERT_EQUAL_INT(8, figure(&stock, "whole")); // it seems to work
+    TEST_ASSERT_EQUAL_INT(8, figure(&stock, "whole")); // it appears to work
     TEST_ASSERT_EQUAL_INT(1, exact.status);
     snprintf(broken, sizeof(broken), "BROKEN:  %s,", rule);
     assert_says(&exact, broken);
