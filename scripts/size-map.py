@@ -22,7 +22,6 @@ RAM = 0x800000  # addresses from here on are not flash: of .data, whose initial 
 OURS = re.compile(r"^(?!/usr/)(?:.*/)?((?:src|include|boards|examples|test)/.*)")
 ELSEWHERE = "compiler and C library"
 STRINGS = "strings in tables"  # FLASH_TEXT() of messages.h: symbols that the compiler names
-NAMESAKES = "tables of one name"  # that files share, as `rows`: the debug information cannot tell them apart
 BEFORE = "vectors and start-up"
 HEADING = re.compile(r"(?:CU: )?(\S+):$")
 ROW = re.compile(r"(\S+) +\d+ +(?:0x)?([0-9a-f]+)$")
@@ -52,7 +51,6 @@ def symbols(elf):
         words = symbol.split()
         if len(words) == 4:
             file = STRINGS if "compound_literal" in words[3] else file_of(place.rpartition(":")[0])
-            file = file or (NAMESAKES if ".lto_priv." in words[3] else None)
             yield int(words[0], 16), int(words[1], 16), file, words[2]
 
 
