@@ -1,8 +1,8 @@
 /* What each fault does (fault_verbs.c), and what faults.c does for it. Only these two files use it.
  *
- * To add a fault: its words in fault_order.c, its function and its row here, its row in
- * docs/faults.md.
- */
+ * To add a fault: a value in fault_order.h, its words in fault_order.c, a function and a row of
+ * fault_verbs in fault_verbs.c, and a row in docs/faults.md. State of a fault that lasts is a field
+ * of struct faults, or of struct servo_node if each servo has its own. */
 #ifndef SIM_FAULT_VERBS_H
 #define SIM_FAULT_VERBS_H
 
