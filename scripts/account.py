@@ -148,18 +148,20 @@ def sizes(elf, whole):
 
 
 def account():
+    """The cycles by function, and the flash by file."""
     rows = "\n".join(tables())
-    return (f"| from, to | cycles | of them |\n|---|---|---|\n{rows}\n\n```\n"
-            f"{sizes('build/atmega644p/benchmark/min.elf', True)}\n```\n\n```\n"
+    return (f"| from, to | cycles | of them |\n|---|---|---|\n{rows}",
+            f"```\n{sizes('build/atmega644p/benchmark/min.elf', True)}\n```\n\n```\n"
             f"{sizes('build/atmega128/controller.elf', False)}\n```")
 
 
 def main(arguments):
-    text = account()
+    cycles, flash = account()
     if arguments == ["--docs"]:
-        DOCS.write_text(blocks.renewed(DOCS.read_text(), "make bench-account", text))
+        text = blocks.renewed(DOCS.read_text(), "make bench-account", cycles)
+        DOCS.write_text(blocks.renewed(text, "make size-map", flash))
     else:
-        print(text)
+        print(f"{cycles}\n\n{flash}")
     return 0
 
 
