@@ -115,7 +115,7 @@ bool robot_release(struct robot *robot);
 /* True if driving is inhibited. */
 static inline bool robot_is_inhibited(const struct robot *robot)
 {
-    return robot->servos.is_inhibited;
+    return robot->servos.all_inhibited;
 }
 
 /* Returns how many servos may be on the bus that the robot does not check: 0 to 254. After a whole

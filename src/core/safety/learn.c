@@ -62,7 +62,7 @@ static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
     struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
     uint8_t index;
 
-    if (!higher || servos->is_inhibited)
+    if (!higher || servos->all_inhibited)
         return;
     if (higher < lower) {
         lower = higher;

@@ -324,7 +324,7 @@ bool cds_servos_may_drive(struct cds_servos *servos, uint8_t id)
 {
     const struct cds_servo_state *servo = servos->states;
 
-    if (servos->is_inhibited)
+    if (servos->all_inhibited)
         return false;
     if (id != CDS_BROADCAST_ID) {
         servo = cds_servos_find(servos, id);
@@ -355,8 +355,8 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
 
 NOINLINE void cds_servos_inhibit_all(struct cds_servos *servos)
 {
-    if (!servos->is_inhibited) { // else nothing has changed, and a check under way goes on
-        servos->is_inhibited = true;
+    if (!servos->all_inhibited) { // else nothing has changed, and a check under way goes on
+        servos->all_inhibited = true;
         note_guard(servos, NULL);
     }
     servos->inhibit_epoch = servos->epoch;
@@ -390,9 +390,9 @@ void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo
 static NOINLINE void release_all(struct cds_servos *servos, uint8_t keep)
 {
     struct cds_servo_state *servo = servos->states;
-    uint8_t released = servos->is_inhibited;
+    uint8_t released = servos->all_inhibited;
 
-    servos->is_inhibited = false;
+    servos->all_inhibited = false;
     for (uint8_t i = servos->count; i; i--, servo++) {
         released = (uint8_t)(released | (servo->inhibits & ~keep));
         servo->inhibits = (uint8_t)(servo->inhibits & keep) & 3u;
