@@ -51,8 +51,8 @@ static void pass(struct bridge *bridge)
     bridge->state = BRIDGE_WAITING;
 }
 
-/* Takes back a packet that still waits for its turn on the bus: by now the client of the host has
- * given up waiting for the reply. */
+/* Takes back a packet that still waits for its turn on the bus after HOST_SILENCE_US: the client
+ * has given up waiting for the reply. */
 static void drop_expired(struct bridge *bridge)
 {
     if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
@@ -71,7 +71,7 @@ static void await_reply(struct bridge *bridge)
         return;
     }
     bridge->state = BRIDGE_IDLE;
-    if (request->result > CDS_LINE_BUSY) { // the permit has refused it since
+    if (request->result > CDS_LINE_BUSY) { // the permit has refused the packet after the submit
         refuse(bridge, request->result);
         return;
     }
@@ -117,8 +117,8 @@ static void begin_bulk_read(struct bridge *bridge, uint8_t own)
         bridge->counters.refused++;
 }
 
-/* Takes the packet and gives it to device, bulk read or bus. NOINLINE: a poll during a bulk read
- * saves no registers for it. */
+/* Takes the packet of the host and gives it to bulk read, device or bus. NOINLINE: a poll during a
+ * bulk read saves no registers for this function. */
 NOINLINE static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
@@ -152,8 +152,7 @@ void bridge_poll(struct bridge *bridge)
     case BRIDGE_BULK_READ: poll_bulk_read(bridge); break;
     default: break;
     }
-    if (bridge->state == BRIDGE_ANSWERING &&
-        status_packet_put(&bridge->status, bridge->bulk_read.output))
+    if (bridge->state == BRIDGE_ANSWERING && status_packet_put(&bridge->status, bridge->bulk_read.output))
         bridge->state = BRIDGE_IDLE;
 }
 
