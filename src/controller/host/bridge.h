@@ -39,7 +39,10 @@ struct bridge_counters {
 
 /* All state of the bridge. Zero it, then bridge_open(). */
 struct bridge {
+    struct cds_bus *bus;
     struct host_demux *host;
+    struct device *device;
+    struct cds_ring *output;    // to the host
     struct cds_request request; // swaps its packet buffer with the demux
     struct bulk_read bulk_read;
     struct status_packet status;
