@@ -42,12 +42,13 @@ export UNITY DEPS
 deps: tools
 	@scripts/deps.sh unity
 
-# What all but the tests need.
+# The tools that all targets but the tests need.
 .PHONY: tools
 tools:
 	@scripts/deps.sh packages
 
-# Rewritten only when what it holds changes, so that other flags mean other objects.
+# Writes $(1) to the target, but only if the content changes. Objects depend on such a file that holds their
+# flags, so they are compiled again when the flags change.
 define stamp
 	@mkdir -p $(@D)
 	@printf '%s\n' '$(1)' | cmp -s - $@ || printf '%s\n' '$(1)' > $@

@@ -1,19 +1,26 @@
-# The AVR side: the library, the firmware and the examples, for each board, in build/<board>/.
+# The AVR side, for each board, in build/<board>/:
+#
+#   libcds55xx.a        the library
+#   bridge.elf, console.elf, full.elf   the controller's firmware, one for each profile
+#   firmware.elf        the board's own program, where board.mk names a FIRMWARE: such a board has no profile
+#   controller.elf      a copy of one of these: what `make flash` writes to the board
+#   examples/*.elf      the programs of examples/
+#   firmware/*.elf      small programs of the tests; benchmark/*.elf: those of make bench
 
 AVR_CC := avr-gcc
 AVR_AR := avr-gcc-ar
 AVR_SIZE := avr-size
-# Without -mstrict-X gcc 5 reaches fields behind X by adding to it and taking that back.
+# -mstrict-X: without it gcc 5 adds an offset to X and subtracts it again for each field.
 AVR_COMMON := -std=gnu99 -Os -gdwarf-2 -flto -ffat-lto-objects -ffunction-sections -fdata-sections \
 	-fno-common -mstrict-X $(WARNINGS)
-# In one partition: then a debugger finds static variables and lines after link-time optimisation.
-# The last is a script: it fails if constants do not end within 64 KB.
+# -flto-partition=none: a debugger finds static variables and lines after link-time optimisation.
+# mk/constants.ld is a linker script: it fails if constants do not end within 64 KB.
 AVR_LINK := -flto-partition=none -Wl,--gc-sections -Wl,--relax mk/constants.ld
 
-# The controller's functions share the code that saves registers: 3 KB less flash. Its small functions
-# are not copied into their callers, and loops keep what does not change in them: 0.3 KB less.
-CONTROLLER_LINK := -mcall-prologues
-CONTROLLER_CC := -fno-inline-small-functions -fno-move-loop-invariants
+# -mcall-prologues: functions share the code that saves registers, 3 KB less flash.
+# The other two: small functions are not inlined, and invariants stay in their loops, 0.3 KB less flash.
+CONTROLLER_LDFLAGS := -mcall-prologues
+CONTROLLER_CFLAGS := -fno-inline-small-functions -fno-move-loop-invariants
 
 CORE_SRC := $(wildcard src/core/*/*.c)
 AVR_SRC := $(wildcard src/avr/*.c)
@@ -22,10 +29,10 @@ EXAMPLES := $(foreach b,$(BOARDS),$(EXAMPLE_SRC:examples/%.c=build/$(b)/examples
 
 LIBRARY_SRC := $(CORE_SRC) $(AVR_SRC)
 
-# The hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
+# Hardware that only the firmware uses: the serial port to the PC, EEPROM, watchdog, RAM.
 CONTROLLER_AVR_SRC := $(wildcard src/controller/avr/*.c)
 COMMANDS_SRC := $(wildcard src/controller/console/commands/*.c)
-# What all profiles link, and what each adds (src/controller/profiles). The linker drops what is not used.
+# Sources of all profiles; each profile adds its own (src/controller/profiles). The linker drops unused functions.
 COMMON_SRC := $(wildcard src/controller/*.c src/controller/host/*.c src/controller/console/*.c src/controller/robot/*.c)
 ALL_PROFILES := bridge console full
 ifneq ($(filter-out $(ALL_PROFILES),$(PROFILE)),)
@@ -34,35 +41,36 @@ endif
 bridge_SRC := $(filter-out %/console.c %/parse.c %/reply.c,$(COMMON_SRC)) src/controller/profiles/bridge.c
 console_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/console.c
 full_SRC := $(COMMON_SRC) $(COMMANDS_SRC) src/controller/profiles/full.c
-# The commands of the profile `console`, whose objects are its own, leave details to docs/console.md.
-console_CC := -DCOMMANDS_WITHOUT_DETAILS
-# The whole controller, for the tests.
+# In the profile `console` the commands are compiled without the details that docs/console.md has. So their
+# objects differ from those of `full`, and stand in build/<board>/console/.
+console_CFLAGS := -DCOMMANDS_WITHOUT_DETAILS
+# Sources of the whole controller, for the tests.
 CONTROLLER_SRC := $(full_SRC)
 
-# $(1): board, $(2): profile, $(3): sources. The objects of them.
+# $(1): board, $(2): profile, $(3): sources. Returns their objects.
 profile_objects = $(foreach s,$(3),$(if $(filter console/src/controller/console/commands/%,$(2)/$(s)),\
 	build/$(1)/console/$(s:.c=.o),build/$(1)/obj/$(s:.c=.o)))
 
-# $(1): board, $(2): its folder. Its board.mk has just been included.
+# The rules of board $(1), whose folder is $(2). Call read_board first: the rules use its variables.
 define board_rules
 $(1)_MCU := $(MCU)
 $(1)_FLAGS := -mmcu=$(MCU) -DBOARD_NAME=\"$(1)\" -DF_CPU=$(F_CPU)UL -I$(2) $(INCLUDES) -Isrc/avr -Isrc/controller $(AVR_COMMON)
-$(1)_LIMITS := $(FLASH_MAX) $(RAM_MAX)
+$(1)_BUDGETS := $(FLASH_MAX) $(RAM_MAX)
 $(1)_PROFILE := $(if $(FIRMWARE),,$(or $(PROFILE),full))
 $(1)_PROFILES := $(if $(FIRMWARE),,$(or $(PROFILES),$(ALL_PROFILES)))
 
 build/$(1)/flags: force
-	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CC) $$(CONTROLLER_LINK))
+	$$(call stamp,$$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_CFLAGS) $$(CONTROLLER_LDFLAGS))
 
 build/$(1)/obj/%.o: %.c build/$(1)/flags | tools
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CC)) $$(DEPFILES) -c $$< -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(if $$(filter src/controller/%,$$<),$$(CONTROLLER_CFLAGS)) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/console/%.o: %.c build/$(1)/flags | tools
 	$$(call say,CC,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CC) $$(console_CC) $$(DEPFILES) -c $$< -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(CONTROLLER_CFLAGS) $$(console_CFLAGS) $$(DEPFILES) -c $$< -o $$@
 
 build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 	$$(call say,AR,$$@)
@@ -71,13 +79,13 @@ build/$(1)/libcds55xx.a: $(LIBRARY_SRC:%.c=build/$(1)/obj/%.o)
 $(foreach p,$(ALL_PROFILES),
 build/$(1)/$(p).elf: $(call profile_objects,$(1),$(p),$($(p)_SRC) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 )
 build/$(1)/firmware.elf: $(FIRMWARE:%.c=build/$(1)/obj/%.o) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
-# The firmware of the board: that of its profile, or its own program.
+# Rewritten when PROFILE changes, so that controller.elf is copied again.
 build/$(1)/profile: force
 	$$(call stamp,$$($(1)_PROFILE))
 
@@ -95,48 +103,52 @@ build/$(1)/firmware/%.elf: build/$(1)/obj/test/firmware/library/%.o build/$(1)/l
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
-# Those of the bench likewise.
+# Programs of make bench, linked in the same way.
 build/$(1)/benchmark/%.elf: build/$(1)/obj/test/benchmark/%.o build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
 	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$^ -o $$@
 
-# The firmware with something beside it: it includes main.c.
+# The firmware with a flood of host bytes; flood.c includes main.c.
 build/$(1)/firmware/flood.elf: build/$(1)/obj/test/firmware/library/flood.o \
 		$(call profile_objects,$(1),console,$(filter-out %/main.c,$(console_SRC)) $(CONTROLLER_AVR_SRC)) build/$(1)/libcds55xx.a
 	$$(call say,LD,$$@)
 	@mkdir -p $$(@D)
-	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LINK) $$^ -o $$@
+	$$(Q)$$(AVR_CC) $$($(1)_FLAGS) $$(AVR_LINK) $$(CONTROLLER_LDFLAGS) $$^ -o $$@
 
 build/$(1)/%.hex: build/$(1)/%.elf
 	$$(call say,HEX,$$@)
 	$$(Q)avr-objcopy -O ihex -R .eeprom $$< $$@
 endef
-# What a board.mk says; each begins empty, or a board that forgets one had that of the board before.
-# PROFILE: that of its firmware (full), which PROFILE= overrides; PROFILES: those that its flash has room for (all).
-# FUSES: what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known.
+
+# The variables that a board.mk may set. read_board empties all of them before it includes the file: else a
+# board that leaves one out would take the value of the board before it.
+#   PROFILE    the profile of the board's firmware (default: full); PROFILE= on the command line overrides it
+#   PROFILES   the profiles that its flash has room for (default: all)
+#   FUSES      what avrdude writes (-U lfuse:w:...); as-shipped: the fuses are right as shipped; empty: not known
 BOARD_FIELDS := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT FLASH_FLAGS FLASH_NOTE FUSES FIRMWARE SIM_MCU PROFILE PROFILES
-# $(1): its folder, $(2): those that must be there
+# $(1): the folder of the board, $(2): the variables that its board.mk must set
 read_board = $(foreach f,$(BOARD_FIELDS),$(eval $(f) :=))$(eval include $(1)/board.mk)$(foreach \
 	f,$(2),$(if $(strip $($(f))),,$(error $(1)/board.mk: $(f) is missing)))
-BOARD_WANTED := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT
+BOARD_REQUIRED := MCU F_CPU FLASH_MAX RAM_MAX PROGRAMMER PORT
 
-# A board without a host link names the program that is its FIRMWARE.
-$(foreach b,$(BOARDS),$(call read_board,boards/$(b),$(BOARD_WANTED))$(eval $(call board_rules,$(b),boards/$(b))))
+# The rules of all boards. A board without a host link has a FIRMWARE: the source of its own program.
+$(foreach b,$(BOARDS),$(call read_board,boards/$(b),$(BOARD_REQUIRED))$(eval $(call board_rules,$(b),boards/$(b))))
 
-# Wirings that none of those has.
+# Boards of the tests: wirings that no real board has.
 TEST_BOARDS := adapter adapter-echo
-# A chip to compare with others on.
+# Board of make bench: another chip, to compare with.
 BENCH_BOARDS := atmega644p
 $(foreach b,$(TEST_BOARDS) $(BENCH_BOARDS),$(call read_board,test/boards/$(b),MCU F_CPU)$(eval $(call board_rules,$(b),test/boards/$(b))))
 
-# $(1): board. The ELF of each profile that has room, or of its own program; and the profiles that have none.
-firmwares = $(if $($(1)_PROFILE),$($(1)_PROFILES:%=build/$(1)/%.elf),build/$(1)/firmware.elf)
+# $(1): board. profile_elfs: the ELF of each profile that fits its flash, or of its own program. too_large: the
+# profiles that do not fit.
+profile_elfs = $(if $($(1)_PROFILE),$($(1)_PROFILES:%=build/$(1)/%.elf),build/$(1)/firmware.elf)
 too_large = $(if $($(1)_PROFILE),$(patsubst %,$(1)/%.elf,$(filter-out $($(1)_PROFILES),$(ALL_PROFILES))))
-FIRMWARES := $(foreach b,$(BOARDS),$(call firmwares,$(b)))
+PROFILE_ELFS := $(foreach b,$(BOARDS),$(call profile_elfs,$(b)))
 
 # The variables of the board asked for.
-$(call read_board,boards/$(BOARD),$(BOARD_WANTED))
+$(call read_board,boards/$(BOARD),$(BOARD_REQUIRED))
 
 ## lib: build/BOARD/libcds55xx.a
 .PHONY: lib
@@ -152,8 +164,8 @@ examples: $(EXAMPLE_SRC:examples/%.c=build/$(BOARD)/examples/%.elf)
 
 ## size: flash and RAM of each profile on every board beside its budget
 .PHONY: size
-size: $(FIRMWARES) $(EXAMPLES)
-	@scripts/size.py $(foreach b,$(BOARDS),$(foreach f,$(call firmwares,$(b)),$(f) $($(b)_LIMITS))) \
+size: $(PROFILE_ELFS) $(EXAMPLES)
+	@scripts/size.py $(foreach b,$(BOARDS),$(foreach f,$(call profile_elfs,$(b)),$(f) $($(b)_BUDGETS))) \
 	  --note $(EXAMPLES) --too-large $(foreach b,$(BOARDS),$(call too_large,$(b)))
 
 ## size-map: what the flash of BOARD's firmware is made of, by folder and file

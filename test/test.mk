@@ -142,7 +142,7 @@ build/firmware/%.elf: test/firmware/registers/%.c build/atmega128/flags | tools
 	$(Q)$(AVR_CC) -mmcu=$(FIRMWARE_MCU) -DF_CPU=16000000UL -std=gnu99 -Os $(WARNINGS) $(DEPFILES) $< -o $@
 
 RANDOM_TESTS := $(call host_program,$(RANDOM_SRC))
-TEST_FIRMWARES := $(patsubst test/firmware/registers/%.c,build/firmware/%.elf,$(wildcard test/firmware/registers/*.c))
+SIM_TEST_ELFS := $(patsubst test/firmware/registers/%.c,build/firmware/%.elf,$(wildcard test/firmware/registers/*.c))
 
 UNIT_TESTS := $(call host_program,$(UNIT_TEST_SRC)) \
 	$(patsubst %,$(AVR_TEST)/%.elf,$(basename $(notdir $(UNIT_TEST_SRC))))
@@ -159,7 +159,7 @@ run_needs = $(if $(1),build/host/cds55xx-sim $(eval NEEDED := $(shell sed -n 's/
 T ?=
 ALL_TESTS := $(UNIT_TESTS) $(SIM_TESTS) $(RUN_TESTS)
 TESTS := $(if $(T),$(foreach t,$(ALL_TESTS),$(if $(findstring $(T),$(basename $(notdir $(t)))),$(t))),$(ALL_TESTS))
-test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(TEST_FIRMWARES) build/host/cds55xx-sim) \
+test_programs = $(filter-out %.py,$(TESTS)) $(if $(filter $(SIM_TESTS),$(TESTS)),$(SIM_TEST_ELFS) build/host/cds55xx-sim) \
 	$(if $(filter %/test_rules,$(TESTS)),$(patsubst %,build/%/controller.elf,arduino-mega cm510)) \
 	$(if $(filter $(AVR_TEST)/%,$(TESTS)),build/host/cds55xx-sim) $(call run_needs,$(filter %.py,$(TESTS)))
 run_tests = SIM=build/host/cds55xx-sim FIRMWARE=build/firmware scripts/run-tests.py \

@@ -125,8 +125,8 @@ struct cds_request {
     uint8_t retries;          // retries used; 0 while the request is not on its way
     bool is_muted;            // the servo's status return level lets it not answer this packet
     uint16_t return_delay_us; // the longest time this servo waits before it answers
-    uint16_t permit_epoch; // of the permit's latest answer to this packet, one less while its check
-                           // goes on; 0: none
+    uint16_t permit_epoch;    // epoch of the permit's latest answer; 0: the permit was not asked.
+                              // While a check in parts goes on: the epoch of its begin, less one
     struct cds_request *next; // the queue's
 };
 
@@ -246,8 +246,9 @@ struct cds_bus_counts {
 /* All state of one bus. Zero it (static storage is), then cds_bus_open(). */
 struct cds_bus {
     uint8_t state;          // enum cds_bus_state
-    uint8_t gate;           // bits: why a packet may not leave at once; 0: it may
-    uint8_t phase;          // enum of bus.c: how far a wait or a reception is
+    uint8_t gate;           // GATE_* bits (line_internal.h): what a packet must pass before it
+                            // leaves; 0: it leaves at once
+    uint8_t phase;          // WAIT_* value or reception bits (bus.c), by `state`
     uint8_t closing_end;    // position in the ring: what lies behind it came after the deadline
     uint8_t port;           // number of the bus on its board
     uint8_t timer_wraps;    // expiries of the timer that come before the deadline
@@ -262,8 +263,8 @@ struct cds_bus {
     uint16_t begun_ticks;     // when the packet in flight began, of cds_port_ticks()
     uint16_t deadline_65ms;   // a time at which all `timer_wraps` are surely over, in 2^16 us: for
                               // late polls
-    uint16_t rest_us;         // packets that expect a reply wait so long after ...
-    uint32_t rest_from_us;    // ... the last sign of life of the line
+    uint16_t rest_us;         // length of the rest: packets that expect a reply wait for its end
+    uint32_t rest_from_us;    // time at which the rest began: the line was last seen in use
     const struct cds_bus_hooks *hooks; // or NULL; stays when the bus is opened again
     const struct cds_bus_lock *lock;   // of the operation that holds the bus, or NULL
     struct cds_link link;

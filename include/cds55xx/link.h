@@ -33,10 +33,10 @@ enum cds_link_state {
     CDS_LINK_DRAINING
 } __attribute__((packed));
 
-/* What a receiver says of a byte: the port maps its status register to these. */
+/* Errors that the receiver reports for a byte: the port maps its status register to these. */
 enum cds_line_error { CDS_LINE_FRAMING = 1, CDS_LINE_OVERRUN = 2 } __attribute__((packed));
 
-/* What broke the stream of bytes first. Bit 0 is that it is broken. */
+/* What broke the stream of bytes first. Bit 0 is set if the stream is broken. */
 enum cds_link_break {
     CDS_LINK_WHOLE = 0,
     CDS_LINK_DAMAGED = 1,
@@ -54,13 +54,15 @@ struct cds_link {
     const uint8_t *volatile echo;   // next byte to come back, where the receiver hears the driver
     volatile uint8_t state;         // enum cds_link_state
     volatile uint8_t broken;        // enum cds_link_break: since the bus last looked
-    volatile uint8_t broken_at;  // position in the ring where the first damaged or lost byte came
-    volatile uint8_t whole_from; // position of the first byte behind the last one
-    volatile uint8_t framing_errors; // modulo 256: bytes with no other error,
-    volatile uint8_t overruns;       // likewise,
-    volatile uint8_t both_errors;    // bytes with both,
-    volatile uint8_t ring_overflows; // bytes for which there was no room, but those that broke it
-    volatile uint16_t echo_errors;   // modulo 65536, by cds_link_count()
+    volatile uint8_t broken_at;  // position in the ring at which the first byte was damaged or lost
+    volatile uint8_t whole_from; // position in the ring behind the last damaged or lost byte
+    volatile uint8_t framing_errors; // bytes with a framing error and no overrun, modulo 256
+    volatile uint8_t overruns;       // bytes with an overrun and no framing error, modulo 256
+    volatile uint8_t both_errors;    // bytes with a framing error and an overrun, modulo 256
+    volatile uint8_t ring_overflows; // Bytes dropped because the ring was full, modulo 256. The
+                                     // first byte of each run is not counted here.
+    volatile uint16_t echo_errors;   // echo bytes that differ from the byte sent, modulo 65536;
+                                     // read it with cds_link_count()
     struct cds_ring rx;              // bytes heard; the handlers put, the bus takes
 };
 
@@ -81,14 +83,15 @@ static inline uint8_t cds_link_begin(uint8_t port)
 void cds_link_follow(struct cds_link *link, uint8_t port, const uint8_t *packet, uint16_t size,
                      uint8_t begun);
 
-/* Sends the whole packet of `size` bytes (at least 3) at `packet`: both of these. Main context. */
+/* Sends the whole packet of `size` bytes (at least 3) at `packet`: calls cds_link_begin() and
+ * cds_link_follow(). Main context. */
 static inline void cds_link_talk(struct cds_link *link, uint8_t port, const uint8_t *packet,
                                  uint16_t size)
 {
     cds_link_follow(link, port, packet, size, cds_link_begin(port));
 }
 
-/* Back to LISTENING whatever was going on: for a transmission that does not end. Main context. */
+/* Returns to LISTENING from any state: for a transmission that does not end. Main context. */
 void cds_link_abort(struct cds_link *link, uint8_t port);
 
 /* Reads a 16-bit counter that a handler may be changing. Main context. */

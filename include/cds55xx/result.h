@@ -16,7 +16,7 @@ extern "C" {
 /* X(name, number, text, remedy) */
 #define CDS_RESULTS(X)                                                                             \
     X(CDS_OK, 0, "ok", "nothing to do")                                                            \
-    X(CDS_PENDING, 1, "exchange in progress", "go on polling the bus")                             \
+    X(CDS_PENDING, 1, "transaction in progress", "go on polling the bus")                          \
     X(CDS_TIMEOUT, 2, "no reply by the deadline",                                                  \
       "check power, wiring, ID and baud rate of the servo")                                        \
     X(CDS_CORRUPT, 3, "reply damaged",                                                             \

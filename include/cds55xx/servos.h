@@ -48,16 +48,16 @@ enum cds_inhibit {
     CDS_INHIBIT_STOPPED = 2,    // the caller has inhibited it
 } __attribute__((packed));
 
-/* What is known of mode, goal and speed of a servo: bits. An angle limit with neither bit is not
- * known. */
+/* Which mode, goal and speed the servo holds in its registers, as far as is known: bits. Two bits
+ * for each angle limit; none set: the limit is not known. */
 enum cds_held {
-    CDS_HELD_CW_SET = 0x01,  // the limit 0x06 is not 0: position mode, whatever the other one is
-    CDS_HELD_CW_0 = 0x02,    // the limit 0x06 is 0; if both are: endless turn
-    CDS_HELD_CCW_SET = 0x04, // as CDS_HELD_CW_SET for the limit 0x08
-    CDS_HELD_CCW_0 = 0x08,   // as CDS_HELD_CW_0 for the limit 0x08
-    CDS_HELD_GOAL = 0x10,    // the goal it holds was read and is within the limits
-    CDS_HELD_SPEED = 0x20,   // the speed it holds was read and is within the limit
-    CDS_HELD_SPEED_0 = 0x40, // the speed it holds may be 0
+    CDS_HELD_CW_SET = 0x01,  // the limit 0x06 is not 0: position mode, whatever 0x08 is
+    CDS_HELD_CW_0 = 0x02,    // the limit 0x06 is 0; if 0x08 is 0, too: endless turn
+    CDS_HELD_CCW_SET = 0x04, // the limit 0x08 is not 0: position mode, whatever 0x06 is
+    CDS_HELD_CCW_0 = 0x08,   // the limit 0x08 is 0; if 0x06 is 0, too: endless turn
+    CDS_HELD_GOAL = 0x10,    // the goal was read and is within the limits
+    CDS_HELD_SPEED = 0x20,   // the speed was read and is within the limit
+    CDS_HELD_SPEED_0 = 0x40, // the speed may be 0
 } __attribute__((packed));
 
 /* When the list grows by a servo that is not in it, up to the capacity. */
@@ -97,7 +97,7 @@ struct cds_servo_state {
     uint8_t inhibits : 2;     // CDS_INHIBIT_* bits of this servo: cds_servos_inhibits()
     uint8_t misses : 2;       // transactions in a row without its reply, up to 3
     uint8_t status_return_level : 2; // register 0x10, or CDS_LEVEL_UNKNOWN; at first 2
-    uint8_t held;                    // CDS_HELD_* bits
+    uint8_t held;                    // mode, goal and speed in its registers: CDS_HELD_* bits
     bool has_limits : 1;             // a soft limit of its goal or of its speed is set
     bool torque : 1;                 // torque is on, as far as is known
     bool has_answered : 1;           // it answered a READ since its ID became uncertain
@@ -133,7 +133,7 @@ struct cds_servos {
     // to be read:
     uint8_t shortest_delay; // a smaller value of register 0x05 is not written: CDS_TOO_EARLY
     bool may_reset_all;     // a RESET of all servos may be sent: cds_servos_allow_reset()
-    bool is_inhibited;      // driving is: every packet that can drive any servo is refused
+    bool all_inhibited;     // every packet that can drive any servo is refused
     bool is_full;           // a servo was met for which the list has no room
     uint8_t alarms;         // of all servos, known or not, until acknowledged
     uint8_t news;           // counts changes of error bits or presence, modulo 256
@@ -147,9 +147,11 @@ struct cds_servos {
     bool move_is_valid;     // no limit and no inhibit has changed since the move began
     bool move_is_answered;  // every REG WRITE of the move was answered
     uint8_t walked;         // blocks or entries that the walk of `walk_request` has reached
-    uint8_t walk_index;     // entry to try for the next block
-    uint16_t walk_epoch;    // `epoch` of its check; 0: it is learnt
-    const struct cds_request *walk_request; // whose servos are checked or learnt, some each call
+    uint8_t walk_index;     // entry that is tried first for the next block
+    uint16_t walk_epoch;    // while the walk checks: its `epoch`; 0: the packet was sent, and the
+                            // walk learns from it
+    const struct cds_request *walk_request; // the request that the walk checks or learns from: some
+                                            // of its servos in each call
     const struct cds_request *move_request; // of the registered move under way, or NULL
 };
 
@@ -203,24 +205,27 @@ void cds_servos_inhibit(struct cds_servos *servos, struct cds_servo_state *servo
 static inline uint8_t cds_servos_inhibits(const struct cds_servos *servos,
                                           const struct cds_servo_state *servo)
 {
-    return (uint8_t)(servo->inhibits | (servos->is_inhibited ? CDS_INHIBIT_STOPPED : 0));
+    return (uint8_t)(servo->inhibits | (servos->all_inhibited ? CDS_INHIBIT_STOPPED : 0));
 }
 
-/* Ends the inhibits of `servo`, an entry. It may be driven unless driving is inhibited for all. A
- * RETURNED servo stays inhibited until its TORQUE_ENABLE was read. Nothing is sent, and torque may
- * be on or off: the caller sets speed, goal and torque again. */
+/* Ends both inhibits of one servo: `servo`, an entry. The inhibit of all servos stays, other than
+ * with cds_servos_allow() and cds_servos_release_all(). A RETURNED servo stays inhibited until its
+ * TORQUE_ENABLE was read. Nothing is sent, and torque may be on or off: the caller sets speed, goal
+ * and torque again. */
 void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo);
 
-/* Ends every inhibit: for all, and of each servo. What was refused stays refused. */
+/* Ends the inhibit of all servos and both inhibits of each servo, also CDS_INHIBIT_STATE_LOST,
+ * which cds_servos_allow() leaves. A packet that was refused stays refused. */
 void cds_servos_release_all(struct cds_servos *servos);
 
-/* Ends the inhibit for all, and CDS_INHIBIT_STOPPED of each servo. A servo that lost its
- * state stays inhibited. */
+/* Ends a stop: the inhibit of all servos and CDS_INHIBIT_STOPPED of each servo.
+ * CDS_INHIBIT_STATE_LOST stays: the caller releases such a servo by cds_servos_release() when its
+ * state is set again, or all of them by cds_servos_release_all(). */
 void cds_servos_allow(struct cds_servos *servos);
 
-/* For the operation that resets all servos on purpose: from now on, or no more, a RESET by
- * broadcast may be sent although servos are known. When it is sent every known servo becomes
- * unknown and inhibited as CDS_INHIBIT_STATE_LOST; it keeps its entry, ID and limits. */
+/* For the operation that resets all servos on purpose. If `is_allowed`, a RESET by broadcast may be
+ * sent although servos are known. When it is sent, every known servo becomes unknown and is
+ * inhibited as CDS_INHIBIT_STATE_LOST; it keeps its entry, ID and limits. */
 void cds_servos_allow_reset(struct cds_servos *servos, bool is_allowed);
 
 #ifdef __cplusplus

@@ -59,8 +59,8 @@
  * finds the ring full: 49, after another damage 50. Interrupts are off: so the head may be stored
  * before the byte it vouches for, and r0 holds the byte once SREG is back.
  *
- * A damaged byte is compared first, marked, and then counted by what its bits were: nothing between
- * changes flags. */
+ * A damaged byte: cpi compares its error bits and sets the flags once. No instruction up to brlo and
+ * brne changes the flags, so they choose the counter. */
 #define AVR_ON_RX_(link, number, echo_part)                                     \
     __asm__ volatile(AVR_ENTER_ echo_part                                       \
     "lds  r31, %[status]      \n\t" "andi r31, %[errors]      \n\t"             \

@@ -1,16 +1,16 @@
-/* The firmware: a text console and a bridge for protocol packets share one host link and one bus of
- * servos; the failsafe watches both.
+/* The firmware. A text console and a bridge for protocol packets share one host link and one bus of
+ * servos. The failsafe watches host link and servos.
  *
- * The poll order of turn() follows from four deadlines:
+ * Four deadlines decide the poll order of turn():
  *
- *   bus reply  The wire is idle from a reply until its next packet. So the bus comes first in a
- *              turn, and a bulk read polls it alone while a servo is asked.
- *   goal       The goals of a cycle leave within 350 us of their time, also under a flood. So while
- *              a cycle runs, bus and robot come before each part of a turn that may take long.
- *   host byte  The ring takes 64 bytes, 640 us at 1 Mbps. So a packet that comes in is taken until
- *              nothing more has come, or PART_US are over.
- *   Ctrl-X     Torque off begins within 20 ms. The host comes in each turn, and host_demux.h finds
- *              Ctrl-X wherever it stands. */
+ *   bus reply  After a reply the bus is idle until the controller sends the next packet. So each
+ * turn polls the bus first, and a bulk read polls only the bus while it waits for a servo. goal The
+ * goals of a cycle leave within 350 us of their time, even while the host floods the link. So while
+ * an operation or a stop runs, bus and robot are also polled before each part of a turn that may
+ * take long. host byte  The ring holds 64 bytes, which take 640 us at 1 Mbps. So the demux takes
+ * bytes of a packet until the ring is empty or PART_US are over. Ctrl-X     Torque off begins
+ * within 20 ms. So each turn polls the host link, and host_demux.h finds Ctrl-X anywhere in the
+ * input. */
 #include <stddef.h>
 
 #include "host/bridge.h"
@@ -20,7 +20,7 @@
 #include "host/device.h"
 #include "host/host_demux.h"
 #include "host/host_rescue.h"
-#include "robot/inhibit.h"
+#include "robot/inhibit_copy.h"
 #include "avr/idle.h"
 #include "robot/failsafe.h"
 #include "avr/memory.h"
@@ -29,30 +29,30 @@
 #include "host/device_registers.h"
 #include "avr/watchdog.h"
 
-/* The host's ring is empty, but the transmitter still has two bytes: 20 bits at the lowest rate,
- * 2 000 000 / 256 bit/s, take 2560 us. */
+/* After the ring to the host is empty, the transmitter still sends two bytes: 20 bits, 2560 us at
+ * the lowest rate of 2 000 000 / 256 bit/s. */
 #define HOST_DRAIN_US 4000
 
-/* No loop holds up the goals of a cycle for longer. */
+/* The longest time that one loop keeps the CPU from the goals of a cycle. */
 #define PART_US 100
 
-/* How long a bulk read may keep the CPU while neither robot nor host need it. */
+/* The longest time that a bulk read keeps the CPU while neither robot nor host need it. */
 #define ALONE_US 5000
 
-/* While there is other work, alarms, settings and memory are looked after so often. */
-#define KEEP_US 1000
+/* Period of poll_services() while there is other work. */
+#define SERVICES_US 1000
 
 static const CDS_FLASH char host_rescued[] = "host link at own rate of the board: save keeps it";
 
 #define HOST_BAUD_OWN 255 // in the settings: the board's own rate
 
-/* Start-up does not clear it: the drive inhibit survives a reset. */
-static struct inhibit_copy kept __attribute__((section(".noinit")));
+/* Start-up does not clear this copy, so the drive inhibit survives a reset. */
+static struct inhibit_copy inhibit_copy __attribute__((section(".noinit")));
 
 static struct {
     struct cds_bus bus;
     struct serial serial;
-    struct cds_ring text; // from the host, for the console
+    struct cds_ring text; // text of the host, for the console
     struct host_demux host;
     struct host_rescue rescue;
     struct bridge bridge;
@@ -64,11 +64,12 @@ static struct {
     struct memory memory;
     struct robot robot;
     struct console console;
-    uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX]; // from the host, on the bridge
-    uint32_t drained_us; // when the ring to the host was found empty before a change of rate; or 0
-    uint16_t kept_ticks; // when keep() was called last
-    uint8_t host_baud;   // rate of the host link in force, as in the settings
-    uint8_t heard;       // serial.rx.head when keep() was called last
+    uint8_t packets[2][STATUS_PACKET_HEAD + HOST_PACKET_MAX]; // demux and bridge swap these two
+    uint32_t drained_us; // time at which the ring to the host was empty before a change of rate; 0:
+                         // no change is due
+    uint16_t services_ticks; // time of the last poll_services()
+    uint8_t host_baud;       // present rate of the host link, as in the settings
+    uint8_t services_head;   // serial.rx.head at the last poll_services()
 } controller;
 
 CDS_AVR_BUS(controller.bus, 0)
@@ -92,15 +93,15 @@ static bool busy(void)
            controller.store.result == SETTINGS_SAVING;
 }
 
-/* Bytes that an interrupt handler changes when it makes work. The clock overflows every 33 ms: work
- * that is due at a time is looked at then. */
-struct marks {
+/* Bytes that an interrupt handler changes when there is new work. The clock overflows every 33 ms:
+ * then the main loop checks work that is due at a certain time. */
+struct event_marks {
     uint8_t host_head, host_tail, host_broken, bus_head, bus_broken, overflows;
 };
 
-static inline struct marks marks_now(void)
+static inline struct event_marks event_marks_now(void)
 {
-    return (struct marks){
+    return (struct event_marks){
         .host_head = controller.serial.rx.head,
         .host_tail = controller.serial.tx.tail,
         .host_broken = controller.serial.broken,
@@ -110,25 +111,25 @@ static inline struct marks marks_now(void)
     };
 }
 
-static inline bool are_same(struct marks a, struct marks b)
+static inline bool are_same(struct event_marks a, struct event_marks b)
 {
     return !((a.host_head ^ b.host_head) | (a.host_tail ^ b.host_tail) |
              (a.host_broken ^ b.host_broken) | (a.bus_head ^ b.bus_head) |
              (a.bus_broken ^ b.bus_broken) | (a.overflows ^ b.overflows));
 }
 
-/* Sleeps unless there is work. busy() takes longer than a handler may wait, so interrupts are on
- * meanwhile. An interrupt that comes after busy() changes a mark, and only the marks are compared
- * with interrupts off. The state of the bus link is no mark: while the bus has a request, busy() is
- * true. */
+/* Sleeps unless there is work. busy() takes longer than a handler may wait, so it runs with
+ * interrupts on. An interrupt during or after busy() changes a mark; only the comparison of the
+ * marks runs with interrupts off. The state of the bus link needs no mark: while the bus has a
+ * request, busy() is true. */
 static void idle(void)
 {
-    struct marks before = marks_now();
+    struct event_marks before = event_marks_now();
 
     if (busy())
         return;
     cli();
-    if (are_same(before, marks_now()))
+    if (are_same(before, event_marks_now()))
         avr_sleep();
     sei();
 }
@@ -141,8 +142,8 @@ static uint16_t divisor_of(uint8_t baud)
                                  : baud; // register value and UBRR are equal at 16 MHz with U2X
 }
 
-/* Opens the port anew, and drops what came, only if the rate really changes: 255 and another value
- * may mean the same rate. */
+/* Changes the rate of the port, which drops the bytes in its rings. Does not touch the port if the
+ * rate stays the same: 255 and another value may mean the same rate. */
 static void change_host_baud(uint8_t baud)
 {
     if (divisor_of(baud) != divisor_of(controller.host_baud))
@@ -151,14 +152,14 @@ static void change_host_baud(uint8_t baud)
     controller.rescue.state = HOST_RESCUE_SHUT;
 }
 
-/* Changes the rate of the host link after the reply to the command or packet that set it has left.
- */
-static void follow_host_baud(void)
+/* Applies the setting of the host rate, once the reply to the command or packet that changed it has
+ * left. */
+static void apply_host_baud(void)
 {
-    bool quiet = !bridge_talks(&controller.bridge) && console_idle(&controller.console) &&
-                 !cds_ring_count(&controller.serial.tx);
+    bool is_quiet = !bridge_talks(&controller.bridge) && console_idle(&controller.console) &&
+                    !cds_ring_count(&controller.serial.tx);
 
-    if (controller.host_baud == controller.settings.host_baud || !quiet ||
+    if (controller.host_baud == controller.settings.host_baud || !is_quiet ||
         controller.rescue.state == HOST_RESCUE_OPEN)
         controller.drained_us = 0;
     else if (controller.drained_us == 0)
@@ -179,7 +180,7 @@ static void begin_failsafe(void)
     failsafe->damaged_stops = &controller.host.counters.stops;
     failsafe->room_bytes = memory_room_bytes();
     failsafe_begin(failsafe, avr_reset_cause);
-    failsafe_follow(failsafe);
+    failsafe_apply_settings(failsafe);
 }
 
 static void open(void)
@@ -189,12 +190,12 @@ static void open(void)
     controller.host_baud = controller.settings.host_baud;
     if (divisor_of(controller.host_baud) != divisor_of(HOST_BAUD_OWN) &&
         host_rescue_begin(&controller.rescue, avr_reset_cause))
-        controller.host_baud = HOST_BAUD_OWN; // until follow_host_baud() ends the rescue
+        controller.host_baud = HOST_BAUD_OWN; // until apply_host_baud() ends the rescue
     serial_open(&controller.serial, divisor_of(controller.host_baud));
     sei();
     cds_bus_open(&controller.bus, 0, controller.settings.bus_baud);
     robot_begin(&controller.robot, &controller.bus, AVR_SHORTEST_DELAY(0));
-    robot_resume(&controller.robot, &kept, avr_reset_cause & FAILSAFE_RESET_POWER);
+    robot_resume(&controller.robot, &inhibit_copy, avr_reset_cause & FAILSAFE_RESET_POWER);
     begin_failsafe();
     host_demux_open(&controller.host, &controller.serial.rx, &controller.text,
                     controller.packets[0] + STATUS_PACKET_HEAD);
@@ -210,11 +211,12 @@ static void open(void)
 
 /* ---- bus and robot ---- */
 
-/* Starts to send what stands in the ring to the host, unless the last byte of a packet is leaving
- * on the bus. If the host link was idle, its first two bytes take two handlers in a row, 140
- * cycles, and a servo may answer 2 us after the end of the packet. With a byte still to be given to
- * the transmitter that end is two byte times away, 320 cycles at 1 Mbps. Returns serial.tx.head if
- * all before it is under way, else a value that it cannot take before all is. */
+/* Starts to send the bytes in the ring to the host, unless the last byte of a packet is leaving on
+ * the bus. A servo may answer 2 us after the end of that packet, and on an idle host link the first
+ * two bytes take two handlers in a row, 140 cycles. Before the last byte there is time: the end of
+ * the packet is then at least two byte times away, 320 cycles at 1 Mbps.
+ *
+ * Returns serial.tx.head if all bytes in the ring are being sent, else another value. */
 static uint8_t send_to_host(void)
 {
     uint8_t head = controller.serial.tx.head;
@@ -225,19 +227,20 @@ static uint8_t send_to_host(void)
     return head;
 }
 
-/* While an operation has the bus to itself, perhaps at another rate, a packet of the host waits and
- * ends the operation if it is a scan or a diagnosis. */
+/* While an operation has the bus to itself, perhaps at another rate, a packet of the host waits. It
+ * ends the operation as soon as possible (robot_abort()). */
 static void poll_bridge(void)
 {
-    bool exclusive = robot_is_exclusive(&controller.robot);
+    bool is_exclusive = robot_is_exclusive(&controller.robot);
 
-    if (!exclusive || controller.bridge.state == BRIDGE_WAITING) // its packet is on the bus already
+    if (!is_exclusive ||
+        controller.bridge.state == BRIDGE_WAITING) // the bus has its packet already
         bridge_poll(&controller.bridge);
-    if (exclusive && controller.host.whole)
+    if (is_exclusive && controller.host.whole)
         robot_abort(&controller.robot);
 }
 
-/* Polls until all that has come of a reply is taken; one poll takes a part of it. */
+/* Polls the bus until all received bytes of a reply are taken: one poll takes a part of them. */
 static bool take_reply(void)
 {
     struct cds_bus *bus = &controller.bus;
@@ -249,8 +252,8 @@ static bool take_reply(void)
     return is_in_use;
 }
 
-/* Polls bus and bridge. A bulk read stays here from servo to servo, until it ends, the host says
- * something or the time is over. */
+/* Polls bus and bridge. During a bulk read it goes on from servo to servo, until the bulk read
+ * ends, the host sends a byte, or the time is over. */
 static void poll_bus(void)
 {
     const struct bridge *bridge = &controller.bridge;
@@ -270,18 +273,18 @@ static void poll_bus(void)
              !is_over(from_ticks, us));
 }
 
-/* The state check rests while the bridge has packets of the host. */
+/* Packets of the host on the bridge delay the state check. */
 static void poll_bus_and_robot(void)
 {
     poll_bus();
     if (!bridge_idle(&controller.bridge))
-        robot_yield(&controller.robot);
+        robot_delay_health(&controller.robot);
     robot_poll(&controller.robot);
 }
 
 /* ---- host and console ---- */
 
-/* Takes bytes of the host until no packet is coming in or PART_US are over. */
+/* Takes bytes of the host until no packet is coming in, or PART_US are over. */
 static void poll_demux(void)
 {
     uint16_t from_ticks = cds_port_ticks();
@@ -292,7 +295,7 @@ static void poll_demux(void)
 
 static void note_lost_bytes(void)
 {
-    if (!serial_broken(&controller.serial))
+    if (!serial_resume_after_gap(&controller.serial))
         return;
     if (controller.rescue.state)
         host_rescue_damage(&controller.rescue);
@@ -300,7 +303,8 @@ static void note_lost_bytes(void)
         host_demux_gap(&controller.host);
 }
 
-/* Ctrl-X acts before the console polls, and a whole packet goes to the bridge at once. */
+/* Polls the host link. Ctrl-X stops the robot before the console is polled, and a whole packet goes
+ * to the bridge at once. */
 static void poll_host(void)
 {
     if (controller.rescue.state)
@@ -316,8 +320,9 @@ static void poll_host(void)
         poll_bridge();
 }
 
-/* After three Enters the board's own rate becomes the setting, and the console says so. */
-static void keep_own_baud(void)
+/* After HOST_RESCUE_ENTERS Enters the board's own rate becomes the setting, and the console prints
+ * it. */
+static void set_own_baud(void)
 {
     struct printer *printer = &controller.console.printer;
 
@@ -330,22 +335,22 @@ static void keep_own_baud(void)
 
 static void poll_console(void)
 {
-    if (!bridge_talks(&controller.bridge)) { // text must not tear a status packet
-        keep_own_baud();
+    if (!bridge_talks(&controller.bridge)) { // no text within a status packet
+        set_own_baud();
         console_poll(&controller.console);
     }
-    follow_host_baud();
+    apply_host_baud();
     send_to_host();
 }
 
-/* Looks after failsafe, settings and memory. Any byte of the host shows that the host is alive. */
-static void keep(void)
+/* Polls failsafe, settings and memory. Any byte of the host shows that the host is alive. */
+static void poll_services(void)
 {
     struct failsafe *failsafe = &controller.failsafe;
 
-    controller.kept_ticks = cds_port_ticks();
-    if (controller.heard != controller.serial.rx.head) {
-        controller.heard = controller.serial.rx.head;
+    controller.services_ticks = cds_port_ticks();
+    if (controller.services_head != controller.serial.rx.head) {
+        controller.services_head = controller.serial.rx.head;
         failsafe_heard(failsafe);
     }
     failsafe_poll(failsafe);
@@ -358,17 +363,16 @@ static void keep(void)
 
 /* ---- main loop ---- */
 
-/* While a cycle or an operation runs, its packets leave before a part of the turn that may take
- * long.
- */
+/* While an operation or a stop runs, polls bus and robot before a part of the turn that may take
+ * long. */
 static void robot_first(void)
 {
     if (!robot_idle(&controller.robot))
         poll_bus_and_robot();
 }
 
-/* One turn of the main loop; the top of this file has the reasons for its order. NOINLINE: a
- * debugger finds it by its name. */
+/* One turn of the main loop; the top of this file explains its order. NOINLINE: a debugger finds it
+ * by its name. */
 NOINLINE static void turn(void)
 {
     watchdog_pet();
@@ -376,9 +380,9 @@ NOINLINE static void turn(void)
     poll_host();
     robot_first();
     poll_console();
-    if (is_over(controller.kept_ticks, KEEP_US) || !busy()) {
+    if (is_over(controller.services_ticks, SERVICES_US) || !busy()) {
         robot_first();
-        keep();
+        poll_services();
     }
     idle();
 }

@@ -626,7 +626,7 @@ static void call(void)
     case 1: cds_bus_set_baud(&bus, any_byte()); break;
     case 2: cds_bus_set_return_delay(&bus, any_word()); break;
     case 3: cds_bus_submit(&bus, &other); break;
-    case 4: cds_bus_submit_permitted(&bus, &request, any_word()); break;
+    case 4: cds_bus_submit_prechecked(&bus, &request, any_word()); break;
     case 5: cds_bus_cancel(&bus, any_bool() ? &request : &other); break;
     case 6: cds_bus_attach(&bus, &hooks); break;
     case 7: cds_queue_attach(&queue, &bus); break;

@@ -1,5 +1,5 @@
 """The profiles of the firmware that a board has room for, bridge, console and full, on each board with a host link."""
-# needs: $(FIRMWARES)
+# needs: $(PROFILE_ELFS)
 import pathlib
 import re
 import sys

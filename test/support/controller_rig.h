@@ -10,7 +10,7 @@
 
 #include "host/bridge.h"
 #include "console/console.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "port_fake.h"
 #include "host/device_registers.h"
 
@@ -106,12 +106,12 @@ static void turn(void)
         robot_abort(&robot);
     if (!bridge_talks(&bridge))
         console_poll(&console);
-    for (; cds_ring_count(&output); input_drop(&output, 1)) {
+    for (; cds_ring_count(&output); ring_drop(&output, 1)) {
         if (said_size == ROOM) {
             memmove(said, said + ROOM / 2, ROOM / 2);
             said_size = ROOM / 2;
         }
-        said[said_size++] = input_peek(&output, 0);
+        said[said_size++] = ring_peek(&output, 0);
     }
     most_said = said_size > most_said ? said_size : most_said;
 }

@@ -9,7 +9,7 @@
 
 void serial_open(struct serial *serial, uint16_t divisor)
 {
-    SERIAL_CONTROL = 0; // first: no handler of the port may run while the struct changes
+    SERIAL_CONTROL = 0; // first, so that no handler of the port runs while the struct changes
     serial->rx.tail = serial->rx.head;
     serial->tx.tail = serial->tx.head;
     serial->broken = 0;
@@ -26,7 +26,7 @@ void serial_send(struct serial *serial)
         SERIAL_CONTROL = serial->broken ? SERIAL_SENDING & SERIAL_DEAF : SERIAL_SENDING;
 }
 
-bool serial_broken(struct serial *serial)
+bool serial_resume_after_gap(struct serial *serial)
 {
     if (!serial->broken || cds_ring_count(&serial->rx))
         return false;

@@ -1,8 +1,9 @@
 /* The controller's serial port to the PC: full duplex, 8N1, a ring for each direction.
  *
  * When the PC sends more than the ring holds, or a byte comes damaged, the receive handler turns
- * its interrupt off until the main loop has called serial_broken(). So a gap is always at the end
- * of the bytes in the ring, and a flood takes only as much CPU time as the main loop gives it.
+ * its interrupt off until the main loop has called serial_resume_after_gap(). So a gap is always at
+ * the end of the bytes in the ring, and a flood takes only as much CPU time as the main loop gives
+ * it.
  */
 #ifndef AVR_SERIAL_H
 #define AVR_SERIAL_H
@@ -22,7 +23,7 @@
 struct serial {
     struct cds_ring rx;
     struct cds_ring tx;
-    volatile uint8_t broken; // 1: bytes were lost, and no byte is taken until it is cleared
+    volatile uint8_t broken; // 1: bytes were lost; the handler takes no byte until it is cleared
     volatile uint16_t gaps;  // times that bytes were lost, modulo 65536
 };
 
@@ -49,9 +50,10 @@ void serial_open(struct serial *serial, uint16_t divisor);
 /* Starts to send the bytes in tx. Main context, after bytes were put there. */
 void serial_send(struct serial *serial);
 
-/* Returns true once after bytes were lost, when all bytes before the gap have been taken. Main
- * context. */
-bool serial_broken(struct serial *serial);
+/* After bytes were lost: once the main loop has taken all bytes before the gap, drops the bytes
+ * that came right after it, restarts reception, and returns true. Else returns false and does
+ * nothing. Main context. */
+bool serial_resume_after_gap(struct serial *serial);
 
 // clang-format off
 

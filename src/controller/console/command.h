@@ -1,6 +1,6 @@
-/* A command of the console: a row of a table in flash, beside the code that carries the command out
- * (commands/). A profile (profiles/) links the groups of rows that its firmware has; the console
- * itself knows no command. */
+/* A command of the console. It is a row of a table in flash, in the file with the code that carries
+ * it out (commands/). A profile (profiles/) names the groups of rows that its firmware links. The
+ * console itself knows no command. */
 #ifndef CONTROLLER_COMMAND_H
 #define CONTROLLER_COMMAND_H
 
@@ -20,46 +20,54 @@
 struct console;
 
 struct command {
-    /* The name and the arguments. Arguments are checked, shown by help, and written into
-     * docs/console.md as they stand here. [ ] may be left out, and so may all behind it; a|b is one
-     * of these words; the others are in capitals, and `struct command_line` has what was read:
-     *   ID             0 to 253                        id, which is 254 where none is given
-     *   ID|254         0 to 254                        id, which is 254 where none is given
+    /* The name and the arguments. The parser checks a line against this text, and help and
+     * docs/console.md print it. Rules:
+     *   - [ ] encloses an argument that may be missing; then all arguments after it are missing,
+     * too
+     *   - a|b in small letters: one of these words
+     *   - words in capitals: an argument. It is stored in `struct command_line`:
+     *
+     *   in the usage   argument                        stored in
+     *   ID             0 to 253                        id; 254 if it is missing
+     *   ID|254         0 to 254                        id; 254 if it is missing
      *   NEW            0 to 253                        new_id
      *   REG            name or address of a register   address, length
-     *   LENGTH         1 to what the table has         length
+     *   LENGTH         1 to the end of the table       length
      *   COMMAND        name of a command               topic
      *   NAME           name of a setting               setting
-     *   VALUE...       values of registers             put into the packet
-     *   ID:BYTE,...    blocks of a SYNC WRITE          put into the packet
+     *   VALUE...       values of registers             the packet
+     *   ID:BYTE,...    blocks of a SYNC WRITE          the packet
      *   ID...          0 to 253                        list, a byte each
      *   ANGLE...       angles                          list, a word each, low byte first
-     *   any other      a number, with a unit or none   number[0], then [1], [2] */
+     *   other words    a number, unit optional         number[0], then [1], then [2] */
     const CDS_FLASH char *usage;
-    const CDS_FLASH char *what;    // it does
-    const CDS_FLASH char *details; // ranges and remarks; NULL: left out of the firmware
-    const CDS_FLASH char *example; // a line; NULL: left out of the firmware
-    /* Starts the command: 0, or the number of the error that ends it at once: an enum cds_result or
-     * a CONSOLE_ERRORS. NULL: there is nothing to start. */
+    const CDS_FLASH char *what;    // what the command does
+    const CDS_FLASH char *details; // ranges and remarks; NULL: this firmware leaves them out
+    const CDS_FLASH char *example; // a line to type; NULL: this firmware leaves it out
+    /* Starts the command. Returns 0, or the error that ends the command at once: an enum cds_result
+     * or a number of CONSOLE_ERRORS (errors.h). NULL: there is nothing to start. */
     uint8_t (*begin)(struct console *console);
-    /* Called in turns of the main loop, whenever a piece of text may be printed, until it returns
-     * false; console->step counts the calls from 0 on, up to 255. Never waits. Leaves an error in
-     * console->error. NULL: there is nothing more to do. */
+    /* Moves the command on. The main loop calls it whenever the printer is ready, until it returns
+     * false. It never waits. console->step counts the calls from 0 on, up to 255. It stores an
+     * error in console->error. NULL: the reply ends right after begin. Never NULL for a command
+     * that sends a packet: console_waits(), or a function that calls it. */
     bool (*poll)(struct console *console);
-    uint8_t instruction; // of the packet that the line is, or 0
+    uint8_t instruction; // the line itself is a packet with this instruction; 0: it is not
 };
 
 struct command_group {
-    const CDS_FLASH char *heading; // in the list; NULL: the group goes on with the one before
+    const CDS_FLASH char
+        *heading; // in the list of help; NULL: no heading, goes on with the last group
     const CDS_FLASH struct command *rows;
     uint8_t count;
 };
 
-/* What a profile links. */
+/* The commands that a profile links. */
 struct command_set {
     const CDS_FLASH struct command_group *const CDS_FLASH *groups; // ends with NULL
-    const CDS_FLASH struct command *on_stop;                       // run behind a Ctrl-X
-    /* Between two lines: prints reports that no command asked for. False: nothing to print. */
+    const CDS_FLASH struct command *on_stop;                       // runs after a Ctrl-X
+    /* Called between two lines. Prints reports that no command asked for. Returns false if there is
+     * nothing to print. */
     bool (*report)(struct console *console);
 };
 

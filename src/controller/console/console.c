@@ -7,11 +7,11 @@
 
 #include "console/errors.h"
 #include "host/host_demux.h" // HOST_MARK_DROPPED
-#include "console/input.h"   // input_peek(), input_drop()
+#include "ring_input.h"      // ring_peek(), ring_drop()
 #include "compiler.h"        // NOINLINE
 #include "console/reply.h"
 
-/* The bus must not wait for a line. */
+/* Bounds of a poll, since the bus must not wait. */
 #define KEYS_PER_POLL 5
 #define FED_PER_POLL  8 // a line of 50 servos comes as fast as the host can send
 
@@ -45,7 +45,7 @@ void console_open(struct console *console, struct failsafe *failsafe, struct cds
     begin_line(console);
 }
 
-/* The line is wrong: the rest of it is ignored, and its end replies `error`. */
+/* The line is wrong: ignores the rest of it. At the end of the line the reply is `error`. */
 static void spoil(struct console *console, uint8_t error)
 {
     if (!console->skipping) {
@@ -66,7 +66,7 @@ static void end_word(struct console *console, char separator)
     console->token.length = 0;
 }
 
-/* A character that can no longer be taken back. */
+/* Takes a character of the line that the user can no longer delete. */
 static void feed(struct console *console, char c)
 {
     if (++console->characters > CONSOLE_LINE_MAX) {
@@ -80,20 +80,20 @@ static void feed(struct console *console, char c)
     else if ((c == ':' || c == ',') && parse_in_block(&console->line))
         end_word(console, c);
     else
-        lexer_add(&console->token, c);
+        token_add(&console->token, c);
 }
 
 NOINLINE static void conclude(struct console *console, uint8_t error)
 {
     if (console->error == 0)
         console->error = error;
-    console->closed = false;
-    console->state = CONSOLE_CLOSING;
+    console->reply_ended = false;
+    console->state = CONSOLE_ENDING;
 }
 
 NOINLINE static void begin_command(struct console *console)
 {
-    if (!console->line.command->instruction) // else the packet of the line uses these bytes
+    if (!console->line.command->instruction) // else the packet of the line is in these bytes
         memset(console_job(console), 0, CONSOLE_JOB_SIZE);
     console->step = 0;
     console->phase = 0;
@@ -122,7 +122,7 @@ static void end_line(struct console *console)
     editor_end(&console->editor);
     end_word(console, ' ');
     if (console->line.words == 0 && console->line.error == 0) {
-        begin_line(console); // an empty line asks for nothing
+        begin_line(console); // an empty line has no reply
         return;
     }
     error = parse_end(&console->line);
@@ -132,7 +132,7 @@ static void end_line(struct console *console)
         run(console);
 }
 
-/* Gives locked characters to the parser, some in each turn. */
+/* Gives some of the locked characters to the parser. */
 static void feed_locked(struct console *console)
 {
     struct editor *editor = &console->editor;
@@ -142,8 +142,8 @@ static void feed_locked(struct console *console)
     if (console->fed < editor->locked)
         return;
     console->fed = 0;
-    if (console->ending) {
-        console->ending = false;
+    if (console->line_complete) {
+        console->line_complete = false;
         end_line(console);
     } else if (editor->locked) {
         editor_take(editor, editor->locked);
@@ -155,7 +155,7 @@ static void drop_line(struct console *console)
     console->editor.length = 0;
     editor_end(&console->editor);
     console->fed = 0;
-    console->ending = false;
+    console->line_complete = false;
     begin_line(console);
 }
 
@@ -164,7 +164,7 @@ static bool is_mark(uint8_t byte)
     return byte == HOST_MARK_DROPPED || byte == HOST_MARK_LOST;
 }
 
-/* The host link says that the line so far is lost. */
+/* The demux has put a mark into the text: the unfinished line is lost. */
 NOINLINE static void take_mark(struct console *console, uint8_t mark)
 {
     drop_line(console);
@@ -184,7 +184,7 @@ static void take(struct console *console, char c)
     switch (editor_key(editor, c, echo_of(console))) {
     case EDITOR_END:
         editor->locked = editor->length;
-        console->ending = true;
+        console->line_complete = true;
         break;
     case EDITOR_DROP: drop_line(console); break;
     case EDITOR_FULL:
@@ -197,7 +197,7 @@ static void take(struct console *console, char c)
 
 static bool takes_keys(struct console *console)
 {
-    return console->state == CONSOLE_READING && !console->ending &&
+    return console->state == CONSOLE_READING && !console->line_complete &&
            console->editor.length < EDITOR_SIZE &&
            editor_show(&console->editor, echo_of(console)) && cds_ring_count(console->input);
 }
@@ -206,9 +206,9 @@ static void read_input(struct console *console)
 {
     feed_locked(console);
     for (uint8_t left = KEYS_PER_POLL; left && takes_keys(console); left--) {
-        uint8_t byte = input_peek(console->input, 0);
+        uint8_t byte = ring_peek(console->input, 0);
 
-        input_drop(console->input, 1);
+        ring_drop(console->input, 1);
         if (is_mark(byte))
             take_mark(console, byte);
         else
@@ -218,13 +218,14 @@ static void read_input(struct console *console)
 
 /* ---- Ctrl-X ---- */
 
-/* The index behind the last Ctrl-X in the input ring, or 0. */
+/* Returns the index behind the last Ctrl-X in the input ring, or 0; searches from index `from` on.
+ */
 NOINLINE static uint8_t behind_stop(const struct console *console, uint8_t from)
 {
     uint8_t behind = 0;
 
     for (uint8_t at = from; at < cds_ring_count(console->input); at++)
-        if (input_peek(console->input, at) == CONSOLE_STOP)
+        if (ring_peek(console->input, at) == CONSOLE_STOP)
             behind = (uint8_t)(at + 1u);
     return behind;
 }
@@ -234,28 +235,29 @@ void console_stop(struct console *console)
     uint8_t behind = behind_stop(console, 0);
 
     robot_stop(console->robot);
-    input_drop(console->input, behind ? behind : cds_ring_count(console->input));
+    ring_drop(console->input, behind ? behind : cds_ring_count(console->input));
     console->looked = console->input->tail;
     console->stop_asked = true;
     if (console->state == CONSOLE_READING)
         drop_line(console);
 }
 
-/* A Ctrl-X behind other input must not wait for its turn. */
+/* Searches all input for Ctrl-X: it must not wait for the input before it. */
 static void look_for_stop(struct console *console)
 {
     uint8_t count = cds_ring_count(console->input);
     uint8_t from = (uint8_t)(console->looked - console->input->tail);
 
     if (from > count)
-        from = 0; // the searched bytes were taken out
+        from = 0; // the searched bytes are no longer in the ring
     if (behind_stop(console, from))
         console_stop(console);
     else
         console->looked = (uint8_t)(console->input->tail + count);
 }
 
-/* Ends a command after Ctrl-X. Its request must have ended before the next command begins. */
+/* Ends the running command after Ctrl-X, as soon as its request has ended and no operation needs
+ * the bus for itself. */
 static void interrupt(struct console *console)
 {
     if (console->line.request->result == CDS_PENDING || robot_is_exclusive(console->robot))
@@ -300,8 +302,8 @@ bool console_key(struct console *console)
 {
     bool pressed = false;
 
-    for (; cds_ring_count(console->input); input_drop(console->input, 1)) {
-        uint8_t byte = input_peek(console->input, 0);
+    for (; cds_ring_count(console->input); ring_drop(console->input, 1)) {
+        uint8_t byte = ring_peek(console->input, 0);
 
         if (!(byte == '\n' && console->editor.after_cr) && byte != HOST_MARK_DROPPED)
             pressed = true;
@@ -362,7 +364,7 @@ static void go_on(struct console *console)
         poll_command(console);
 }
 
-static void close_reply(struct console *console)
+static void end_reply(struct console *console)
 {
     if (printer_ready(&console->printer) && !reply_piece(console))
         begin_line(console);
@@ -373,7 +375,7 @@ void console_poll(struct console *console)
     static void (*const CDS_FLASH states[])(struct console *) = {
         [CONSOLE_READING] = read_line,
         [CONSOLE_RUNNING] = go_on,
-        [CONSOLE_CLOSING] = close_reply,
+        [CONSOLE_ENDING] = end_reply,
     };
 
     look_for_stop(console);
@@ -383,7 +385,7 @@ void console_poll(struct console *console)
 bool console_idle(const struct console *console)
 {
     return console->state == CONSOLE_READING && cds_ring_count(console->input) == 0 &&
-           !console->stop_asked && !console->ending && console->editor.locked == 0 &&
+           !console->stop_asked && !console->line_complete && console->editor.locked == 0 &&
            console->editor.shown == console->editor.length && !console->printer.text &&
            !console->failsafe->alarm;
 }

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "cds55xx/units.h" // enum cds_unit
-#include "console/lexer.h" // struct token
+#include "console/token.h" // struct token
 
 /* What is counted, if it was said. */
 enum number_kind {

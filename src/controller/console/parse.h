@@ -8,7 +8,7 @@
 
 #include "cds55xx/bus.h"          // struct cds_request
 #include "console/command.h"      // struct command
-#include "console/lexer.h"        // struct token
+#include "console/token.h"        // struct token
 #include "console/number_parse.h" // struct number
 
 #define PARSE_LIST_MAX 50 // IDs or angles in a line

@@ -39,9 +39,9 @@ static bool warn(struct console *console)
     return true;
 }
 
-/* Ends the reply. A servo may refuse for several reasons: all but the last are printed as "also".
- */
-static bool closing(struct console *console)
+/* Prints the result, or one reason of several for which a servo refuses: the lines of all reasons
+ * but the last begin with "also". Returns true if a reason is left. */
+static bool print_result(struct console *console)
 {
     uint8_t number = error_of_servo(&console->servo_error);
     bool more = number && console->servo_error;
@@ -56,9 +56,9 @@ static bool closing(struct console *console)
 
 bool reply_piece(struct console *console)
 {
-    if (console->closed)
+    if (console->reply_ended)
         return false; // the last line was printed
-    if (!warn(console) && !closing(console))
-        console->closed = true;
+    if (!warn(console) && !print_result(console))
+        console->reply_ended = true;
     return true;
 }

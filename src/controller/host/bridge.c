@@ -8,7 +8,7 @@ void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *
                  struct device *device, struct cds_ring *output, uint8_t *bytes)
 {
     OPTIMIZER_BARRIER(bridge);
-    *bridge = (struct bridge){.host = host};
+    *bridge = (struct bridge){.bus = bus, .host = host, .device = device, .output = output};
     bridge->request.packet.bytes = bytes;
     bridge->request.packet.capacity = HOST_PACKET_MAX;
     bridge->request.reply = bridge->reply + STATUS_PACKET_HEAD;
@@ -42,7 +42,7 @@ static void pass(struct bridge *bridge)
     enum cds_result result;
 
     request->reply_parameters = status_packet_due(request->packet.bytes);
-    result = cds_bus_submit(bridge->bulk_read.bus, request);
+    result = cds_bus_submit(bridge->bus, request);
     if (result != CDS_OK) {
         refuse(bridge, (uint8_t)result);
         return;
@@ -51,12 +51,12 @@ static void pass(struct bridge *bridge)
     bridge->state = BRIDGE_WAITING;
 }
 
-/* Takes back a packet that still waits for its turn on the bus: by now the client of the host has
- * given up waiting for the reply. */
+/* Takes back a packet that still waits for its turn on the bus after HOST_SILENCE_US: the client
+ * has given up waiting for the reply. */
 static void drop_expired(struct bridge *bridge)
 {
     if (cds_port_now_us() - bridge->taken_us < HOST_SILENCE_US ||
-        cds_bus_cancel(bridge->bulk_read.bus, &bridge->request) != CDS_OK)
+        cds_bus_cancel(bridge->bus, &bridge->request) != CDS_OK)
         return;
     bridge->host->counters.late++;
     bridge->state = BRIDGE_IDLE;
@@ -71,7 +71,7 @@ static void await_reply(struct bridge *bridge)
         return;
     }
     bridge->state = BRIDGE_IDLE;
-    if (request->result > CDS_LINE_BUSY) { // the permit has refused it since
+    if (request->result > CDS_LINE_BUSY) { // the permit has refused the packet after the submit
         refuse(bridge, request->result);
         return;
     }
@@ -89,7 +89,7 @@ static void await_reply(struct bridge *bridge)
 
 static void ask_device(struct bridge *bridge)
 {
-    struct device *device = bridge->bulk_read.device;
+    struct device *device = bridge->device;
 
     bridge->state = BRIDGE_DEVICE;
     if (device_obey(device, bridge->request.packet.bytes))
@@ -117,12 +117,12 @@ static void begin_bulk_read(struct bridge *bridge, uint8_t own)
         bridge->counters.refused++;
 }
 
-/* Takes the packet and gives it to device, bulk read or bus. NOINLINE: a poll during a bulk read
- * saves no registers for it. */
+/* Takes the packet of the host and gives it to bulk read, device or bus. NOINLINE: a poll during a
+ * bulk read saves no registers for this function. */
 NOINLINE static void take(struct bridge *bridge)
 {
     struct cds_packet *packet = &bridge->request.packet;
-    uint8_t own = device_id(bridge->bulk_read.device);
+    uint8_t own = device_id(bridge->device);
     uint8_t id, instruction;
 
     packet->bytes = host_demux_take(bridge->host, packet->bytes);
@@ -152,8 +152,7 @@ void bridge_poll(struct bridge *bridge)
     case BRIDGE_BULK_READ: poll_bulk_read(bridge); break;
     default: break;
     }
-    if (bridge->state == BRIDGE_ANSWERING &&
-        status_packet_put(&bridge->status, bridge->bulk_read.output))
+    if (bridge->state == BRIDGE_ANSWERING && status_packet_put(&bridge->status, bridge->output))
         bridge->state = BRIDGE_IDLE;
 }
 

@@ -1,10 +1,10 @@
-/* The bridge takes the protocol packets of the host one after the other. A packet for the virtual
- * device goes to device.h, a SYNC READ or BULK READ to bulk_read.h. Every other packet goes out on
- * the bus unchanged, and the reply of the servo goes back to the host unchanged.
+/* The bridge handles the protocol packets of the host one after the other. device.h answers a
+ * packet for the virtual device, and bulk_read.h a SYNC READ or BULK READ. The bridge sends every
+ * other packet unchanged to the bus, and the reply of the servo unchanged to the host.
  *
- * A packet waits for its turn on the bus like any other request. The host gets no answer if the
- * reply does not come or comes damaged, as behind any adapter, or if the bus refuses the packet. If
- * a packet sets a return delay whose replies this board cannot receive, the bridge answers with a
+ * On the bus a packet waits for its turn as any other request does. The host gets no answer if the
+ * reply is missing or damaged, or if the bus refuses the packet. One refusal is answered: if a
+ * packet sets a return delay whose replies this board cannot receive, the bridge answers with a
  * range error in place of the servo.
  *
  * Manual: 2.1 to 2.4. Main context.
@@ -25,8 +25,8 @@ enum bridge_state {
     BRIDGE_IDLE,
     BRIDGE_WAITING,   // the packet is on the bus or in its queue
     BRIDGE_DEVICE,    // the device has not finished with the packet
-    BRIDGE_BULK_READ, // a SYNC READ or BULK READ goes from servo to servo
-    BRIDGE_ANSWERING, // a status packet goes into the ring to the host
+    BRIDGE_BULK_READ, // a SYNC READ or BULK READ is under way
+    BRIDGE_ANSWERING, // a status packet is being put into the ring to the host
 } __attribute__((packed));
 
 /* Each counts modulo 65536. */
@@ -39,30 +39,34 @@ struct bridge_counters {
 
 /* All state of the bridge. Zero it, then bridge_open(). */
 struct bridge {
+    struct cds_bus *bus;
     struct host_demux *host;
+    struct device *device;
+    struct cds_ring *output;    // to the host
     struct cds_request request; // swaps its packet buffer with the demux
-    struct bulk_read bulk_read; // holds bus, device and output
+    struct bulk_read bulk_read;
     struct status_packet status;
     uint32_t taken_us; // when the last byte of the packet came from the host
     uint8_t state;     // enum bridge_state
     struct bridge_counters counters;
-    uint8_t reply[STATUS_PACKET_HEAD + CDS_REPLY_ANY + 1]; // a status packet around the parameters
+    uint8_t reply[STATUS_PACKET_HEAD + CDS_REPLY_ANY + 1]; // room for a whole status packet: head,
+                                                           // parameters, checksum
 };
 
-/* `bytes`: a buffer of HOST_PACKET_MAX bytes. STATUS_PACKET_HEAD more bytes stand before it, and
- * before the buffer of the demux. `output`: the ring to the host. */
+/* Opens the bridge. `bytes`: a buffer of HOST_PACKET_MAX bytes; STATUS_PACKET_HEAD bytes before it,
+ * and before the buffer of the demux, must be free for use. `output`: the ring to the host. */
 void bridge_open(struct bridge *bridge, struct cds_bus *bus, struct host_demux *host,
                  struct device *device, struct cds_ring *output, uint8_t *bytes);
 
-/* Moves on. Call it from the main loop after host_demux_poll() and cds_bus_poll(). */
+/* Moves the packet of the host on. Call it from the main loop after host_demux_poll() and
+ * cds_bus_poll(). */
 void bridge_poll(struct bridge *bridge);
 
 /* True while a status packet is partly in the ring or waits for room. No other byte may be put into
  * the ring then. */
 bool bridge_talks(const struct bridge *bridge);
 
-/* True during a SYNC READ or BULK READ: the sooner bridge_poll() is called again, the sooner it
- * ends. */
+/* True during a SYNC READ or BULK READ. Calling bridge_poll() more often shortens it. */
 static inline bool bridge_is_reading(const struct bridge *bridge)
 {
     return bridge->state == BRIDGE_BULK_READ;

@@ -16,9 +16,10 @@
 #define DEVICE_MODEL_NUMBER 0xCD55
 #define DEVICE_OFF          254 // in the register ID: there is no device
 
-/* X(name, address, bytes, access, lowest, highest, unit, text). The first DEVICE_KEPT registers are
- * the settings, in the order of their table (settings.h). Counters of the bus have the order of
- * struct cds_stats, those of host and bridge the order of their structs. */
+/* X(name, address, bytes, access, lowest, highest, unit, text). The first
+ * DEVICE_SETTING_COUNT registers are the settings, in the order of their table (settings.h).
+ * Counters of the bus have the order of struct cds_stats, those of host and bridge the order of
+ * their structs. */
 #define DEVICE_REGISTERS(X)                                                                        \
     X(ID, 0x03, 1, RW, 0, 254, "-", "ID of the device; 254: there is no device")                   \
     X(HOST_BAUD, 0x04, 1, RW, 1, 255, "-",                                                         \
@@ -97,8 +98,8 @@
       "a bit for each ID that failed in the last SYNC READ or BULK READ: bit ID % 8 of byte "      \
       "ID / 8")
 
-#define DEVICE_TABLE_SIZE 0x70
-#define DEVICE_KEPT       10
+#define DEVICE_TABLE_SIZE    0x70
+#define DEVICE_SETTING_COUNT 10
 
 enum device_register {
 #define DEVICE_ENUM_(name, address, bytes, access, lowest, highest, unit, what) DEVICE_##name,

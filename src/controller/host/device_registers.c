@@ -6,7 +6,7 @@
 
 #include "cds55xx/link.h" // cds_link_count()
 
-_Static_assert(DEVICE_KEPT == SETTINGS_COUNT, "the first registers are the settings");
+_Static_assert(DEVICE_SETTING_COUNT == SETTINGS_COUNT, "the first registers are the settings");
 
 static void reset(void *context)
 {
@@ -62,7 +62,7 @@ static uint16_t get(void *context, uint8_t reg)
     const struct failsafe *failsafe = registers->failsafe;
     const struct robot *robot = failsafe->robot;
 
-    if (reg < DEVICE_KEPT)
+    if (reg < DEVICE_SETTING_COUNT)
         return settings_get(failsafe->settings, reg);
     switch (reg) {
     case DEVICE_SAVE: return saving(failsafe->store);
@@ -81,7 +81,7 @@ static void set(void *context, uint8_t reg, uint16_t value)
 {
     struct device_registers *registers = context;
 
-    if (reg < DEVICE_KEPT)
+    if (reg < DEVICE_SETTING_COUNT)
         settings_set(registers->failsafe->settings, reg, value);
     else if (reg == DEVICE_SAVE)
         registers->to_save = value;
@@ -112,7 +112,7 @@ static bool settled(void *context)
     struct failsafe *failsafe = registers->failsafe;
 
     registers->to_save = registers->to_save && !settings_save(failsafe->store, failsafe->settings);
-    return failsafe_follow(failsafe) && !registers->to_save;
+    return failsafe_apply_settings(failsafe) && !registers->to_save;
 }
 
 const CDS_FLASH struct device_ops device_registers_ops = {get, set, allows, reset, settled};

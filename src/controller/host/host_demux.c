@@ -3,9 +3,9 @@
 
 #include <string.h>
 
-#include "cds55xx/port.h"  // cds_port_now_us()
-#include "compiler.h"      // OPTIMIZER_BARRIER(), NOINLINE
-#include "console/input.h" // input_peek(), input_drop()
+#include "cds55xx/port.h" // cds_port_now_us()
+#include "compiler.h"     // OPTIMIZER_BARRIER(), NOINLINE
+#include "ring_input.h"   // ring_peek(), ring_drop()
 
 /* Bounds of a poll, since the bus must not wait. */
 #define BYTES_PER_POLL   3  // bytes examined one by one
@@ -265,9 +265,9 @@ static uint8_t take_counted(struct host_demux *demux)
 /* Takes a byte out of the input ring. *late: it is too old for a packet. */
 static uint8_t next_byte(struct host_demux *demux, bool *late)
 {
-    uint8_t byte = input_peek(demux->input, 0);
+    uint8_t byte = ring_peek(demux->input, 0);
 
-    input_drop(demux->input, 1);
+    ring_drop(demux->input, 1);
     *late = demux->old != 0;
     if (*late)
         demux->old--;
@@ -314,7 +314,7 @@ static void check_silence(struct host_demux *demux)
 static bool text_follows(const struct host_demux *demux)
 {
     return demux->count == demux->end && cds_ring_count(demux->input) &&
-           input_peek(demux->input, 0) != CDS_HEADER;
+           ring_peek(demux->input, 0) != CDS_HEADER;
 }
 
 static void take_following(struct host_demux *demux)

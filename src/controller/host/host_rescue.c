@@ -2,7 +2,7 @@
 #include "host/host_rescue.h"
 
 #include "cds55xx/port.h"   // cds_port_now_us()
-#include "console/input.h"  // input_peek(), input_drop()
+#include "ring_input.h"     // ring_peek(), ring_drop()
 #include "robot/failsafe.h" // FAILSAFE_RESET_...
 #include "compiler.h"       // OPTIMIZER_BARRIER(), NOINLINE
 
@@ -61,8 +61,8 @@ bool host_rescue_poll(struct host_rescue *rescue, struct cds_ring *input)
 
     OPTIMIZER_BARRIER(rescue);
     if (cds_ring_count(input)) {
-        take(rescue, input_peek(input, 0));
-        input_drop(input, 1);
+        take(rescue, ring_peek(input, 0));
+        ring_drop(input, 1);
         rescue->heard = silence_time(now_us);
     }
     if ((uint8_t)(window_time(now_us) - rescue->begun) >= WINDOW)

@@ -1,7 +1,7 @@
 /* The profile `bridge`: no console. Text of the host is dropped, but for Ctrl-X, which stops the
  * robot; a host releases it by the virtual device. */
 #include "console/console.h"
-#include "console/input.h"
+#include "ring_input.h"
 
 void console_open(struct console *console, struct failsafe *failsafe, struct cds_ring *input,
                   struct cds_ring *output)
@@ -17,8 +17,8 @@ void console_poll(struct console *console)
     bool stop = false;
 
     printer_ready(&console->printer); // prints on
-    for (; cds_ring_count(console->input); input_drop(console->input, 1))
-        if (input_peek(console->input, 0) == CONSOLE_STOP)
+    for (; cds_ring_count(console->input); ring_drop(console->input, 1))
+        if (ring_peek(console->input, 0) == CONSOLE_STOP)
             stop = true;
     if (stop)
         console_stop(console);
@@ -26,7 +26,7 @@ void console_poll(struct console *console)
 
 void console_stop(struct console *console)
 {
-    input_drop(console->input, cds_ring_count(console->input)); // with the Ctrl-X, if it is there
+    ring_drop(console->input, cds_ring_count(console->input)); // with the Ctrl-X, if it is there
     robot_stop(console->robot);
 }
 

@@ -1,7 +1,7 @@
 /* The profile `console`: all commands but diagnose. */
 #include <stddef.h>
 
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/errors.h"
 
 static uint8_t omitted_begin(struct console *console)

@@ -1,7 +1,7 @@
 /* The profile `full`: all commands. */
 #include <stddef.h>
 
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 
 /* In the order of the list. */
 static const CDS_FLASH struct command_group *const CDS_FLASH groups[] = {

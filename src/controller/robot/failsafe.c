@@ -22,7 +22,7 @@ static bool is_at_its_rate(const struct failsafe *failsafe)
     return failsafe->robot->bus->baud_reg == failsafe->settings->bus_baud;
 }
 
-bool failsafe_follow(struct failsafe *failsafe)
+bool failsafe_apply_settings(struct failsafe *failsafe)
 {
     const struct settings *settings = failsafe->settings;
     struct cds_bus *bus = failsafe->robot->bus;
@@ -36,12 +36,12 @@ bool failsafe_follow(struct failsafe *failsafe)
     return !failsafe->unsettled;
 }
 
-/* A rate that an operation has left becomes the setting; a running operation may use other rates.
- */
+/* If an operation has left the bus at another rate, that rate becomes the setting. While an
+ * operation runs it may use other rates. */
 static void watch_rate(struct failsafe *failsafe)
 {
     if (failsafe->unsettled)
-        failsafe_follow(failsafe);
+        failsafe_apply_settings(failsafe);
     else if (!robot_is_exclusive(failsafe->robot) && !is_at_its_rate(failsafe)) {
         failsafe->settings->bus_baud = failsafe->robot->bus->baud_reg;
         failsafe->robot->unlisted = ROBOT_NOT_SCANNED;
@@ -85,7 +85,7 @@ static void insist_on_stop(struct failsafe *failsafe)
 {
     struct robot *robot = failsafe->robot;
 
-    if (robot->stop_told && !robot_is_stopping(robot) &&
+    if (robot->stop_begun && !robot_is_stopping(robot) &&
         cds_bus_line(robot->bus) == CDS_BUS_LINE_QUIET &&
         (robot->stop.steps.result == CDS_LINE_BUSY || has_torque(robot)))
         robot_stop(robot);
@@ -113,9 +113,10 @@ void failsafe_poll(struct failsafe *failsafe)
 {
     OPTIMIZER_BARRIER(failsafe);
     watch_rate(failsafe);
-    failsafe->robot->servos.grows = failsafe->settings->link_loss_ms // all are to be looked at then
-                                        ? CDS_GROWS_ALWAYS
-                                        : CDS_GROWS_ON_ALARM_OR_SETTING;
+    failsafe->robot->servos.grows =
+        failsafe->settings->link_loss_ms // a lost link stops every servo
+            ? CDS_GROWS_ALWAYS
+            : CDS_GROWS_ON_ALARM_OR_SETTING;
     watch_link(failsafe);
     insist_on_stop(failsafe);
     watch_alarms(failsafe);

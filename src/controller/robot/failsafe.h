@@ -1,5 +1,5 @@
 /* The failsafe acts without a user: it watches the host link and the alarms of the servos, repeats
- * a stop that did not reach all servos, and brings the settings of the bus into force.
+ * a stop that did not reach all servos, and applies the settings of the bus.
  *
  * The link is watched if settings.link_loss_ms is not 0, from the first byte of the host on: before
  * that no command has moved a servo. A loss of the link stays until failsafe_clear(), even if the
@@ -44,32 +44,31 @@ struct failsafe {
     uint8_t next;                  // index of the servo whose alarms are compared next
     uint8_t alarm_id;              // servo that has `alarm`
     uint8_t alarm;     // CDS_ERROR_* bits to be printed, or 0; the printing code clears them
-    bool watching;     // the host has been heard since the reset
+    bool watching;     // the host has sent a byte since the reset
     bool link_lost;    // until failsafe_clear()
-    bool unsettled;    // the settings of the bus are not in force yet
+    bool unsettled;    // the settings of the bus are not applied yet
     bool counts_stack; // `status` asks for a count of `spare_bytes`; main clears it when done
     uint8_t reported[ROBOT_SERVOS]; // CDS_ERROR_* bits reported, of each servo
 };
 
-/* Zero *failsafe first (static storage is), and set its settings, store, damaged_stops and robot,
- * which has begun.
- * `reset_cause`: enum failsafe_reset bits. */
+/* Zero *failsafe first (static storage is). Then set its settings, store, damaged_stops and robot;
+ * the robot must have begun. `reset_cause`: enum failsafe_reset bits. */
 void failsafe_begin(struct failsafe *failsafe, uint8_t reset_cause);
 
 /* Bytes came from the host. */
 void failsafe_heard(struct failsafe *failsafe);
 
-/* Checks the link and the alarms of one servo. Call it often, after failsafe_heard() and beside
- * robot_poll(). A bus rate that an operation has left becomes the setting. */
+/* Checks the host link, and the alarms of one servo. If an operation has left the bus at another
+ * rate, that rate becomes the setting. Call it often, after failsafe_heard(). */
 void failsafe_poll(struct failsafe *failsafe);
 
-/* Brings the settings of the bus into force; call it when they have changed. False: the bus is
- * busy, failsafe_poll() tries again. */
-bool failsafe_follow(struct failsafe *failsafe);
+/* Applies the settings of the bus: rate, return delay and retries. Call it when they have changed.
+ * False: the bus is busy, and failsafe_poll() tries again. */
+bool failsafe_apply_settings(struct failsafe *failsafe);
 
-/* Acknowledges alarms and the loss of the link. Servos that were inhibited for the loss or by a
- * stop only may be driven again. Sends nothing; the link is watched again. False: torque off is
- * under way, nothing was done. */
+/* Acknowledges alarms and the loss of the link, and allows driving. Servos that lost their state
+ * stay inhibited. Sends nothing. The link is watched again. False: torque off is under way, and
+ * nothing was done. */
 bool failsafe_clear(struct failsafe *failsafe);
 
 #endif

@@ -1,4 +1,4 @@
-/* The robot at the bus; see robot.h. */
+/* The robot on the bus; see robot.h. */
 #include "robot/robot.h"
 
 #include <stddef.h>
@@ -23,14 +23,14 @@ void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_dela
 
 static void store(const struct robot *robot, uint16_t state)
 {
-    if (robot->kept)
-        inhibit_store(robot->kept, state);
+    if (robot->inhibit_copy)
+        inhibit_store(robot->inhibit_copy, state);
 }
 
 void robot_inhibit(struct robot *robot)
 {
-    if (robot->kept && inhibit_stored(robot->kept) != INHIBIT_STOPPING)
-        store(robot, INHIBIT_ON); // a stop that has not reached all servos stays one
+    if (robot->inhibit_copy && inhibit_stored(robot->inhibit_copy) != INHIBIT_STOPPING)
+        store(robot, INHIBIT_ON); // else a stop is not finished: the copy keeps INHIBIT_STOPPING
     cds_servos_inhibit_all(&robot->servos);
 }
 
@@ -39,7 +39,7 @@ bool robot_allow(struct robot *robot)
     if (robot_is_stopping(robot))
         return false;
     cds_servos_allow(&robot->servos);
-    robot->stop_told = false;
+    robot->stop_begun = false;
     store(robot, INHIBIT_FREE);
     return true;
 }
@@ -52,11 +52,11 @@ bool robot_release(struct robot *robot)
     return true;
 }
 
-void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on)
+void robot_resume(struct robot *robot, struct inhibit_copy *copy, bool powered_on)
 {
-    uint16_t state = powered_on ? INHIBIT_FREE : inhibit_stored(kept);
+    uint16_t state = powered_on ? INHIBIT_FREE : inhibit_stored(copy);
 
-    robot->kept = kept;
+    robot->inhibit_copy = copy;
     store(robot, state);
     if (state == INHIBIT_STOPPING)
         robot_stop(robot);
@@ -86,8 +86,8 @@ bool robot_cycles(const struct robot *robot, uint8_t id)
     return robot->cycle && (id == CDS_BROADCAST_ID || memchr(robot->group, id, robot->group_count));
 }
 
-/* The state check, once it has begun, sends between the goals of the cycle; if they leave no time,
- * it pauses. */
+/* The state check sends between the goals of the cycle. If the goals leave no time, the check
+ * pauses. */
 static void check_beside_cycle(struct robot *robot)
 {
     robot->health_pauses =
@@ -119,7 +119,7 @@ uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation 
         return ERROR_CYCLE;
     robot->operation = operation;
     robot->result = CDS_PENDING;
-    robot->baud = robot->bus->baud_reg;
+    robot->baud_reg = robot->bus->baud_reg;
     robot->servos.is_paused = operation->changes_rate;
     begun = operation->begin(robot, config);
     if (begun != CDS_OK)
@@ -135,7 +135,7 @@ void robot_abort(struct robot *robot)
 
 NOINLINE static void begin_stop(struct robot *robot)
 {
-    robot->stop_told = true;
+    robot->stop_begun = true;
     robot->stopping = true;
     robot->servos.is_paused = false;
     cds_torque_off_begin(&robot->stop, &robot->servos);
@@ -144,19 +144,19 @@ NOINLINE static void begin_stop(struct robot *robot)
 /* True if the bus is not at another rate because of an operation. */
 static bool is_at_own_rate(const struct robot *robot)
 {
-    return !robot_is_exclusive(robot) || robot->bus->baud_reg == robot->baud;
+    return !robot_is_exclusive(robot) || robot->bus->baud_reg == robot->baud_reg;
 }
 
-/* At another rate no servo of the robot hears the stop: it begins when the bus is back. An
- * operation may leave a servo, and the bus, at another rate than before: then all are told once
- * more. */
+/* At another rate no servo of the robot hears the stop, so the stop begins when the bus is back at
+ * its rate. An operation may leave a servo and the bus at another rate than before, so the stop
+ * begins once more when the operation ends. */
 void robot_stop(struct robot *robot)
 {
     robot_abort(robot);
     store(robot, INHIBIT_STOPPING);
     robot_inhibit(robot);
     robot->stop_waits = robot_is_exclusive(robot);
-    robot->stop_told = false;
+    robot->stop_begun = false;
     if (is_at_own_rate(robot))
         begin_stop(robot);
 }
@@ -166,10 +166,10 @@ static void poll_stop(struct robot *robot)
     if (robot->stop_waits && robot->operation == NULL) {
         robot->stop_waits = false;
         begin_stop(robot);
-    } else if (robot->stop_waits && !robot->stop_told && is_at_own_rate(robot)) {
+    } else if (robot->stop_waits && !robot->stop_begun && is_at_own_rate(robot)) {
         begin_stop(robot);
     }
-    if (!is_at_own_rate(robot)) // else torque off would abort a change of rate
+    if (!is_at_own_rate(robot)) // torque off would abort a change of rate
         return;
     if (robot->stopping && cds_torque_off_poll(&robot->stop) != CDS_PENDING) {
         robot->stopping = false;
@@ -178,7 +178,7 @@ static void poll_stop(struct robot *robot)
     }
 }
 
-/* Not inlined, so that a turn in which there is nothing of this saves no registers for it. */
+/* NOINLINE: a turn without a stop and an operation saves no registers for them. */
 NOINLINE static void poll_work(struct robot *robot)
 {
     poll_stop(robot);
@@ -189,7 +189,8 @@ NOINLINE static void poll_work(struct robot *robot)
         end_operation(robot);
 }
 
-/* Anew when there are more or fewer servos. False: not yet, its request is on its way. */
+/* Begins the state check again, because the number of servos has changed. False: not yet, a request
+ * of the check is on its way. */
 static bool begin_health(struct robot *robot)
 {
     struct cds_health *health = &robot->health;
@@ -198,14 +199,14 @@ static bool begin_health(struct robot *robot)
                                                              .period_us = CDS_HEALTH_PERIOD_US}) !=
         CDS_OK)
         return false;
-    health->look_us += health->step_us; // a servo that has joined was heard just now
+    health->look_us += health->step_us; // a servo that has joined has just sent a packet
     robot->health_servos = robot->servos.count;
     if (robot->cycle)
         check_beside_cycle(robot);
     return true;
 }
 
-/* The state check goes on beside the cycle; during all else it pauses. */
+/* The state check goes on beside a cycle. During every other operation it pauses. */
 NOINLINE static void poll_health(struct robot *robot)
 {
     if (robot->stopping || robot->health_pauses || robot_is_exclusive(robot))
@@ -213,11 +214,11 @@ NOINLINE static void poll_health(struct robot *robot)
     if (robot->servos.count != robot->health_servos && !begin_health(robot))
         return;
     if (!robot->chosen)
-        robot_yield(robot);
+        robot_delay_health(robot);
     cds_health_poll(&robot->health);
 }
 
-/* While there is nothing to do, it saves no register: each turn of the main loop calls it. */
+/* Each turn of the main loop calls it. It saves no registers while there is nothing to do. */
 void robot_poll(struct robot *robot)
 {
     if (!robot_idle(robot))
@@ -232,11 +233,11 @@ bool robot_add(struct robot *robot, uint8_t id)
     return cds_servos_find(&robot->servos, id) || cds_servos_add(&robot->servos, id) == CDS_OK;
 }
 
-NOINLINE void robot_yield(struct robot *robot)
+NOINLINE void robot_delay_health(struct robot *robot)
 {
     struct cds_health *health = &robot->health;
 
-    health->look_us = cds_port_now_us() + ROBOT_REST_US;
+    health->look_us = cds_port_now_us() + ROBOT_HEALTH_DELAY_US;
     if (health->sought >= robot->servos.count ||
         robot->states[health->sought].presence != CDS_PRESENCE_RETURNED)
         health->seek_us = health->look_us;

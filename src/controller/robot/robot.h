@@ -1,6 +1,6 @@
-/* The robot at the bus: its servos, the stop, the state check, and one long operation at a time (a
- * cycle, a scan, a diagnosis, a change of ID or rate, a registered move). robot_poll() moves all of
- * them; none waits for the console's output.
+/* The robot on the bus: its servos, the stop, the state check, and one long operation at a time. An
+ * operation is a cycle, a scan, a diagnosis, a change of ID or rate, or a registered move.
+ * robot_poll() moves all of these on. None of them waits for the console's output.
  *
  * Main context. */
 #ifndef CONTROLLER_ROBOT_H
@@ -20,25 +20,25 @@
 #include "cds55xx/torque_off.h"      // struct cds_torque_off
 #include "cds55xx/health.h"          // struct cds_health
 #include "flash.h"                   // CDS_FLASH
-#include "robot/inhibit.h"           // struct inhibit_copy
+#include "robot/inhibit_copy.h"      // struct inhibit_copy
 
 /* Servos that the controller knows, 1 to 50. Each costs 50 bytes of RAM. */
 #ifndef ROBOT_SERVOS
 #define ROBOT_SERVOS 18
 #endif
 
-/* The state check pauses for this time after a packet of the PC. */
-#define ROBOT_REST_US 1000000ul
+/* The state check waits for this time after a packet of the PC. */
+#define ROBOT_HEALTH_DELAY_US 1000000ul
 
 struct robot;
 
-/* A long operation, in flash beside the command that begins it: robot_start() takes it, so a
- * command that is not linked takes its operation with it. */
+/* A long operation. It stands in flash beside the command that begins it by robot_start(). So a
+ * profile without the command does not link the operation. */
 struct robot_operation {
     enum cds_result (*begin)(struct robot *robot, const void *config); // in robot->work
     enum cds_result (*poll)(struct robot *robot);                      // CDS_PENDING: goes on
-    void (*abort)(struct robot *robot); // ends it soon; NULL: goes on to its end
-    bool changes_rate;                  // of the bus: a silent servo is not offline meanwhile
+    void (*abort)(struct robot *robot); // ends it soon; NULL: it always goes on to its end
+    bool changes_rate; // it changes the rate of the bus: a servo that is silent is not OFFLINE then
 };
 
 /* Storage of the operation. */
@@ -60,26 +60,29 @@ union robot_work {
     } move;
 };
 
-#define ROBOT_NOT_SCANNED UINT8_MAX // in `unlisted`
+/* In `unlisted`: no scan has ended since the robot was begun or forgotten, or the rate changed. */
+#define ROBOT_NOT_SCANNED UINT8_MAX
 
-/* The robot. Fields are read only, but for `work`, which belongs to the operation, and `unlisted`,
- * which belongs to the scan. */
+/* The robot. Other modules only read the fields, with two exceptions: the operation writes `work`,
+ * and the scan writes `unlisted`. */
 struct robot {
     struct cds_bus *bus;
-    struct inhibit_copy *kept; // copy of the drive inhibit that survives a reset, or NULL
+    struct inhibit_copy *inhibit_copy;                 // survives a reset; NULL: there is no copy
     const CDS_FLASH struct robot_operation *operation; // under way, or NULL
-    struct cds_cycle *cycle; // of the operation that shares the bus with other requests, or NULL
-    uint8_t result;          // enum cds_result of the operation: CDS_PENDING while it goes on
-    uint8_t baud;            // register value of the bus's rate when it began
-    bool stop_waits : 1;     // a stop begins (again) when the operation ends
-    bool stop_told : 1;      // torque off was sent since the last stop, and driving is not allowed
-    bool stopping : 1;       // a stop is under way
-    bool health_pauses : 1;  // the cycle leaves no time for the state check
-    bool group_acts : 1;     // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
-    bool chosen : 1;         // a user has named the servos: the state check reads them
+    struct cds_cycle
+        *cycle;          // cycle of an operation that shares the bus with other requests, or NULL
+    uint8_t result;      // enum cds_result of the operation: CDS_PENDING while it goes on
+    uint8_t baud_reg;    // rate of the bus when the operation began, as register 0x04
+    bool stop_waits : 1; // a stop begins, or begins again, when the operation ends
+    bool stop_begun : 1; // the torque off of the last stop has begun; robot_allow() clears it
+    bool stopping : 1;   // a stop is under way
+    bool health_pauses : 1; // the cycle leaves no time for the state check
+    bool group_acts : 1;    // the group is moved by REG WRITE and ACTION, else by SYNC WRITE
+    bool chosen : 1;        // a user has named the servos: the state check reads them
     uint8_t group_count;
-    uint8_t health_servos; // servos that the state check has begun with
-    uint8_t unlisted;      // servos that the last whole scan found and the robot does not know
+    uint8_t health_servos; // number of servos when the state check began
+    uint8_t unlisted;      // servos that the last whole scan found and the robot does not know, or
+                           // ROBOT_NOT_SCANNED
     struct cds_servos servos;
     struct cds_queue queue;
     uint8_t group[ROBOT_SERVOS]; // IDs of the servos of pose and cycle
@@ -93,38 +96,40 @@ struct robot {
  * register 0x05 that the board can receive. Zero *robot first (static storage is). */
 void robot_begin(struct robot *robot, struct cds_bus *bus, uint8_t shortest_delay);
 
-/* Goes on with everything; call it once in each turn of the main loop, after cds_bus_poll(). */
+/* Moves operation, stop and state check on. Call it once in each turn of the main loop, after
+ * cds_bus_poll(). */
 void robot_poll(struct robot *robot);
 
-/* Restores the drive inhibit after a reset: driving is inhibited if `kept` says so or is damaged,
- * and a stop that was not finished begins again. `kept` must stay in place. `powered_on`: `kept` is
+/* Restores the drive inhibit after a reset. Driving is inhibited if `copy` says so or is damaged,
+ * and a stop that was not finished begins again. `copy` must stay in place. `powered_on`: `copy` is
  * random, and driving is allowed. Call it once, after robot_begin(). */
-void robot_resume(struct robot *robot, struct inhibit_copy *kept, bool powered_on);
+void robot_resume(struct robot *robot, struct inhibit_copy *copy, bool powered_on);
 
 /* Inhibits driving, also after a reset: no packet that can drive a servo is sent to any ID. */
 void robot_inhibit(struct robot *robot);
 
-/* Ends the inhibit; servos that lost their state stay inhibited. Sends nothing. False: torque off
- * is under way, and nothing was done. */
+/* Ends the inhibit of the robot. Servos that lost their state stay inhibited. Sends nothing. False:
+ * torque off is under way, and nothing was done. */
 bool robot_allow(struct robot *robot);
 
-/* Ends the inhibit of all servos, also of those that lost their state. Sends
+/* Ends the inhibit of the robot and of all servos, also of those that lost their state. Sends
  * nothing. False: torque off is under way, and nothing was done. */
 bool robot_release(struct robot *robot);
 
 /* True if driving is inhibited. */
 static inline bool robot_is_inhibited(const struct robot *robot)
 {
-    return robot->servos.is_inhibited;
+    return robot->servos.all_inhibited;
 }
 
-/* Returns how many servos may be on the bus that the robot does not check: 0 to 254. After a whole
- * scan: the servos found for which the robot has no room, at least 1 if another servo answered
- * since. Before: all IDs that the robot does not know. */
+/* Returns how many servos may be on the bus that the robot does not know: 0 to 254. After a whole
+ * scan: the number of servos found for which the robot has no room, at least 1 if another servo has
+ * answered since. Before a scan: the number of IDs that the robot does not know. */
 uint8_t robot_unlisted(const struct robot *robot);
 
-/* Switches the torque of all servos off, before any other request, inhibits driving, and ends the
- * operation under way. When robot_is_stopping() is false, robot->stop has the result. */
+/* Stops the robot: ends the operation under way, inhibits driving, and switches the torque of all
+ * servos off, before any other request. When robot_is_stopping() is false, robot->stop has the
+ * result. */
 void robot_stop(struct robot *robot);
 
 /* True while a stop is under way. */
@@ -142,24 +147,31 @@ bool robot_idle(const struct robot *robot);
 /* True if a running cycle sets the goal of servo `id`, 0 to 253; CDS_BROADCAST_ID: of any servo. */
 bool robot_cycles(const struct robot *robot, uint8_t id);
 
-/* Begins `operation` with `config`. 0: robot_poll() goes on with it; else the enum cds_result of
- * its begin function; ERROR_CYCLE, ERROR_STOPPED: another operation or a stop is under way. */
+/* Begins `operation` with `config`. Returns 0: robot_poll() goes on with it; ERROR_CYCLE: another
+ * operation is under way; ERROR_STOPPED: a stop is under way; else the enum cds_result of the begin
+ * function of `operation`. */
 uint8_t robot_start(struct robot *robot, const CDS_FLASH struct robot_operation *operation,
                     const void *config);
 
-/* The begin function of an operation calls it to share the bus with other requests. */
+/* Called from the begin function of an operation that shares the bus with other requests; `cycle`:
+ * the cycle that it runs. */
 void robot_share_bus(struct robot *robot, struct cds_cycle *cycle);
 
 /* Ends the operation as soon as possible; a change of ID or rate goes on to its end. */
 void robot_abort(struct robot *robot);
 
 /* Adds servo `id`, 0 to 253, and lets the state check read the robot's servos. False: there is no
- * room. Servos also join when they answer or are written to, so that the inhibit and the stop cover
- * them; the state check then reads a servo only if it has returned. */
+ * room.
+ *
+ * Servos also join by themselves, so that inhibit and stop cover them. If link_loss_ms is 0, a
+ * servo joins when it reports error bits or when its registers 0x00 to 0x10 are written; else also
+ * when it answers or is written to (failsafe.h). Until robot_add() is called, the state check reads
+ * a servo only if it has returned. */
 bool robot_add(struct robot *robot, uint8_t id);
 
-/* A packet of the PC passes: the state check pauses, except for servos that have returned. */
-void robot_yield(struct robot *robot);
+/* A packet of the PC passes: delays the state check by ROBOT_HEALTH_DELAY_US, except for servos
+ * that have returned. */
+void robot_delay_health(struct robot *robot);
 
 /* Forgets all servos; the drive inhibit stays. Not while an operation or a stop is under way. */
 void robot_forget(struct robot *robot);

@@ -7,14 +7,16 @@
 #include "bus/line_internal.h" // cds_line_rest()
 #include "compiler.h"          // NOINLINE
 
-/* `phase` of a request that waits for the line. */
+/* bus->phase has two meanings. While the state is WAITING_FOR_LINE, it is one of these values. */
 enum {
     WAIT_BEGINS,    // the next poll sets the timer
-    WAIT_TIMED,     // until the timer expires
-    WAIT_LAST_LOOK, // two byte times more, for a poll that comes late
+    WAIT_TIMED,     // the request waits until the timer expires
+    WAIT_LAST_LOOK, // The wait is over. The bus watches the line for two more byte times, because
+                    // the previous poll may be old.
 };
 
-/* Bits of `phase` of a transaction whose packet has left. */
+/* From AWAITING_REPLY or SENDING_ONLY to the end of the transaction, bus->phase is a sum of these
+ * bits. */
 enum {
     RECEPTION_CLOSING = 1, // the deadline is over; bytes before `closing_end` are still examined
     END_IS_QUIET = 2,      // neither hooks nor on_end are called at the end
@@ -32,7 +34,7 @@ static uint8_t no_reply_is_due(const struct cds_request *request)
     return request->reply_parameters == CDS_REPLY_NONE ? 1 : request->is_muted;
 }
 
-/* Not 0 while the line or a stale reply keeps the packet from leaving. */
+/* Returns the gate bits that hold this packet back; 0: it may leave. */
 static NOCLONE uint8_t must_rest(const struct cds_bus *bus, const struct cds_request *request)
 {
     uint8_t gate = bus->gate & (GATE_LINE | GATE_STALE);
@@ -42,7 +44,7 @@ static NOCLONE uint8_t must_rest(const struct cds_bus *bus, const struct cds_req
     return gate;
 }
 
-/* The request waits until line and permit agree. */
+/* The request waits until the line is quiet and the permit agrees. */
 static NOCLONE enum cds_result wait_for_line(struct cds_bus *bus, struct cds_request *request)
 {
     if (bus->state != CDS_BUS_WAITING_FOR_LINE)
@@ -58,11 +60,11 @@ static COLD enum cds_result line_is_in_use(struct cds_bus *bus, struct cds_reque
     if (cds_line_has_unread_bytes(bus))
         bus->gate |= GATE_SUSPECT; // the next poll examines them, and the rest begins
     else
-        cds_line_rest(bus, 0); // low amid a byte: it may be high at the next look
+        cds_line_rest(bus, 0); // the line is low within a byte: it may be high at the next look
     return wait_for_line(bus, request);
 }
 
-/* The header is on the wire, `begun` bytes of it. */
+/* Sends the packet from byte `begun` on: so many bytes of the header are on the wire. */
 static NOCLONE enum cds_result send_remainder(struct cds_bus *bus, struct cds_request *request,
                                               uint8_t begun)
 {
@@ -75,7 +77,7 @@ static NOCLONE enum cds_result send_remainder(struct cds_bus *bus, struct cds_re
     return CDS_OK;
 }
 
-/* Looks at the line last: 40 cycles before the header. */
+/* Checks the line as the last step, 40 cycles before the header leaves. */
 NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *request)
 {
     if (cds_line_has_unread_bytes(bus) || !cds_port_line_is_high(bus->port))
@@ -83,7 +85,8 @@ NOINLINE enum cds_result cds_bus_send(struct cds_bus *bus, struct cds_request *r
     return send_remainder(bus, request, cds_link_begin(bus->port));
 }
 
-/* Sends if permit, bus and line agree. CDS_PENDING: not now; else why it may not leave. */
+/* Sends the packet if the permit agrees, the bus is free and the line is quiet. CDS_PENDING: not
+ * now. Any other result but CDS_OK says why the packet must not leave. */
 static NOCLONE uint8_t send_if_permitted(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t result;
@@ -107,12 +110,12 @@ void cds_bus_start(struct cds_bus *bus, struct cds_request *request)
 }
 
 NOCLONE enum cds_result cds_bus_send_or_wait(struct cds_bus *bus, struct cds_request *request,
-                                             uint16_t permit_epoch)
+                                             uint16_t prechecked_epoch)
 {
     const struct cds_bus_hooks *hooks;
     uint8_t result;
 
-    request->permit_epoch = permit_epoch;
+    request->permit_epoch = prechecked_epoch;
     if (bus->gate & GATE_LOCKED && !request->passes_lock)
         result = CDS_BUSY;
     else if (!(bus->gate & GATE_PERMIT) && bus->request)
@@ -145,17 +148,17 @@ enum cds_result cds_bus_submit(struct cds_bus *bus, struct cds_request *request)
     due = fields->reply_parameters;
     if (size < CDS_PACKET_SIZE(0) || size > CDS_LENGTH_MAX + 4u || due > CDS_REPLY_MAX ||
         due > fields->reply_capacity || fields->any_length || fields->result == CDS_PENDING)
-        return cds_bus_submit_permitted(bus, request, 0);
+        return cds_bus_submit_prechecked(bus, request, CDS_NOT_PRECHECKED);
     return cds_bus_submit_valid(bus, request);
 }
 
-NOINLINE enum cds_result cds_bus_submit_permitted(struct cds_bus *bus, struct cds_request *request,
-                                                  uint16_t permit_epoch)
+NOINLINE enum cds_result cds_bus_submit_prechecked(struct cds_bus *bus, struct cds_request *request,
+                                                   uint16_t prechecked_epoch)
 {
     enum cds_result result = cds_request_check(request);
 
     if (result == CDS_OK)
-        return cds_bus_send_or_wait(bus, request, permit_epoch);
+        return cds_bus_send_or_wait(bus, request, prechecked_epoch);
     if (request->result != CDS_PENDING)
         request->result = (uint8_t)result;
     return result;
@@ -187,7 +190,7 @@ enum cds_result cds_bus_cancel(struct cds_bus *bus, struct cds_request *request)
     return CDS_OK;
 }
 
-/* Forgets what has come of the reply. */
+/* Forgets the part of the reply that was received. */
 static NOCLONE void forget_reply(struct cds_request *request)
 {
     request->id = request->packet.bytes[CDS_AT_ID];
@@ -195,14 +198,14 @@ static NOCLONE void forget_reply(struct cds_request *request)
     request->length = 0;
 }
 
-/* The packet is on the wire: what is due for it, and by when. */
+/* The packet is on the wire: sets which reply is due, and its deadline. */
 static NOCLONE void expect_reply(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint16_t bytes = request->packet.size, more_us = CDS_REPLY_MARGIN_US;
     uint8_t due = request->reply_parameters;
 
-    if (!(bus->gate & GATE_PERMIT)) { // else the permit has set them
+    if (!(bus->gate & GATE_PERMIT)) { // else the permit has set these fields
         request->return_delay_us = bus->return_delay_us;
         request->is_muted = false;
     }
@@ -214,7 +217,7 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
         more_us = (uint16_t)(more_us + request->return_delay_us);
     }
     bus->phase = bus->hooks || request->on_end ? 0 : END_IS_QUIET;
-    bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN); // no servo sends more than it was asked
+    bus->parser.longest = (uint8_t)(due + CDS_LENGTH_MIN); // a servo sends no more than asked for
     if (request->any_length)
         bus->parser.longest = CDS_PARSER_LENGTH_MAX;
     bus->parser.is_clean = true;
@@ -225,13 +228,14 @@ static NOCLONE void expect_reply(struct cds_bus *bus)
 void cds_bus_set_return_delay(struct cds_bus *bus, uint16_t return_delay_us)
 {
     if (bus->state == CDS_BUS_SENDING)
-        expect_reply(bus); // its delay is the one it has begun with
+        expect_reply(bus); // a packet under way keeps the delay that it began with
     bus->return_delay_us = return_delay_us;
 }
 
 /* ---- a request ends ---- */
 
-/* The request has ended as `result`, its packet sent or not. True while there is more to do. */
+/* The request has ended as `result`, whether its packet was sent or not. True if the bus has a
+ * request again: a retry, or the next one of a queue or of on_end. */
 static NOCLONE bool finish(struct cds_bus *bus, uint8_t result)
 {
     struct cds_request *request = bus->request;
@@ -274,18 +278,18 @@ static COLD bool fail(struct cds_bus *bus)
     return finish(bus, result);
 }
 
-/* The packet was seen on the wire: it fails if it has not left by the deadline. */
+/* The packet is still leaving. The transaction fails if the packet has not left by the deadline. */
 static COLD bool wait_until_sent(struct cds_bus *bus)
 {
     if (!cds_line_check_deadline(bus) || bus->link.state == CDS_LINK_LISTENING)
-        return true; // it may have left just now: the next poll finds it so
+        return true; // the packet may have left just now: the next poll finds it sent
     cds_link_abort(&bus->link, bus->port);
     return fail(bus);
 }
 
 /* ---- bytes that come ---- */
 
-/* A good packet that is not the reply due. */
+/* Counts a good packet that is not the reply due. */
 static COLD bool note_unexpected(struct cds_bus *bus)
 {
     uint8_t id = bus->parser.id, event = CDS_EVENT_UNEXPECTED_PACKET;
@@ -299,13 +303,13 @@ static COLD bool note_unexpected(struct cds_bus *bus)
     return true;
 }
 
-/* A good packet. */
+/* A good packet has been received. */
 static NOCLONE bool end_packet(struct cds_bus *bus)
 {
     return bus->state == CDS_BUS_RECEIVING ? finish(bus, CDS_OK) : note_unexpected(bus);
 }
 
-/* The packet whose head was found is none, or was damaged. */
+/* The head that was found begins no packet, or its packet was damaged: the search goes on. */
 static COLD bool await_another(struct cds_bus *bus)
 {
     if (bus->state == CDS_BUS_RECEIVING) {
@@ -323,8 +327,8 @@ static COLD bool note_malformed(struct cds_bus *bus)
     return await_another(bus);
 }
 
-/* Bytes were damaged or lost: what stands on both sides of them must never be joined. All up to the
- * last of them goes, and the search begins again behind it. */
+/* Bytes were damaged or lost. Bytes before and after the damage must never be joined to one packet:
+ * drops all bytes up to the last damage. The search begins again behind it. */
 static COLD bool drop_damage(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
@@ -333,20 +337,20 @@ static COLD bool drop_damage(struct cds_bus *bus)
         cds_stats_add_link(bus);
         link->broken = CDS_LINK_WHOLE;
         cds_parser_skip_damage(&bus->parser, &link->rx, link->whole_from);
-    } while (link->broken); // broken again meanwhile: its first mark is not the first
+    } while (link->broken); // new damage came meanwhile: drop the bytes before it, too
     if (cds_ring_distance(cds_ring_begin(&link->rx), bus->closing_end) > CDS_RING_SIZE)
         bus->closing_end = cds_ring_begin(&link->rx); // the damage reached beyond it
     return await_another(bus);
 }
 
-/* Takes what has come, before position `end`, of the packet whose head was found. */
+/* Takes bytes before position `end` of the packet whose head was found. */
 static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
 {
     switch (cds_parser_take_some(&bus->parser, &bus->link.rx, end)) {
     case CDS_PARSED_PACKET:
         if (bus->phase == (END_IS_QUIET | REPLY_IS_FOUND)) { // one comparison for most replies
             bus->state = CDS_BUS_IDLE;
-            bus->phase = 0; // or the next packet would be taken for a reply
+            bus->phase = 0; // else the next packet would be taken for a reply
             bus->request->result = CDS_OK;
             bus->request = NULL;
             return false;
@@ -357,8 +361,8 @@ static NOINLINE bool take(struct cds_bus *bus, uint8_t end)
     }
 }
 
-/* A head was found. Is it that of the reply due? A servo that refuses sends its error bits and no
- * parameters. */
+/* Takes the head for that of the reply due if ID and length fit. A servo that refuses sends error
+ * bits and no parameters. */
 ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
 {
     uint8_t id = bus->parser.id, error = bus->parser.error, asked_id;
@@ -376,13 +380,13 @@ ALWAYS_INLINE void begin_reply(struct cds_bus *bus, struct cds_request *request)
     bus->state = CDS_BUS_RECEIVING;
     bus->phase |= REPLY_IS_FOUND;
     bus->last_id = asked_id;
-    bus->last_result = CDS_OK; // unless it proves malformed
+    bus->last_result = CDS_OK; // until the packet turns out malformed
     request->id = id;
     request->length = parameters;
     request->error = error;
 }
 
-/* Examines what has come before position `end`. */
+/* Examines bytes before position `end`. */
 static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
 {
     if (bus->parser.found == CDS_FOUND_HEAD)
@@ -394,12 +398,13 @@ static NOINLINE bool examine(struct cds_bus *bus, uint8_t end)
     }
 }
 
-/* Examines what lies before the first damage, and before the deadline if it is over; then acts on
- * either. Bytes that came before the poll that finds the deadline over are not late. */
+/* Examines the bytes before the first damage and, if the deadline is over, the bytes that came
+ * before the poll that found it over: they are in time. Then drops the damage, or ends the
+ * transaction. */
 static COLD bool examine_to_end(struct cds_bus *bus)
 {
     struct cds_link *link = &bus->link;
-    // in this order: what breaks meanwhile lies behind the end
+    // `end` is read before `broken`: damage that comes between the two lies behind `end`
     uint8_t end = cds_ring_end(&link->rx);
     uint8_t is_broken = link->broken, is_closing = 0;
 
@@ -416,12 +421,12 @@ static COLD bool examine_to_end(struct cds_bus *bus)
         }
     }
     if (is_broken && cds_ring_distance(link->broken_at, end) > CDS_RING_SIZE)
-        is_broken = 0; // behind the end
+        is_broken = 0; // the damage lies behind `end`
     if (is_broken)
         end = link->broken_at;
     if (end != bus->parser.position) {
         examine(bus, end);
-        return bus->request; // the rest is for the next poll, or the transaction has ended
+        return bus->request; // the next poll goes on, or the transaction has ended
     }
     if (is_broken)
         return drop_damage(bus);
@@ -430,7 +435,8 @@ static COLD bool examine_to_end(struct cds_bus *bus)
 
 /* ---- polls ---- */
 
-/* No packet of ours is on the wire: looks at the line. No request asked for bytes that come. */
+/* No packet of the controller is on the wire. Checks the line, and examines bytes that no request
+ * asked for. */
 static NOCLONE void listen(struct cds_bus *bus)
 {
     if (cds_line_has_unread_bytes(bus)) {
@@ -445,20 +451,23 @@ static NOCLONE void listen(struct cds_bus *bus)
     }
 }
 
-/* The packet of the waiting request leaves, if line and permit agree, or it has waited too long. */
+/* Sends the packet of the waiting request if line and permit agree. The request fails if it has
+ * waited too long. */
 static COLD bool wait_on(struct cds_bus *bus)
 {
     struct cds_request *request = bus->request;
     uint8_t result = CDS_PENDING, phase = bus->phase;
     uint16_t from = cds_port_ticks();
-    uint16_t bytes = 2, more_us = 0; // of the last look: what the poll before it saw may be old
+    uint16_t bytes = 2, more_us = 0; // length of WAIT_LAST_LOOK
 
     if (phase != WAIT_LAST_LOOK || !cds_line_has_unread_bytes(bus))
-        listen(bus); // else the line is in use; the bytes wait, as this poll may end the request
+        listen(
+            bus); // else the line is in use, and this poll may end the request: no time for bytes
     if (!(bus->gate & GATE_LINE)) {
         result = send_if_permitted(bus, request);
         if (result == CDS_PENDING)
-            bus->phase = WAIT_BEGINS; // neither a rest nor a check is a wait for the line
+            bus->phase =
+                WAIT_BEGINS; // a stale reply or a check: not counted as a wait for the line
         return result == CDS_OK || result == CDS_PENDING ? true : finish(bus, result);
     }
     if (phase == WAIT_BEGINS) {
@@ -486,7 +495,7 @@ static COLD bool poll_sending_only(struct cds_bus *bus)
     return wait_until_sent(bus);
 }
 
-/* No reply is due, or not yet. */
+/* Polls in any state in which no reply can come. */
 static NOCLONE bool poll_other(struct cds_bus *bus)
 {
     switch (bus->state) {

@@ -9,10 +9,11 @@
 #include "cds55xx/bus.h" // struct cds_bus
 #include "compiler.h"    // ALWAYS_INLINE
 
-/* Bits of `gate`: why a packet may not leave at once. */
+/* Bits of `gate`: what a submit or a poll must look at before a packet leaves. GATE_PERMIT holds no
+ * packet back: the bus asks the permit, and the packet may then leave at once. */
 enum {
-    GATE_SUSPECT = 1, // the line was used or low within two byte times
-    GATE_FAULT = 2,   // it was low when they were over
+    GATE_SUSPECT = 1, // the line was used or low within the last two byte times
+    GATE_FAULT = 2,   // the line was low when these two byte times were over
     GATE_STALE = 4,   // a stale reply may come: packets that expect a reply wait
     GATE_LOCKED = 8,  // an operation holds the bus
     GATE_PERMIT = 16, // the hooks have a permit, which must be asked
@@ -23,20 +24,22 @@ enum {
 /* Sets the timer to the longest time `bytes` bytes and `more_us` may take after `from`. */
 void cds_line_set_deadline(struct cds_bus *bus, uint16_t from, uint16_t bytes, uint16_t more_us);
 
-/* The timer has expired: returns 1 if that was its last expiry; else takes it, and returns 0. */
+/* The timer has expired. Returns 1 if this is the last expiry before the deadline; else counts it
+ * and returns 0. */
 uint8_t cds_line_take_expiry(struct cds_bus *bus);
 
-/* Returns 1 if the deadline is over; takes an expiry of the timer that comes before it. */
+/* Returns 1 if the deadline is over; counts an earlier expiry of the timer. */
 ALWAYS_INLINE uint8_t cds_line_check_deadline(struct cds_bus *bus)
 {
     return cds_port_timer_expired(bus->port) ? cds_line_take_expiry(bus) : 0;
 }
 
-/* The line was used, or a reply failed: from now on every packet waits for two byte times, and one
- * that expects a reply for `stale_us`, if that is longer. A longer wait under way goes on. */
+/* Begins a rest, because the line was used or a reply failed. From now on every packet waits for
+ * two byte times. A packet that expects a reply waits for `stale_us` if that is longer. A longer
+ * rest under way goes on. */
 void cds_line_rest(struct cds_bus *bus, uint16_t stale_us);
 
-/* The line was in doubt or a reply failed. Opens the gate if the time for that is over. */
+/* Clears the line and stale bits of the gate whose time is over. */
 void cds_line_check_rest(struct cds_bus *bus);
 
 /* True if the receiver has stored or damaged bytes since the last search. */

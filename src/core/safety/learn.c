@@ -1,4 +1,4 @@
-/* What is learnt of the servos from the packets that pass; see servos.h and
+/* Learns the state of the servos from the packets that pass; see servos.h and
  * docs/internals/permit.md. Manual: 3.1, registers 0x03 to 0x10, 0x18, 0x1E to 0x21, 0x2C; 2.3
  * (error bits). */
 #include "cds55xx/control_table.h" // CDS_REG_*
@@ -12,9 +12,9 @@
 
 /* ---- the ID ---- */
 
-/* The packet that gives `servo` the ID `id` was not answered. Returns the entry of the other ID,
- * for the caller to write what has changed; a new one is a copy of `servo`. NULL: it has `id`
- * already. */
+/* The packet that gives `servo` the ID `id` was not answered. Returns the entry of the other ID, in
+ * which the caller notes what the packet changed; a new entry is a copy of `servo`. NULL: the servo
+ * has `id` already, or there is no room. */
 static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_servo_state *servo,
                                         uint8_t id)
 {
@@ -22,7 +22,7 @@ static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_se
 
     if (id == servo->id || (!other && servos->count == servos->capacity))
         return NULL;
-    if (other) { // it may be either: known is only what is the same
+    if (other) { // the servo may be either entry: only what both entries have in common is known
         uint8_t speed_0 = (other->held | servo->held) & CDS_HELD_SPEED_0;
 
         other->held = (other->held & servo->held) | speed_0;
@@ -40,7 +40,7 @@ static struct cds_servo_state *doubt_id(struct cds_servos *servos, struct cds_se
     return other;
 }
 
-/* Moves the last entry to the place of entry `index`, which goes. */
+/* Removes entry `index`; the last entry moves to its place. */
 static void remove_entry(struct cds_servos *servos, uint8_t index)
 {
     struct cds_servo_state *place = &servos->states[index], *other;
@@ -62,7 +62,7 @@ static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
     struct cds_servo_state *lower = servo, *higher = cds_servos_second(servos, servo);
     uint8_t index;
 
-    if (!higher || servos->is_inhibited)
+    if (!higher || servos->all_inhibited)
         return;
     if (higher < lower) {
         lower = higher;
@@ -85,7 +85,7 @@ static void settle_id(struct cds_servos *servos, struct cds_servo_state *servo)
 
 /* ---- registers ---- */
 
-/* Its RAM area may be at initial values, and its settings may have changed. */
+/* The RAM area of the servo may be at initial values, and its settings may have changed. */
 static NOINLINE void forget(struct cds_servo_state *servo)
 {
     servo->held &= CDS_HELD_SPEED_0;
@@ -94,8 +94,8 @@ static NOINLINE void forget(struct cds_servo_state *servo)
     servo->is_registered = false;
 }
 
-/* Of a write that was not answered the more careful value counts: an unknown rate, the longer
- * delay, the level at which more is answered. */
+/* After a write that was not answered the more careful value is assumed: an unknown rate, the
+ * longer delay, the level at which the servo answers more. */
 static bool learn_settings(struct cds_servo_state *servo, const struct cds_written *written,
                            uint8_t source)
 {
@@ -105,7 +105,7 @@ static bool learn_settings(struct cds_servo_state *servo, const struct cds_writt
     uint8_t next_level = cds_written_value(written, CDS_REG_STATUS_RETURN_LEVEL, level);
 
     if (next_level != level && next_level > CDS_LEVEL_ALL)
-        next_level = CDS_LEVEL_ALL; // as no servo should have
+        next_level = CDS_LEVEL_ALL; // levels above 2 do not exist
     if (source == CDS_SOURCE_LOST) {
         if (baud_reg != servo->baud_reg)
             baud_reg = CDS_SERVOS_UNKNOWN;
@@ -120,7 +120,7 @@ static bool learn_settings(struct cds_servo_state *servo, const struct cds_writt
     return next_delay != delay || next_level != level;
 }
 
-/* What was written or read, but for the ID. */
+/* Learns all registers that were written or read, except the ID. */
 static NOINLINE void learn_registers(struct cds_servos *servos, struct cds_servo_state *servo,
                                      const struct cds_written *written, uint8_t source)
 {
@@ -165,7 +165,7 @@ static void learn_write(struct cds_servos *servos, struct cds_servo_state *servo
         if (id != servo->id)
             cds_servos_note_change(servos, CDS_BROADCAST_ID);
         servo->id = id;
-    } else if ((other = doubt_id(servos, servo, id))) { // carried out, or not at all
+    } else if ((other = doubt_id(servos, servo, id))) { // the write was carried out, or was not
         learn_registers(servos, other, &written, CDS_SOURCE_SENT);
     }
 }
@@ -201,9 +201,9 @@ static void learn_registered(struct cds_servos *servos, struct cds_servo_state *
     if (cds_written_value(&written, CDS_REG_TORQUE_ENABLE, 0))
         servo->registered_torque = true;
     else if (source == CDS_SOURCE_ANSWERED)
-        servo->registered_torque = false; // the last one counts
+        servo->registered_torque = false; // a REG WRITE replaces the one before
     if (request != servos->move_request)
-        return; // a servo with limits was sent no other REG WRITE
+        return; // the permit sends a servo with limits no other REG WRITE
     if (source == CDS_SOURCE_ANSWERED)
         servo->is_registered = servos->move_is_valid;
     else
@@ -222,7 +222,7 @@ static void learn_packet(struct cds_servos *servos, struct cds_servo_state *serv
             servo->torque = true;
         if (source == CDS_SOURCE_ANSWERED)
             servo->registered_torque = false;
-        if (servo->is_registered) { // at a speed that may be 0
+        if (servo->is_registered) { // the speed of the move may be 0
             servo->is_registered = false;
             servo->held |= CDS_HELD_SPEED_0;
             cds_servos_note_change(servos, servo->id);
@@ -233,16 +233,15 @@ static void learn_packet(struct cds_servos *servos, struct cds_servo_state *serv
     }
 }
 
-/* Torque that is off where it was on: the power was gone for a moment, or an alarm has shut it
- * down.
- */
+/* If torque was on and is read as off, the servo has lost its power for a moment, or an alarm has
+ * switched torque off. */
 static void learn_torque(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t is_on)
 {
     uint8_t is_lost = !is_on && servo->torque;
 
     servo->torque = is_on != 0;
     if (!is_lost && servo->presence != CDS_PRESENCE_RETURNED)
-        return; // nothing that the permit uses
+        return; // the permit uses none of this
     servo->presence = CDS_PRESENCE_ONLINE;
     if (is_lost) {
         servo->inhibits |= CDS_INHIBIT_STATE_LOST;
@@ -261,7 +260,7 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
 
     if (bytes[CDS_AT_LENGTH] != CDS_LENGTH_MIN + 2 ||
         bytes[CDS_AT_PARAMETERS + 1] != request->length)
-        return; // not what was asked for
+        return; // the reply has another length than was asked for
     read.data = request->reply;
     read.address = bytes[CDS_AT_PARAMETERS];
     read.length = request->length;
@@ -269,7 +268,7 @@ static NOINLINE void learn_read(struct cds_servos *servos, struct cds_servo_stat
     if (read.sets & CDS_SETS_TORQUE)
         learn_torque(servos, servo, *cds_written_byte(&read, CDS_REG_TORQUE_ENABLE));
     learn_registers(servos, servo, &read, CDS_SOURCE_READ);
-    if (servo->status_return_level == CDS_LEVEL_PING) // it has answered a READ: another make
+    if (servo->status_return_level == CDS_LEVEL_PING) // but the servo has answered a READ
         servo->status_return_level = CDS_LEVEL_READ;
 }
 
@@ -294,7 +293,7 @@ static void set_presence(struct cds_servos *servos, struct cds_servo_state *serv
 {
     servo->presence = presence & 3u;
     servos->news++;
-    if (presence != CDS_PRESENCE_ONLINE) // else it may be driven as before
+    if (presence != CDS_PRESENCE_ONLINE) // else the permit's answers stay the same
         cds_servos_note_change(servos, servo->id);
 }
 
@@ -319,8 +318,8 @@ static void take_answer(struct cds_servos *servos, struct cds_servo_state *servo
         servo->has_answered = true;
 }
 
-/* A miss tells something only at the rate of the servo, and if it had to answer at any status
- * return level that it may have. */
+/* A miss counts only at the rate of the servo, and only if the servo answers this packet at every
+ * status return level that it may have. */
 static void take_miss(struct cds_servos *servos, struct cds_servo_state *servo, uint8_t instruction)
 {
     servo->counters.timeouts++;
@@ -383,7 +382,8 @@ NOINLINE void cds_servos_learn_end(struct cds_servos *servos, struct cds_request
     if (request->reply_parameters != CDS_REPLY_NONE)
         is_reply_due = !request->is_muted;
     if (id == CDS_BROADCAST_ID)
-        id = result == CDS_OK ? request->id : CDS_NO_ID; // of a PING: the servo that has answered
+        id =
+            result == CDS_OK ? request->id : CDS_NO_ID; // after a PING: the servo that has answered
     if (id <= CDS_ID_MAX)
         servo = cds_servos_at(servos, id, &request->servo_index);
     if (result == CDS_OK) {
@@ -438,15 +438,15 @@ void cds_servos_on_packet(void *context, enum cds_bus_event event, uint8_t id, u
         counter = &servo->counters.duplicate_replies;
     add(counter, 1);
     if (event != CDS_EVENT_STALE_REPLY &&
-        servo->status_return_level < CDS_LEVEL_ALL) { // it says more than it was set to
+        servo->status_return_level < CDS_LEVEL_ALL) { // it answers more than its level allows
         servo->status_return_level = CDS_LEVEL_UNKNOWN;
         cds_servos_note_change(servos, id);
     }
 }
 
-/* ---- what many servos hear, some each call ---- */
+/* ---- packets to many servos: each call learns from some ---- */
 
-/* A RESET of all on purpose. */
+/* All servos were reset on purpose. */
 static void expire(struct cds_servo_state *servo)
 {
     forget(servo);
@@ -457,7 +457,7 @@ static void expire(struct cds_servo_state *servo)
     servo->baud_reg = CDS_SERVOS_UNKNOWN;
 }
 
-/* At once: the next packet of torque_off must not wait. */
+/* For all servos in one call: the next packet of torque_off must not wait. */
 static void learn_torque_off(struct cds_servos *servos)
 {
     struct cds_servo_state *servo = servos->states;
@@ -474,7 +474,7 @@ static void learn_one(struct cds_walk *walk, const struct cds_request *request)
     if (!servo)
         return;
     if (instruction == CDS_WRITE ||
-        instruction == CDS_SYNC_WRITE) // of no ID: the permit refuses it
+        instruction == CDS_SYNC_WRITE) // not of ID: the permit refuses such a packet
         learn_registers(walk->servos, servo, &walk->written, CDS_SOURCE_SENT);
     else if (instruction == CDS_RESET)
         expire(servo);
@@ -517,7 +517,7 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
     if (is_sync_write &&
         (bytes[CDS_AT_LENGTH] < CDS_LENGTH_MIN + 2 ||
          !is_learnt(servos, cds_written_sets(bytes[CDS_AT_PARAMETERS], bytes[CDS_AT_SYNC_LENGTH]))))
-        return false; // goals of a cycle must not end the check of a request that waits
+        return false; // else goals of a cycle would end the check of a request that waits
     cds_walk_begin(&walk, servos, request, 0);
     if (servos->walked == ALL_LEARNT)
         return false;
@@ -533,7 +533,7 @@ bool cds_servos_on_sending(void *context, struct cds_request *request)
             if (bytes[CDS_AT_INSTRUCTION] == CDS_RESET)
                 cds_servos_note_change(servos, CDS_BROADCAST_ID);
         }
-        return walk.budget <= 0 || result != CDS_WALK_ENDS; // else the end is for the next call
+        return walk.budget <= 0 || result != CDS_WALK_ENDS; // else the next call finds the end
     }
     servos->walked = ALL_LEARNT;
     return false;

@@ -9,13 +9,13 @@
 
 /* ---- what a packet writes ---- */
 
-/* True if registers `first` to `last` are written. A macro: a function makes a bool of it first,
- * which costs 8 bytes each. */
+/* True if any of the registers `first` to `last` is written. A macro saves 8 bytes a use against a
+ * function that returns a bool. */
 #define TOUCHES(first, last) (address <= (last) && end > (first))
 
 NOINLINE uint8_t cds_written_sets(uint8_t address, uint8_t length)
 {
-    uint8_t end = (uint8_t)(address + length), sets = 0; // `end`: the first register behind
+    uint8_t end = (uint8_t)(address + length), sets = 0; // `end`: the register after the last
 
     if (length == 0 || address >= CDS_TABLE_SIZE)
         return 0;
@@ -130,15 +130,14 @@ ALWAYS_INLINE bool has_goal_limit(const struct cds_servo_state *servo)
     return servo->lowest > 0 || servo->highest < CDS_VALUE_MAX;
 }
 
-/* A goal above 1023 is refused by the servo itself if the limit does not refuse it. */
+/* Without an upper limit a goal above 1023 passes: the servo itself refuses it. */
 ALWAYS_INLINE bool is_within(const struct cds_servo_state *servo, uint16_t goal)
 {
     return goal >= servo->lowest && (goal <= servo->highest || servo->highest == CDS_VALUE_MAX);
 }
 
-/* In endless turn a servo has no use for the goal, and stands still at speed 0. In position mode it
- * goes as fast as it can at speed 0. */
-/* The servo may hold a speed of 0 from now on, which other answers of the permit use. */
+/* Notes that the servo may hold a speed of 0 from now on: other answers of the permit depend on it.
+ */
 static NOINLINE void note_speed_0(struct cds_servos *servos, struct cds_servo_state *servo)
 {
     if (servo->held & CDS_HELD_SPEED_0)
@@ -147,6 +146,8 @@ static NOINLINE void note_speed_0(struct cds_servos *servos, struct cds_servo_st
     cds_servos_note_change(servos, servo->id);
 }
 
+/* In endless turn a servo ignores the goal, and stands still at speed 0. In position mode speed 0
+ * means: as fast as the servo can. */
 NOINLINE enum cds_result cds_limits_check_goal(struct cds_servos *servos,
                                                struct cds_servo_state *servo, const uint8_t *data)
 {
@@ -176,8 +177,8 @@ static NOINLINE const uint8_t *word_of(const struct cds_written *written, uint8_
     return high && high != written->data ? high - 1 : NULL;
 }
 
-/* Returns the two bits of the angle limit at `reg`, CDS_HELD_CW_SET and CDS_HELD_CW_0; those in
- * `known` were known. */
+/* Returns the two bits of the angle limit at `reg` after the write, as CDS_HELD_CW_SET and
+ * CDS_HELD_CW_0. `known`: the same bits before the write. */
 static uint8_t angle_after(uint8_t known, const struct cds_written *written, uint8_t reg)
 {
     const uint8_t *word = word_of(written, reg);
@@ -192,8 +193,8 @@ static uint8_t angle_after(uint8_t known, const struct cds_written *written, uin
                : known;
 }
 
-/* Returns what the servo holds after the write or READ. Of a speed of which one byte is missing
- * only CDS_HELD_SPEED_0 is set. */
+/* Returns the CDS_HELD_* bits after the write or READ. If one byte of the speed is missing, only
+ * CDS_HELD_SPEED_0 is set for it. */
 static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
                                    const struct cds_written *written)
 {
@@ -221,8 +222,8 @@ static NOINLINE uint8_t held_after(const struct cds_servo_state *servo,
     return held;
 }
 
-/* Switched on, or over to position mode, a servo goes to the goal it holds, at the speed it holds.
- */
+/* When torque is switched on, or the mode changes to position mode, a servo goes to the goal in its
+ * registers, at the speed in its registers. */
 uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *servo,
                          const struct cds_written *written)
 {
@@ -235,10 +236,10 @@ uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *serv
     mode_before = mode_of(before);
     mode = mode_of(after);
     if (!cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0))
-        sets &= (uint8_t)~CDS_SETS_TORQUE; // the bit then says: switched on
+        sets &= (uint8_t)~CDS_SETS_TORQUE; // from here on the bit means: torque is switched on
     if (sets & CDS_SETS_TORQUE &&
         (mode_before == MODE_UNKNOWN || !(before & CDS_HELD_GOAL) || !(before & CDS_HELD_SPEED)))
-        return CDS_LIMIT; // not read
+        return CDS_LIMIT; // mode, goal or speed was not read
     if (has_goal_limit(servo)) {
         if (!(after & CDS_HELD_GOAL) && (sets & (CDS_SETS_TORQUE | CDS_SETS_GOAL) ||
                                          (sets & CDS_SETS_MODE && mode_before != MODE_POSITION)))
@@ -250,7 +251,7 @@ uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *serv
     }
     if (servo->fastest < CDS_VALUE_MAX) {
         if ((sets & (CDS_SETS_GOAL | CDS_SETS_SPEED)) == CDS_SETS_GOAL)
-            return CDS_LIMIT; // at which speed is not certain
+            return CDS_LIMIT; // the speed of the move is not certain
         if ((sets & (CDS_SETS_TORQUE | CDS_SETS_SPEED) ||
              (sets & CDS_SETS_MODE && (mode == MODE_UNKNOWN || mode != mode_before))) &&
             (!(after & CDS_HELD_SPEED) || (after & CDS_HELD_SPEED_0 && mode != MODE_TURN)))
@@ -268,7 +269,7 @@ bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *w
 {
     uint8_t before = servo->held, after = held_after(servo, written), changed = before ^ after;
 
-    if (source != CDS_SOURCE_READ) { // a write makes no goal and no speed known
+    if (source != CDS_SOURCE_READ) { // only a READ makes goal and speed known
         if (source != CDS_SOURCE_ANSWERED)
             changed &= HELD_CW | HELD_CCW;
         changed &= (uint8_t) ~(CDS_HELD_GOAL | CDS_HELD_SPEED);

@@ -18,7 +18,7 @@ enum cds_sets {
     CDS_SETS_DRIVE = CDS_SETS_MODE | CDS_SETS_TORQUE | CDS_SETS_GOAL | CDS_SETS_SPEED,
 } __attribute__((packed));
 
-/* How it became known what a servo holds. Passed as uint8_t: saves registers. */
+/* How the contents of registers became known. Passed as uint8_t: saves registers. */
 enum cds_source {
     CDS_SOURCE_READ,     // the servo was read
     CDS_SOURCE_ANSWERED, // it has answered the packet that wrote it
@@ -37,9 +37,9 @@ struct cds_written {
 /* Returns the CDS_SETS_* bits of `length` registers from `address` on. */
 uint8_t cds_written_sets(uint8_t address, uint8_t length);
 
-/* Describes what the packet `bytes`, a WRITE or REG WRITE, writes. Of a SYNC WRITE it is then
- * before block `index`, and cds_written_next() goes on to that. False: the packet writes nothing.
- */
+/* Describes what the packet `bytes` writes: a WRITE, REG WRITE or SYNC WRITE. For a SYNC WRITE
+ * *written then stands before block `index`, and cds_written_next() goes on to that block. False:
+ * the packet writes nothing. */
 bool cds_written_by(const uint8_t *bytes, uint8_t index, struct cds_written *written);
 
 /* Goes on to the next block of a SYNC WRITE. False: there is none; `left` bytes are cut off. */
@@ -54,19 +54,18 @@ const uint8_t *cds_written_byte(const struct cds_written *written, uint8_t reg);
 /* Returns the value of register `reg`, or `otherwise` if it is not written. */
 uint8_t cds_written_value(const struct cds_written *written, uint8_t reg, uint8_t otherwise);
 
-/* Returns CDS_OK, or CDS_LIMIT: with this write, or with what it holds already, the servo would go
- * beyond a soft limit, or it is not known whether it would. A speed of 0 that is permitted is
- * noted. */
+/* Returns CDS_OK, or CDS_LIMIT: after this write the servo would go beyond a soft limit, or might.
+ * The registers that the servo holds already count, too. Notes a permitted speed of 0. */
 uint8_t cds_limits_check(struct cds_servos *servos, struct cds_servo_state *servo,
                          const struct cds_written *written);
 
-/* As cds_limits_check() for goal and speed, `data` as in registers 0x1E to 0x21: shorter, because a
- * cycle sets 50 of them in 4 ms. */
+/* Does what cds_limits_check() does, for goal and speed only; `data` as in registers 0x1E to 0x21.
+ * Faster, because a cycle sets 50 goals in 4 ms. */
 enum cds_result cds_limits_check_goal(struct cds_servos *servos, struct cds_servo_state *servo,
                                       const uint8_t *data);
 
-/* Takes mode, goal and speed over. A READ makes them known. A write leaves what is known of goal
- * and speed; an angle limit that it may have changed is known only if it was, and the servo
+/* Learns mode, goal and speed from *written. A READ makes them known. A write makes no goal and no
+ * speed known. After a write an angle limit is known only if it was known before and the servo has
  * answered. True if an answer of the permit may have changed. */
 bool cds_limits_learn(struct cds_servo_state *servo, const struct cds_written *written,
                       uint8_t source);

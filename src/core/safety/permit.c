@@ -1,5 +1,5 @@
-/* The one door; see permit.h. Rows in the comments are those of docs/internals/permit.md.
- * Manual: 2.4; 3.1.
+/* The permit, which checks every packet before it leaves; see permit.h. Rows in the comments are
+ * those of docs/internals/permit.md. Manual: 2.4; 3.1.
  */
 #include "safety/permit.h"
 
@@ -12,19 +12,21 @@
 
 /* One packet under check. */
 struct check {
-    struct cds_walk walk; // first, as `written` in it: &check is also the address of both
+    struct cds_walk walk; // first, and `written` is first in it: all three have one address
     const uint8_t *bytes;
     uint8_t refused_id;
-    bool has_turn;     // `request` is to leave next: what reaches many servos is checked
-    bool is_goal;      // goal and speed are written, and no more
-    bool is_of_move;   // `request` carries the registered move
-    bool is_inhibited; // driving is, or was since this packet was checked last
+    bool has_turn;        // The request leaves next. Only then does the permit check packets to
+                          // many servos.
+    bool is_goal;         // goal and speed are written, and no other register
+    bool is_of_move;      // the request carries the registered move
+    bool inhibit_applies; // driving of all servos is inhibited, or was since the last check of this
+                          // packet
 };
 
 /* ---- one servo ---- */
 
-/* Goal, speed (0 too), angle limit, or torque on. An angle limit changes the mode, and in endless
- * turn the speed register makes the servo turn. */
+/* True if the write sets the goal, the speed (also to 0) or an angle limit, or switches torque on.
+ * An angle limit changes the mode, and in endless turn the speed register makes the servo turn. */
 static inline bool drives(const struct cds_written *written)
 {
     return written->sets & (CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED) ||
@@ -32,12 +34,13 @@ static inline bool drives(const struct cds_written *written)
             cds_written_value(written, CDS_REG_TORQUE_ENABLE, 0));
 }
 
-/* For servos of any ID, known or not: rows 3 and 7. */
+/* Checks that hold for every ID, whether the servo is known or not: row 7, and row 3 but for the
+ * gains, which check_write() has. */
 static NOINLINE uint8_t check_any(const struct check *check)
 {
     const struct cds_written *written = &check->walk.written;
 
-    if (check->is_inhibited && drives(written))
+    if (check->inhibit_applies && drives(written))
         return CDS_INHIBITED;
     if (written->sets & CDS_SETS_REPLY &&
         cds_written_value(written, CDS_REG_RETURN_DELAY, UINT8_MAX) <
@@ -46,8 +49,8 @@ static NOINLINE uint8_t check_any(const struct check *check)
     return CDS_OK;
 }
 
-/* Rows 20 to 22. A registered write may be carried out later, unnoticed: it must not change ID,
- * rate, return delay, status return level or mode. */
+/* Rows 20 to 22. A servo may carry out a registered write at any later time, unnoticed. So the
+ * write must not change ID, rate, return delay, status return level or mode. */
 static uint8_t check_registered(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->walk.written;
@@ -73,8 +76,8 @@ static uint8_t check_action(const struct check *check, const struct cds_servo_st
                : CDS_LIMIT;
 }
 
-/* Rows 10 to 13. To a servo that is OFFLINE nothing that drives is sent alone; it stops no packet
- * that others hear too. */
+/* Rows 10 to 13. A packet that drives is not sent to an OFFLINE servo alone. A packet to several
+ * servos is sent even if one of them is OFFLINE. */
 static NOINLINE uint8_t check_servo(const struct check *check, struct cds_servo_state *servo)
 {
     const struct cds_written *written = &check->walk.written;
@@ -103,7 +106,7 @@ static uint8_t check_id(const struct check *check, const struct cds_servo_state 
     return cds_servos_may_become(check->walk.servos, servo, id, to) ? CDS_OK : CDS_LIMIT;
 }
 
-/* ---- many servos, some each call ---- */
+/* ---- many servos: each call checks some of them ---- */
 
 ALWAYS_INLINE enum cds_result check_goal(struct cds_servos *servos, struct cds_servo_state *servo,
                                          const uint8_t *goal)
@@ -122,7 +125,7 @@ static uint8_t check_block(struct check *check)
         return result;
     if (written->sets & CDS_SETS_ID && servos->count)
         return CDS_LIMIT;
-    if (written->id > CDS_ID_MAX) // it may reach every servo, or none
+    if (written->id > CDS_ID_MAX) // the block may reach every servo, or none
         return servos->count && drives(written) ? CDS_LIMIT : CDS_OK;
     if (check->walk.servo)
         return check_servo(check, check->walk.servo);
@@ -148,14 +151,14 @@ static NOINLINE uint8_t check_many(struct check *check)
             check->refused_id = walk->written.id;
             return result;
         }
-        walk->servos->walk_epoch = walk->servos->epoch; // what was found good still is
+        walk->servos->walk_epoch = walk->servos->epoch; // the servos checked so far stay good
         if (!check->is_goal && walk->servo && walk->servo->has_limits)
             walk->budget = (int8_t)(walk->budget - 2); // such a check takes twice as long
     }
     if (result == CDS_PENDING)
         return result;
-    // what a servo makes of a block that is cut is not known
-    return check->is_inhibited && walk->written.left ? CDS_INHIBITED : CDS_OK;
+    // it is not known how a servo takes a block that is cut
+    return check->inhibit_applies && walk->written.left ? CDS_INHIBITED : CDS_OK;
 }
 
 /* ---- the packet ---- */
@@ -170,14 +173,14 @@ static uint8_t check_write(struct check *check, struct cds_servo_state *servo)
     if (cds_written_is_torque_off(bytes))
         return CDS_OK;
     if (!cds_written_by(bytes, check->has_turn ? servos->walked : 0, written))
-        return check->is_inhibited ? CDS_INHIBITED : CDS_OK;
+        return check->inhibit_applies ? CDS_INHIBITED : CDS_OK;
     sets = written->sets;
     check->is_goal = written->address == CDS_REG_GOAL_POSITION && written->length == CDS_GOAL_SIZE;
-    if (check->is_inhibited &&
+    if (check->inhibit_applies &&
         sets & (CDS_SETS_GAIN | CDS_SETS_MODE | CDS_SETS_GOAL | CDS_SETS_SPEED))
         return CDS_INHIBITED;
     if (bytes[CDS_AT_INSTRUCTION] == CDS_SYNC_WRITE) {
-        if (!check->is_inhibited && servos->grows != CDS_GROWS_ALWAYS &&
+        if (!check->inhibit_applies && servos->grows != CDS_GROWS_ALWAYS &&
             !(sets & (CDS_SETS_DRIVE | CDS_SETS_REPLY | CDS_SETS_ID)))
             return CDS_OK;
         return check_many(check);
@@ -204,7 +207,7 @@ static uint8_t check_action_or_reset(struct check *check, struct cds_servo_state
     struct cds_servos *servos = check->walk.servos;
     bool is_to_all = check->bytes[CDS_AT_ID] == CDS_BROADCAST_ID;
 
-    if (check->is_inhibited)
+    if (check->inhibit_applies)
         return CDS_INHIBITED;
     if (check->bytes[CDS_AT_INSTRUCTION] == CDS_ACTION) {
         if (is_to_all)
@@ -222,20 +225,20 @@ static inline uint8_t check_packet(struct check *check, struct cds_servo_state *
 
     if (check->is_of_move && !check->walk.servos->move_is_valid &&
         (instruction == CDS_REG_WRITE || instruction == CDS_ACTION))
-        return check->is_inhibited ? CDS_INHIBITED : CDS_LIMIT;
+        return check->inhibit_applies ? CDS_INHIBITED : CDS_LIMIT;
     switch (instruction) {
     case CDS_READ: longest = CDS_LENGTH_MIN + 2; // fall through
     case CDS_PING:
-        return check->is_inhibited && check->bytes[CDS_AT_LENGTH] > longest ? CDS_INHIBITED
-                                                                            : CDS_OK;
+        return check->inhibit_applies && check->bytes[CDS_AT_LENGTH] > longest ? CDS_INHIBITED
+                                                                               : CDS_OK;
     case CDS_WRITE:
     case CDS_REG_WRITE:
     case CDS_SYNC_WRITE: return check_write(check, servo);
     case CDS_ACTION:
     case CDS_RESET: return check_action_or_reset(check, servo);
     default:
-        return check->is_inhibited ? CDS_INHIBITED
-                                   : CDS_OK; // not in the manual: limits do not hold for it
+        return check->inhibit_applies ? CDS_INHIBITED
+                                      : CDS_OK; // not in the manual: limits do not apply
     }
 }
 
@@ -256,20 +259,20 @@ static NOINLINE uint8_t check_anew(struct cds_servos *servos, struct cds_request
     check.refused_id = bytes[CDS_AT_ID];
     check.walk.written.sets = check.walk.written.left = 0;
     check.walk.servos = servos;
-    check.has_turn = has_turn || is_submitted; // else while another request is in flight, or just
-                                               // begins: the next poll goes on
+    // false while another request is in flight, or is just beginning: the next poll checks
+    check.has_turn = has_turn || is_submitted;
     check.is_goal = false;
     if (check.has_turn)
         cds_walk_begin(&check.walk, servos, request, servos->epoch);
     if (is_submitted)
         check.walk.budget--; // a submit takes longer than a poll
     check.is_of_move = request == servos->move_request;
-    check.is_inhibited =
-        servos->is_inhibited ||
+    check.inhibit_applies =
+        servos->all_inhibited ||
         (request->permit_epoch && (int16_t)(servos->inhibit_epoch - request->permit_epoch) > 0);
     result = check_packet(&check, servo);
     if (result == CDS_PENDING) {
-        if (request->permit_epoch == 0) // an inhibit from now on refuses it, also if it ends before
+        if (request->permit_epoch == 0) // an inhibit from now on applies, even if it ends first
             request->permit_epoch = (uint16_t)(servos->epoch - 1u);
         return result;
     }
@@ -310,12 +313,12 @@ enum cds_result cds_servos_permit(void *context, struct cds_request *request)
         }
     }
     if (request->permit_epoch == servos->epoch ||
-        (!servos->is_inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
+        (!servos->all_inhibited && (instruction == CDS_READ || instruction == CDS_PING)))
         return CDS_OK;
     return (enum cds_result)check_anew(servos, request, servo);
 }
 
-/* The entry is not where the caller has expected it. */
+/* The entry is not at the index that the caller gave. */
 static NOINLINE enum cds_result search_and_check_goal(struct cds_servos *servos, uint8_t id,
                                                       uint8_t *index, const uint8_t *goal)
 {
@@ -333,7 +336,7 @@ enum cds_result cds_servos_permit_goal(void *context, uint8_t id, uint8_t *index
     struct cds_servos *servos = (struct cds_servos *)context;
     struct cds_servo_state *servo = &servos->states[*index];
 
-    if (servos->is_inhibited)
+    if (servos->all_inhibited)
         return CDS_INHIBITED;
     if (*index >= servos->count || servo->id != id)
         return search_and_check_goal(servos, id, index, goal);

@@ -7,8 +7,8 @@
  *     permitted if goal and speed are within its limits.
  *   - ACTION is permitted if every known servo of the move has answered its REG WRITE, each servo
  *     with limits that ACTION reaches is one of them, and none is inhibited.
- *   - A change of any limit or inhibit ends that: REG WRITE and ACTION of the move are refused from
- *     then on (CDS_LIMIT or CDS_INHIBITED). The move then clears 0x2C of each servo: always passes.
+ *   - After a change of any limit or inhibit, REG WRITE and ACTION of the move are refused
+ *     (CDS_LIMIT or CDS_INHIBITED). The move then clears 0x2C of each servo, which always passes.
  *   - set_move(context, NULL) when no REG WRITE or ACTION of the move follows.
  * The permit learns by itself which REG WRITE was answered: nothing the move says is trusted.
  * Without hooks, or if set_move is NULL, the move sends without a check. */

@@ -7,7 +7,7 @@
 #include "safety/permit.h"         // cds_servos_permit()
 #include "safety/servos_internal.h"
 
-#define OLDEST 0x4000u // changes since the last inhibit: more count as so many
+#define OLDEST 0x4000u // changes since the last inhibit; a larger number counts as this one
 
 /* ---- the list ---- */
 
@@ -36,11 +36,11 @@ NOINLINE struct cds_servo_state *cds_servos_find(struct cds_servos *servos, uint
 NOINLINE void cds_servos_note_change(struct cds_servos *servos, uint8_t id)
 {
     servos->epoch++;
-    if (servos->epoch < 2) // 0 is none, and a check under way has the epoch before
+    if (servos->epoch < 2) // 0 means not asked, and a check under way has the epoch less one
         servos->epoch = 2;
     if ((uint16_t)(servos->epoch - servos->inhibit_epoch) > OLDEST)
         servos->inhibit_epoch =
-            (uint16_t)(servos->epoch - OLDEST); // or it would look later one day
+            (uint16_t)(servos->epoch - OLDEST); // else the wrapped difference would turn negative
     servos->changed_id = id;
 }
 
@@ -58,7 +58,7 @@ bool cds_servos_may_become(const struct cds_servos *servos, const struct cds_ser
     if (to == id)
         return true;
     if (to > CDS_ID_MAX)
-        return !servo; // there is no such ID
+        return !servo; // no servo can have such an ID
     if (cds_servos_search(servos, to, &index))
         return servo && servo->second == index;
     return !servo || (servo->second == CDS_NO_ID && servos->count < servos->capacity);
@@ -324,7 +324,7 @@ bool cds_servos_may_drive(struct cds_servos *servos, uint8_t id)
 {
     const struct cds_servo_state *servo = servos->states;
 
-    if (servos->is_inhibited)
+    if (servos->all_inhibited)
         return false;
     if (id != CDS_BROADCAST_ID) {
         servo = cds_servos_find(servos, id);
@@ -355,8 +355,8 @@ uint8_t cds_servos_acknowledge(struct cds_servos *servos, struct cds_servo_state
 
 NOINLINE void cds_servos_inhibit_all(struct cds_servos *servos)
 {
-    if (!servos->is_inhibited) { // else nothing has changed, and a check under way goes on
-        servos->is_inhibited = true;
+    if (!servos->all_inhibited) { // else nothing changes, and a check under way goes on
+        servos->all_inhibited = true;
         note_guard(servos, NULL);
     }
     servos->inhibit_epoch = servos->epoch;
@@ -390,9 +390,9 @@ void cds_servos_release(struct cds_servos *servos, struct cds_servo_state *servo
 static NOINLINE void release_all(struct cds_servos *servos, uint8_t keep)
 {
     struct cds_servo_state *servo = servos->states;
-    uint8_t released = servos->is_inhibited;
+    uint8_t released = servos->all_inhibited;
 
-    servos->is_inhibited = false;
+    servos->all_inhibited = false;
     for (uint8_t i = servos->count; i; i--, servo++) {
         released = (uint8_t)(released | (servo->inhibits & ~keep));
         servo->inhibits = (uint8_t)(servo->inhibits & keep) & 3u;

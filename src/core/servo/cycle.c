@@ -1,7 +1,7 @@
 /* Goals out, feedback in, at a fixed rate; see cycle.h. */
 #include "cds55xx/cycle.h"
 
-#include "bus/bus_internal.h"      // cds_bus_submit_permitted(), cds_was_not_sent()
+#include "bus/bus_internal.h"      // cds_bus_submit_prechecked(), cds_was_not_sent()
 #include "cds55xx/control_table.h" // CDS_REG_*, CDS_VALUE_MAX
 #include "compiler.h"              // OPTIMIZER_BARRIER(), NOINLINE
 #include "servo/cycle_internal.h"
@@ -122,7 +122,7 @@ static NOINLINE bool send_goals(struct cds_cycle *cycle)
     if (request->result == CDS_PENDING)
         return false;
     request->packet.bytes = cycle->front;
-    return cds_bus_submit_permitted(cycle->bus, request, epoch) == CDS_OK;
+    return cds_bus_submit_prechecked(cycle->bus, request, epoch) == CDS_OK;
 }
 
 /* The next period has begun, or more than one. */

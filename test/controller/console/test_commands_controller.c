@@ -4,7 +4,7 @@
 
 #include "console/console.h"
 #include "eeprom_fake.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -59,9 +59,9 @@ static void turn(void)
         size_t length = strlen(said);
 
         TEST_ASSERT_TRUE(length < sizeof said - 1);
-        said[length] = (char)input_peek(&output, 0);
+        said[length] = (char)ring_peek(&output, 0);
         said[length + 1] = '\0';
-        input_drop(&output, 1);
+        ring_drop(&output, 1);
     }
 }
 

@@ -5,7 +5,7 @@
 #include "console/console.h"
 #include "console/errors.h"
 #include "host/host_demux.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -50,9 +50,9 @@ static void hear_console(void)
             memmove(said, said + sizeof said / 2, sizeof said / 2);
             said_length = (uint16_t)(sizeof said / 2 - 1);
         }
-        said[said_length++] = (char)input_peek(&output, 0);
+        said[said_length++] = (char)ring_peek(&output, 0);
         said[said_length] = '\0';
-        input_drop(&output, 1);
+        ring_drop(&output, 1);
     }
 }
 
@@ -67,7 +67,7 @@ static void turn(void)
 /* It goes on without an answer of the bus, and without more input. */
 static bool moves(void)
 {
-    return console.state == CONSOLE_CLOSING ||
+    return console.state == CONSOLE_ENDING ||
            (console.state == CONSOLE_RUNNING && console.request.result != CDS_PENDING) ||
            (console.state == CONSOLE_READING && !console_idle(&console));
 }

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "console/editor.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "unity.h"
 
 static struct cds_ring ring;
@@ -26,8 +26,8 @@ void tearDown(void)
 
 static void hear(void)
 {
-    for (; cds_ring_count(&ring); input_drop(&ring, 1))
-        shown[length++] = (char)input_peek(&ring, 0);
+    for (; cds_ring_count(&ring); ring_drop(&ring, 1))
+        shown[length++] = (char)ring_peek(&ring, 0);
     shown[length] = '\0';
 }
 

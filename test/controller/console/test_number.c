@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "console/errors.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "console/number_format.h"
 #include "console/number_parse.h"
 #include "unity.h"
@@ -27,7 +27,7 @@ static const struct token *word(const char *from)
 {
     token.length = 0;
     while (*from)
-        lexer_add(&token, *from++);
+        token_add(&token, *from++);
     return &token;
 }
 
@@ -56,8 +56,8 @@ static const char *written(enum cds_unit unit, uint16_t raw)
     uint8_t length = 0;
 
     number_print(&printer, unit, raw);
-    for (; cds_ring_count(&ring); input_drop(&ring, 1))
-        text[length++] = (char)input_peek(&ring, 0);
+    for (; cds_ring_count(&ring); ring_drop(&ring, 1))
+        text[length++] = (char)ring_peek(&ring, 0);
     text[length] = '\0';
     return text;
 }
@@ -115,8 +115,8 @@ void test_a_unit_of_another_kind_is_an_error(void)
 void test_a_nul_is_not_the_end_of_a_unit(void)
 {
     word("1deg");
-    lexer_add(&token, '\0');
-    lexer_add(&token, 'r');
+    token_add(&token, '\0');
+    token_add(&token, 'r');
     TEST_ASSERT_EQUAL_UINT8(ERROR_UNIT, number_parse(&token, &number));
 }
 
@@ -245,8 +245,8 @@ void test_fixed_point(void)
         uint8_t length = 0;
 
         printer_fixed(&printer, cases[i].value, cases[i].decimals);
-        for (; cds_ring_count(&ring); input_drop(&ring, 1))
-            text[length++] = (char)input_peek(&ring, 0);
+        for (; cds_ring_count(&ring); ring_drop(&ring, 1))
+            text[length++] = (char)ring_peek(&ring, 0);
         text[length] = '\0';
         TEST_ASSERT_EQUAL_STRING(cases[i].text, text);
     }
@@ -260,7 +260,7 @@ void test_a_word_longer_than_any_is_not_stored(void)
     } guarded = {.after = 'z'};
 
     for (uint16_t i = 0; i < 1000; i++)
-        lexer_add(&guarded.token, '1');
+        token_add(&guarded.token, '1');
     TEST_ASSERT_EQUAL_UINT8(TOKEN_MAX + 1, guarded.token.length);
     TEST_ASSERT_EQUAL_CHAR('z', guarded.after);
 }

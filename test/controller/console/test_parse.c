@@ -30,7 +30,7 @@ static uint8_t read_line(const char *text)
         bool block = parse_in_block(&line) && (*text == ':' || *text == ',');
 
         if (*text != '\0' && *text != ' ' && !block) {
-            lexer_add(&token, *text);
+            token_add(&token, *text);
             continue;
         }
         if (token.length || block)
@@ -89,10 +89,10 @@ static void check_name(const CDS_FLASH struct command *command)
     struct token token = {0};
 
     for (const CDS_FLASH char *c = command->usage; *c && *c != ' '; c++)
-        lexer_add(&token, *c);
+        token_add(&token, *c);
     TEST_ASSERT_LESS_THAN(TOKEN_MAX, token.length);
     TEST_ASSERT_TRUE(command == parse_command(&token));
-    lexer_add(&token, 'x');
+    token_add(&token, 'x');
     TEST_ASSERT_TRUE(parse_command(&token) == NULL);
     token.length = (uint8_t)(token.length - 2);
     if (token.length) // no name is the beginning of another one

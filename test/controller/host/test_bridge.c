@@ -6,7 +6,7 @@
 #include "cds55xx/control_table.h"
 #include "cds55xx/servo.h"
 #include "eeprom_fake.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "port_fake.h"
 #include "unity.h"
 #include "host/device_registers.h"
@@ -69,9 +69,9 @@ static void turn(void)
     cds_bus_poll(&bus);
     host_demux_poll(&host);
     bridge_poll(&bridge);
-    for (; cds_ring_count(&output); input_drop(&output, 1))
+    for (; cds_ring_count(&output); ring_drop(&output, 1))
         if (heard_size < sizeof heard)
-            heard[heard_size++] = input_peek(&output, 0);
+            heard[heard_size++] = ring_peek(&output, 0);
 }
 
 static void turns(uint16_t count)
@@ -289,9 +289,9 @@ void test_reply_without_room_in_the_ring_comes_later_and_whole(void)
     }
     TEST_ASSERT_TRUE(bridge_talks(&bridge));
     for (uint16_t i = 0; i < 64 + 56; i++) { // a byte at a time
-        if (input_peek(&output, 0) != 'x' || i >= 64)
-            heard[heard_size++] = input_peek(&output, 0);
-        input_drop(&output, 1);
+        if (ring_peek(&output, 0) != 'x' || i >= 64)
+            heard[heard_size++] = ring_peek(&output, 0);
+        ring_drop(&output, 1);
         bridge_poll(&bridge);
     }
     TEST_ASSERT_FALSE(bridge_talks(&bridge));
@@ -317,7 +317,7 @@ void test_registers_do_not_overlap_and_lie_within_the_table(void)
             TEST_ASSERT_LESS_THAN(DEVICE_TABLE_SIZE, row[reg][0] + i);
             TEST_ASSERT_EQUAL_UINT8(0, used[row[reg][0] + i]++);
         }
-    TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_KEPT); // the first register that is no setting
+    TEST_ASSERT_EQUAL(DEVICE_MODEL, DEVICE_SETTING_COUNT); // the first register that is no setting
 }
 
 void test_device_answers_and_the_bus_stays_silent(void)

@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "host/host_demux.h"
-#include "console/input.h"
+#include "ring_input.h"
 #include "port_fake.h"
 #include "unity.h"
 
@@ -52,8 +52,8 @@ static void take_text(void)
 {
     while (cds_ring_count(&text)) {
         if (said_size < sizeof said - 1)
-            said[said_size++] = (char)input_peek(&text, 0);
-        input_drop(&text, 1);
+            said[said_size++] = (char)ring_peek(&text, 0);
+        ring_drop(&text, 1);
     }
     said[said_size] = '\0';
 }
@@ -496,7 +496,7 @@ void test_gap_after_a_packet_that_waits_keeps_the_packet(void)
     for (uint8_t i = 0; i < 10; i++)
         host_demux_poll(&host);
     TEST_ASSERT_TRUE(host.whole);
-    input_drop(&input, 2);
+    ring_drop(&input, 2);
     host_demux_gap(&host);
     settle();
     assert_ping_found(1);

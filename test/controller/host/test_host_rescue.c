@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "console/input.h"
+#include "ring_input.h"
 #include "robot/failsafe.h" // FAILSAFE_RESET_...
 #include "port_fake.h"
 #include "unity.h"
@@ -156,7 +156,7 @@ void test_bytes_after_the_third_enter_are_left_to_the_demux(void)
         poll();
     TEST_ASSERT_TRUE(is_kept());
     TEST_ASSERT_EQUAL_UINT8(2, cds_ring_count(&input));
-    TEST_ASSERT_EQUAL_UINT8('h', input_peek(&input, 0));
+    TEST_ASSERT_EQUAL_UINT8('h', ring_peek(&input, 0));
 }
 
 void test_cr_lf_of_one_key_counts_once(void)

@@ -167,7 +167,7 @@ void test_packet_of_pc_pauses_check_for_one_second(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_OFFLINE, known(2)->presence);
     wire.count = 0;
     for (uint8_t i = 0; i < 4; i++) {
-        robot_yield(&robot);
+        robot_delay_health(&robot);
         wait_ms(500);
     }
     TEST_ASSERT_EQUAL_UINT8(0, wire.count);
@@ -184,7 +184,7 @@ void test_returned_servo_is_checked_despite_pc(void)
     TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_OFFLINE, known(1)->presence);
     wire.servo[0].dead = false;
     wire.servo[0].torque = 0;
-    robot_yield(&robot);
+    robot_delay_health(&robot);
     meet(1); // as the PC might
     wait_ms(2);
     TEST_ASSERT_EQUAL_UINT8(CDS_PRESENCE_ONLINE, known(1)->presence);

@@ -2,7 +2,7 @@
  * test. */
 #include <string.h>
 
-#include "bus/bus_internal.h" // cds_bus_submit_permitted()
+#include "bus/bus_internal.h" // cds_bus_submit_prechecked()
 #include "cds55xx/servo.h"
 #include "cds55xx/servos.h"
 #include "cds55xx/sync_write.h"
@@ -1007,7 +1007,7 @@ void test_a_caller_cannot_mark_a_packet_as_checked(void)
     request.permit_epoch = servos.epoch;
     refuse(CDS_INHIBITED, torque(1));
     cds_packet_write(&request.packet, 1, CDS_REG_TORQUE_ENABLE, (const uint8_t[]){1}, 1);
-    refuse(CDS_INHIBITED, cds_bus_submit_permitted(&bus, &request, (uint16_t)(servos.epoch - 1)));
+    refuse(CDS_INHIBITED, cds_bus_submit_prechecked(&bus, &request, (uint16_t)(servos.epoch - 1)));
 }
 
 void test_torque_to_fifty_by_sync_write_is_learnt(void)
@@ -1050,7 +1050,7 @@ void test_a_check_of_fifty_goes_on_behind_goals_of_a_cycle(void)
     cds_packet_end(&other.packet);
     other.reply_parameters = CDS_REPLY_NONE;
     other.priority = CDS_PRIORITY_HIGH;
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_permitted(&bus, &other, servos.epoch));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_prechecked(&bus, &other, servos.epoch));
     TEST_ASSERT_EQUAL_PTR(&other, bus.request);
     cds_bus_poll(&bus);
     cds_bus_poll(&bus);

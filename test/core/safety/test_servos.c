@@ -6,7 +6,7 @@
 #include "cds55xx/control_table.h"
 #include "cds55xx/sync_write.h"
 #include "cds55xx/servo.h"
-#include "bus/bus_internal.h" // cds_bus_submit_permitted()
+#include "bus/bus_internal.h" // cds_bus_submit_prechecked()
 #include "bus_rig.h"
 #include "unity.h"
 
@@ -1054,7 +1054,7 @@ void test_a_prechecked_goal_is_checked_at_its_turn(void)
     waiting[0] = (struct cds_request)CDS_REQUEST(waiting_buffers[0], waiting_replies[0]);
     TEST_ASSERT_EQUAL(CDS_OK, cds_servo_ping(&bus, &waiting[0], 30));
     cds_packet_write(&request.packet, 1, CDS_REG_GOAL_POSITION, (const uint8_t[]){0xF4, 1}, 2);
-    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_permitted(&bus, &request, servos.epoch));
+    TEST_ASSERT_EQUAL(CDS_OK, cds_bus_submit_prechecked(&bus, &request, servos.epoch));
     cds_servos_inhibit(&servos, one, CDS_INHIBIT_STOPPED);
     see_through();
     TEST_ASSERT_EQUAL(CDS_INHIBITED, request.result);

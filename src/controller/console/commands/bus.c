@@ -4,7 +4,7 @@
 
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"
 
@@ -53,7 +53,7 @@ static uint8_t scan_begin(struct console *console)
     };
 
     if (console->line.choice == SCAN_HERE) {
-        config.baud_regs = &robot->baud; // which robot_start() sets
+        config.baud_regs = &robot->baud_reg; // which robot_start() sets
         config.baud_count = 1;
     }
     return robot_start(robot, &scan, &config);
@@ -66,7 +66,7 @@ static const CDS_FLASH char *remark(struct console *console, const struct cds_sc
         return message_found_damaged;
     if (found->details == CDS_OK && found->own_baud_reg != found->baud_reg)
         return message_found_neighbour;
-    if (found->baud_reg != console->robot->baud)
+    if (found->baud_reg != console->robot->baud_reg)
         return message_nothing;
     if (!robot_add(console->robot, found->id))
         return message_found_too_many;

@@ -1,7 +1,7 @@
 /* status, alarms, clear, settings, save, defaults: the controller itself. */
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "compiler.h"      // NOINLINE
 #include "console/reply.h" // reply_condition()
 #include "console/messages.h"
@@ -76,14 +76,14 @@ static uint8_t settings_begin(struct console *console)
     if (error == 0 && !settings_set(console->failsafe->settings, line->setting, console->raw))
         error = ERROR_SETTING_RANGE;
     if (error == 0)
-        failsafe_follow(console->failsafe);
+        failsafe_apply_settings(console->failsafe);
     return error;
 }
 
 static uint8_t defaults_begin(struct console *console)
 {
     settings_default(console->failsafe->settings);
-    failsafe_follow(console->failsafe);
+    failsafe_apply_settings(console->failsafe);
     return 0;
 }
 

@@ -5,7 +5,7 @@
 #include "cds55xx/port.h" // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
 

@@ -1,7 +1,7 @@
 /* diagnose: finds out why a servo does not answer. */
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_waits[] = ", return delay us %u";

@@ -4,7 +4,7 @@
 #include "cds55xx/sync_write.h" // cds_sync_write_begin()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_by_action[] = " action";

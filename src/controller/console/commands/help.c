@@ -1,7 +1,7 @@
 /* help, version, echo. */
 #include "cds55xx/version.h"
 #include "console/console.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/messages.h"
 
 static const CDS_FLASH char message_usage[] = "%s: %s";

@@ -6,7 +6,7 @@
 #include "cds55xx/port.h"     // cds_port_now_us()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/messages.h"
 #include "console/number_format.h"
 

@@ -1,7 +1,7 @@
 /* The instructions of the manual: ping, read, write, regwrite, action, reset, sync. */
 #include "cds55xx/control_table.h"
 #include "console/console.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/messages.h"
 #include "console/number_format.h"
 

@@ -2,7 +2,7 @@
 #include "cds55xx/control_table.h"
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
 #include "console/number_format.h"

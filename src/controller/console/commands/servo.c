@@ -2,7 +2,7 @@
 #include "cds55xx/servo.h" // cds_servo_write()
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "compiler.h" // NOINLINE
 #include "console/messages.h"

@@ -1,7 +1,7 @@
 /* id, baud, factory, lock: settings of a servo that outlive power-off. */
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "console/commands/shared.h"
 #include "console/messages.h"
 

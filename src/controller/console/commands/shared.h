@@ -1,4 +1,4 @@
-/* What commands of several files begin and poll. */
+/* Functions and types that several files of commands use. */
 #ifndef CONTROLLER_SHARED_H
 #define CONTROLLER_SHARED_H
 
@@ -10,7 +10,7 @@
 
 _Static_assert(sizeof(struct cds_setup) + 8 <= CONSOLE_JOB_SIZE, "the job must fit");
 
-/* cycle.c: `config` is the period in us, a uint16_t; the servos are robot->group. */
+/* In cycle.c. Its `config` is the period in us, a uint16_t; its servos are robot->group. */
 extern const CDS_FLASH struct robot_operation cycle_operation;
 
 /* The job of a command that writes registers. */
@@ -25,14 +25,20 @@ static inline struct set_job *set_job(struct console *console)
     return console_job(console);
 }
 
-/* servo.c: READ and WRITE of line.id: enum cds_result. What is written is the data of the struct
- * set_job. */
+/* In servo.c: submit a READ or a WRITE to line.id. The WRITE sends `data` of the struct set_job.
+ * They return enum cds_result. */
 uint8_t servo_read(struct console *console, uint8_t address, uint8_t length);
 uint8_t servo_write(struct console *console, uint8_t address, uint8_t length);
 
-/* setup.c: begins a setup in the struct set_job that writes `data` to line.id: enum cds_result. */
+/* In setup.c: begins a setup in the struct set_job that writes `data` to line.id. Returns enum
+ * cds_result. */
 uint8_t setup_write(struct console *console, uint8_t address, const uint8_t *data, uint8_t length);
-bool setup_waits(struct console *console); // console_waits() of that setup
-bool setup_poll(struct console *console);  // of any command with such a setup
+
+/* For the poll of a command with such a setup. Returns true while the setup goes on. When it
+ * returns false, it has stored the outcome in console->error and console->servo_error. */
+bool setup_waits(struct console *console);
+
+/* The poll of a command that does only such a setup: prints whether the registers were written. */
+bool setup_poll(struct console *console);
 
 #endif

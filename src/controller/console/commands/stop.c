@@ -5,7 +5,7 @@
 #include "cds55xx/control_table.h" // CDS_VALUE_MAX
 #include "console/console.h"
 #include "console/errors.h"
-#include "console/commands/groups.h"
+#include "console/commands/command_groups.h"
 #include "compiler.h" // NOINLINE
 #include "console/reply.h"
 #include "console/messages.h"

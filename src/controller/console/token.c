@@ -1,7 +1,7 @@
-/* One word of a console line; see lexer.h. */
-#include "console/lexer.h"
+/* One word of a console line; see token.h. */
+#include "console/token.h"
 
-void lexer_add(struct token *token, char c)
+void token_add(struct token *token, char c)
 {
     if (token->length < TOKEN_MAX)
         token->text[token->length] = c;

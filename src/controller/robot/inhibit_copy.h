@@ -1,10 +1,10 @@
-/* The copy of the drive inhibit that a reset does not clear: it stands in RAM that start-up leaves
- * alone (section .noinit). Whether a reset kept the copy whole is seen by its complement: a damaged
- * copy counts as inhibited. After power-on the content is random, and the caller sets it.
+/* A copy of the drive inhibit that survives a reset. It stands in RAM that start-up does not clear
+ * (section .noinit). The complement beside it shows whether the copy is whole; a damaged copy
+ * counts as inhibited. After power-on the content is random, and the caller sets it.
  *
  * Main context. */
-#ifndef CONTROLLER_INHIBIT_H
-#define CONTROLLER_INHIBIT_H
+#ifndef CONTROLLER_INHIBIT_COPY_H
+#define CONTROLLER_INHIBIT_COPY_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -20,7 +20,7 @@ struct inhibit_copy {
     volatile uint16_t check; // the complement of `state`
 };
 
-/* What the copy says: one of the values of `state`; INHIBIT_ON if the copy is damaged. */
+/* Returns the state that the copy holds; INHIBIT_ON if the copy is damaged. */
 static inline uint16_t inhibit_stored(const struct inhibit_copy *copy)
 {
     uint16_t state = copy->state, check = copy->check;

@@ -1,6 +1,6 @@
-/* The groups of commands that a profile may link; each stands in the file of its name. */
-#ifndef CONTROLLER_GROUPS_H
-#define CONTROLLER_GROUPS_H
+/* The groups of commands that a profile may link. Group X_commands is in X.c. */
+#ifndef CONTROLLER_COMMAND_GROUPS_H
+#define CONTROLLER_COMMAND_GROUPS_H
 
 #include <stdbool.h>
 
@@ -10,10 +10,10 @@ extern const CDS_FLASH struct command_group help_commands, servo_commands, regis
     monitor_commands, group_commands, cycle_commands, stop_commands, setup_commands, bus_commands,
     diagnose_commands, raw_commands, controller_commands;
 
-/* The command `stop`, for struct command_set. */
+/* The command `stop`: on_stop of struct command_set. */
 extern const CDS_FLASH struct command stop_rows[];
 
-/* Prints alarms, for struct command_set. */
+/* Prints alarms: report of struct command_set. */
 bool alarms_report(struct console *console);
 
 #endif
