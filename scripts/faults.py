@@ -26,7 +26,7 @@ TOOL = "build/host/faults"
 BOARDS = ["atmega128", "arduino-uno", "arbotix"]
 COLUMNS = "fault what injections failures undetected misunderstood lost late_us".split()
 ELF = {"F14": "build/{}/controller.elf"}
-OTHERS = "build/{}/firmware/exchanges.elf"
+OTHERS = "build/{}/firmware/transactions.elf"
 
 
 class Row:
