@@ -3,7 +3,7 @@
 # Without sanitizers: a whole run has some hundred thousand transactions.
 FAULTS_BOARDS := atmega128 arduino-uno arbotix
 FAULTS_SRC := $(wildcard test/faults/*.c)
-FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/exchanges.elf) \
+FAULTS_NEEDS := build/host/faults $(FAULTS_BOARDS:%=build/%/firmware/transactions.elf) \
 	build/atmega128/controller.elf build/arbotix/controller.elf
 
 build/host/faults-obj/%.o: test/faults/%.c build/host/flags | tools

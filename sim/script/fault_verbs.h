@@ -24,9 +24,9 @@ extern const struct fault_verb_ops fault_verbs[FAULT_VERBS];
 /* Prepares the faults that last: stuck, noise, babble. */
 void fault_verbs_init(struct faults *faults);
 
-/* Until `until` the level of the wire is not that of its drivers. A servo that sends or is about to
- * send is exempt from the rules. */
-void fault_disturb(struct faults *faults, uint64_t until);
+/* A fault acts until `until`. Servos that send or are about to send are exempt from the rules, and
+ * so are replies to the controller's present packet. */
+void fault_exempt_senders(struct faults *faults, uint64_t until);
 
 /* Overrides the level of the wire from pulse.from to pulse.until. */
 void fault_override(struct faults *faults, uint64_t now, struct fault_pulse pulse);

@@ -302,7 +302,7 @@ void test_breach_names_its_bus_and_fails_the_run(void)
     FILE *out = open_memstream(&text, &size);
     rules_init(&all, 16000000, out);
     rules_init_bus(&bus, &all, "bus 1: ");
-    rules_break(&bus, RULE_OVERRUN, 16000, "three bytes");
+    rules_record_breach(&bus, RULE_OVERRUN, 16000, "three bytes");
     fclose(out);
     TEST_ASSERT_EQUAL_STRING("rule broken at 16000 (1.000 ms): bus 1: overrun: three bytes\n",
                              text);
