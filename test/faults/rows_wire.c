@@ -499,7 +499,7 @@ static void wrong_length(struct check *check)
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, length == right ? GOOD : FAILED);
                 if ((length < 2 || length > right) && check->last_stats.malformed == 0) {
-                    check_fail(check, "not rejected");
+                    check_fail(check, "the reply was not counted as malformed");
                 }
                 check_after(check);
             }

@@ -66,8 +66,10 @@ static uint8_t any(void)
     return (uint8_t)(seed >> 24);
 }
 
-/* Interrupts somebody whose registers and flags are known. Cycles it took, an entry, of which there
- * are 4, and an rjmp counted for the rcall. */
+/* Interrupts code whose registers and flags are known. Measures an rcall (3 cycles) and the
+ * handler. A real interrupt has 4 cycles of entry and 2 of the rjmp in the vector table in place of
+ * the rcall.
+ */
 #define MORE_THAN_RCALL (4 + 2 - 3)
 #define INTERRUPT(vector)                                                                          \
     __extension__({                                                                                \
