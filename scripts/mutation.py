@@ -46,7 +46,7 @@ VARIANTS = {
     "plain": "-O1 -g0",
     "sanitized": "-O1 -g0 -fsanitize=address,undefined -fno-sanitize-recover=all",
 }
-CPU_LIMIT_S = 2         # at least, for each program; about 10 times what the slowest program takes
+CPU_LIMIT_S = 2         # least limit of each program; the slowest program takes about a tenth of it
 CPU_LIMIT_FACTOR = 10
 MEMORY_LIMIT = 1 << 30  # bytes; not for the sanitized variant, which reserves terabytes
 
@@ -170,7 +170,7 @@ class Source:
         return False
 
     def read_initialiser(self, index, first):
-        """An "=" of a declaration that begins at `first`. Returns the index behind the value."""
+        """Reads an "=" of a declaration that begins at `first`. Returns the index after the value."""
         end = self.find({",", ";"}, index + 1, len(self.words))
         self.read_value(index + 1, end, self.is_bool(first, index))
         return end
@@ -180,14 +180,14 @@ class Source:
             first = self.read_statement(first)
 
     def read_condition(self, opening):
-        """A condition in brackets. Returns the index behind it."""
+        """Reads a condition in brackets. Returns the index after it."""
         closing = self.match[opening]
         self.negate(opening + 1, closing)
         self.read_expression(opening + 1, closing)
         return closing + 1
 
     def read_statement(self, first):
-        """Returns the index behind it."""
+        """Reads a statement. Returns the index after it."""
         words, word = self.words, self.words[first]
         if word == ";":
             return first + 1
@@ -261,7 +261,7 @@ class Source:
         self.add("negate", first, end, f"!({self.words_of(first, end)})")
 
     def read_value(self, first, end, is_bool):
-        """A value that is assigned, returned or initialises a variable."""
+        """Mutates a value that is assigned, returned or initialises a variable."""
         is_constant = end == first + 1 and (self.kinds[first] in ("number", "char") or
                                             self.is_constant(first))
         is_struct = "{" in self.words[first:first + 1] or self.is_compound_literal(first)
@@ -283,7 +283,7 @@ class Source:
                 self.words[index - 1] not in (".", "->", "struct", "enum", "union"))
 
     def read_expression(self, first, end):
-        """What is inside of it."""
+        """Mutates the operands of the expression."""
         for index in range(first, end):
             word = self.words[index]
             if word in RELATIONS:
@@ -299,10 +299,10 @@ class Source:
                 self.read_assigned(index, end)
 
     def read_assigned(self, index, end):
-        """The value behind the assignment or designated initialiser at `index`."""
+        """Mutates the value after the assignment or designated initialiser at `index`."""
         closing = self.find({",", ";", ")", "]", "}"}, index + 1, end)
         inner = self.mutants
-        self.mutants = []  # what is inside of it is read by the caller
+        self.mutants = []  # the caller reads the operands
         self.read_value(index + 1, closing, self.words[index - 1] in self.bools)
         start, stop = self.spans[index + 1][0], self.spans[closing - 1][1]
         self.mutants = inner + [mutant for mutant in self.mutants
@@ -425,7 +425,7 @@ class Variant:
                                     {"LD_LIBRARY_PATH": str(folder)})
 
     def check_unchanged(self):
-        """All programs pass with the unchanged core. Notes what each of them takes."""
+        """Checks that all programs pass with the unchanged core. Notes the CPU time of each."""
         for program in self.programs:
             result, seconds, output = self.run(program, self.home)
             if result:
@@ -444,16 +444,16 @@ class Runner:
         self.variants = [Variant(name, project, names) for name in VARIANTS]
 
     def programs_for(self, source, first, last):
-        """The programs that run one of these lines, the likeliest to fail first: the suite that has
-        the file's name, then the fastest."""
+        """The programs that run one of these lines. First the suite that has the name of the file, which is
+        the likeliest to fail; then the fastest."""
         stem, lines = pathlib.Path(source.name).stem, {(source.name, i) for i in range(first, last + 1)}
         seconds = self.variants[0].seconds
         return sorted((program for program, ran in self.lines_of.items() if ran & lines),
                       key=lambda program: (pathlib.Path(program).name != f"test_{stem}", seconds[program]))
 
     def programs_of(self, mutant):
-        """Those that run the mutant's lines, then those that run another line of its function. A
-        program that never runs the function cannot notice the mutant. Tables: all programs."""
+        """The programs that run the mutant's lines, then those that run another line of its function. A
+        program that never runs the function cannot notice the mutant. For a table: all programs."""
         source = mutant.source
         first, last = next(((first, last) for first, last, _ in source.functions
                             if first <= mutant.line <= last), (None, None))

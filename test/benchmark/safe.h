@@ -48,7 +48,8 @@ static inline enum cds_result safe_send_goal(uint8_t id)
     return cds_servo_write(&bus, &request, id, CDS_REG_GOAL_POSITION, goal, sizeof(goal));
 }
 
-/* Mode, goal and speed of servo `id` are known, and within its limits. */
+/* Reads mode, goal and speed of servo `id`, and writes a goal, so that its limits can be checked.
+ */
 static inline bool safe_prepare(uint8_t id)
 {
     return cds_blocking_for(&bus, &request,

@@ -15,14 +15,14 @@
 uint8_t eva_remaining;
 static struct cds_bus bus;
 
-/* From here on, also in the callers, Eva keeps these states of the bus apart. */
+/* From here on, also in the callers, Eva analyses these states of the bus separately. */
 void eva_keep_apart(void)
 {
     //@ dynamic_split bus.state;
     //@ dynamic_split bus.request == \null;
 }
 
-/* ---- port: each verb returns any value that port.h allows ---- */
+/* ---- port: each function returns any value that port.h allows ---- */
 
 void cds_port_open(uint8_t port, uint8_t baud)
 {
@@ -137,8 +137,8 @@ static void any_ring(void)
     ring.tail = any_byte();
 }
 
-/* A search. If it finds the whole head, what it does last is what eva_find_error() analyses.
- * That LENGTH is in range then, check_invariants() of test/core/bus/engine_random.c checks. */
+/* A search. If it finds the whole head, eva_find_error() analyses its last step. check_invariants()
+ * of test/core/bus/engine_random.c checks that LENGTH is in range then. */
 void eva_find(void)
 {
     any_ring();
@@ -148,7 +148,7 @@ void eva_find(void)
     //@ assert parser.found != CDS_FOUND_HEAD || parser.to == \null;
 }
 
-/* A search in the state that a call before has left: all of the head but ERROR was found. */
+/* A search after an earlier call has found the head without ERROR. */
 void eva_find_error(void)
 {
     uint8_t parsed;
@@ -170,9 +170,9 @@ void eva_find_error(void)
     }
 }
 
-/* `remaining` parameters were not taken, and the buffer has place for just so many. One call takes
- * CDS_PARSER_TAKEN_MAX at most: so a few sizes stand for all. The positions wrap at 256: the code
- * only adds to them and subtracts them, so one of them stands for all. */
+/* `remaining` parameters are not yet taken, and the buffer has room for exactly these. One call
+ * takes at most CDS_PARSER_TAKEN_MAX, so a few sizes represent all. Positions wrap at 256, and the
+ * code only adds and subtracts them, so one position represents all. */
 void eva_take(void)
 {
     uint8_t remaining = any_bool() ? (uint8_t)any_in(0, CDS_PARSER_TAKEN_MAX + 1) : REPLY_MAX, left;
@@ -274,8 +274,7 @@ static void any_packet(uint16_t kind, uint16_t capacity, uint16_t put)
         packet.size = any_in(0, capacity);
 }
 
-/* What any_packet() assumes is true of the packet again. So it is true after any number of steps.
- */
+/* Checks that what any_packet() assumes still holds; so it holds after any number of steps. */
 static void check_packet(uint16_t capacity)
 {
     if (cds_packet_is_building(&packet)) {
@@ -401,7 +400,7 @@ static struct cds_queue queue;
 static struct cds_steps steps;
 static struct cds_request request, other, third, wrong;
 
-/* Hooks of an upper layer: any answer. */
+/* Hooks of an upper layer: they return any allowed value. */
 static enum cds_result permit(void *context, struct cds_request *asked)
 {
     eva_keep_apart();
@@ -463,7 +462,7 @@ static void on_end(struct cds_request *ended)
         cds_bus_submit(&bus, ended);
 }
 
-/* A request as cds_request_check() accepts it, but for its reply. */
+/* A request that cds_request_check() accepts, without its reply. */
 static void any_request(struct cds_request *of)
 {
     of->result = any_byte();
@@ -572,8 +571,8 @@ static void any_bus(uint8_t state)
     }
 }
 
-/* What any_bus() assumes of numbers is true again. What it assumes of `request`, `phase` and `to`,
- * Eva loses where paths join: check_invariants() of test/core/bus/engine_random.c checks that. */
+/* Checks that what any_bus() assumes of numbers still holds. Eva cannot follow `request`, `phase`
+ * and `to` where paths join; check_invariants() of test/core/bus/engine_random.c checks those. */
 static void check_bus(void)
 {
     //@ assert bus.state <= CDS_BUS_RECEIVING;

@@ -12,7 +12,7 @@ static void check_line_busy(struct check *check, const struct job *job, enum cds
         check_fail(check, "%u bytes were sent", check->rig->sent.count);
     }
     if (check->outcome.state != state) {
-        check_fail(check, "the state was %u", check->outcome.state);
+        check_fail(check, "line state %u", check->outcome.state);
     }
 }
 
@@ -145,7 +145,7 @@ static void stick(struct check *check, bool low)
                     check_outcome(check, GOOD | FAILED | (may_wait ? OUTCOME(CDS_LINE_BUSY) : 0));
                     if (check->outcome.result == CDS_LINE_BUSY &&
                         check->outcome.state != CDS_BUS_LINE_FAULT) {
-                        check_fail(check, "the state was %u", check->outcome.state);
+                        check_fail(check, "line state %u", check->outcome.state);
                     }
                     rig_pass(check->rig, until);
                     check_after(check);

@@ -81,7 +81,7 @@ static void check_endless_replies(struct check *check, unsigned us)
     check_run(check, &other);
     check_outcome(check, OUTCOME(CDS_LINE_BUSY));
     if (check->outcome.state != CDS_BUS_LINE_SUSPECT) {
-        check_fail(check, "the state was %u", check->outcome.state);
+        check_fail(check, "line state %u", check->outcome.state);
     }
     rig_order(check->rig, "stuck high 1");
     rig_pass(check->rig, 2000 * RIG_US);
@@ -268,12 +268,12 @@ static void scan(struct check *check)
     }
     if (found->result != CDS_OK || found->asked != 254 || found->found != 2 || found->ids[0] != 1 ||
         found->ids[1] != 2 || check->last_stats.sent != 254 || check->last_stats.timeouts != 252) {
-        check_fail(check, "asked %u, found %u", found->asked, found->found);
+        check_fail(check, "asked %u IDs, found %u servos", found->asked, found->found);
     }
     const struct cds_stats *stats = &check->last_stats;
     if (stats->malformed || stats->noise_bytes || stats->stale_replies ||
         stats->duplicate_replies || stats->unexpected_packets) {
-        check_fail(check, "something else was counted");
+        check_fail(check, "noise or an unexpected packet was counted");
     }
     check->job = rows_jobs[0];
     check->skips_oracle = true; // the oracle knows no scan; the two replies are checked above
@@ -313,8 +313,8 @@ static void scan_bauds(struct check *check)
         const struct job_outcome *found = &check->outcome;
         if (found->result != CDS_OK || found->found != 1 || found->baud_regs[0] != listed[i] ||
             found->own_baud_regs[0] != listed[i]) {
-            check_fail(check, "found %u, at %u, says %u", found->found, found->baud_regs[0],
-                       found->own_baud_regs[0]);
+            check_fail(check, "found %u servos, at baud register %u, own register %u", found->found,
+                       found->baud_regs[0], found->own_baud_regs[0]);
         }
         check->job = rows_jobs[0];
         check->skips_oracle = true; // the rig records bytes of one rate only

@@ -499,7 +499,7 @@ static void wrong_length(struct check *check)
                 check_run(check, &rows_jobs[i]);
                 check_outcome(check, length == right ? GOOD : FAILED);
                 if ((length < 2 || length > right) && check->last_stats.malformed == 0) {
-                    check_fail(check, "not rejected");
+                    check_fail(check, "the reply was not counted as malformed");
                 }
                 check_after(check);
             }
@@ -514,7 +514,7 @@ const struct row rows_wire[] = {
     {"F1-reply", "one bit of a reply flipped, every position", "1,2", flip_replies, 0},
     {"F1-packet", "one bit of an instruction packet flipped, every position", "1,2", flip_packets,
      0},
-    {"F1-repeat", "one to three replies damaged, two retries allowed", "1,2", flip_with_retries, 0},
+    {"F1-retry", "one to three replies damaged, two retries allowed", "1,2", flip_with_retries, 0},
     {"F2-reply", "two bits of a reply of 6 or 8 bytes flipped, all pairs", "1,2",
      flip_pairs_of_replies, 0},
     {"F2-packet", "two bits of an instruction packet flipped, all pairs", "1,2",

@@ -178,14 +178,14 @@ class MachineCode(unittest.TestCase):
     def test_busy_waiting(self):
         for loop in ["while (!(UCSR1A & 1 << UDRE1)) { }", "while (!(PINB & 4)) { }", "while (a) { }",
                      "loop_until_bit_is_set(UCSR1A, 5);", "for (;;) { }"]:
-            self.breach("void f(void) { " + loop + " }", "only looks")
+            self.breach("void f(void) { " + loop + " }", "only tests")
 
     def test_busy_waiting_for_what_a_pointer_points_to(self):
-        self.breach("void f(volatile uint8_t *p) { other(); while (*p == 1) { } other(); }", "only looks")
+        self.breach("void f(volatile uint8_t *p) { other(); while (*p == 1) { } other(); }", "only tests")
 
     def test_busy_waiting_within_a_loop(self):
         self.breach("void f(uint8_t n) { for (; n; n--) { while (!(UCSR1A & 32)) { } UDR1 = n; } }",
-                    "only looks")
+                    "only tests")
 
     def test_delays(self):
         self.breach("#include <util/delay.h>\nvoid f(void) { _delay_us(3); }", "only counts")

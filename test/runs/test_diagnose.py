@@ -26,7 +26,7 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(len(found), len(re.findall("^d", script, re.M)))
         for one in found:
             self.assertEqual((one["result"], one["baud"], one["repeats"]), (0, baud, 1))
-            self.assertLessEqual(one["exchanges"], 300)
+            self.assertLessEqual(one["transactions"], 300)
             self.assertLess(one["us"], 400000 if baud == 1 else 700000)
         sent = [packet for _, way, packet in run.packets if way == "->in"]
         if not faults and not re.search("^[wf]", script, re.M):
@@ -40,7 +40,7 @@ class Diagnose(unittest.TestCase):
         self.assertEqual(self.runs("d 1\nd 254\n"), ["OK"] * 2)
         self.assertEqual([one["found_id"] for one in self.found], [1, 1])
         self.assertLess(self.found[0]["us"], 100000)
-        self.assertLessEqual(self.found[0]["exchanges"], 20)
+        self.assertLessEqual(self.found[0]["transactions"], 20)
 
     def test_18_servos_after_feedback_at_return_delays_1_and_254(self):
         prepare = "".join(f"w {id} 5 254\n" for id in range(2, 19, 2))

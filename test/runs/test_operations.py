@@ -10,7 +10,7 @@ from program import Program
 SAID = """
 written 0, packets 3, goal 522, goal 523, goal 524, goal 525, goal 526, goal 527,
 limit 0, moved 7, acted 0, servo 0, servo 7020, servo 1000, moved 0, acted 1, servo 0, servo 0, servo 0,
-roster 0, mode 0, set 0, fast 11, speed 0, far 11, alone 11, goal 0, whom 1,
+servos 0, mode 0, set 0, fast 11, speed 0, far 11, alone 11, goal 0, whom 1,
 delay 0, known 50, level 0, unread 10, ping 0, level 0, read 0, id 5, wrong 7, alarms 8, alarms 0,
 absent 2, absent 2, absent 2, away 1,
 held 12, let_go 0, driven 0,

@@ -208,7 +208,7 @@ static const uint8_t read_goal[] = {1, 4, 2, 0x1E, 2};
 static const uint8_t torque_on[] = {1, 4, 3, 0x18, 1};
 
 /* Runs the whole transaction. Returns the end of the instruction packet. */
-static uint64_t exchange(const uint8_t *body, unsigned size)
+static uint64_t transact(const uint8_t *body, unsigned size)
 {
     uint64_t end = say(body, size);
     pass(1000 * US);
@@ -228,7 +228,7 @@ static const uint8_t pong[] = {0xFF, 0xFF, 1, 2, 0, 0xFC};
 
 static void assert_ping_is_answered(void)
 {
-    exchange(ping, 3);
+    transact(ping, 3);
     assert_heard(&wire, pong, 6);
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
@@ -318,7 +318,7 @@ void test_F1_every_bit_of_a_reply_can_be_flipped(void)
     for (unsigned bit = 0; bit < 80; bit++) {
         again();
         orderf("flip out 1 %u %u", bit / 10, bit % 10, 0);
-        uint64_t end = exchange(read_goal, 5);
+        uint64_t end = transact(read_goal, 5);
         model_goal();
         model[1 + bit] ^= true;
         assert_reply_is_model(end);
@@ -336,7 +336,7 @@ void test_F2_any_two_bits_of_a_byte_can_be_flipped(void)
             }
             again();
             orderf("flip out 1 %u %u %u", byte, pair / 10, pair % 10);
-            uint64_t end = exchange(read_goal, 5);
+            uint64_t end = transact(read_goal, 5);
             model_goal();
             model[1 + byte * 10 + pair / 10] ^= true;
             model[1 + byte * 10 + pair % 10] ^= true;
@@ -378,7 +378,7 @@ void test_bit_flipped_twice_is_unchanged(void)
 {
     order("flip out 1 4 2");
     order("flip out 1 4 2");
-    exchange(ping, 3);
+    transact(ping, 3);
     assert_heard(&wire, pong, 6);
 }
 
@@ -389,7 +389,7 @@ void test_F3_every_byte_can_be_lost(void)
     for (unsigned byte = 0; byte < 8; byte++) {
         again();
         orderf("lose out 1 %u", byte, 0, 0);
-        uint64_t end = exchange(read_goal, 5);
+        uint64_t end = transact(read_goal, 5);
         model_goal();
         memset(model + 1 + byte * 10, 1, 10);
         assert_reply_is_model(end);
@@ -402,7 +402,7 @@ void test_F3_instruction_packet_without_a_byte_is_ignored(void)
     for (unsigned byte = 0; byte < 6; byte++) {
         again();
         orderf("lose in 1 %u", byte, 0, 0);
-        exchange(ping, 3);
+        transact(ping, 3);
         TEST_ASSERT_EQUAL_UINT(0, wire.count);
         TEST_ASSERT_EQUAL_UINT64(0, began);
     }
@@ -415,7 +415,7 @@ void test_F4_any_byte_can_be_inserted_anywhere(void)
         unsigned at = i / 3;
         again();
         orderf("insert out 1 %u %u", at, extra[i % 3], 0);
-        uint64_t end = exchange(read_goal, 5);
+        uint64_t end = transact(read_goal, 5);
         model_idle();
         model_and(1, goal, at);
         model_and(1 + at * 10, &extra[i % 3], 1);
@@ -506,26 +506,26 @@ void test_F6_turnaround_separates_servos_of_same_id(void)
 {
     put_twins(true);
     order("turnaround 7 40");
-    uint64_t end = exchange(ping_7, 3);
+    uint64_t end = transact(ping_7, 3);
     TEST_ASSERT_EQUAL_UINT64(end + 42 * US, wire.heard[0].start);
     TEST_ASSERT_EQUAL_UINT64(end + 82 * US, began);
     TEST_ASSERT_EQUAL_UINT64(end + 142 * US, ended);
     order("turnaround 7 0");
-    exchange(ping_7, 3);
+    transact(ping_7, 3);
     TEST_ASSERT_EQUAL_UINT(6, wire.count);
 }
 
 void test_F6_same_id_is_exempt_only_if_allowed(void)
 {
     put_twins(false);
-    exchange(ping_7, 3);
+    transact(ping_7, 3);
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt || servos.node[1].driver.exempt);
     put_twins(true);
-    exchange(ping_7, 3);
+    transact(ping_7, 3);
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt && servos.node[1].driver.exempt);
     static const uint8_t other_id[] = {7, 4, 3, 3, 8};
     servos.node[1].servo.registers[TABLE_ID] = 9;
-    exchange(other_id, 5);
+    transact(other_id, 5);
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
 }
 
@@ -535,9 +535,9 @@ void test_F7_a_servo_can_die_after_any_byte_of_its_reply(void)
 {
     for (unsigned bytes = 0; bytes <= 8; bytes++) {
         again();
-        exchange(torque_on, 5);
+        transact(torque_on, 5);
         orderf("cut out 1 %u", bytes, 0, 0);
-        uint64_t end = exchange(read_goal, 5);
+        uint64_t end = transact(read_goal, 5);
         assert_heard(&wire, goal, bytes);
         TEST_ASSERT_EQUAL_UINT64(bytes ? end + 2 * US + bytes * 10 * BIT : 0, ended);
         TEST_ASSERT_EQUAL_UINT8(0, servos.node[0].servo.registers[TABLE_TORQUE_ENABLE]);
@@ -550,7 +550,7 @@ void test_F7_power_can_stay_off_after_a_cut_reply(void)
     for (unsigned bytes = 0; bytes <= 8; bytes++) {
         again();
         orderf("cut out 1 %u 20", bytes, 0, 0);
-        uint64_t end = exchange(read_goal, 5);
+        uint64_t end = transact(read_goal, 5);
         assert_heard(&wire, goal, bytes);
         uint64_t back = end + 2 * US + bytes * 10 * BIT + 20000 * US;
         schedule_run_until(&schedule, back - 1);
@@ -562,14 +562,14 @@ void test_F7_power_can_stay_off_after_a_cut_reply(void)
 
 void test_F7_without_a_cut_torque_stays_on(void)
 {
-    exchange(torque_on, 5);
-    exchange(read_goal, 5);
+    transact(torque_on, 5);
+    transact(read_goal, 5);
     TEST_ASSERT_EQUAL_UINT8(1, servos.node[0].servo.registers[TABLE_TORQUE_ENABLE]);
 }
 
 void test_F8_a_brown_out_silences_and_resets_a_servo(void)
 {
-    exchange(torque_on, 5);
+    transact(torque_on, 5);
     uint64_t end = say(read_goal, 5);
     pass(2 * US + 35 * BIT); // in the middle of its reply
     TEST_ASSERT_EQUAL_UINT(1, sig.enabled);
@@ -577,7 +577,7 @@ void test_F8_a_brown_out_silences_and_resets_a_servo(void)
     TEST_ASSERT_EQUAL_UINT64(end + 2 * US + 35 * BIT, ended);
     TEST_ASSERT_TRUE(sig.level);
     for (unsigned ms = 2; ms < 20; ms += 2) {
-        exchange(ping, 3);
+        transact(ping, 3);
         TEST_ASSERT_EQUAL_UINT(0, wire.count);
     }
     schedule_run_until(&schedule, end + 2 * US + 35 * BIT + 20000 * US - 1);
@@ -593,7 +593,7 @@ void test_F8_a_servo_can_be_unplugged_as_any_byte_of_a_packet_begins(void)
     for (unsigned byte = 0; byte < 7; byte++) {
         again();
         orderf("unplug in 2 %u 1,9 20", byte, 0, 0);
-        exchange(ping, 3);
+        transact(ping, 3);
         TEST_ASSERT_EQUAL_UINT(6, wire.count);
         wire.count = 0;
         uint64_t begins = schedule.now + 50 * US + byte * 10 * BIT;
@@ -686,7 +686,7 @@ void test_F10_a_line_stuck_low_is_one_framing_error_and_silence(void)
     order("stuck low 5");
     pass(1);
     TEST_ASSERT_EQUAL_UINT64(100, edges[0].time);
-    exchange(ping, 3);
+    transact(ping, 3);
     TEST_ASSERT_FALSE(sig.level);
     pass(5000 * US - (schedule.now - 100) - 1);
     TEST_ASSERT_FALSE(sig.level);
@@ -715,7 +715,7 @@ void test_F10_a_new_order_ends_an_earlier_one(void)
     order("stuck high 5");
     TEST_ASSERT_FALSE(sig.level); // at the end of this cycle
     pass(4500 * US);
-    exchange(ping, 3);
+    transact(ping, 3);
     TEST_ASSERT_EQUAL_UINT(0, wire.count);
     assert_ping_is_answered();
 }
@@ -728,7 +728,7 @@ void test_F10_line_stuck_high_carries_no_bytes(void)
     TEST_ASSERT_EQUAL_UINT(0, edge_count);
     TEST_ASSERT_EQUAL_UINT64(end + 2 * US, began); // the servo has replied
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
-    exchange(ping, 3);
+    transact(ping, 3);
     TEST_ASSERT_EQUAL_UINT64(0, began); // it now receives nothing
     order("stuck off");
     assert_ping_is_answered();
@@ -778,7 +778,7 @@ void test_F12_servo_at_another_rate_receives_no_packet(void)
         again();
         orderf("baud 1 %u", registers[i], 0, 0);
         for (unsigned n = 0; n < 20; n++) {
-            exchange(ping, 3);
+            transact(ping, 3);
             TEST_ASSERT_EQUAL_UINT(0, wire.count);
         }
         pass(CLOCK / 10); // longer than a byte
@@ -797,7 +797,7 @@ void test_F12_servo_at_another_rate_receives_no_packet(void)
 void test_F12_a_power_cycle_brings_the_saved_rate_back(void)
 {
     order("baud 1 34");
-    exchange(ping, 3);
+    transact(ping, 3);
     TEST_ASSERT_EQUAL_UINT(0, wire.count);
     pass(CLOCK / 10);
     servos_power(&servos, schedule.now, true);
@@ -952,7 +952,7 @@ void test_F15_turnaround_makes_every_reply_late(void)
 {
     order("turnaround 1 300");
     for (unsigned i = 0; i < 3; i++) {
-        uint64_t end = exchange(ping, 3);
+        uint64_t end = transact(ping, 3);
         assert_heard(&wire, pong, 6);
         TEST_ASSERT_EQUAL_UINT64(end + 302 * US, began);
         TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
@@ -966,7 +966,7 @@ void test_F15_a_reply_can_carry_any_id_with_a_right_checksum(void)
     for (unsigned id = 0; id < 256; id++) {
         again();
         orderf("id out 1 %u", id, 0, 0);
-        exchange(ping, 3);
+        transact(ping, 3);
         uint8_t expected[6];
         uint8_t body[] = {(uint8_t)id, 2, 0};
         build(expected, body, 3);
@@ -979,7 +979,7 @@ void test_F16_a_reply_can_carry_any_length_with_a_right_checksum(void)
     for (unsigned length = 0; length < 256; length++) {
         again();
         orderf("length out 1 %u", length, 0, 0);
-        exchange(read_goal, 5);
+        transact(read_goal, 5);
         uint8_t expected[8];
         uint8_t body[] = {1, (uint8_t)length, 0, 0, 2};
         build(expected, body, 5);
@@ -991,7 +991,7 @@ void test_F16_a_reply_can_carry_any_length_with_a_right_checksum(void)
 
 static unsigned spoilt(void) // Sends a ping. Returns 1 if its reply has a flipped bit.
 {
-    exchange(ping, 3);
+    transact(ping, 3);
     TEST_ASSERT_EQUAL_UINT(6, wire.count);
     return wire.heard[4].byte != 0;
 }
@@ -1019,9 +1019,9 @@ void test_an_order_waits_for_a_late_reply(void)
     servos_replace(&servos, schedule.now, ids, 3);
     order("delay out 1 5000");
     order("lose out 1 0");
-    exchange(ping, 3);
-    exchange(ping_7, 3);
-    exchange(ping_8, 3);
+    transact(ping, 3);
+    transact(ping_7, 3);
+    transact(ping_8, 3);
     TEST_ASSERT_EQUAL_UINT(6, wire.count);
     forget();
     pass(5000 * US);
@@ -1057,11 +1057,11 @@ void test_report_counts_orders_without_effect(void)
     order("cut out 1 99");
     order("flip in 1 0 0");
     order("flip out 9 0 0"); // that packet has not come
-    exchange(ping, 3);
+    transact(ping, 3);
     pass(100);
     servos_power(&servos, schedule.now, true); // its start bit was lost, so no servo replied
-    exchange(ping, 3);
-    exchange(ping, 3);
+    transact(ping, 3);
+    transact(ping, 3);
     faults_report(&faults, "", out);
     fclose(out);
     TEST_ASSERT_EQUAL_STRING("faults:  acted 1 times; 4 of 5 orders came to nothing\n", text);
@@ -1077,9 +1077,9 @@ void test_servo_with_part_of_a_damaged_packet_is_exempt(void)
     uint8_t packet[8];
     unsigned size = build(packet, other, 3);
     order("flip in 1 3 6");
-    exchange(ping, 3);
+    transact(ping, 3);
     for (unsigned i = 0; i < 5; i++) {
-        exchange(other, 3);
+        transact(other, 3);
         TEST_ASSERT_EQUAL_UINT64(0, began);
     }
     uint64_t start = schedule.now;
@@ -1087,7 +1087,7 @@ void test_servo_with_part_of_a_damaged_packet_is_exempt(void)
     TEST_ASSERT_EQUAL_UINT64(start + 20 * BIT + 2 * US, began);
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     pass(1000 * US);
-    exchange(ping, 3);
+    transact(ping, 3);
     assert_ping_is_answered();
 }
 
@@ -1096,8 +1096,8 @@ void test_reply_to_a_packet_of_another_servo_is_exempt(void)
 {
     static const uint8_t all[] = {0xFE, 4, 3, 0x19, 1};
     order("flip in 1 3 4");
-    exchange(ping, 3);
-    exchange(all, 5);
+    transact(ping, 3);
+    transact(all, 5);
     TEST_ASSERT_EQUAL_HEX8(0x10, wire.heard[4].byte);
     TEST_ASSERT_TRUE(servos.node[0].driver.exempt);
     assert_ping_is_answered();
@@ -1142,7 +1142,7 @@ void test_fault_of_one_servo_does_not_exempt_others(void)
     order("baud 7 34");
     order("turnaround 7 10");
     order("quirk 1 extra_turnaround_us 50");
-    uint64_t end = exchange(ping, 3);
+    uint64_t end = transact(ping, 3);
     assert_heard(&wire, pong, 6);
     TEST_ASSERT_EQUAL_UINT64(end + 52 * US, began);
     TEST_ASSERT_FALSE(servos.node[0].driver.exempt);
@@ -1250,7 +1250,7 @@ static uint64_t run_hash(uint32_t seed)
     servos_replace(&servos, 0, ids, 2);
     order("quirk 1,7 jitter_us 100");
     for (unsigned i = 0; i < 20; i++) {
-        exchange(ping, 3);
+        transact(ping, 3);
     }
     order("noise 3000");
     order("babble random");

@@ -1,5 +1,6 @@
-/* An EEPROM for tests: the port of src/avr/eeprom.h. It loses its power within the write that a
- * test chooses, and keeps the port's rules: one out of place is a breach. */
+/* An EEPROM for tests, in place of src/controller/avr/eeprom_driver.c. A test chooses the write
+ * during which the power fails. A call that the driver does not allow in its state counts as a
+ * breach. */
 #ifndef EEPROM_FAKE_H
 #define EEPROM_FAKE_H
 

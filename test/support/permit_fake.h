@@ -1,5 +1,5 @@
-/* Hooks of a bus with a permit that the test writes: asked when a request is submitted and before
- * its packet leaves, as the permit of servos.h; a queue does the rest. */
+/* Hooks of a bus whose permit the test provides. The bus asks it when a request is submitted and
+ * before the packet leaves, as it asks the permit of servos.h. A queue does the rest. */
 #ifndef PERMIT_FAKE_H
 #define PERMIT_FAKE_H
 

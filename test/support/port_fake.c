@@ -1,4 +1,4 @@
-/* The port that records; see port_fake.h. */
+/* A port that records its calls; see port_fake.h. */
 #include "port_fake.h"
 
 #include "cds55xx/port.h" // what is implemented here

@@ -1,9 +1,9 @@
-/* A port that records. The core's verbs land in a log, the clock stands where the test puts it, and
- * the test plays the line, the transmitter and the servos by raising the events of link.h.
+/* A port for tests. It records the calls of the core in a log. The test sets the clock, and calls
+ * the functions of link.h in place of line, transmitter and servos.
  *
- * The fake also keeps the rules of port.h: a verb out of place (a byte given while the driver is
- * off, a second talk before the first has ended ...) is a breach, and a test ends with none.
- */
+ * The fake checks the rules of port.h. A call that breaks one counts as a breach: a byte while the
+ * driver is off, a second cds_port_talk() before the first has ended. Each test must end without
+ * breaches. */
 #ifndef PORT_FAKE_H
 #define PORT_FAKE_H
 
@@ -52,7 +52,7 @@ struct port_fake {
 
 extern struct port_fake port_fake;
 
-/* All of it back to nothing; the clock at 0. */
+/* Resets the whole fake; the clock is 0. */
 void port_fake_reset(void);
 
 /* Empties the log; clock, directions and counts of packets and breaches stay. */
@@ -61,24 +61,25 @@ void port_fake_forget(void);
 /* True while a packet is on the wire or its reply is awaited. */
 bool port_fake_is_in_flight(const struct cds_bus *bus);
 
-/* Time passes in silence, at most 3 ms, until the first request has been sent: also in a rest. */
+/* Advances the clock on a silent line, 3 ms at most, until the first request is sent; also during a
+ * rest of the bus. */
 void port_fake_settle(struct cds_bus *bus);
 
-/* Polls while the clock stands still, until a poll changes nothing or the transaction in flight has
- * ended. A poll does one thing: a reply takes several. */
+/* Polls without advancing the clock until a poll changes nothing or the transaction has ended. A
+ * reply takes several polls. */
 void port_fake_look(struct cds_bus *bus);
 
-/* The transmitter takes bytes until it has the last one, which leaves the link draining. False when
- * a packet has no end. */
+/* The transmitter takes all bytes of the packet; then the link is DRAINING. Returns false if the
+ * packet has no end. */
 bool port_fake_drain(struct cds_link *link, uint8_t port);
 
-/* As above, and then the last stop bit leaves: the link listens. */
+/* As port_fake_drain(); then the last stop bit is sent, and the link is LISTENING. */
 bool port_fake_transmit(struct cds_link *link, uint8_t port);
 
-/* The receiver hears these bytes, none of them damaged. */
+/* The receiver gets these bytes, undamaged. */
 void port_fake_hear(struct cds_link *link, const uint8_t *bytes, uint16_t count);
 
-/* A servo answers: a whole status packet with a right checksum, the fake's own arithmetic. */
+/* A servo sends a whole status packet. The fake computes the checksum itself. */
 void port_fake_answer(struct cds_link *link, uint8_t id, uint8_t error, const uint8_t *parameters,
                       uint8_t count);
 

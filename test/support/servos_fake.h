@@ -1,7 +1,6 @@
-/* A few servos behind port_fake: they answer the packets it has sent, at their own baud rate, and
- * things happen to them at the packet a test chooses. Only what set-up needs: PING, READ, WRITE,
- * RESET. Codec and rulings are its own.
- */
+/* A few servos behind port_fake. They answer sent packets at their own baud rate. A test chooses
+ * the packet at which a fault happens. They know only what set-up needs: PING, READ, WRITE, RESET.
+ * They share no code with the library. */
 #ifndef SERVOS_FAKE_H
 #define SERVOS_FAKE_H
 
@@ -32,19 +31,19 @@ struct servo_fake {
     uint8_t error;       // bits of every reply
 };
 
-/* What happens at packet `at`, counted from 1. */
+/* A fault at packet `at`, counted from 1. */
 struct servos_plan {
     uint8_t at;
     uint8_t fault;  // enum servos_fault
-    uint8_t absent; // a cut: for how many packets more there is no power, or SERVOS_FOREVER
+    uint8_t absent; // power cut: number of further packets without power, or SERVOS_FOREVER
 };
 
 static struct {
     struct servo_fake servo[SERVOS_FAKE];
     struct servos_plan plan[2];
-    uint16_t packets; // seen so far
-    uint16_t writes;  // ... of them WRITE or RESET
-    uint8_t dark;     // servo 0 has no power for so many packets more
+    uint16_t packets; // received so far
+    uint16_t writes;  // received WRITEs and RESETs
+    uint8_t dark;     // number of packets for which servo 0 still has no power
 } servos;
 
 static inline void servo_fake_put(uint8_t index, uint8_t id, uint8_t baud)
@@ -70,7 +69,7 @@ static bool servo_fake_is_listed(uint8_t baud)
     return baud == 1 || baud == 3 || baud == 7 || baud == 16 || baud == 34 || baud == 103;
 }
 
-/* Carries it out; returns its ERROR, and what it read in `out`. */
+/* Carries out the packet. Returns its ERROR; `out` gets the data of a READ. */
 static uint8_t servo_fake_obey(struct servo_fake *servo, const uint8_t *packet, const uint8_t **out,
                                uint8_t *count)
 {
@@ -105,7 +104,7 @@ static uint8_t servos_fault_now(void)
     return FAULT_NONE;
 }
 
-/* The packet now on the line meets the servos. */
+/* The servos receive the packet on the line and answer. */
 static void servos_hear(struct cds_bus *bus)
 {
     const uint8_t *packet = port_fake.sent, *data = NULL;

@@ -1,7 +1,6 @@
-/* Servos of which only the torque counts, behind port_fake: they answer PING and READ of
- * TORQUE_ENABLE, take WRITE of it, and every packet is noted. A byte takes 10 us, a reply comes 2
- * us later. Codec and rulings are its own.
- */
+/* Servos behind port_fake that know only their torque: they answer PING and READ of TORQUE_ENABLE
+ * and execute WRITE of it. The fake logs every packet. A byte takes 10 us; a reply begins after 2
+ * us. They share no code with the library. */
 #ifndef TORQUE_FAKE_H
 #define TORQUE_FAKE_H
 
@@ -46,7 +45,7 @@ static inline void torque_hear(uint8_t index)
     wire.answering = wire.answering || (mine && (packet[4] == 1 || !wire.servo[index].mute));
 }
 
-/* One microsecond passes. */
+/* Advances the clock by one microsecond. */
 static inline void torque_wire(struct cds_bus *bus)
 {
     const uint8_t *packet = port_fake.sent;
@@ -81,7 +80,7 @@ static inline void torque_wire(struct cds_bus *bus)
     }
 }
 
-/* How many of the packets noted from `first` on were for `id` with this instruction. */
+/* Returns the number of logged packets from `first` on with this ID and instruction. */
 static inline uint8_t torque_packets(uint8_t first, uint8_t id, uint8_t instruction)
 {
     uint8_t count = 0;

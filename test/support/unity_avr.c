@@ -1,5 +1,5 @@
-/* Unity's output on the simulated AVR: the host USART, polled; and the end of the run: asleep with
- * interrupts off, which the simulator takes for "done". */
+/* Output of Unity on the simulated AVR: the host USART, polled. At the end the program sleeps with
+ * interrupts off, which ends the simulation. */
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>

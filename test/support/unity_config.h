@@ -1,5 +1,4 @@
-/* Unity as both machines need it: no floating point, and on the AVR 16-bit int and a character
- * output of our own. */
+/* Options of Unity: no floating point; on the AVR 16-bit int, and the output of unity_avr.c. */
 #ifndef UNITY_CONFIG_H
 #define UNITY_CONFIG_H
 

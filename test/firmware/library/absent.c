@@ -1,5 +1,5 @@
-/* What the main loop does while a servo does not answer: it turns. Says how often, how long submit
- * and exchange took in microseconds, and how the exchange ended. */
+/* The main loop continues while a servo does not answer. Prints the number of its turns, the
+ * duration of submit and transaction in microseconds, and the outcome of the transaction. */
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 

@@ -1,5 +1,5 @@
-/* Keeps the bus busy, for `make sim-speed`: goals to all servos, and the present values of each, as
- * fast as it goes. Servos are those from 1 on without a gap, at most 50. */
+/* Keeps the bus busy, for `make sim-speed`: sends goals to all servos and reads the present values
+ * of each, without a pause. The servos have IDs from 1 on without a gap, at most 50. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>

@@ -1,7 +1,7 @@
-/* Changes of identity on demand, a command a line, answered as a console does: "id FROM TO",
- * "baud ID REGISTER", "reset ID" (at the bus's rate), each said with what came of it; "again" looks
- * once more if the servo was lost, and says it anew; "rate REGISTER" takes the bus there; "scan
- * REGISTER" says who of IDs 0 to 9 is at that rate. */
+/* Changes of identity by commands, one in a line. "id FROM TO", "baud ID REGISTER" and "reset ID"
+ * (at the rate of the bus) print their outcome. "again" searches once more for a lost servo and
+ * prints the outcome. "rate REGISTER" sets the rate of the bus. "scan REGISTER" prints which of IDs
+ * 0 to 9 answer at that rate. */
 #include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <string.h>

@@ -1,6 +1,6 @@
-/* The microsecond clock, read with interrupts on and off all around the overflow of its timer: it
- * never goes back and never jumps. Says how often it did, how many alarms rang early or late, and
- * how many were set to a wrong time. */
+/* The microsecond clock, read with interrupts on and off around the overflow of its timer, must
+ * never go back or jump. Prints how often it did, how many timers expired early or late, and how
+ * many were set to a wrong time. */
 #include <cds55xx/port.h>
 #include <cds55xx_avr.h>
 
@@ -11,9 +11,10 @@ CDS_AVR_CLOCK()
 
 #define LONGEST_STEP_US 20 // two readings and the handler between them
 
-#define SEEN_TICKS 100 // longer than it takes to set an alarm, and the handler
+#define SEEN_TICKS 100 // longer than setting the timer and its handler take
 
-#define LATEST_RING_US 30 // a look at the alarm, that at the clock, and its handler between them
+#define LATEST_RING_US                                                                             \
+    30 // a poll of the timer, a read of the clock, and the clock's handler between them
 
 struct time {
     uint16_t count, each_us, more_us;
@@ -24,8 +25,8 @@ static uint32_t in_us(const struct time *time)
     return (uint32_t)time->count * time->each_us + time->more_us;
 }
 
-/* How late the alarm rings that is set to `time` after now, `late_us` after now: it must never ring
- * early. Looked at all the time. */
+/* How late the timer expires that is set to `time` after now, `late_us` after now: it must never
+ * expire early. Looked at all the time. */
 static int32_t ringing_late_us(const struct time *time, uint16_t late_us)
 {
     uint16_t from = cds_port_ticks();
@@ -65,8 +66,8 @@ static uint32_t wrong_alarms(void)
     return wrong;
 }
 
-/* Every length of an exchange at rates all over: is the timer set to the very tick, and are the
- * laps right? What would have rung before it is seen here may be moved, and is left out. */
+/* Every length of a transaction at many rates: checks that the timer is set to the exact tick and
+ * counts the right number of wraps. Leaves out lengths that expire before this check can run. */
 static uint32_t wrong_sums(void)
 {
     uint32_t wrong = 0;
@@ -85,8 +86,8 @@ static uint32_t wrong_sums(void)
     return wrong;
 }
 
-/* An alarm that has a lap to go and passes it just while it is set, whatever cycle that is in: then
- * it rings already, and the lap must not be taken for over as well. */
+/* A timer with one wrap to go that reaches its tick while it is being set, in any cycle of that
+ * code: the match has already happened, and the wrap must not count as over too. */
 static uint32_t wrong_laps(void)
 {
     uint32_t wrong = 0;

@@ -1,7 +1,7 @@
-/* Every command of the library, one after the other, on a bus of servos 1 to 6 at factory values,
- * and what is out of range or not there. Says how each ended, its result or, if that is CDS_OK,
- * 256 times the error bits of the answer; then the counters of the bus; and last it resets all
- * servos at once. */
+/* Runs every call of the library that sends an instruction, one after the other, on servos 1 to 6
+ * with factory values; also values out of range and absent servos. Prints the result of each or, if
+ * it is CDS_OK, 256 times the error bits of the reply; then the counters of the bus. Resets all
+ * servos at the end. */
 #include <cds55xx/cycle.h>
 #include <cds55xx/feedback.h>
 #include <cds55xx/sync_write.h>
@@ -54,8 +54,8 @@ static void count_call(struct cds_request *ended_request)
     calls++;
 }
 
-/* Three that are submitted at once: the one of high priority goes before the other that waits, one
- * is taken back. */
+/* Three requests submitted at once: the one with priority overtakes the one that waits, one is
+ * cancelled. */
 static void queue(void)
 {
     static uint8_t packets[3][CDS_PACKET_SIZE(3)];
@@ -109,8 +109,7 @@ static void one_servo(void)
 /* --- units ---------------------------------------------------------------------------------------
  */
 
-/* One register of each unit that can be written: what is asked, and what the register makes of it.
- */
+/* One writable register of each unit: the requested value and the value that the register holds. */
 static void each_unit(void)
 {
     static const struct {

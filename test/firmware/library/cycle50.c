@@ -1,10 +1,10 @@
-/* The cycle with 50 servos at 250 Hz: a wave of goals, renewed every period, and all feedback. The
- * first two bytes of the EEPROM say for how many seconds, the third for how many servos, from 1 on
- * (FF: 50), the fourth their return delay, register 0x05 (FF: the factory's). A dot is said after
- * each second, and in the end how it went.
+/* A cycle of 50 servos at 250 Hz: a wave of goals that changes every period, and feedback of all
+ * servos. Bytes of the EEPROM: 0 and 1, seconds; 2, number of servos from ID 1 on (FF: 50); 3,
+ * return delay, register 0x05 (FF: factory value). Prints a dot after each second and the results
+ * at the end.
  *
- * The library is called when the handlers of the bus have done something, and on a tick; PB0 is
- * high while it runs. What neither that nor the handlers take is left to the robot. */
+ * The program calls the library when the handlers of the bus have worked, and on a tick. PB0 is
+ * high while the library runs. The rest of the CPU time is free for the robot. */
 #include <avr/eeprom.h>
 #include <cds55xx/cycle.h>
 #include <cds55xx/queue.h>
@@ -64,7 +64,7 @@ static uint8_t most(void)
 }
 #endif
 
-/* What the library does is between these two; the compiler moves nothing of it past them. */
+/* Calls of the library stand between mark() and unmark(); the compiler moves no code past them. */
 static inline void mark(void)
 {
     PORTB |= MARK;
@@ -120,7 +120,7 @@ static void poll(void)
     seen_state = bus.link.state; // that of a packet which has just begun, not the one before it
 }
 
-/* Goals of one period; true when all of them were taken. */
+/* Sets the goals of one period. Returns true if the cycle accepted all of them. */
 static bool set_goals(uint16_t period)
 {
     bool taken = true;

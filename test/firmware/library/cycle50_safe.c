@@ -1,5 +1,5 @@
-/* cycle50.c with safety as examples/robot.c has it: limits of goal and speed, retries, and the
- * health check beside the cycle. */
+/* cycle50.c with the safety of examples/robot.c: limits of goal and speed, retries, and the health
+ * check. */
 #define SAFE
 #define SPEED 512
 #include "cycle50.c"

@@ -12,7 +12,7 @@ static struct cds_servos servos;
 static struct cds_servo_state states[SERVOS_MAX];
 static struct cds_health health;
 
-/* Mode, goal and speed of servo `id` are known, and within its limits. */
+/* Reads mode, goal and speed of servo `id`, so that its limits can be checked. */
 static bool prepare(uint8_t id)
 {
     static const uint8_t goal[] = {MIDDLE & 0xFF, MIDDLE >> 8, FASTEST & 0xFF, FASTEST >> 8};
@@ -65,7 +65,7 @@ static void say_health(void)
     say("alarms", servos.alarms);
 }
 
-/* Most bytes of the reply that is due: the health check reads one register. */
+/* Returns the number of reply bytes after which to poll; the health check reads one register. */
 static uint8_t most(void)
 {
     return health.request.result == CDS_PENDING ? CDS_PACKET_SIZE(1) - 4 : MOST;

@@ -1,5 +1,5 @@
-/* A diagnosis, as often as the host asks for one, with what a test needs to lead up to it. A line
- * is a letter and numbers; each is answered with "ok". */
+/* Runs a diagnosis when the host asks for one; further commands prepare it for a test. A line is a
+ * letter and numbers. The program answers each line with "ok". */
 #include <cds55xx/blocking.h>
 #include <cds55xx/queue.h>
 #include <cds55xx_avr.h>
@@ -39,7 +39,7 @@ static void say_found(uint32_t us)
     say("foreign", diagnose.unexpected_packets);
     say("echo_errors", diagnose.echo_errors);
     say("overruns", diagnose.overruns);
-    say("exchanges", diagnose.transactions);
+    say("transactions", diagnose.transactions);
     say_tally("ping", &diagnose.probe);
     say_tally("same", &diagnose.same);
     say_tally("differing", &diagnose.varying);

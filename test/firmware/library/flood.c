@@ -1,6 +1,6 @@
-/* The firmware, its own main.c, whose cycle is begun at once: 18 servos at 250 Hz, all goals and as
- * much feedback as there is time for. For a host that floods the link meanwhile. The cycle stands
- * where the firmware has it: of a second one, the stack of 4 KiB of RAM would run into the data. */
+/* The controller's firmware, main.c, which begins a cycle at once: 18 servos at 250 Hz, all goals,
+ * and READs in the rest of each period. For tests whose host floods the link meanwhile. The cycle
+ * is the one of the firmware: a second one would not fit into 4 KiB of RAM. */
 #include "console/commands/shared.h" // cycle_operation
 #include "robot/robot.h"
 
@@ -9,7 +9,7 @@ static void begin_once(void);
 
 #include "main.c"
 
-/* In each turn, before the robot is polled. */
+/* Called in each turn of the main loop, before the robot is polled. */
 static void begin_once(void)
 {
     struct robot *robot = &controller.robot;

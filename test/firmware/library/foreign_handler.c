@@ -1,7 +1,7 @@
-/* A handler of the program's own that is as long as cds55xx_avr.h allows, or longer, beside READs
- * of 50 bytes: it comes every 1000 cycles, and at other phases of the bytes in each READ. Byte 0 of
- * the EEPROM: its loops of 3 cycles. It holds interrupts off for 24 cycles and its loops, counted
- * from its entry (4 cycles) to the end of reti. */
+/* READs of 50 bytes, with a handler of the program that is as long as cds55xx_avr.h allows, or
+ * longer. It runs every 1000 cycles, at other phases of the bytes in each READ. Byte 0 of the
+ * EEPROM is its number of loops of 3 cycles. Interrupts are off for 24 cycles plus the loops, from
+ * its entry (4 cycles) to the end of reti. */
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 #include <util/delay_basic.h>

@@ -1,6 +1,6 @@
-/* Groups on servos 1 to 60: a SYNC WRITE to all, one to 18 whose packets end at 64 bytes, a group
- * read of what became of it; a registered move of three that servo 2 refuses, and a verified one of
- * 18. Says how each went. */
+/* Operations on groups of servos 1 to 60: a SYNC WRITE to all; a SYNC WRITE to 18 in packets of at
+ * most 64 bytes; a group read of the goals; a registered move of three that servo 2 refuses; a
+ * registered move of 18 with verification. Prints the outcome of each. */
 #include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
@@ -48,7 +48,7 @@ static void write_group(uint8_t count, uint16_t longest, uint16_t position)
     say("write_packets", write.packets);
 }
 
-/* Who of the first `count` has the goal that write_group() wants? */
+/* Counts the servos among the first `count` that have the goal of write_group(). */
 static void read_group(uint8_t count, uint16_t position)
 {
     static uint8_t packets[2][CDS_PACKET_SIZE(2)], replies[2][2];

@@ -1,7 +1,7 @@
-/* The handlers of src/avr/handlers.h beside the events of link.h, which they are by hand: the same
- * links, bytes and errors for both, their registers in RAM. Says how often they differed, or
- * changed a register or flag of whom they interrupted, and the longest of each in cycles: with 4
- * for the entry, which a call takes too, and 2 for the vector. */
+/* Compares the handlers of src/avr/handlers.h with the functions of link.h that they implement in
+ * assembler. Both get the same links, bytes and errors; the registers of the USART are in RAM.
+ * Prints how often they differed, or changed a register or flag of the interrupted code, and the
+ * longest time of each handler in cycles, with 4 cycles for the entry and 2 for the vector. */
 #include "handlers.h"
 
 #include <string.h>
@@ -66,8 +66,10 @@ static uint8_t any(void)
     return (uint8_t)(seed >> 24);
 }
 
-/* Interrupts somebody whose registers and flags are known. Cycles it took, an entry, of which there
- * are 4, and an rjmp counted for the rcall. */
+/* Interrupts code whose registers and flags are known. Measures an rcall (3 cycles) and the
+ * handler. A real interrupt has 4 cycles of entry and 2 of the rjmp in the vector table in place of
+ * the rcall.
+ */
 #define MORE_THAN_RCALL (4 + 2 - 3)
 #define INTERRUPT(vector)                                                                          \
     __extension__({                                                                                \

@@ -1,5 +1,5 @@
-/* What the handlers make of a damaged line: framing errors from a servo at another rate, bytes lost
- * while interrupts are held off. Says results and counters. */
+/* A damaged line: framing errors from a servo at another rate, and bytes lost while interrupts are
+ * off. Prints results and counters. */
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>
@@ -49,7 +49,7 @@ int main(void)
     while (cds_bus_poll(&bus)) {
     }
     say("slower", request.result);
-    /* Its status packet at 500 kbps, heard at 1 Mbps. */
+    /* The servo sends its status packet at 500 kbps; the bus receives at 1 Mbps. */
     cds_servo_ping(&bus, &request, 1);
     while (bus.link.state != CDS_LINK_LISTENING) {
     }

@@ -1,6 +1,6 @@
-/* What looks after several servos at once, one after the other, on a bus of servos 1 to 6 at
- * factory values: SYNC WRITE, verified move, what is known of servos, torque off for all, state
- * check, diagnosis. Says how each ended, and the counters of the bus. */
+/* Runs the operations of the library for several servos, one after the other, on servos 1 to 6 with
+ * factory values: SYNC WRITE, registered move with verification, servos.h, torque off, health
+ * check, diagnosis. Prints the outcome of each, and the counters of the bus. */
 #include <cds55xx/blocking.h>
 #include <cds55xx/health.h>
 #include <cds55xx/queue.h>
@@ -92,7 +92,7 @@ static void verified_move(uint16_t position)
         say("servo", goals[i].result * 1000ul + goals[i].error * 10u + goals[i].registered);
 }
 
-/* Servo 3 has a limit below the first of the two. */
+/* Servo 3 has a limit below the first goal. */
 static void verified_moves(void)
 {
     write_word("limit", 3, CDS_REG_CCW_ANGLE_LIMIT, 600);
@@ -147,8 +147,8 @@ static void inhibits(void)
     write_byte("driven", 2, CDS_REG_TORQUE_ENABLE, 1);
 }
 
-/* A servo that answers PING and READ only; a servo that is inhibited. ACTION would also reach servo
- * 1, so its limits end here. */
+/* A servo that answers only PING and READ, and an inhibited servo. ACTION also reaches servo 1, so
+ * its limits are removed first. */
 static void moves_beside_limits(void)
 {
     verified_move(540);
@@ -180,7 +180,8 @@ static void stop_all(void)
     write_byte("driven", 1, CDS_REG_TORQUE_ENABLE, 1);
 }
 
-/* Two rounds, between which torque of servo 1 is switched off without the knowledge of `servos`. */
+/* Two rounds of the health check. Between them the torque of servo 1 is switched off without
+ * servos.h. */
 static void check_state(void)
 {
     static struct cds_health health;
@@ -255,7 +256,7 @@ int main(void)
     for (uint8_t i = 0; i < SERVOS; i++)
         states[i].id = ids[i];
     states[SERVOS].id = NOBODY;
-    say("roster", cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
+    say("servos", cds_servos_begin(&servos, &(struct cds_servos_config){.bus = &bus,
                                                                         .states = states,
                                                                         .count = SERVOS + 1,
                                                                         .capacity = SERVOS + 1}));

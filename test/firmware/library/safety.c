@@ -1,7 +1,7 @@
-/* A robot whose torque can be switched off: a cycle of servos 1 to SERVOS, the state check beside
- * it, torque off for all, soft limits. A line from the PC is a letter and numbers; each is answered
- * with "ok" when it was read, while the main loop turns. Changes of presence and inhibit are noted
- * with their time, and said when the PC asks for them. */
+/* A robot with a cycle of servos 1 to SERVOS, the health check, torque off for all, and soft
+ * limits. A line from the PC is a letter and numbers. The program answers "ok" when it has read the
+ * line; the main loop continues meanwhile. It records changes of presence and inhibit with their
+ * time, and prints them when the PC asks for them. */
 #include <cds55xx/cycle.h>
 #include <cds55xx/health.h>
 #include <cds55xx/queue.h>
@@ -34,7 +34,7 @@ static struct cds_health health;
 static struct cds_torque_off torque_off;
 static bool is_cycling, is_torque_off;
 
-/* What changed, and when. */
+/* Recorded changes. */
 static struct {
     uint32_t us;
     uint8_t id, inhibits, presence;
@@ -50,8 +50,8 @@ static uint8_t packet_buffers[WAITING][CDS_SYNC_WRITE_SIZE(2, 4)];
 static uint8_t replies[WAITING][8];
 static struct cds_request requests[WAITING];
 
-/* A line of the PC, and how many bytes of it came. The handler holds up those of the bus by 4 us,
- * so the servos are told to wait for 20. */
+/* A line of the PC, and the number of bytes received. Its handler delays the handlers of the bus by
+ * 4 us, so the servos have a return delay of 20 us. */
 static volatile uint8_t heard;
 static char line[24];
 
@@ -76,7 +76,7 @@ static bool has_changed(uint8_t i)
            seen[i].presence != states[i].presence;
 }
 
-/* From here on it counts. */
+/* Clears counters and recorded changes. */
 static void begin_anew(void)
 {
     memset(&cycle.counters, 0, sizeof cycle.counters);

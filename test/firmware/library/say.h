@@ -1,6 +1,6 @@
-/* What a test program says: words and numbers on the board's host USART, polled; on a board without
- * one the numbers alone go into the EEPROM, as text from its first byte on. And the end of its run,
- * asleep with interrupts off. */
+/* Output of a test program: words and numbers on the host USART of the board, polled. On a board
+ * without one, only the numbers, as text in the EEPROM from byte 0 on. say_end() ends the run: it
+ * sleeps with interrupts off. */
 #ifndef SAY_H
 #define SAY_H
 
@@ -59,8 +59,8 @@ static inline void say_flush(void)
     }
 }
 
-/* A line from the PC, without its end, into `line`; what is longer than `room` - 1 is cut off. */
-static inline void say_hear(char *line, uint8_t room)
+/* Reads a line from the PC, without its end, and cuts it off after `capacity` - 1 characters. */
+static inline void say_hear(char *line, uint8_t capacity)
 {
     uint8_t size = 0, byte;
 
@@ -69,7 +69,7 @@ static inline void say_hear(char *line, uint8_t room)
         while (!(SAY_STATUS & SAY_RXC)) {
         }
         byte = SAY_DATA;
-        if (byte != '\n' && size < room - 1)
+        if (byte != '\n' && size < capacity - 1)
             line[size++] = (char)byte;
     } while (byte != '\n');
     line[size] = 0;
@@ -89,7 +89,7 @@ static inline void say_text(const char *text)
 
 static inline void say_name(const char *name)
 {
-    (void)name; // there is little room
+    (void)name; // to save EEPROM
 }
 
 static inline void say_flush(void)

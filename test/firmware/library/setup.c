@@ -1,5 +1,5 @@
-/* Set-up of servos on a bus of three, 1, 100 and 253: a scan at 1 Mbps, then servo 100 becomes 42,
- * and, whatever came of that, it is looked for at both. Says what it finds. */
+/* Sets up a bus with servos 1, 100 and 253: scans at 1 Mbps, then changes ID 100 to 42. Then
+ * searches the servo at both IDs, even if the change failed. Prints what it finds. */
 #include <cds55xx/blocking.h>
 #include <cds55xx_avr.h>
 

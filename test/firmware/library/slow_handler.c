@@ -1,6 +1,6 @@
-/* A robot with a handler of its own that takes 25 us: packets go out with gaps between their bytes,
- * and still the driver lets go at the last stop bit, not at a stale "complete". Only broadcasts, as
- * such a handler is too long to receive beside. */
+/* A robot with a handler that takes 25 us. Packets have gaps between their bytes; the driver must
+ * be released at the last stop bit, not at a stale transmit complete. The program sends only
+ * broadcasts, because such a handler is too long to receive replies. */
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
 #include <util/delay.h>

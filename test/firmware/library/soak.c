@@ -1,6 +1,6 @@
-/* Exchanges of every kind with servos 1 to 3 at a return delay of 2 us, one after the other: PING,
- * a long READ, SYNC WRITE of goals, and READ of what became of them. Says the counters, and how
- * many goals were found as sent. */
+/* Transactions of every kind with servos 1 to 3 at a return delay of 2 us, one after the other:
+ * PING, a long READ, SYNC WRITE of goals, and READ of the goals. Prints the counters, and how many
+ * goals were read as sent. */
 #include <cds55xx/sync_write.h>
 #include <cds55xx/servo.h>
 #include <cds55xx/blocking.h>

@@ -1,9 +1,8 @@
-/* Three buses at once on an arduino-mega, a servo on each (its ID: that of the bus and 1): READ
- * after READ on all of them. The EEPROM says how: its first byte is the return delay the servos are
- * given, in 2 us, its second one how many registers are read, its third one on how many buses, from
- * bus 0 on, its fourth one for how many seconds (FF: one), its fifth one how many more registers
- * are read on each next bus (FF: none), so that their exchanges meet at ever other moments. Says
- * the counters of each bus, and the longest time from one READ of it to the next. */
+/* Three buses of an arduino-mega at once, with one servo each (bus 0: ID 1, bus 1: ID 2, bus 2: ID
+ * 3). READs follow each other on all buses. Bytes of the EEPROM: 0  return delay of the servos, in
+ * units of 2 us 1  registers in each READ 2  number of buses, from bus 0 on 3  seconds (FF: 1) 4
+ * additional registers on each further bus (FF: 0), so that transactions overlap differently Prints
+ * the counters of each bus, and the longest time from one READ to the next. */
 #include <avr/eeprom.h>
 #include <cds55xx/servo.h>
 #include <cds55xx_avr.h>
@@ -41,7 +40,7 @@ static void read_next(uint8_t i)
                    (uint8_t)(length + i * more));
 }
 
-/* Did the servo's own ID come back? */
+/* Counts the reply; it is good if it holds the ID of the servo. */
 static void judge(uint8_t i)
 {
     uint8_t id = 0;
@@ -49,7 +48,7 @@ static void judge(uint8_t i)
 
     if (result == CDS_OK && id == i + 1)
         good[i]++;
-    if (result == CDS_REFUSED) // it heard something else than was said
+    if (result == CDS_REFUSED) // the packet was damaged on its way to the servo
         refused[i]++;
 }
 

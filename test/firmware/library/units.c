@@ -1,5 +1,5 @@
-/* A servo driven in units: to 180 degrees at 31 RPM, then round and round at 20 RPM CW. Says what
- * came of it in the same units, and how an exchange ended that did not end well. */
+/* Drives a servo in units: to 180 degrees at 31 RPM, then endless at 20 RPM CW. Prints the values
+ * that it reads back, in the same units, and the outcome of each transaction that failed. */
 #include <cds55xx/control_table.h>
 #include <cds55xx/servo.h>
 #include <cds55xx/servo_units.h>

@@ -1,4 +1,4 @@
-/* Pings whoever is there, once: with two servos on the wire, that collides. */
+/* Sends one PING by broadcast: with two servos on the wire, their replies collide. */
 #include "chip.h"
 
 int main(void)
